@@ -17,7 +17,7 @@ from statsmodels.tsa.statespace.kalman_filter import KalmanFilter
 
 from benchmarks.harness import measured_at, table
 from benchmarks.rigs import likelihood_of
-from heli_identifier.online.adaptation import adapt, adaptation_coefficients, gain_matrix, initial_factor
+from heli_identifier.online.adaptation import adapt, gain_matrix, initial_factor, measurement_noise
 from heli_identifier.online.state_filter import discretise, filter_line
 from heli_identifier.tools.linearisation import linear_model, operating_point
 from heli_identifier.tools.loop import TO_ROTORS, controller, controller_response, frequencies, plant_response
@@ -46,10 +46,10 @@ def regressors(collinearity: float, count: int = 2000, n: int = 5) -> tuple[Arra
 
 def recursive(phi: Array, y: Array, alpha: float, gain: float) -> tuple[Array, Array]:
     """Return Omega and Gamma of the identifier's adaptation."""
-    n, c = phi.shape[1], adaptation_coefficients(alpha, H, float("inf"))
-    factor, omega = initial_factor(n, gain), [0.0] * n
+    n = phi.shape[1]
+    factor, omega = initial_factor([gain] * n), [0.0] * n
     for k, (row, value) in enumerate(zip(phi.tolist(), y.tolist(), strict=True)):
-        adapt(factor, omega, row, value, k, c, [0.0] * n)
+        adapt(factor, omega, row, value, k, alpha, H, float("inf"))
     return np.array(omega), np.array(gain_matrix(factor, n))
 
 
@@ -97,12 +97,11 @@ def adaptation() -> Iterator[Row]:
     (omega, gamma), (wanted, covariance) = recursive(phi, y, 0.001, 1e3), exact(phi, y, 0.001, 1e3)
     yield "adaptation (7): Omega, 2000 steps", "mpmath, 60 digits", apart(omega, wanted), "largest element"
     yield "the same: Gamma", "mpmath, 60 digits", apart(gamma, covariance), "largest element"
-    c = adaptation_coefficients(0.0, H, float("inf"))
     omega, gamma = recursive(phi, y, 0.0, 1e3)
     kalman = KalmanFilter(k_endog=1, k_states=5, transition=np.eye(5), selection=np.eye(5))
     kalman.bind(y[None, :].copy())
     kalman["design"] = phi.T[None, :, :].copy()
-    kalman["obs_cov"] = np.array([[c.noise]])
+    kalman["obs_cov"] = np.array([[measurement_noise(0.0, H)]])
     kalman["state_cov"] = np.zeros((5, 5))
     kalman.initialize_known(np.zeros(5), 1e3 * np.eye(5))
     kalman.tolerance = 0.0  # no steady state is assumed

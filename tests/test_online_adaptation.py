@@ -8,13 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from heli_identifier.online.adaptation import (
-    adapt,
-    adaptation_coefficients,
-    gain_matrix,
-    initial_factor,
-    measure,
-)
+from heli_identifier.online.adaptation import adapt, gain_matrix, initial_factor, measure
 
 H = 0.01
 
@@ -28,10 +22,9 @@ def data(n, count, seed=0):
 
 def run(phi, y, alpha, gain, limit=inf, h=H, omega_0=None):
     n = phi.shape[1]
-    factor, omega = initial_factor(n, gain), list(omega_0 if omega_0 is not None else [0.0] * n)
-    coefficients = adaptation_coefficients(alpha, h, limit)
+    factor, omega = initial_factor([gain] * n), list(omega_0 if omega_0 is not None else [0.0] * n)
     for k, (row, value) in enumerate(zip(phi.tolist(), y.tolist(), strict=True)):
-        adapt(factor, omega, row, value, k, coefficients, [0.0] * n)
+        adapt(factor, omega, row, value, k, alpha, h, limit)
     return np.array(gain_matrix(factor, n)), np.array(omega)
 
 
@@ -82,8 +75,7 @@ def test_two_half_steps_under_the_same_signals_are_one_step():
 
 
 def test_sigma_is_the_error_of_the_estimate_before_the_step():
-    factor, omega = initial_factor(2, 1e3), [0.5, -1.0]
-    sigma, _ = measure(factor, omega, (2.0, 1.0), 3.0, 100.0, 1.0, [0.0, 0.0])
+    sigma, _ = measure(initial_factor([1e3, 1e3]), [0.5, -1.0], (2.0, 1.0), 3.0, 100.0, 1.0)
     assert sigma == 3.0 - (2.0 * 0.5 - 1.0)
 
 
@@ -107,13 +99,12 @@ def test_without_excitation_the_gain_follows_the_logistic_curve_to_its_limit():
 
 def test_restoring_information_never_moves_the_estimate():
     phi, y = data(3, 200, seed=6)
-    factor, omega = initial_factor(3, 1e3), [0.0] * 3
-    coefficients = adaptation_coefficients(0.001, H, 1e3)
+    factor, omega = initial_factor([1e3] * 3), [0.0] * 3
     for row, value in zip(phi.tolist(), y.tolist(), strict=True):
-        adapt(factor, omega, row, value, 500, coefficients, [0.0] * 3)
+        adapt(factor, omega, row, value, 500, 0.001, H, 1e3)
     before = list(omega)
     for k in range(20_000):
-        adapt(factor, omega, (0.0, 0.0, 0.0), 0.0, k, coefficients, [0.0] * 3)
+        adapt(factor, omega, (0.0, 0.0, 0.0), 0.0, k, 0.001, H, 1e3)
     assert omega == before
 
 
@@ -134,14 +125,13 @@ def test_a_direction_without_excitation_rests_at_the_limit_while_the_others_go_o
 def test_the_gain_stays_positive_definite_and_bounded_through_excitation_silence_and_noise():
     """In turns: 100 s excited, 800 s silent, 300 s of noise at the level of an encoder; Gamma forgets in 10 s."""
     limit, alpha, rng = 1e3, 0.1, np.random.default_rng(1)
-    coefficients = adaptation_coefficients(alpha, H, limit)
-    factor, omega, direction, snapshots = initial_factor(5, limit), [0.0] * 5, [0.0] * 5, []
+    factor, omega, snapshots = initial_factor([limit] * 5), [0.0] * 5, []
     for k in range(120_000):
         phase = (k // 10_000) % 12
         phi = (rng.uniform(-1.0, 1.0, 5) * (1.0 if phase == 0 else 1e-4 if phase > 8 else 0.0)).tolist()
         phi[2] = -1.0
         y = 0.3 * phi[0] - 0.2 * phi[1] + phi[2] + 2.0 * phi[3] - phi[4] + 1e-4 * phi[0]
-        adapt(factor, omega, phi, y, k, coefficients, direction)
+        adapt(factor, omega, phi, y, k, alpha, H, limit)
         if k % 97 == 0:
             snapshots.append(list(factor))
     eigenvalues = np.linalg.eigvalsh([gain_matrix(row, 5) for row in snapshots])

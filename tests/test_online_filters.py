@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad_vec
 
-from heli_identifier.online import IdentifierSettings, prepare
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.online.linear_algebra import (
     bilinear_form,
@@ -26,13 +25,11 @@ from heli_identifier.online.signals import (
     advance_signals,
     elevation_regression,
     pitch_regression,
-    pitch_regression_free,
     settled_signals,
     travel_regression,
 )
 from heli_identifier.online.state_filter import (
     discretise,
-    filter_held,
     filter_lagged,
     filter_line,
     matrix_exponential,
@@ -41,7 +38,7 @@ from heli_identifier.online.state_filter import (
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H, record
 
-LAG = 0.08
+LAG, LIMIT = 0.08, 5.0
 BANDWIDTHS, DAMPINGS, SEEDS = st.floats(0.3, 10.0), st.floats(0.2, 2.0), st.integers(0, 2**32 - 1)
 ROUNDING = 1e-12
 """Two exact computations of the same number: some hundred operations on numbers of order one."""
@@ -95,7 +92,7 @@ def test_sampled_signals_pass_as_through_scipys_discretisation(omega, rho, seed)
         _, _, reference = scipy.signal.lsim((a, b, np.eye(2), np.zeros((2, 1))), u, t, interp=line)
         ours = [(0.0, 0.0)]
         for before, now in zip(u, u[1:], strict=False):
-            ours.append(filter_line(ours[-1], before, now, f) if line else filter_held(ours[-1], before, f))
+            ours.append(filter_line(ours[-1], before, now if line else before, f))
         np.testing.assert_allclose(ours, reference, atol=ROUNDING * max(omega, 1.0) * 10)
 
 
@@ -198,12 +195,12 @@ def exact_record():
 
 def regressions(held, angles, omega=1.0):
     """(y, phi) of pitch with known and with free theta0, elevation and travel, arrays over the samples."""
-    plan = prepare(IdentifierSettings(rest_angle=TABLE_2.theta0, filter_frequency=omega))
-    s, f, rows = settled_signals(*held[0].tolist(), *angles[0].tolist(), plan.signals), plan.signals.filter, []
+    f, rows = discretise(omega, 0.7, H, LAG), []
+    s = settled_signals(tuple(held[0].tolist()), tuple(angles[0].tolist()), LIMIT)
     for v, q in zip(held[1:].tolist(), angles[1:].tolist(), strict=True):
-        s = advance_signals(s, *v, *q, plan.signals)
-        pitch = pitch_regression(s, plan.sine_of_rest, plan.cosine_of_rest, f)
-        rows.append((pitch, pitch_regression_free(s, f), elevation_regression(s, f), travel_regression(s, f)))
+        s = advance_signals(s, tuple(v), tuple(q), H, LAG, LIMIT, f)
+        pitches = pitch_regression(s, TABLE_2.theta0, f), pitch_regression(s, None, f)
+        rows.append((*pitches, elevation_regression(s, f), travel_regression(s, f)))
     return [(np.array([row[i][0] for row in rows]), np.array([row[i][1] for row in rows])) for i in range(4)]
 
 
@@ -225,7 +222,7 @@ def test_each_axis_obeys_its_equation_behind_the_filter(exact_record, omega):
 
 def test_the_rate_product_is_that_of_the_true_rates_and_encoder_steps_leave_it_unbiased(exact_record):
     held, angles, states = exact_record
-    product, f = states[:, 3] * states[:, 5], prepare(IdentifierSettings()).signals.filter
+    product, f = states[:, 3] * states[:, 5], discretise(1.0, 0.7, H, LAG)
     xi, reference = (0.0, 0.0), []
     for before, now in zip(product, product[1:], strict=False):
         xi = filter_line(xi, before, now, f)

@@ -14,9 +14,8 @@ from heli_identifier.online.loop import (
     UNEXPLAINED,
     add_regressors,
     nothing_outside,
-    outside_coefficients,
+    products_every,
     shares,
-    widened,
 )
 from heli_identifier.tools.flight import Addition, flown
 from heli_plant.control import PidSettings
@@ -27,10 +26,10 @@ ONE = ((1.0, 0.0), (0.0, 1.0))
 
 
 def gathered(e, psi):
-    c = outside_coefficients(H, 0.0)
-    o = nothing_outside(psi.shape[1])
-    for k in range(c.stride, len(e), c.stride):
-        o = add_regressors(o, psi[k].tolist(), float(e[k - c.stride : k].sum()), c.kept, c)
+    stride, o = products_every(H), nothing_outside(psi.shape[1])
+    for k in range(stride, len(e), stride):
+        o = o._replace(waiting=float(e[k - stride : k].sum()))
+        o = add_regressors(o, psi[k].tolist(), 1.0, stride * H)
     return o
 
 
@@ -62,7 +61,6 @@ def test_the_share_is_that_of_the_variance_with_the_filters_as_further_regressor
     expected = np.diag(np.linalg.inv(whole[FILTERS:, FILTERS:])) / np.diag(np.linalg.inv(whole))[FILTERS:]
     counted = np.maximum((expected - UNEXPLAINED) / (1.0 - UNEXPLAINED), 1e-4)
     assert shares(o, ONE) == pytest.approx(counted, rel=1e-9)
-    assert widened((1.0, 2.0), o, ONE) == pytest.approx([1.0, 2.0] / np.sqrt(counted), rel=1e-9)
 
 
 def test_before_any_sample_nothing_counts():

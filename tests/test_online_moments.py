@@ -8,11 +8,11 @@ import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from heli_identifier.online.linear_algebra import outer
 from heli_identifier.online.moments import (
     CAPACITY,
-    add_sample,
+    add_products,
     excitation_level,
-    moment_coefficients,
     no_moments,
     smallest_eigenvalue,
     standard_errors,
@@ -24,10 +24,16 @@ IDENTITY_2 = ((1.0, 0.0), (0.0, 1.0))
 
 
 def gathered(z, alpha=0.0):
-    c, m = moment_coefficients(INTERVAL, alpha, 20.0), no_moments(z.shape[1])
+    m = no_moments(z.shape[1])
     for row in z.tolist():
-        m = add_sample(m, tuple(row), c)
+        m = add_products(m, outer(row), 1.0, INTERVAL, alpha, 20.0)
     return m
+
+
+def errors(z, gain, omega, alpha=0.0):
+    return standard_errors(
+        *weighted_blocks(gathered(z, alpha), alpha, INTERVAL), gain.tolist(), tuple(omega), IDENTITY_2, 0, INTERVAL
+    )
 
 
 @settings(max_examples=15, deadline=None)
@@ -72,8 +78,7 @@ def test_white_residuals_give_the_textbook_standard_error_on_average():
     for seed in range(60):
         y = phi @ [1.0, -2.0] + 0.3 * np.random.default_rng(100 + seed).standard_normal(1500)
         gain, omega = fit(phi, y, 0.0)
-        m = gathered(np.column_stack([phi, y]))
-        ours.append(standard_errors(m, gain.tolist(), tuple(omega), IDENTITY_2, 0.0, INTERVAL))
+        ours.append(errors(np.column_stack([phi, y]), gain, omega))
     textbook = 0.3 * np.sqrt(np.diag(np.linalg.inv(phi.T @ phi)))
     # One standard error from some 20 blocks scatters by 20 %; the root mean square of 60 by 3 %, tested at three
     # times that. The correction for fitted parameters is itself of first order only.
@@ -88,9 +93,8 @@ def test_intervals_cover_the_truth_under_coloured_residuals(alpha, count):
         noise = scipy.signal.lfilter([0.1], [1.0, -exp(-INTERVAL / 3.0)], white)[200:]
         y = phi @ [1.0, -2.0] + noise
         gain, omega = fit(phi, y, alpha)
-        m = gathered(np.column_stack([phi, y]), alpha)
         error = np.abs(omega - [1.0, -2.0])
-        found = standard_errors(m, gain.tolist(), tuple(omega), IDENTITY_2, alpha, INTERVAL)
+        found = errors(np.column_stack([phi, y]), gain, omega, alpha)
         hits += error < 1.96 * np.array(found)
         naive_hits += error < 1.96 * noise.std() * np.sqrt(INTERVAL * np.diag(gain))
     # 95 % nominal; 80 runs scatter by 2.4 %, and some 20 blocks cost up to 3 % by the t distribution's tails. An
@@ -102,8 +106,7 @@ def test_intervals_cover_the_truth_under_coloured_residuals(alpha, count):
 def test_until_enough_blocks_are_there_the_error_is_that_of_unit_noise():
     phi = regressors(30, 6)
     gain, omega = fit(phi, phi @ [1.0, 1.0], 0.0)
-    m = gathered(np.column_stack([phi, phi @ [1.0, 1.0]]))
-    found = standard_errors(m, gain.tolist(), tuple(omega), IDENTITY_2, 0.0, INTERVAL)
+    found = errors(np.column_stack([phi, phi @ [1.0, 1.0]]), gain, omega)
     np.testing.assert_allclose(found, [sqrt(gain[0, 0]), sqrt(gain[1, 1])])
 
 

@@ -17,7 +17,7 @@ from heli_identifier.online import (
     PREDICTION_ERROR,
     IdentifierSettings,
     IdentifierState,
-    Noise,
+    ModelParameters,
     determined,
     gain_matrix,
     noise_of,
@@ -26,14 +26,11 @@ from heli_identifier.online import (
     step,
 )
 from heli_identifier.online.adaptation import initial_axis, initial_factor, kept_early, loosen, measure
-from heli_identifier.online.prediction_error import first_predictor, predict_axis, with_noise
+from heli_identifier.online.prediction_error import first_predictor, predict_axis
+from heli_identifier.online.state_filter import discretise
 from heli_identifier.online.whitening import (
-    BANDWIDTH_PRIOR,
-    CORNER_PRIOR,
     bandwidth_slope,
-    filter_polynomial,
     first_noise,
-    noise_coefficients,
     remember,
     settled_memory,
     whiten,
@@ -43,8 +40,8 @@ from heli_plant.parameters import TABLE_2
 from tests.online_record import H, multisines, record
 from tests.simulated import closed_loop
 
-F1, F2 = filter_polynomial(1.0, 0.7, H)
-USUAL = whitening(log(7.0), log(0.8), F1, F2, H)
+FILTER = discretise(1.0, 0.7, H, 0.08)
+USUAL = whitening(log(7.0), log(0.8), FILTER, H)
 
 
 def run(log_, method, samples=None, **settings):
@@ -74,7 +71,7 @@ def whitened(x, w):
 def test_whitening_is_its_transfer_function_with_butterworth_poles_and_the_zeros_of_the_state_filter():
     x = np.random.default_rng(0).standard_normal(400)
     x[0] = 0.0  # settled at zero
-    zeros = np.convolve([1.0, F1, F2], [1.0, -USUAL.kept])
+    zeros = np.convolve([1.0, USUAL.f1, USUAL.f2], [1.0, -USUAL.kept])
     poles = [1.0, USUAL.o1, USUAL.o2, USUAL.o3]
     # Two realisations of the same recursion differ by rounding alone.
     reference = lfilter(zeros, np.convolve(poles, [1.0, -2.0 / 13.0, 1.0 / 13.0]), x)
@@ -92,15 +89,14 @@ def test_a_constant_signal_is_settled_from_the_first_sample_on():
 
 def test_the_slopes_are_the_derivatives_of_the_innovations():
     x = np.random.default_rng(1).standard_normal(600)
-    c, memory, found = noise_coefficients(H, 1.0), [settled_memory(x[0], USUAL)], []
-    noise = first_noise(c)
+    memory, found, noise = [settled_memory(x[0], USUAL)], [], first_noise(1.0)
     for value in x:
         found.append((bandwidth_slope(noise, USUAL), memory[0].corner_slope))
         memory, (e,) = whiten(memory, (value,), USUAL)
-        noise = remember(noise, e, 1.0, found[-1][0], c)
+        noise = remember(noise, e, 1.0, found[-1][0], H, 1.0)
     d = 1e-5
     for column, tolerance, (b, g) in ((0, 1e-5, (d, 0.0)), (1, 2e-3, (0.0, d))):
-        above, below = (whitened(x, whitening(log(7.0) + s * b, log(0.8) + s * g, F1, F2, H)) for s in (1.0, -1.0))
+        above, below = (whitened(x, whitening(log(7.0) + s * b, log(0.8) + s * g, FILTER, H)) for s in (1.0, -1.0))
         # The first samples differ by the settled start, which depends on nu; it has faded after 2 s and more.
         assert np.array(found)[400:, column] == pytest.approx((above - below)[400:] / (2.0 * d), abs=tolerance)
 
@@ -108,7 +104,7 @@ def test_the_slopes_are_the_derivatives_of_the_innovations():
 def test_a_new_corner_does_not_disturb_the_forecasts():
     """Their gains on the newest innovation change by exp(-.002) - exp(-.01) of it, and nothing else does."""
     x = 50.0 + np.cumsum(np.random.default_rng(3).standard_normal(300)) * 1e-3
-    old, new = (whitening(log(7.0), log(corner), F1, F2, H) for corner in (1.0, 0.2))
+    old, new = (whitening(log(7.0), log(corner), FILTER, H) for corner in (1.0, 0.2))
     memory = [settled_memory(x[0], old)]
     for value in x[:-1]:
         memory, _ = whiten(memory, (value,), old)
@@ -128,23 +124,24 @@ def test_what_is_learnt_first_is_forgotten_and_nothing_later():
 
 def test_without_information_the_estimate_returns_to_its_prior():
     """At rest, without noise. The return takes prior / change, 160 s and 49 s; 500 s leave exp(-3) of .25."""
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.02))
-    axis = with_noise(initial_axis((0.1, 0.2), 1e3), Noise(), (0.5, 0.4), plan.predictor)
+    initial = ModelParameters(a_wy=0.1, k_y=0.2)
+    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.02, initial=initial))
+    own = plan.axes[2]
+    axis, p = initial_axis(own, plan), first_predictor((0.0, 0.0, 0.0), own, plan)
     moved = axis._replace(omega=(0.3, 0.1, log(9.0), log(0.5)))
-    p = first_predictor((0.0, 0.0, 0.0), axis, plan.predictor)
     for count in range(50_000):
-        moved, p = predict_axis(moved, p, (0.0, 0.0, 0.0), count, plan.predictor, plan.adaptation)
+        moved, p = predict_axis(moved, p, (0.0, 0.0, 0.0), count, (), own, plan)
     gain = np.array(gain_matrix(moved.factor, 4))
-    assert noise_of(moved) == pytest.approx(Noise(), rel=0.02)
+    assert noise_of(moved) == pytest.approx(noise_of(axis), rel=0.02)
     assert moved.omega[:2] == pytest.approx((0.1, 0.2), abs=1e-3)
-    assert np.sqrt(np.diag(gain)) == pytest.approx([0.5, 0.4, BANDWIDTH_PRIOR, CORNER_PRIOR], rel=0.05)
+    assert np.sqrt(np.diag(gain)) == pytest.approx(np.sqrt(own.prior), rel=0.05)
 
 
 def test_loosening_adds_to_one_diagonal_element_of_gamma():
     rng = np.random.default_rng(2)
-    factor, omega, direction = initial_factor(5, 1.0), [0.0] * 5, [0.0] * 5
+    factor, omega = initial_factor([1.0] * 5), [0.0] * 5
     for phi in rng.standard_normal((20, 5)).tolist():
-        measure(factor, omega, phi, 0.0, 1.0, 1.0, direction)
+        measure(factor, omega, phi, 0.0, 1.0, 1.0)
     before = np.array(gain_matrix(factor, 5))
     loosen(factor, 3, 0.7)
     before[3, 3] += 0.7

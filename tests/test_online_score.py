@@ -11,7 +11,8 @@ import scipy.signal
 import heli_identifier
 from heli_identifier.online import WATCHABLE, IdentifierSettings, prepare, start, step
 from heli_identifier.online.excitation import paper_excitation
-from heli_identifier.online.moments import add_sample, moment_coefficients, no_moments
+from heli_identifier.online.linear_algebra import outer
+from heli_identifier.online.moments import add_products, no_moments, weighted_blocks
 from heli_identifier.online.signals import advance_signals, settled_signals
 from heli_identifier.online.watch import (
     NOTHING,
@@ -19,11 +20,11 @@ from heli_identifier.online.watch import (
     advance_watch,
     candidate,
     candidate_value,
+    discretised_rates,
     projection,
     rate,
     scores,
     settled_watch,
-    watch_coefficients,
 )
 from heli_plant.effects import effect
 from heli_plant.laws import thrust_voltages
@@ -47,11 +48,12 @@ def watched(held, angles, pairs, **settings):
     return dict(zip(pairs, estimate.scores, strict=True))
 
 
-def gathered(z):
-    c, m = moment_coefficients(INTERVAL, 0.0, 20.0), no_moments(z.shape[1])
+def scored(z):
+    """The scores of the columns between two base regressors and y."""
+    m = no_moments(z.shape[1])
     for row in z.tolist():
-        m = add_sample(m, tuple(row), c)
-    return m
+        m = add_products(m, outer(row), 1.0, INTERVAL, 0.0, 20.0)
+    return scores(*weighted_blocks(m, 0.0, INTERVAL), 2, z.shape[1] - 3, INTERVAL, False)
 
 
 ONE_SECOND = exp(-INTERVAL)
@@ -75,7 +77,7 @@ def test_the_coefficient_is_that_of_the_joint_regression():
     z = slow(800, 4, seed=3)
     z[:, 3] = z[:, :3] @ [1.0, -0.5, 0.2] + 0.05 * slow(800, 1, seed=4)[:, 0]
     joint, *_ = np.linalg.lstsq(z[:, :3], z[:, 3], rcond=None)
-    (found,) = scores(gathered(z), 2, 1, 0.0, INTERVAL)
+    (found,) = scored(z)
     # Frisch, Waugh, Lovell: the same number by another way.
     assert found.coefficient == pytest.approx(joint[2], rel=1e-9)
     assert found.score > 10.0
@@ -87,7 +89,7 @@ def test_false_alarms_stay_rare_under_coloured_residuals():
         z = slow(1500, 4, seed=100 + seed)
         noise = slow(1500, 1, seed=5000 + seed, pole=exp(-INTERVAL / 3.0))[:, 0]
         z[:, 3] = z[:, :2] @ [1.0, -0.5] + noise
-        (found,) = scores(gathered(z), 2, 1, 0.0, INTERVAL)
+        (found,) = scored(z)
         alarms += abs(found.score) > 3.0
         white_error = noise.std() / np.sqrt(z[:, 2] @ z[:, 2])
         naive_alarms += abs(found.coefficient) / white_error > 3.0
@@ -100,18 +102,18 @@ def test_false_alarms_stay_rare_under_coloured_residuals():
 def test_dependent_base_regressors_and_an_invisible_candidate_get_no_score():
     z = slow(1500, 4, seed=8)
     z[:, 2] = z[:, 0] + z[:, 1] + 1e-3 * z[:, 2]
-    (found,) = scores(gathered(z), 2, 1, 0.0, INTERVAL)
+    (found,) = scored(z)
     assert found.score == 0.0
     assert found.visibility < 0.01
     z[:, 1] = 2.0 * z[:, 0]
-    assert scores(gathered(z), 2, 1, 0.0, INTERVAL) == (NOTHING,)
+    assert scored(z) == (NOTHING,)
 
 
 def test_a_candidate_that_was_awake_only_once_gets_no_score():
     z = slow(1500, 4, seed=6)
     z[:700, 2] = z[720:, 2] = 0.0
     z[:, 3] = z[:, :2] @ [1.0, -0.5] + 0.01 * slow(1500, 1, seed=7)[:, 0]
-    (found,) = scores(gathered(z), 2, 1, 0.0, INTERVAL)
+    (found,) = scored(z)
     assert found.score == 0.0
     assert found.visibility > 0.9
 
@@ -141,13 +143,13 @@ def test_a_candidate_is_what_its_effect_adds_to_the_plants_acceleration(name, ax
 def test_rates_for_the_laws_come_without_delay():
     held, angles, states = record(40.0, paper_excitation(1), encoders=False)
     plan = prepare(IdentifierSettings())
-    w = watch_coefficients((), 0.01)
-    s = settled_signals(*held[0], *angles[0], plan.signals)
-    state, found = settled_watch(s, w), []
+    f, d = plan.filter, discretised_rates(0.01, held=False)
+    s = settled_signals(tuple(held[0]), tuple(angles[0]), 5.0)
+    state, found = settled_watch(s, ()), []
     for v, q in zip(held[1:].tolist(), angles[1:].tolist(), strict=True):
-        s = advance_signals(s, *v, *q, plan.signals)
-        state = advance_watch(state, s, w, plan.signals.filter)
-        found.append(rate(state.pitch_d, s.pitch, s.pitch_1, s.pitch_2, w))
+        s = advance_signals(s, v, tuple(q), 0.01, 0.08, 5.0, f)
+        state = advance_watch(state, s, (), d, False, f)
+        found.append(rate(state.rates[0], s.angles[0], s.angles_1[0], s.angles_2[0], d, False))
     error = np.array(found)[200:] - states[201:, 3]
     # Second order: rate'' / omega_d^2. The chirp's 12 rad/s and 1 V drive .3 * 12 / 400 = .009 rad/s; a filter that
     # is late by .07 s would be off by .07 s * .3 rad/s^2 = .02 rad/s and, worse, by as much at every slow turn.
@@ -227,15 +229,17 @@ def test_scores_come_in_the_order_of_the_settings_and_change_no_estimate():
 
 def test_for_prediction_errors_a_law_uses_nothing_of_the_newest_sample():
     """Its filtered value is the same whatever the newest angle is, which the adaptation's is not."""
-    plan = prepare(IdentifierSettings())
-    f = plan.signals.filter
-    before = settled_signals(1.0, 1.0, 0.0, 0.1, 0.0, plan.signals)
+    f, friction = prepare(IdentifierSettings()).filter, (candidate("dry_friction", "pitch"),)
+
+    def moved(s, pitch):
+        return advance_signals(s, (1.0, 1.0), (pitch, 0.1, 0.0), 0.01, 0.08, 5.0, f)
+
+    before = settled_signals((1.0, 1.0), (0.0, 0.1, 0.0), 5.0)
+    moving = moved(before, 0.02)
     for held in (True, False):
-        c = watch_coefficients((candidate("dry_friction", "pitch"),), plan.signals.sample_time, held)
-        moving = advance_signals(before, 1.0, 1.0, 0.02, 0.1, 0.0, plan.signals)
-        w = advance_watch(settled_watch(before, c), moving, c, f)
+        d = discretised_rates(0.01, held)
+        w = advance_watch(settled_watch(before, friction), moving, friction, d, held, f)
         up, down = (
-            advance_watch(w, advance_signals(moving, 1.0, 1.0, angle, 0.1, 0.0, plan.signals), c, f).filtered
-            for angle in (0.2, -0.2)
+            advance_watch(w, moved(moving, angle), friction, d, held, f).filtered for angle in (0.2, -0.2)
         )
         assert (up == down) == held

@@ -171,7 +171,7 @@ class AdaptiveIdentifier(SlaveBase):
                 float(estimate.contradicted),
             )
         )
-        if closed and not self.warned and self.plan.predictor is None:
+        if closed and not self.warned and not self.plan.predicting:
             self.warned = True
             self.log(
                 "the voltages follow the measured angles: a controller closes the loop. The paper's adaptation is "

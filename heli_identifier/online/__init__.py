@@ -6,12 +6,22 @@ where a controller closes the loop. The excitation signals have a door of their 
 :mod:`heli_identifier.online.excitation`.
 """
 
-from .adaptation import AxisState, adapt, gain_matrix
-from .identifier import Sampled, begin_sampling, combinations, is_due, start, step, take_sample, take_samples
+from .adaptation import gain_matrix
+from .identifier import (
+    Sampled,
+    before_samples,
+    begin_sampling,
+    combinations,
+    is_due,
+    start,
+    step,
+    take_sample,
+    take_samples,
+)
 from .instruments import CONTRADICTION, GAINS
 from .linear_algebra import total
 from .loop import CLOSED, is_closed, shares
-from .prediction_error import PredictorState, noise_of
+from .prediction_error import noise_of
 from .settings import (
     ADAPTATION,
     METHODS,
@@ -24,68 +34,14 @@ from .settings import (
     determined,
     prepare,
 )
-from .signals import (
-    advance_signals,
-    elevation_regression,
-    pitch_regression,
-    pitch_regression_free,
-    travel_regression,
-)
-from .state import (
-    IdentifierOutput,
-    IdentifierState,
-    Lag,
-    before_samples,
-    output_of,
-)
-from .watch import WATCHABLE, Candidate, Motion, Score, candidate, candidate_value
+from .state import IdentifierOutput, IdentifierState, Lag, output_of
+from .watch import WATCHABLE, Candidate, Motion, candidate, candidate_value
 from .whitening import Noise
 
 __all__ = [
-    "ADAPTATION",
-    "CLOSED",
-    "CONTRADICTION",
-    "GAINS",
-    "METHODS",
-    "PREDICTION_ERROR",
-    "WATCHABLE",
-    "AxisState",
-    "Candidate",
-    "Estimate",
-    "IdentifierOutput",
-    "IdentifierSettings",
-    "IdentifierState",
-    "Lag",
-    "ModelParameters",
-    "Motion",
-    "Noise",
-    "Plan",
-    "PredictorState",
-    "Sampled",
-    "Score",
-    "adapt",
-    "advance_signals",
-    "before_samples",
-    "begin_sampling",
-    "candidate",
-    "candidate_value",
-    "combinations",
-    "default_settings",
-    "determined",
-    "elevation_regression",
-    "gain_matrix",
-    "is_closed",
-    "is_due",
-    "noise_of",
-    "output_of",
-    "pitch_regression",
-    "pitch_regression_free",
-    "prepare",
-    "shares",
-    "start",
-    "step",
-    "take_sample",
-    "take_samples",
-    "total",
-    "travel_regression",
-]
+    "ADAPTATION", "CLOSED", "CONTRADICTION", "GAINS", "METHODS", "PREDICTION_ERROR", "WATCHABLE", "Candidate",
+    "Estimate", "IdentifierOutput", "IdentifierSettings", "IdentifierState", "Lag", "ModelParameters", "Motion",
+    "Noise", "Plan", "Sampled", "before_samples", "begin_sampling", "candidate", "candidate_value", "combinations",
+    "default_settings", "determined", "gain_matrix", "is_closed", "is_due", "noise_of", "output_of", "prepare",
+    "shares", "start", "step", "take_sample", "take_samples", "total",
+]  # fmt: skip

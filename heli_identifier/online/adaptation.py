@@ -58,15 +58,9 @@ from math import exp, expm1, inf, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .moments import (
-    MomentCoefficients,
-    Moments,
-    add_products,
-    add_sample,
-    excitation_level,
-    no_moments,
-    standard_errors,
-)
+from .linear_algebra import outer
+from .moments import Moments, add_products, excitation_level, no_moments, standard_errors, weighted_blocks
+from .settings import AxisPlan, Plan
 from .watch import NOTHING, Score, scores
 
 _RESTORING_SHARE = 0.01
@@ -77,34 +71,9 @@ _SHORTEST_RESTORING_INTERVAL = 5
 """In steps; the shortest still has a step for each of five parameters."""
 
 
-class AdaptationCoefficients(NamedTuple):
-    """What one sampling period makes of (7).
-
-    ``forgetting`` beta [1]; ``noise`` r [1/s]; ``restoring_interval`` N [steps]; ``restoring_noise`` the variance of
-    the measurement that restores information [1/s], infinite where no gain limit is set.
-    """
-
-    forgetting: float
-    noise: float
-    restoring_interval: int
-    restoring_noise: float
-
-
-def adaptation_coefficients(alpha: float, h: float, gain_limit: float) -> AdaptationCoefficients:
-    """Return the coefficients of (7) for forgetting ``alpha`` [1/s], period ``h`` [s] and the limit Gamma_max."""
-    beta = exp(-alpha * h)
-    # r = beta / w = alpha / (exp(alpha h) - 1); expm1 keeps it exact for small alpha h.
-    noise = alpha / expm1(alpha * h) if alpha > 0.0 else 1.0 / h
-    interval = round(_RESTORING_SHARE / (alpha * h)) if alpha > 0.0 else _LONGEST_RESTORING_INTERVAL
-    interval = min(max(interval, _SHORTEST_RESTORING_INTERVAL), _LONGEST_RESTORING_INTERVAL)
-    forgotten = -expm1(-alpha * h * interval)
-    restoring = gain_limit / forgotten if forgotten > 0.0 else inf
-    return AdaptationCoefficients(beta, noise, interval, restoring)
-
-
-def initial_factor(size: int, gain: float) -> list[float]:
-    """Return the factor of Gamma(0) = ``gain`` I for ``size`` parameters."""
-    return [gain if i == j else 0.0 for j in range(size) for i in range(j + 1)]
+def initial_factor(variances: Sequence[float]) -> list[float]:
+    """Return the factor of a diagonal Gamma."""
+    return [variance if i == j else 0.0 for j, variance in enumerate(variances) for i in range(j + 1)]
 
 
 def gain_matrix(factor: Sequence[float], size: int) -> list[list[float]]:
@@ -121,13 +90,16 @@ def gain_matrix(factor: Sequence[float], size: int) -> list[list[float]]:
     return gain
 
 
-def measure(factor, omega, phi, y, noise, forgetting, direction):
+def measure(
+    factor: list[float], omega: list[float], phi: Sequence[float], y: float, noise: float, forgetting: float
+) -> tuple[float, float]:
     """Take one measurement y = phi^T Omega into ``factor`` and ``omega``, in place.
 
-    ``noise`` is r [1/s], ``forgetting`` beta [1]; ``direction``, of length n, holds Gamma phi afterwards. Returns sigma
-    with Omega before the measurement, and s = r + phi^T Gamma phi [1/s] with Gamma before it.
+    ``noise`` is r [1/s], ``forgetting`` beta [1]. Returns sigma with Omega before the measurement, and
+    s = r + phi^T Gamma phi [1/s] with Gamma before it.
     """
-    n = len(phi)
+    n = len(omega)
+    direction = [0.0] * n  # becomes Gamma phi
     sigma = y
     s = noise
     start = 0
@@ -155,26 +127,39 @@ def measure(factor, omega, phi, y, noise, forgetting, direction):
     return sigma, s
 
 
-def unit_vector(index, size):
+def measurement_noise(alpha: float, h: float) -> float:
+    """Return r [1/s] for forgetting ``alpha`` [1/s] and the period ``h`` [s]."""
+    # r = beta / w = alpha / (exp(alpha h) - 1); expm1 keeps it exact for small alpha h.
+    return alpha / expm1(alpha * h) if alpha > 0.0 else 1.0 / h
+
+
+def unit_vector(index: int, size: int) -> list[float]:
     """Return phi of a measurement of the parameter ``index`` itself."""
     return [1.0 if j == index else 0.0 for j in range(size)]
 
 
-def adapt(factor, omega, phi, y, count, coefficients, direction):
+def adapt(
+    factor: list[float], omega: list[float], phi: Sequence[float], y: float, count: int, alpha: float, h: float,
+    limit: float,
+) -> float:  # fmt: skip
     """Advance (7) by one sampling period, in place; return sigma before it.
 
-    ``count`` numbers the steps from 0: it decides which unit vector, if any, has its information restored. The other
-    arguments are those of :func:`measure`.
+    ``count`` numbers the steps from 0: it decides which unit vector, if any, has its information restored.
+    ``alpha`` [1/s] is the forgetting, ``h`` [s] the period, ``limit`` Gamma_max; the rest as in :func:`measure`.
     """
-    beta, noise, interval, restoring_noise = coefficients
-    sigma, _ = measure(factor, omega, phi, y, noise, beta, direction)
+    n = len(omega)
+    sigma, _ = measure(factor, omega, phi, y, measurement_noise(alpha, h), exp(-alpha * h))
+    if alpha == 0.0 or limit == inf:
+        return sigma
+    interval = round(_RESTORING_SHARE / (alpha * h))
+    interval = min(max(interval, _SHORTEST_RESTORING_INTERVAL), _LONGEST_RESTORING_INTERVAL)
     index = count % interval
-    if index < len(phi) and restoring_noise < inf:
-        measure(factor, omega, unit_vector(index, len(phi)), omega[index], restoring_noise, 1.0, direction)
+    if index < n:
+        measure(factor, omega, unit_vector(index, n), omega[index], -limit / expm1(-alpha * h * interval), 1.0)
     return sigma
 
 
-def loosen(factor, index, variance):
+def loosen(factor: list[float], index: int, variance: float) -> None:
     """Add ``variance`` to the diagonal element ``index`` of Gamma, in place: the parameter may have changed by as much.
 
     Rank-one update of U and D by Agee and Turner; D grows, and stays positive. Source: Bierman 1977, theorem V.3.1.
@@ -211,6 +196,11 @@ def kept_early(count: int, samples: int, h: float) -> float:
     return exp(-_FORGOTTEN * (exp((samples * h - end) / _TIME) - exp(-end / _TIME)))
 
 
+def kept_over(count: int, samples: int, alpha: float, h: float) -> float:
+    """Return the same with the forgetting ``alpha`` [1/s] as well."""
+    return exp(-alpha * samples * h) * kept_early(count, samples, h)
+
+
 class AxisState(NamedTuple):
     """Everything remembered about one axis.
 
@@ -229,53 +219,52 @@ class AxisState(NamedTuple):
     scores: tuple[Score, ...]
 
 
-def initial_axis(omega: tuple[float, ...], gain: float, candidates: int = 0) -> AxisState:
-    """Return the axis before its first sample, with Omega(0), Gamma(0) = ``gain`` I and a number of candidates."""
-    n = len(omega)
-    certainty = (sqrt(gain),) * n
-    size = n + candidates + 1
-    factor, silence = tuple(initial_factor(n, gain)), (0.0,) * size
-    return AxisState(factor, omega, 0.0, silence, no_moments(size), certainty, 0.0, (NOTHING,) * candidates)
+def initial_axis(own: AxisPlan, plan: Plan) -> AxisState:
+    """Return an axis before its first sample."""
+    candidates = len(own.watched)
+    size = len(own.first) + candidates + 1
+    sums = (0.0,) * (size * (size + 1) // 2 if plan.predicting else size)
+    certainty = (sqrt(plan.settings.initial_gain),) * own.reported
+    factor = tuple(initial_factor(own.prior))
+    return AxisState(factor, own.first, 0.0, sums, no_moments(size), certainty, 0.0, (NOTHING,) * candidates)
 
 
-def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, c: AdaptationCoefficients) -> AxisState:
+def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, plan: Plan) -> AxisState:
     """Return ``axis`` after one step of (7) on ``z`` = (phi, candidates, y); ``count`` numbers the steps."""
-    factor, omega, _, sums, moments, errors, excitation, last_scores = axis
-    factor_now, omega_now = list(factor), list(omega)
-    n = len(omega)
-    sigma = adapt(factor_now, omega_now, z[:n], z[-1], count, c, [0.0] * n)
-    sums = tuple(map(add, sums, z))
-    return AxisState(tuple(factor_now), tuple(omega_now), sigma, sums, moments, errors, excitation, last_scores)
+    factor, omega, settings = list(axis.factor), list(axis.omega), plan.settings
+    sigma = adapt(factor, omega, z, z[-1], count, settings.forgetting, plan.sample_time, settings.gain_limit)
+    return axis._replace(factor=tuple(factor), omega=tuple(omega), sigma=sigma, sums=tuple(map(add, axis.sums, z)))
 
 
-def observe_axis(axis: AxisState, samples: int, c: MomentCoefficients) -> AxisState:
-    """Return ``axis`` with the mean of z over the last ``samples`` added to its moments."""
-    share = 1.0 / samples
-    mean = tuple([share * x for x in axis.sums])
-    return axis._replace(sums=(0.0,) * len(mean), moments=add_sample(axis.moments, mean, c))
-
-
-def observe_products(axis: AxisState, samples: int, c: MomentCoefficients) -> AxisState:
-    """Return ``axis``, whose sums are those of z z^T over ``samples``, with their mean added to its moments."""
-    share = 1.0 / samples
+def observe_axis(axis: AxisState, count: int, plan: Plan) -> AxisState:
+    """Return ``axis`` with the mean over the last samples, up to the one numbered ``count``, added to its moments."""
+    share, settings, weight = 1.0 / plan.moment_samples, plan.settings, 1.0
     mean = [share * x for x in axis.sums]
-    return axis._replace(sums=(0.0,) * len(mean), moments=add_products(axis.moments, mean, c))
+    if plan.predicting:
+        products, weight = mean, 1.0 / kept_early(count, count + 1, plan.sample_time)
+    else:
+        products = outer(mean)
+    moments = add_products(
+        axis.moments, products, weight, plan.moment_interval, settings.forgetting, settings.excitation_window
+    )
+    return axis._replace(sums=(0.0,) * len(mean), moments=moments)
 
 
-def evaluate_axis(
-    axis: AxisState, combinations: tuple[tuple[float, ...], ...], alpha: float, interval: float, whitened: bool = False
-) -> AxisState:
+def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], count: int, plan: Plan) -> AxisState:
     """Return ``axis`` with standard errors of ``combinations`` of Omega, excitation and scores evaluated.
 
     The combinations are of the first parameters of Omega; those that follow are not reported (the noise model's).
-    ``alpha`` [1/s] is the forgetting, ``interval`` [s] the time between samples of the moments; ``whitened`` says that
-    the axis' residual is white with intensity 1 (:mod:`.prediction_error`).
+    ``count`` numbers the sample. The residual of prediction errors is white with intensity 1.
     """
-    moments, omega = axis.moments, axis.omega
+    moments, omega, interval, whitened = axis.moments, axis.omega, plan.moment_interval, plan.predicting
     n, reported, candidates = len(omega), len(combinations[0]), len(axis.scores)
     rows = tuple([(*row, *([0.0] * (n - reported))) for row in combinations])
+    seen = (count + 1) // plan.moment_samples * plan.moment_samples
+    kept = kept_early(seen - 1, seen, plan.sample_time) if whitened else 1.0
+    weights, blocks = weighted_blocks(moments, plan.settings.forgetting, interval, kept)
+    gain = gain_matrix(axis.factor, n)
     return axis._replace(
-        standard_errors=standard_errors(moments, gain_matrix(axis.factor, n), omega, rows, alpha, interval, whitened),
+        standard_errors=standard_errors(weights, blocks, gain, omega, rows, candidates, interval, whitened),
         excitation=excitation_level(moments.window, n + candidates + 1, reported),
-        scores=scores(moments, n, candidates, alpha, interval, whitened),
+        scores=scores(weights, blocks, n, candidates, interval, whitened),
     )

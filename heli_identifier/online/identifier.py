@@ -13,31 +13,19 @@ t_0 + k h. At a communication point t the samples that are due are taken in; one
 the straight line between them and the voltages held since the earlier one.
 """
 
-from math import cos, sin
+from math import sqrt
 from typing import NamedTuple
 
 from heli_plant.motor import saturate
 
-from .adaptation import AxisState, adapt_axis, evaluate_axis, initial_axis, kept_early, observe_axis, observe_products
-from .instruments import NO_REFERENCES, References, advance_references, evaluated, first_references, have_moved
+from .adaptation import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis, unit_vector
+from .instruments import NO_REFERENCES, References, advance_references, evaluated, first_references
 from .linear_algebra import hypotenuse
-from .loop import first_feedback, watch_error, watch_innovation, widened
-from .moments import fade
-from .prediction_error import (
-    ELEVATION,
-    ELEVATION_LAG,
-    PITCH,
-    PITCH_FREE,
-    PITCH_LAG,
-    TRAVEL,
-    PredictorState,
-    first_predictor,
-    predict_axis,
-    rest_predictor,
-    with_noise,
-)
+from .loop import first_feedback, shares, watch_error, watch_innovation
+from .prediction_error import first_predictor, predict_axis, rest_predictor
 from .settings import Plan
 from .signals import (
+    Angles,
     LagState,
     Signals,
     advance_lag,
@@ -45,7 +33,6 @@ from .signals import (
     elevation_regression,
     follow_lag,
     pitch_regression,
-    pitch_regression_free,
     settled_lag,
     settled_signals,
     travel_regression,
@@ -59,9 +46,8 @@ _PITCH, _ELEVATION, _TRAVEL = 0, 1, 2
 _EARLY = 1e-6
 """A sample is due this fraction of its period early, because communication points k H have rounding errors."""
 
-Regressions = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
-"""(phi, watched, y) of pitch, elevation and travel."""
-
+Regressors = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+"""z = (phi, watched, y) of pitch, elevation and travel."""
 
 Rows = tuple[tuple[float, ...], ...]
 """Combinations of the Omega of one axis."""
@@ -74,68 +60,45 @@ def start(
     pitch: float,
     elevation: float,
     travel: float,
-    references: tuple[float, float, float] = NO_REFERENCES,
+    references: Angles = NO_REFERENCES,
 ) -> IdentifierState:
     """Return the state at sample 0, filters and motors settled at it; voltages [V], angles and references [rad]."""
-    at = plan.settings.initial
-    if plan.rest_angle_is_known:
-        pitch_omega: tuple[float, ...] = (at.a_wx, at.a_th, at.k_x)
-    else:
-        pitch_omega = (at.a_wx, at.a_th * cos(at.theta0), at.a_th * sin(at.theta0), at.k_x)
-    elevation_omega: tuple[float, ...] = (at.a_wz, at.a_e, at.a_1, at.a_lt, at.k_z)
-    pitch_widths: tuple[float, ...] = PITCH if plan.rest_angle_is_known else PITCH_FREE
-    elevation_widths: tuple[float, ...] = ELEVATION
-    if plan.lag is not None:
-        pitch_omega, elevation_omega = (*pitch_omega, 0.0), (*elevation_omega, 0.0)
-        pitch_widths, elevation_widths = (*pitch_widths, PITCH_LAG), (*elevation_widths, ELEVATION_LAG)
-    signals = settled_signals(v_front, v_rear, pitch, elevation, travel, plan.signals)
-    watch = settled_watch(signals, plan.watch) if plan.watch.candidates else None
-    lag = settled_lag(signals, plan.lag) if plan.lag is not None else None
-    z_1, z_2, z_3 = _regressions(signals, lag, watch, plan)
-    difference, total = signals.v_front - signals.v_rear, signals.v_front + signals.v_rear
+    settings, h = plan.settings, plan.sample_time
+    signals = settled_signals((v_front, v_rear), (pitch, elevation, travel), settings.voltage_limit)
+    watch = settled_watch(signals, plan.candidates) if plan.candidates else None
+    lag = settled_lag(signals, h, settings.motor_time_constant) if plan.estimates_lag else None
+    z_1, z_2, z_3 = _regressors(signals, lag, watch, plan)
+    front, rear = signals.voltages
     axes = (
-        _first_axis(_PITCH, pitch_omega, pitch_widths, z_1, difference, plan),
-        _first_axis(_ELEVATION, elevation_omega, elevation_widths, z_2, total, plan),
-        _first_axis(_TRAVEL, (at.a_wy, at.k_y), TRAVEL, z_3, difference, plan),
+        _first_axis(_PITCH, z_1, front - rear, plan),
+        _first_axis(_ELEVATION, z_2, front + rear, plan),
+        _first_axis(_TRAVEL, z_3, front - rear, plan),
     )
-    return IdentifierState(
-        0, (signals.v_front, signals.v_rear), signals, lag, watch, axes, first_references(references)
-    )
+    return IdentifierState(0, signals.voltages, signals, lag, watch, axes, first_references(references))
 
 
-def _first_axis(
-    which: int,
-    omega: tuple[float, ...],
-    widths: tuple[float, ...],
-    z: tuple[float, ...],
-    voltage: float,
-    plan: Plan,
-) -> Axis:
-    """Return one axis at sample 0, ``widths`` the standard deviations of ``omega`` beforehand."""
-    estimate = initial_axis(omega, plan.settings.initial_gain, len(plan.watched_columns[which]))
-    p: PredictorState | None = None
-    if plan.predictor is not None:
-        estimate = with_noise(estimate, plan.settings.noise[which], widths, plan.predictor)
-        p = first_predictor(z, estimate, plan.predictor)
-    return Axis(estimate, p, first_feedback(voltage, plan.feedback))
+def before_samples(plan: Plan) -> IdentifierOutput:
+    """Return what is known before the first sample: the initial estimate, and how uncertain Gamma(0) makes it."""
+    return output_of(start(plan, 0.0, 0.0, 0.0, 0.0, 0.0), plan)._replace(parameters=plan.settings.initial)
 
 
-def _regressions(signals: Signals, lag: LagState | None, watch: WatchState | None, plan: Plan) -> Regressions:
-    """Return (phi, watched, y) of the three axes."""
-    f = plan.signals.filter
-    if plan.rest_angle_is_known:
-        y_1, given = pitch_regression(signals, plan.sine_of_rest, plan.cosine_of_rest, f)
-        phi_1: tuple[float, ...] = given
-    else:
-        y_1, phi_1 = pitch_regression_free(signals, f)
-    y_2, of_elevation = elevation_regression(signals, f)
-    phi_2: tuple[float, ...] = of_elevation
+def _first_axis(which: int, z: tuple[float, ...], voltage: float, plan: Plan) -> Axis:
+    own = plan.axes[which]
+    predictor = first_predictor(z, own, plan) if plan.predicting else None
+    return Axis(initial_axis(own, plan), predictor, first_feedback(voltage, plan.usual))
+
+
+def _regressors(signals: Signals, lag: LagState | None, watch: WatchState | None, plan: Plan) -> Regressors:
+    """Return z of the three axes."""
+    f = plan.filter
+    y_1, phi_1 = pitch_regression(signals, plan.settings.rest_angle, f)
+    y_2, phi_2 = elevation_regression(signals, f)
+    y_3, phi_3 = travel_regression(signals, f)
     if lag is not None:
         phi_1, phi_2 = (*phi_1, -lag.difference_f[0]), (*phi_2, -lag.lift_f[0])
-    y_3, phi_3 = travel_regression(signals, f)
     if watch is None:
         return (*phi_1, y_1), (*phi_2, y_2), (*phi_3, y_3)
-    own_1, own_2, own_3 = [tuple([watch.filtered[i][0] for i in columns]) for columns in plan.watched_columns]
+    own_1, own_2, own_3 = [tuple([watch.filtered[i][0] for i in own.watched]) for own in plan.axes]
     return (*phi_1, *own_1, y_1), (*phi_2, *own_2, y_2), (*phi_3, *own_3, y_3)
 
 
@@ -147,7 +110,7 @@ def step(
     elevation: float,
     travel: float,
     plan: Plan,
-    references: tuple[float, float, float] = NO_REFERENCES,
+    references: Angles = NO_REFERENCES,
 ) -> tuple[IdentifierState, IdentifierOutput]:
     """Take in the next sample; voltages [V], angles and, where there are any, the controller's references [rad].
 
@@ -156,40 +119,40 @@ def step(
     state : IdentifierState
     output : IdentifierOutput
     """
-    samples, signals, every = state.samples + 1, state.signals, plan.every
+    samples, before, every, settings = state.samples + 1, state.signals, plan.every, plan.settings
     if every > 1:
-        limit = plan.signals.voltage_limit
+        limit = settings.voltage_limit
         sum_front, sum_rear = state.voltages
         if samples % every > 0:
             sums = sum_front + saturate(v_front, limit), sum_rear + saturate(v_rear, limit)
             state = state._replace(samples=samples, voltages=sums)
             return state, output_of(state, plan)
-        signals = signals._replace(v_front=sum_front / every, v_rear=sum_rear / every)
-    before, lag, watch = signals, state.lag, state.watch
-    signals = advance_signals(before, v_front, v_rear, pitch, elevation, travel, plan.signals)
-    if lag is not None and plan.lag is not None:
-        lag = advance_lag(lag, before, signals, plan.lag, plan.signals.filter)
+        before = before._replace(voltages=(sum_front / every, sum_rear / every))
+    h, assumed, f = plan.sample_time, settings.motor_time_constant, plan.filter
+    lag, watch = state.lag, state.watch
+    signals = advance_signals(
+        before, (v_front, v_rear), (pitch, elevation, travel), h, assumed, settings.voltage_limit, f
+    )
+    if lag is not None:
+        lag = advance_lag(lag, before, signals, h, f)
     if watch is not None:
-        watch = advance_watch(watch, signals, plan.watch, plan.signals.filter)
-    z_1, z_2, z_3 = _regressions(signals, lag, watch, plan)
-    count = samples // every - plan.hold_samples
-    held, asked = state.references, state.references
-    if count >= 0 and plan.predictor is not None:
-        held = have_moved(held, references)
-        asked = advance_references(held, references, count, plan.predictor.sample_time, plan.predictor.outside)
-    difference, total = signals.v_front - signals.v_rear, signals.v_front + signals.v_rear
-    b: tuple[float, ...] = held.b if held.moved else ()
+        watch = advance_watch(watch, signals, plan.candidates, plan.rate_filter, plan.predicting, f)
+    z_1, z_2, z_3 = _regressors(signals, lag, watch, plan)
+    count, asked = samples // every - plan.hold_samples, state.references
+    if count >= 0 and plan.predicting:
+        asked = advance_references(asked, references, count, settings.forgetting, h)
+    front, rear = signals.voltages
+    b: tuple[float, ...] = state.references.b if asked.moved else ()
     pitch_axis, elevation_axis, travel_axis = state.axes
     axes = (
-        _advance(_PITCH, pitch_axis, z_1, difference, count, b, asked, plan),
-        _advance(_ELEVATION, elevation_axis, z_2, total, count, b, asked, plan),
-        _advance(_TRAVEL, travel_axis, z_3, difference, count, b, asked, plan),
+        _advance(_PITCH, pitch_axis, z_1, front - rear, count, b, asked, plan),
+        _advance(_ELEVATION, elevation_axis, z_2, front + rear, count, b, asked, plan),
+        _advance(_TRAVEL, travel_axis, z_3, front - rear, count, b, asked, plan),
     )
-    if lag is not None and plan.lag is not None and count >= 0 and count % plan.report_samples == _TRAVEL:
-        found = lag_of(axes[0].estimate, axes[1].estimate, plan.lag.time_constant)
-        lag = follow_lag(lag, found.value, found.standard_error, plan.lag)
-    voltages = (signals.v_front, signals.v_rear)
-    state = IdentifierState(samples, voltages, signals, lag, watch, axes, asked)
+    if lag is not None and count >= 0 and count % plan.report_samples == _TRAVEL:
+        found = lag_of(axes[0].estimate, axes[1].estimate, plan)
+        lag = follow_lag(lag, found.value, found.standard_error, h, assumed)
+    state = IdentifierState(samples, signals.voltages, signals, lag, watch, axes, asked)
     return state, output_of(state, plan)
 
 
@@ -204,36 +167,30 @@ def _advance(
     plan: Plan,
 ) -> Axis:
     """Return one axis after a sample, with its moments and, in its turn, its standard errors, excitation and scores."""
-    own, p, loop = axis
-    c, alpha, interval = plan.predictor, plan.settings.forgetting, plan.moments.interval
-    observed, evaluating = (count + 1) % plan.moment_samples == 0, count % plan.report_samples == which
-    if p is not None and c is not None:
-        if count < 0:
-            return Axis(own, rest_predictor(p, z), loop)
-        own, after = predict_axis(own, p, z, count, c, plan.adaptation, b)
-        loop = watch_innovation(loop, own.sigma, voltage, count, plan.feedback)
-        if observed:
-            kept = kept_early(count, plan.moment_samples, c.sample_time)
-            if kept < 1.0:
-                own = own._replace(moments=fade(own.moments, kept))
-            own = observe_products(own, plan.moment_samples, plan.moments)
-        if evaluating:
-            rows = _rows(which, own, plan)
-            own = evaluate_axis(own, rows, alpha, interval, True)
-            own = own._replace(standard_errors=widened(own.standard_errors, after.outside, rows))
+    estimate, predictor, loop = axis
+    own, h = plan.axes[which], plan.sample_time
+    if count < 0:
+        return axis if predictor is None else axis._replace(predictor=rest_predictor(predictor, z))
+    if predictor is None:
+        estimate = adapt_axis(estimate, z, count, plan)
+        loop = watch_error(loop, estimate.sigma, voltage, count, h, plan.usual)
+    else:
+        estimate, predictor = predict_axis(estimate, predictor, z, count, b, own, plan)
+        loop = watch_innovation(loop, estimate.sigma, voltage, count, h)
+    if (count + 1) % plan.moment_samples == 0:
+        estimate = observe_axis(estimate, count, plan)
+    if count % plan.report_samples == which:
+        rows = _rows(which, estimate, plan)
+        estimate = evaluate_axis(estimate, rows, count, plan)
+        if predictor is not None:
+            # only what came from outside the loop counts
+            counted = shares(predictor.outside, rows)
+            errors = [error / sqrt(share) for error, share in zip(estimate.standard_errors, counted, strict=True)]
+            estimate = estimate._replace(standard_errors=tuple(errors))
             if references.moved:
-                gain = len(own.omega) - (4 if plan.lag is not None and which != _TRAVEL else 3)  # k Delta, nu behind
-                found = evaluated(after.instruments, references, own.omega, p.prior, gain, c.sample_time)
-                after = after._replace(instruments=found)
-        return Axis(own, after, loop)
-    if count >= 0:
-        own = adapt_axis(own, z, count, plan.adaptation)
-        loop = watch_error(loop, own.sigma, voltage, count, plan.feedback)
-        if observed:
-            own = observe_axis(own, plan.moment_samples, plan.moments)
-        if evaluating:
-            own = evaluate_axis(own, _rows(which, own, plan), alpha, interval)
-    return Axis(own, p, loop)
+                found = evaluated(predictor.instruments, references, estimate.omega, own.prior, own.gain, h)
+                predictor = predictor._replace(instruments=found)
+    return Axis(estimate, predictor, loop)
 
 
 def combinations(state: IdentifierState, plan: Plan) -> tuple[Rows, Rows, Rows]:
@@ -245,21 +202,17 @@ def combinations(state: IdentifierState, plan: Plan) -> tuple[Rows, Rows, Rows]:
     )
 
 
-def _unit_rows(n: int) -> Rows:
-    return tuple(tuple(1.0 if i == j else 0.0 for j in range(n)) for i in range(n))
-
-
 _NOTHING = 1e-100
 """Value of a gain [rad/s^2/V] or torque [rad/s^2] that has been forgotten: the square of a smaller one may be zero."""
-
-_BOTH, _ALL_THREE, _ALL_FIVE = _unit_rows(2), _unit_rows(3), _unit_rows(5)
 
 
 def _rows(which: int, axis: AxisState, plan: Plan) -> Rows:
     """Return the combinations of an axis: gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p) among them."""
-    rows: Rows = _BOTH if which == _TRAVEL else _ALL_FIVE if which == _ELEVATION else _ALL_THREE
-    if which == _PITCH and not plan.rest_angle_is_known:
-        p, q = axis.omega[1:3]
+    own = plan.axes[which]
+    n = own.gain + 1
+    rows: Rows = tuple([tuple(unit_vector(i, n)) for i in range(n)])
+    if which == _PITCH and plan.settings.rest_angle is None:
+        p, q = axis.omega[1], axis.omega[2]
         a = hypotenuse(p, q)
         a = a if a > _NOTHING else 1.0
         rows = (
@@ -268,12 +221,11 @@ def _rows(which: int, axis: AxisState, plan: Plan) -> Rows:
             (0.0, 0.0, 0.0, 1.0),
             (0.0, -q / (a * a), p / (a * a), 0.0),
         )
-    if plan.lag is None or which == _TRAVEL:
+    if own.reported == n:
         return rows
-    n = len(rows[0])
-    gain, product = axis.omega[n - 1], axis.omega[n]
+    gain, product = axis.omega[own.gain], axis.omega[n]
     gain = gain if abs(gain) > _NOTHING else 1.0
-    slope = (*([0.0] * (n - 1)), -product / (gain * gain), 1.0 / gain)
+    slope = (*([0.0] * own.gain), -product / (gain * gain), 1.0 / gain)
     return (*[(*row, 0.0) for row in rows], slope)
 
 
@@ -291,7 +243,7 @@ class Sampled(NamedTuple):
 
 
 def begin_sampling(
-    time: float, now: Sample, plan: Plan, references: tuple[float, float, float] = NO_REFERENCES
+    time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> Sampled:
     """Return what is remembered after sample 0, which is ``now`` at ``time`` [s], with its ``references`` [rad]."""
     v_front, v_rear, pitch, elevation, travel = now
@@ -305,7 +257,7 @@ def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
 
 
 def take_sample(
-    sampled: Sampled, time: float, now: Sample, plan: Plan, references: tuple[float, float, float] = NO_REFERENCES
+    sampled: Sampled, time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> tuple[IdentifierState, IdentifierOutput]:
     """Take in the next sample, which is due up to ``time`` [s], at which ``now`` and the ``references`` are read."""
     period = plan.settings.sample_time
@@ -321,7 +273,7 @@ def take_sample(
 
 
 def take_samples(
-    sampled: Sampled, time: float, now: Sample, plan: Plan, references: tuple[float, float, float] = NO_REFERENCES
+    sampled: Sampled, time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> tuple[Sampled, IdentifierOutput | None]:
     """Take in the samples that are due up to ``time`` [s], at which ``now`` and the ``references`` [rad] are read.
 

@@ -28,9 +28,9 @@ from math import sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import kept_early
-from .linear_algebra import dot, eliminated, explained, is_singular, solved
-from .loop import FILTERS, OutsideCoefficients
+from .adaptation import kept_over
+from .linear_algebra import dot, eliminated, explained, is_singular, outer, solved
+from .loop import FILTERS, laguerre, products_every
 
 CONTRADICTION = 2.5
 """Standard errors of the instruments beyond which they exclude an estimate: by chance in less than one of 80."""
@@ -86,33 +86,25 @@ def no_instruments(parameters: int) -> Instruments:
     )
 
 
-def have_moved(r: References, references: tuple[float, float, float]) -> References:
-    """Return ``r`` at a sample with these ``references`` [rad]."""
-    if r.moved or (references[0] == r.first[0] and references[1] == r.first[1] and references[2] == r.first[2]):
-        return r
-    return r._replace(moved=True)
-
-
 def advance_references(
-    r: References, references: tuple[float, float, float], count: int, h: float, c: OutsideCoefficients
+    r: References, references: tuple[float, float, float], count: int, alpha: float, h: float
 ) -> References:
-    """Return ``r`` after the sample numbered ``count``; with every ``c.stride``-th one b changes. ``h`` [s]."""
-    stride, forgetting, a, entry = c
-    if not r.moved or count % stride != 0:
+    """Return ``r`` after the sample numbered ``count``, where the ``references`` [rad] were asked for.
+
+    b changes at every sample at which products are due. Forgetting ``alpha`` [1/s], ``h`` [s] from sample to sample.
+    """
+    if not r.moved and not any(now != first for now, first in zip(references, r.first, strict=True)):
         return r
-    kept = forgetting * kept_early(count, stride, h)
-    products = [stride * x * y for i, x in enumerate(r.b) for y in r.b[i:]]
-    faded = [kept * x for x in r.products]
+    stride = products_every(h)
+    if count % stride != 0:
+        return r._replace(moved=True)
+    kept = kept_over(count, stride, alpha, h)
+    products = [kept * x + stride * y for x, y in zip(r.products, outer(r.b), strict=True)]
     b = [1.0]
     for k in range(3):
-        u = entry * (references[k] - r.first[k])
-        last = 0.0
-        for i in range(FILTERS):
-            x = r.b[1 + FILTERS * k + i]
-            y = a * x + u if i == 0 else a * x + last - a * u
-            last, u = x, y
-            b.append(y)
-    return References(r.first, True, tuple(b), tuple(map(add, faded, products)))
+        x = r.b[1 + FILTERS * k : 1 + FILTERS * (k + 1)]
+        b = [*b, *laguerre(x, references[k] - r.first[k], stride * h)]
+    return References(r.first, True, tuple(b), tuple(products))
 
 
 def add_signals(
@@ -128,15 +120,11 @@ def add_signals(
     z = [dot(column, b) for column in i.first_stage]
     products = [x * w for x in b for w in waiting[:-1]]
     cross = [x * w for x in z for w in waiting]
-    squares = [stride * x * w for j, x in enumerate(z) for w in z[j:]]
-    return Instruments(
-        (0.0,) * len(waiting),
-        tuple(map(add, [kept * x for x in i.products], products)),
-        i.first_stage,
-        tuple(map(add, [kept * x for x in i.cross], cross)),
-        tuple(map(add, [kept * x for x in i.squares], squares)),
-        i.gain,
-        i.standard_error,
+    return i._replace(
+        waiting=(0.0,) * len(waiting),
+        products=tuple([kept * x + y for x, y in zip(i.products, products, strict=True)]),
+        cross=tuple([kept * x + y for x, y in zip(i.cross, cross, strict=True)]),
+        squares=tuple([kept * x + stride * y for x, y in zip(i.squares, outer(z), strict=True)]),
     )
 
 

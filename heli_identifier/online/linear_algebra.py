@@ -45,6 +45,11 @@ def row_indices(size: int) -> tuple[tuple[int, ...], ...]:
     return tuple(tuple(starts[min(i, j)] + max(i, j) - min(i, j) for j in range(size)) for i in range(size))
 
 
+def outer(z: Sequence[float]) -> list[float]:
+    """Return z z^T, packed."""
+    return [a * b for i, a in enumerate(z) for b in z[i:]]
+
+
 def bilinear_form(u: Sequence[float], v: Sequence[float]) -> list[float]:
     """Return the coefficients whose inner product with a packed symmetric matrix A is u^T A v."""
     size = len(u)

@@ -38,33 +38,24 @@ model); Wahlberg, System identification using Laguerre models, IEEE Trans. Autom
 """
 
 from collections.abc import Sequence
-from math import exp, log, sqrt
+from math import exp, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .linear_algebra import eliminated, explained, is_singular
-from .whitening import Memory, Noise, Whitening, settled_memory, whiten, whitening
+from .linear_algebra import eliminated, explained, is_singular, outer
+from .whitening import Memory, Whitening, settled_memory, whiten
 
 CLOSED = 3.0
 """A score beyond it, of either sign, says that the loop is closed."""
 
-_BLOCK_TIME, _MEMORY = 1.0, 60.0
-"""Length of a block and time over which blocks are forgotten [s]."""
+_BLOCK_TIME = 1.0
+"""Length of a block [s]."""
+
+_KEPT = exp(-_BLOCK_TIME / 60.0)
+"""Share of the sums that is kept from block to block [1]."""
 
 _REST_TIME = 3.0
 """Time after the estimation's beginning for which nothing is taken in [s]: sigma is not an innovation yet."""
-
-
-class FeedbackCoefficients(NamedTuple):
-    """``length`` of a block and of the ``rest`` before the first one [samples]; ``kept`` of the sums per block [1].
-
-    ``whitening``: the fixed G for adaptation errors.
-    """
-
-    length: int
-    rest: int
-    kept: float
-    whitening: Whitening
 
 
 class Feedback(NamedTuple):
@@ -84,44 +75,31 @@ class Feedback(NamedTuple):
     squares: float
 
 
-def feedback_coefficients(h: float, f1: float, f2: float) -> FeedbackCoefficients:
-    """Return the coefficients for samples every ``h`` [s]; ``f1``, ``f2`` are those of A_F (:mod:`.whitening`)."""
-    noise = Noise()
-    return FeedbackCoefficients(
-        max(1, round(_BLOCK_TIME / h)),
-        round(_REST_TIME / h),
-        exp(-_BLOCK_TIME / _MEMORY),
-        whitening(log(noise.bandwidth), log(noise.corner), f1, f2, h),
-    )
-
-
-def first_feedback(voltage: float, c: FeedbackCoefficients) -> Feedback:
+def first_feedback(voltage: float, w: Whitening) -> Feedback:
     """Return what is known at sample 0, from which the axis' ``voltage`` [V] is held."""
-    return Feedback(settled_memory(0.0, c.whitening), voltage, 0.0, 0.0, 0.0, 0, 0.0, 0.0)
+    return Feedback(settled_memory(0.0, w), voltage, 0.0, 0.0, 0.0, 0, 0.0, 0.0)
 
 
-def watch_error(f: Feedback, sigma: float, voltage: float, count: int, c: FeedbackCoefficients) -> Feedback:
+def watch_error(f: Feedback, sigma: float, voltage: float, count: int, h: float, w: Whitening) -> Feedback:
     """Return ``f`` after a sample with adaptation error ``sigma``; the rest as for :func:`watch_innovation`."""
-    memory, e = whiten((f.memory,), (sigma,), c.whitening)
-    return watch_innovation(f._replace(memory=memory[0]), e[0], voltage, count, c)
+    memory, e = whiten((f.memory,), (sigma,), w)
+    return watch_innovation(f._replace(memory=memory[0]), e[0], voltage, count, h)
 
 
-def watch_innovation(f: Feedback, e: float, voltage: float, count: int, c: FeedbackCoefficients) -> Feedback:
+def watch_innovation(f: Feedback, e: float, voltage: float, count: int, h: float) -> Feedback:
     """Return ``f`` after a sample with innovation ``e`` [rad/s^2]; ``voltage`` [V] is held from it on.
 
-    ``count`` numbers the samples from 0.
+    ``count`` numbers the samples, ``h`` [s] apart, from 0.
     """
-    memory, last, e1, e2, block, filled, total, squares = f
-    if count < c.rest:
-        return Feedback(memory, voltage, e, e1, block, filled, total, squares)
-    block += (e - e2) * (voltage - last)
-    filled += 1
-    if filled < c.length:
-        return Feedback(memory, voltage, e, e1, block, filled, total, squares)
-    total, squares = c.kept * total + block, c.kept * c.kept * squares + block * block
-    return Feedback(memory, voltage, e, e1, 0.0, 0, total, squares)
-
-
+    block, filled = f.block, f.filled
+    if count >= round(_REST_TIME / h):
+        block, filled = block + (e - f.e2) * (voltage - f.voltage), filled + 1
+    f = f._replace(voltage=voltage, e1=e, e2=f.e1, block=block, filled=filled)
+    if filled < max(1, round(_BLOCK_TIME / h)):
+        return f
+    return f._replace(
+        block=0.0, filled=0, total=_KEPT * f.total + block, squares=_KEPT * _KEPT * f.squares + block * block
+    )
 def is_closed(scores: tuple[float, float, float]) -> bool:
     """Return whether one of the axes' scores says that the loop is closed."""
     return max(abs(scores[0]), abs(scores[1]), abs(scores[2])) > CLOSED
@@ -148,57 +126,47 @@ _LEAST_SHARE = 1e-4
 """Of what counts: standard errors grow to a hundred times at most."""
 
 
-class OutsideCoefficients(NamedTuple):
-    """``stride`` samples between products; share ``kept`` of earlier ones, ``pole`` and ``entry`` of a filter [1]."""
-
-    stride: int
-    kept: float
-    pole: float
-    entry: float
-
-
 class Outside(NamedTuple):
-    """Outputs of the filters; packed sums of products of (b, psi)."""
+    """Sum of the innovations since the last products; outputs of the filters; packed sums of products of (b, psi)."""
 
-    filtered: tuple[float, float, float, float]
+    waiting: float
+    filtered: tuple[float, ...]
     products: tuple[float, ...]
 
 
-def outside_coefficients(h: float, alpha: float) -> OutsideCoefficients:
-    """Return the coefficients for samples every ``h`` [s] and forgetting ``alpha`` [1/s]."""
-    stride = max(1, round(_PERIOD / h))
-    pole = exp(-_POLE * stride * h)
-    return OutsideCoefficients(stride, exp(-alpha * stride * h), pole, sqrt(1.0 - pole * pole))
+def products_every(h: float) -> int:
+    """Return the number of samples, ``h`` [s] apart, from products to products."""
+    return max(1, round(_PERIOD / h))
+
+
+def laguerre(x: Sequence[float], u: float, time: float) -> list[float]:
+    """Return the outputs of the filters after ``x``, ``time`` [s] later, and the input ``u``."""
+    a = exp(-_POLE * time)
+    y = [a * x[0] + sqrt(1.0 - a * a) * u]
+    for i in range(1, FILTERS):
+        y.append(a * x[i] + x[i - 1] - a * y[i - 1])
+    return y
 
 
 def nothing_outside(parameters: int) -> Outside:
     """Return the state before the first sample of an axis with so many ``parameters``."""
     size = FILTERS + parameters
-    return Outside((0.0, 0.0, 0.0, 0.0), (0.0,) * (size * (size + 1) // 2))
+    return Outside(0.0, (0.0,) * FILTERS, (0.0,) * (size * (size + 1) // 2))
 
 
-def add_regressors(
-    o: Outside, psi: Sequence[float], innovations: float, kept: float, c: OutsideCoefficients
-) -> Outside:
-    """Return the state after a sample whose products are taken.
+def add_regressors(o: Outside, psi: Sequence[float], kept: float, time: float) -> Outside:
+    """Return the state after products are taken, ``time`` [s] after those before.
 
-    ``psi`` are the whitened regressors, known before the sample; ``innovations`` the sum of those since the last
-    products, this sample's not among them, of intensity 1; ``kept`` the share of the earlier products [1].
+    ``psi`` are the whitened regressors, known before the sample, whose innovation is not among those that wait;
+    ``kept`` is the share of the earlier products [1].
     """
-    x_1, x_2, x_3, x_4 = o.filtered
-    a = c.pole
-    y_1 = a * x_1 + c.entry * innovations
-    y_2 = a * x_2 + x_1 - a * y_1
-    y_3 = a * x_3 + x_2 - a * y_2
-    y_4 = a * x_4 + x_3 - a * y_3
-    z = [y_1, y_2, y_3, y_4, *psi]
-    products = [a * b for i, a in enumerate(z) for b in z[i:]]
-    faded = [kept * x for x in o.products]
-    return Outside((y_1, y_2, y_3, y_4), tuple(map(add, faded, products)))
+    filtered = laguerre(o.filtered, o.waiting, time)
+    products = outer([*filtered, *psi])
+    return Outside(0.0, tuple(filtered), tuple(map(add, [kept * x for x in o.products], products)))
 
 
 def shares(o: Outside, combinations: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
-    """Return the share of each combination j^T Omega that counts; 0 where the data do not determine it at all."""
+    """Return the share of each combination j^T Omega that counts, 1e-4 where the data do not determine it at all."""
     n = len(combinations[0])
     rows = [[j[i] for j in combinations] for i in range(n)]
     silent = [[0.0 for _ in combinations] for _ in range(FILTERS)]
@@ -213,9 +181,3 @@ def shares(o: Outside, combinations: tuple[tuple[float, ...], ...]) -> tuple[flo
         certain = whole[k][k] / outside[k][k] if outside[k][k] > 0.0 else 0.0
         found.append(max(_LEAST_SHARE, (certain - UNEXPLAINED) / (1.0 - UNEXPLAINED)))
     return tuple(found)
-
-
-def widened(errors: tuple[float, ...], o: Outside, combinations: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
-    """Return the standard ``errors`` of combinations, of which only what came from outside the loop counts."""
-    own = shares(o, combinations)
-    return tuple([error / sqrt(share) for error, share in zip(errors, own, strict=True)])

@@ -39,7 +39,8 @@ level 0 some combination of the parameters cannot be seen in the data.
 """
 
 from collections.abc import Sequence
-from math import exp, inf, sqrt
+from math import exp, sqrt
+from operator import add
 from typing import NamedTuple
 
 from .linear_algebra import bilinear_form, dot, eliminated, is_singular, row_indices, total
@@ -54,21 +55,11 @@ _MEMORY = 5.0
 """The blocks span at least this many forgetting times 1/alpha; older samples would weigh less than exp(-5)."""
 
 
-class MomentCoefficients(NamedTuple):
-    """``interval`` [s] between samples, ``longest`` block [samples], and ``renewal`` of the window [1]."""
-
-    interval: float
-    longest: float
-    renewal: float
-
-
 class Moments(NamedTuple):
     """Packed upper triangles, by rows, of the sums of z z^T.
 
     ``filled`` of ``length`` samples are in the block ``current``; ``blocks`` are the complete ones, oldest first;
-    ``window`` is the exponentially weighted mean. Of what went into ``blocks``, a share was forgotten early
-    (:func:`.adaptation.kept_early`); they are stored divided by ``kept``, what has been left of the first sample, so
-    that forgetting changes one number and not all of them.
+    ``window`` is the exponentially weighted mean.
     """
 
     filled: int
@@ -76,68 +67,51 @@ class Moments(NamedTuple):
     current: tuple[float, ...]
     blocks: tuple[tuple[float, ...], ...]
     window: tuple[float, ...]
-    kept: float
-
-
-def moment_coefficients(interval: float, alpha: float, window: float) -> MomentCoefficients:
-    """Return the coefficients for samples every ``interval`` [s], forgetting alpha [1/s] and a window [s]."""
-    longest = _MEMORY / (alpha * interval * CAPACITY) if alpha > 0.0 else inf
-    return MomentCoefficients(interval, longest, 1.0 - exp(-interval / window))
 
 
 def no_moments(size: int) -> Moments:
     """Return the moments of a z of ``size`` signals before the first sample."""
     zeros = (0.0,) * (size * (size + 1) // 2)
-    return Moments(0, _FIRST_LENGTH, zeros, (), zeros, 1.0)
+    return Moments(0, _FIRST_LENGTH, zeros, (), zeros)
 
 
-def add_sample(m: Moments, z: tuple[float, ...], c: MomentCoefficients) -> Moments:
-    """Return ``m`` with the sample ``z``."""
-    return add_products(m, [a * b for i, a in enumerate(z) for b in z[i:]], c)
+def add_products(
+    m: Moments, products: list[float], weight: float, interval: float, alpha: float, window: float
+) -> Moments:
+    """Return ``m`` with a sample of the packed products z z^T, or their mean over the time of one sample.
 
-
-def add_products(m: Moments, products: list[float], c: MomentCoefficients) -> Moments:
-    """Return ``m`` with a sample of the packed products z z^T, or their mean over the time of one sample."""
-    current = tuple([u + p for u, p in zip(m.current, products, strict=True)])
-    renewal = c.renewal
-    window = tuple([u + renewal * (p - u) for u, p in zip(m.window, products, strict=True)])
+    ``weight`` is that of the sample in the blocks [1]: its inverse is what early forgetting has left of the first one.
+    ``interval`` [s] from sample to sample; forgetting ``alpha`` [1/s]; time constant ``window`` of the window [s].
+    """
+    current = tuple([u + weight * p for u, p in zip(m.current, products, strict=True)])
+    renewal = 1.0 - exp(-interval / window)
+    mean = tuple([u + renewal * (p - u) for u, p in zip(m.window, products, strict=True)])
     if m.filled + 1 < m.length:
-        return Moments(m.filled + 1, m.length, current, m.blocks, window, m.kept)
-    blocks = (*m.blocks, _times(1.0 / m.kept, current))
-    length = m.length
+        return Moments(m.filled + 1, m.length, current, m.blocks, mean)
+    blocks, length = (*m.blocks, current), m.length
     if len(blocks) == CAPACITY:
-        if length < c.longest:
-            blocks = tuple(_sum(a, b) for a, b in zip(blocks[::2], blocks[1::2], strict=True))
+        if length * alpha * interval * CAPACITY < _MEMORY:
+            blocks = tuple([tuple(map(add, a, b)) for a, b in zip(blocks[::2], blocks[1::2], strict=True)])
             length *= 2
         else:
             blocks = blocks[1:]
-    return Moments(0, length, (0.0,) * len(current), blocks, window, m.kept)
+    return Moments(0, length, (0.0,) * len(current), blocks, mean)
 
 
-def fade(m: Moments, share: float) -> Moments:
-    """Return ``m`` with what its blocks hold multiplied by ``share``; the window stays."""
-    return m._replace(current=_times(share, m.current), kept=share * m.kept)
+def weighted_blocks(
+    m: Moments, alpha: float, interval: float, kept: float = 1.0
+) -> tuple[list[float], list[tuple[float, ...]]]:
+    """Return the weights and the blocks, the unfinished one last.
 
-
-def _times(share, block):
-    return tuple([share * x for x in block])
-
-
-def _sum(a, b):
-    return tuple([x + y for x, y in zip(a, b, strict=True)])
-
-
-def weighted_blocks(m: Moments, alpha: float, interval: float) -> tuple[list[float], list[tuple[float, ...]]]:
-    """Return the weights exp(-alpha age) and the blocks, the unfinished one last; ages count from block middles."""
-    blocks = [_times(m.kept, block) for block in m.blocks]
-    if m.filled:
-        blocks.append(m.current)
+    A weight is exp(-alpha age), ages counted from block middles, times what has been ``kept`` of the first sample.
+    """
     unfinished = m.filled * interval
     full = m.length * interval
-    count = len(m.blocks)
-    weights = [exp(-alpha * (unfinished + (count - k - 0.5) * full)) for k in range(count)]
+    blocks, count = list(m.blocks), len(m.blocks)
+    weights = [kept * exp(-alpha * (unfinished + (count - k - 0.5) * full)) for k in range(count)]
     if m.filled:
-        weights.append(exp(-0.5 * alpha * unfinished))
+        blocks.append(m.current)
+        weights.append(kept * exp(-0.5 * alpha * unfinished))
     return weights, blocks
 
 
@@ -163,28 +137,27 @@ def variance_of_sum(terms: list[float]) -> float:
 
 
 def standard_errors(
-    m: Moments,
+    weights: list[float],
+    blocks: list[tuple[float, ...]],
     gain: list[list[float]],
     omega: tuple[float, ...],
     combinations: tuple[tuple[float, ...], ...],
-    alpha: float,
+    candidates: int,
     interval: float,
     whitened: bool = False,
 ) -> tuple[float, ...]:
-    """Return the standard error of each of the ``combinations`` j^T Omega.
+    """Return the standard error of each of the ``combinations`` j^T Omega from weighted blocks.
 
-    ``gain`` is Gamma by rows, ``alpha`` [1/s] the forgetting, ``interval`` [s] the time that each sample stands for.
+    ``gain`` is Gamma by rows, ``candidates`` the number of those in z, ``interval`` [s] the time of each sample.
     ``whitened``: the residual is white with intensity 1, so that Gamma is the covariance; the larger of both is taken.
     """
     n = len(omega)
     directions = [[dot(j, column) for column in gain] for j in combinations]
-    weights, blocks = weighted_blocks(m, alpha, interval)
-    left = freedom(weights, n)
     certain = tuple([sqrt(dot(d, j)) for d, j in zip(directions, combinations, strict=True)])
+    left = freedom(weights, n)
     if left < LEAST_FREEDOM:
         return certain
     correction = 1.0 + OVERLAP * n / left
-    candidates = _size(len(m.current)) - n - 1
     residual = (*(-x for x in omega), *([0.0] * candidates), 1.0)
     errors = []
     for direction in directions:
@@ -192,11 +165,6 @@ def standard_errors(
         terms = [weight * interval * dot(form, block) for weight, block in zip(weights, blocks, strict=True)]
         errors.append(sqrt(correction * variance_of_sum(terms)))
     return tuple(map(max, errors, certain)) if whitened else tuple(errors)
-
-
-def _size(packed: int) -> int:
-    """Rows of a symmetric matrix whose packed triangle has ``packed`` elements."""
-    return round((sqrt(8.0 * packed + 1.0) - 1.0) / 2.0)
 
 
 _SILENCE = 1e-2

@@ -25,200 +25,131 @@ them the first seconds of a flight in wind give a pitch that falls over (a_th < 
 rig, and the noise model follows.
 """
 
-from math import exp, log, sqrt
+from math import exp, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AdaptationCoefficients, AxisState, kept_early, loosen, measure, unit_vector
+from .adaptation import AxisState, kept_early, kept_over, loosen, measure, measurement_noise, unit_vector
 from .instruments import Instruments, add_signals, no_instruments
-from .loop import Outside, OutsideCoefficients, add_regressors, nothing_outside
-from .moments import no_moments
+from .linear_algebra import outer
+from .loop import Outside, add_regressors, nothing_outside, products_every
+from .settings import AxisPlan, Plan
 from .whitening import (
-    BANDWIDTH_PRIOR,
-    CORNER_PRIOR,
+    BANDWIDTH_CHANGE,
+    CORNER_CHANGE,
     Memory,
     Noise,
-    NoiseCoefficients,
     NoiseModel,
     Whitening,
+    angle_slopes,
     bandwidth_slope,
-    bounded,
+    bounded_noise,
     first_noise,
+    noise_rests,
     remember,
     settled_memory,
     whiten,
     whitening,
 )
 
-PITCH, PITCH_FREE = (0.5, 4.0, 1.2), (0.5, 4.0, 2.0, 1.2)
-"""Standard deviations of Omega of the pitch, theta0 known or not: a motion does not die out much faster than in a
-second [1/s]; g d / l^2 with the mass within 2 cm of its axis [1/s^2]; with theta0 within .5 rad; a gain [rad/s^2/V]
-of twice that of a full thrust of 3 rad/s^2 at 5 V."""
+_REFRESH = 0.2
+"""Time between two evaluations of the whitening filter [s]."""
 
-ELEVATION = (0.5, 4.0, 3.0, 0.5, 0.4)
-"""The same of the elevation: its period is longer than 3 s [1/s^2]; the weight that the counterweight leaves
-[rad/s^2]; a_lt [1]; full thrust of 1 rad/s^2."""
-
-TRAVEL = (0.5, 0.4)
-"""The same of the travel."""
-
-PITCH_LAG, ELEVATION_LAG = 0.03, 0.008
-"""The same of k Delta [rad/s^2 s/V] (:mod:`.signals`): .04 s of lag, half of what is given, times usual gains."""
-
-
-class PredictorCoefficients(NamedTuple):
-    """What the prediction errors need to know of filter and sampling.
-
-    ``f1``, ``f2`` of A_F; h [s]; ``newest`` c [1/s^2]; ``newest_rate`` and ``newest_angle``, the r of the columns
-    -(angle')_f [1/s] and -(angle)_f [1]; the noise model's; ``refresh`` samples between two evaluations of G,
-    the share ``kept`` by the forgetting in that time and the variances by which ln omega_o and ln gamma may change.
-    """
-
-    f1: float
-    f2: float
-    sample_time: float
-    newest: float
-    newest_rate: float
-    newest_angle: float
-    noise: NoiseCoefficients
-    refresh: int
-    kept: float
-    bandwidth_change: float
-    corner_change: float
-    outside: OutsideCoefficients
+_MOST_PARAMETERS = 8
+"""Of an axis: the elevation's with the motors' lag and the noise model."""
 
 
 class PredictorState(NamedTuple):
     """What an axis remembers beside :class:`AxisState`.
 
-    The whitened signals' past, the noise model, G, what came from outside the loop with the sum of the innovations that
-    it has not taken in yet, the prior of Omega and nu, ``first`` values and their variances, and the instruments.
+    The whitened signals' past, the noise model, G, what came from outside the loop, and the instruments.
     """
 
     memory: tuple[Memory, ...]
     noise: NoiseModel
     whitening: Whitening
     outside: Outside
-    waiting: float
-    first: tuple[float, ...]
-    prior: tuple[float, ...]
     instruments: Instruments
 
 
-def with_noise(axis: AxisState, noise: Noise, widths: tuple[float, ...], c: PredictorCoefficients) -> AxisState:
-    """Return ``axis`` before its first sample, with nu, beginning at ``noise``, appended to Omega and Gamma.
-
-    ``widths`` are the standard deviations of Omega beforehand, where Gamma(0) says no smaller ones.
-    """
-    n = len(axis.omega)
-    before = list(axis.factor)
-    for i in range(n):
-        own = i * (i + 3) // 2
-        before[own] = min(before[own], widths[i] * widths[i])
-    bandwidth = bounded(log(noise.bandwidth), c.noise.least_bandwidth, c.noise.most_bandwidth)
-    factor = (*before, *([0.0] * n), BANDWIDTH_PRIOR**2, *([0.0] * (n + 1)), CORNER_PRIOR**2)
-    size = n + 2 + len(axis.scores) + 1
-    packed = (0.0,) * (size * (size + 1) // 2)
-    return axis._replace(
-        factor=factor, omega=(*axis.omega, bandwidth, log(noise.corner)), sums=packed, moments=no_moments(size)
-    )
-
-
 def noise_of(axis: AxisState) -> Noise:
-    """Return bandwidth and corner [rad/s] of an axis that :func:`with_noise` gave nu."""
+    """Return bandwidth and corner [rad/s] of an axis whose Omega ends with nu."""
     return Noise(exp(axis.omega[-2]), exp(axis.omega[-1]))
 
 
-def first_predictor(z: tuple[float, ...], axis: AxisState, c: PredictorCoefficients) -> PredictorState:
-    """Return the state at sample 0 of the signals ``z`` = (phi, watched, y) of ``axis``, settled there."""
-    w = whitening(axis.omega[-2], axis.omega[-1], c.f1, c.f2, c.sample_time)
-    noise = first_noise(c.noise)
-    outside = nothing_outside(len(axis.omega) - 2)
-    prior = tuple([axis.factor[i * (i + 3) // 2] for i in range(len(axis.omega))])
+def first_predictor(z: tuple[float, ...], own: AxisPlan, plan: Plan) -> PredictorState:
+    """Return the state at sample 0 of the signals ``z`` = (phi, watched, y) of an axis, settled there."""
+    w = whitening(own.first[-2], own.first[-1], plan.filter, plan.sample_time)
     memory = tuple([settled_memory(value, w) for value in z])
-    instruments = no_instruments(len(axis.omega) - 2)
-    return PredictorState(memory, noise, w, outside, 0.0, axis.omega, prior, instruments)
+    noise = first_noise(angle_slopes(plan.filter)[0])
+    return PredictorState(memory, noise, w, nothing_outside(own.reported), no_instruments(own.reported))
 
 
 def rest_predictor(p: PredictorState, z: tuple[float, ...]) -> PredictorState:
     """Return ``p`` after a sample at which nothing is estimated yet."""
     memory, _ = whiten(p.memory, z, p.whitening)
-    return PredictorState(tuple(memory), p.noise, p.whitening, p.outside, 0.0, p.first, p.prior, p.instruments)
+    return p._replace(memory=tuple(memory))
 
 
 def predict_axis(
-    axis: AxisState,
-    p: PredictorState,
-    z: tuple[float, ...],
-    count: int,
-    c: PredictorCoefficients,
-    a: AdaptationCoefficients,
-    b: tuple[float, ...] = (),
-) -> tuple[AxisState, PredictorState]:
+    axis: AxisState, p: PredictorState, z: tuple[float, ...], count: int, b: tuple[float, ...], own: AxisPlan,
+    plan: Plan,
+) -> tuple[AxisState, PredictorState]:  # fmt: skip
     """Return axis and predictor after the sample ``z`` = (phi, watched, y), the one numbered ``count`` from 0.
 
     Omega ends with nu; the axis' sums are those of the products of (psi, -d, -g, watched, y), packed. The first column
     of phi is minus the filtered rate and, where there are more than two, the second one minus the filtered angle. ``b``
     are the instruments (:mod:`.instruments`), empty while no reference has moved.
     """
-    # Taken apart once: the interpreter inside an FMU reads a tuple's field by name at several times a local's cost.
-    before, past, w, outside, waiting, first, prior, instruments = p
-    factor_before, omega_before, _, sums, moments, errors, excitation, scores = axis
-    bounds, h = c.noise, c.sample_time
-    memory, v = whiten(before, z, w)
-    omega = list(omega_before)
-    n = len(omega) - 2
+    h, alpha = plan.sample_time, plan.settings.forgetting
+    c, by_rate, by_angle = angle_slopes(plan.filter)
+    w, n = p.whitening, own.reported
+    memory, v = whiten(p.memory, z, w)
+    factor, omega = list(axis.factor), list(axis.omega)
     regressand = e = v[-1]
     for i in range(n):
         e -= v[i] * omega[i]
     angle = n > 2
-    innovation = e / (c.newest + c.newest_rate * omega[0] + (c.newest_angle * omega[1] if angle else 0.0))
-    v[0] += c.newest_rate * innovation
+    innovation = e / (c + by_rate * omega[0] + (by_angle * omega[1] if angle else 0.0))
+    v[0] += by_rate * innovation
     if angle:
-        v[1] += c.newest_angle * innovation
+        v[1] += by_angle * innovation
     d, g = 0.0, 0.0
-    if past.seen >= bounds.rest:
-        d = bandwidth_slope(past, w)
-        g = before[-1].corner_slope
+    if not noise_rests(p.noise, h):
+        d = bandwidth_slope(p.noise, w)
+        g = p.memory[-1].corner_slope
         for i in range(n):
-            g -= before[i].corner_slope * omega[i]
+            g -= p.memory[i].corner_slope * omega[i]
     # The regressand: psi^T Omega, which is z_y short of c times the angle's innovation, and e as it is with nu = 0.
-    known = regressand + e - c.newest * innovation
+    known = regressand + e - c * innovation
     v[-1] = known - d * w.log_bandwidth - g * w.log_corner
-    scale = 1.0 / sqrt(past.variance * h)
+    scale = 1.0 / sqrt(p.noise.variance * h)
     seen = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
 
-    factor, direction = list(factor_before), [0.0] * (n + 2)
-    kept = kept_early(count, 1, h)
-    beta, r, _, _ = a
-    _, s = measure(factor, omega, seen[: n + 2], seen[-1], r * kept, beta * kept, direction)
-    certain = r / (r + (s - r * kept))
-    turn = count % c.refresh
+    early, r = kept_early(count, 1, h), measurement_noise(alpha, h)
+    _, s = measure(factor, omega, seen, seen[-1], r * early, kept_over(count, 1, alpha, h))
+    certain = r / (r + (s - r * early))
+    refresh = max(_MOST_PARAMETERS, round(_REFRESH / h))
+    turn = count % refresh
     if turn < n + 2:
-        change = 0.0 if turn < n else c.bandwidth_change if turn == n else c.corner_change
-        forgotten = 1.0 - c.kept * kept_early(count, c.refresh, h)
-        _renew(factor, omega, turn, first[turn], prior[turn], change, forgotten)
-    if not bounds.least_bandwidth <= omega[n] <= bounds.most_bandwidth:
-        omega[n] = bounded(omega[n], bounds.least_bandwidth, bounds.most_bandwidth)
-    if not bounds.least_corner <= omega[n + 1] <= bounds.most_corner:
-        omega[n + 1] = bounded(omega[n + 1], bounds.least_corner, bounds.most_corner)
+        change = 0.0 if turn < n else (BANDWIDTH_CHANGE if turn == n else CORNER_CHANGE) * refresh * h
+        forgotten = 1.0 - kept_over(count, refresh, alpha, h)
+        _renew(factor, omega, turn, own.first[turn], own.prior[turn], change, forgotten)
+    omega[n], omega[n + 1] = bounded_noise(omega[n], omega[n + 1], h)
     if turn == n + 1:
-        w = whitening(omega[n], omega[n + 1], c.f1, c.f2, h)
+        w = whitening(omega[n], omega[n + 1], plan.filter, h)
 
-    products = [a * b for i, a in enumerate(seen) for b in seen[i:]]
-    sums = tuple(map(add, sums, products))
-    axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation, scores)
-    # n differs from axis to axis: their turns come in different samples.
-    if (count + n) % c.outside.stride == 0:
-        kept = c.outside.kept * kept_early(count, c.outside.stride, h)
-        outside = add_regressors(outside, seen[:n], waiting, kept, c.outside)
-        waiting = 0.0
+    sums = tuple(map(add, axis.sums, outer(seen)))
+    axis = axis._replace(factor=tuple(factor), omega=tuple(omega), sigma=e, sums=sums)
+    stride, outside, instruments = products_every(h), p.outside, p.instruments
+    kept = kept_over(count, stride, alpha, h)
+    if (count + n) % stride == 0:  # n differs from axis to axis: their turns come in different samples
+        outside = add_regressors(outside, seen[:n], kept, stride * h)
+    outside = outside._replace(waiting=outside.waiting + scale * e)
     if len(b) > 0:
-        stride = c.outside.stride if count % c.outside.stride == 0 else 0
-        kept = c.outside.kept * kept_early(count, c.outside.stride, h)
-        instruments = add_signals(instruments, seen[:n], scale * known, b, stride, kept)
-    noise = remember(past, e, certain, d, bounds)
-    return axis, PredictorState(tuple(memory), noise, w, outside, waiting + scale * e, first, prior, instruments)
+        instruments = add_signals(instruments, seen[:n], scale * known, b, stride if count % stride == 0 else 0, kept)
+    noise = remember(p.noise, e, certain, d, h, c)
+    return axis, PredictorState(tuple(memory), noise, w, outside, instruments)
 
 
 def _renew(
@@ -234,4 +165,4 @@ def _renew(
     share = change / prior + forgotten
     if share > 0.0:
         n = len(omega)
-        measure(factor, omega, unit_vector(index, n), first, prior / share, 1.0, [0.0] * n)
+        measure(factor, omega, unit_vector(index, n), first, prior / share, 1.0)

@@ -4,31 +4,15 @@
 """
 
 from dataclasses import dataclass, field
-from math import cos, exp, inf, pi, sin
+from math import cos, inf, log, pi, sin
 from typing import NamedTuple
 
 from heli_plant.effects import AXES
-from heli_plant.motor import kept
 
 from ..errors import ConfigurationError, require_positive, require_range
-from .adaptation import AdaptationCoefficients, adaptation_coefficients
-from .loop import FeedbackCoefficients, feedback_coefficients, outside_coefficients
-from .moments import MomentCoefficients, moment_coefficients
-from .prediction_error import PredictorCoefficients
-from .signals import LagCoefficients, SignalCoefficients, lag_coefficients
 from .state_filter import FilterCoefficients, discretise
-from .watch import WatchCoefficients, candidate, watch_coefficients
-from .whitening import (
-    ANY_ROOM,
-    BANDWIDTH_CHANGE,
-    BANDWIDTHS,
-    CORNER_CHANGE,
-    CORNERS,
-    NEWEST,
-    Noise,
-    filter_polynomial,
-    noise_coefficients,
-)
+from .watch import Candidate, candidate, discretised_rates
+from .whitening import ANY_ROOM, BANDWIDTHS, CORNERS, Noise, Whitening, bounded_noise, whitening
 
 OFFSETS = (("rad", 0.05), ("rad/s^2", 0.1))
 """Half widths of an interval that are narrow enough for an offset, which may be zero, by its unit."""
@@ -114,45 +98,28 @@ def default_settings() -> "IdentifierSettings":
 class IdentifierSettings:
     """Everything that can be set on the identifier.
 
-    Parameters
-    ----------
-    sample_time : float
-        Sampling period h [s].
-    filter_frequency : float
-        Bandwidth omega_f of the state filters [rad/s].
-    filter_damping : float
-        Damping ratio rho of the state filters [1].
-    initial_gain : float
-        Gamma(0) = initial_gain I.
-    gain_limit : float
-        Gamma_max, which Gamma approaches without excitation; infinite for (7) as printed. With Gamma_max = Gamma(0)
-        the estimates never become less certain than they were at the start.
-    forgetting : float
-        alpha [1/s].
-    hold_time : float or None
-        Time before the estimation begins [s]; None for 10/omega_f, with prediction errors for 2 s.
-    rest_angle : float or None
-        theta0 [rad] where it is known; None to estimate it.
-    motor_time_constant : float
-        T_m [s].
-    voltage_limit : float
-        Saturation of both voltages [V].
-    excitation_window : float
-        Time constant of the window over which the excitation level is taken [s].
-    report_interval : float
-        Time between two evaluations of standard errors, excitation levels and scores [s].
-    initial : ModelParameters
-        Omega(0); its theta0 is used only where theta0 is estimated.
-    method : str
-        ``adaptation``, the paper's (7), or ``prediction_error`` (:mod:`.prediction_error`), which stays right where a
-        controller closes the loop.
-    lag_known : bool
-        Whether the motors' lag is ``motor_time_constant``. Where it is not known, prediction errors estimate it along,
-        beginning with that (:mod:`.signals`); the adaptation always takes it for known, as the paper does.
-    noise : tuple of three Noise
-        Where the noise models of pitch, elevation and travel begin (:mod:`.whitening`).
-    watched : tuple of (name, axis)
-        Effects of the catalogue to score while the rig runs (:data:`heli_identifier.online.WATCHABLE`).
+    ======================  ==========================================================================================
+    ``sample_time``         sampling period h [s]
+    ``filter_frequency``    bandwidth omega_f of the state filters [rad/s]
+    ``filter_damping``      their damping ratio rho [1]
+    ``initial_gain``        Gamma(0) = initial_gain I
+    ``gain_limit``          Gamma_max, which Gamma approaches without excitation; infinite for (7) as printed. With
+                            Gamma_max = Gamma(0) estimates never become less certain than they were at the start
+    ``forgetting``          alpha [1/s]
+    ``hold_time``           time before the estimation begins [s]; None: 10/omega_f, with prediction errors 2 s
+    ``rest_angle``          theta0 [rad] where it is known; None to estimate it
+    ``motor_time_constant`` T_m [s]
+    ``voltage_limit``       saturation of both voltages [V]
+    ``excitation_window``   time constant of the window over which the excitation level is taken [s]
+    ``report_interval``     time between two evaluations of standard errors, excitation levels and scores [s]
+    ``initial``             Omega(0); its theta0 is used only where theta0 is estimated
+    ``watched``             effects of the catalogue to score, (name, axis) of :data:`.watch.WATCHABLE`
+    ``method``              ``adaptation``, the paper's (7), or ``prediction_error`` (:mod:`.prediction_error`), which
+                            stays right where a controller closes the loop
+    ``lag_known``           whether the motors' lag is ``motor_time_constant``; if not, prediction errors estimate it
+                            along from there (:mod:`.signals`); the adaptation takes it for known, as the paper does
+    ``noise``               where the noise models of pitch, elevation and travel begin (:mod:`.whitening`)
+    ======================  ==========================================================================================
 
     Raises
     ------
@@ -207,6 +174,25 @@ class IdentifierSettings:
             candidate(name, axis)
 
 
+PITCH, PITCH_FREE = (0.5, 4.0, 1.2), (0.5, 4.0, 2.0, 1.2)
+"""Standard deviations of Omega of the pitch before the first sample, theta0 known or not: a motion does not die out
+much faster than in a second [1/s]; g d / l^2 with the mass within 2 cm of its axis [1/s^2]; with theta0 within .5 rad;
+a gain [rad/s^2/V] of twice that of a full thrust of 3 rad/s^2 at 5 V."""
+
+ELEVATION = (0.5, 4.0, 3.0, 0.5, 0.4)
+"""The same of the elevation: its period is longer than 3 s [1/s^2]; the weight that the counterweight leaves
+[rad/s^2]; a_lt [1]; full thrust of 1 rad/s^2."""
+
+TRAVEL = (0.5, 0.4)
+"""The same of the travel."""
+
+PITCH_LAG, ELEVATION_LAG = 0.03, 0.008
+"""The same of k Delta [rad/s^2 s/V] (:mod:`.signals`): .04 s of lag, half of what is given, times usual gains."""
+
+BANDWIDTH_PRIOR, CORNER_PRIOR = 1.0, 0.7
+"""The same of ln omega_o and ln gamma: factors of 2.7, which reaches a rig without air as well as a stirred one, and
+of 2."""
+
 _HOLD_RADIANS = 10.0
 """omega_f times the time for which the adaptation rests."""
 
@@ -217,93 +203,106 @@ _PREDICTION_PERIOD = 0.01
 """Least time between two innovations [s]. Read faster, encoders do not err independently from sample to sample: one
 count lasts many samples. Innovations one after the other would be correlated, and omega_o would come out too large."""
 
-_REFRESH = 0.2
-"""Time between two evaluations of the whitening filter [s]."""
-
-_MOST_PARAMETERS = 8
-"""Of an axis: the elevation's with the motors' lag and the noise model."""
-
 _MOMENT_SPACING = 0.2
 """omega_f times the time between two samples of the moments: filtered by F, signals change little in it."""
 
 
+class AxisPlan(NamedTuple):
+    """One axis.
+
+    ``first``: Omega(0), with k Delta where the motors' lag is estimated and with nu for prediction errors; ``prior``:
+    their variances, the diagonal of Gamma(0); ``gain``: the place of k, behind which k Delta stands; ``reported``: the
+    number of parameters without nu; ``watched``: which of the watched effects are the axis' own.
+    """
+
+    first: tuple[float, ...]
+    prior: tuple[float, ...]
+    gain: int
+    reported: int
+    watched: tuple[int, ...]
+
+
 class Plan(NamedTuple):
-    """What a step computes with; :func:`prepare` makes it once from the settings."""
+    """What a step computes with; :func:`prepare` makes it once from the settings.
+
+    Of the samples every ``every``-th is taken, ``sample_time`` [s] apart, and the voltages between two of them are
+    averaged. ``hold_samples``, ``moment_samples`` and ``report_samples`` are the beginning of the estimation and the
+    spacings of moments, ``moment_interval`` [s], and of evaluations. ``usual`` whitens adaptation errors with the noise
+    model of a calm room; ``rate_filter`` gives rates to the laws of the ``candidates``.
+    """
 
     settings: IdentifierSettings
-    signals: SignalCoefficients
-    adaptation: AdaptationCoefficients
-    moments: MomentCoefficients
+    predicting: bool
+    estimates_lag: bool
+    every: int
+    sample_time: float
     hold_samples: int
     moment_samples: int
+    moment_interval: float
     report_samples: int
-    every: int
-    """Of the samples, every how many are taken; the voltages between two of them are averaged."""
-    rest_angle_is_known: bool
-    sine_of_rest: float
-    cosine_of_rest: float
-    watch: WatchCoefficients
-    predictor: PredictorCoefficients | None
-    """None where the method is the adaptation."""
-    lag: LagCoefficients | None
-    """None where the motors' lag is not estimated."""
-    feedback: FeedbackCoefficients
-    watched_columns: tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]
-    """For each axis, which of the watched effects are its own."""
+    filter: FilterCoefficients
+    usual: Whitening
+    rate_filter: FilterCoefficients
+    candidates: tuple[Candidate, ...]
+    axes: tuple[AxisPlan, AxisPlan, AxisPlan]
 
 
 def prepare(settings: IdentifierSettings) -> Plan:
     """Return the plan of ``settings``."""
-    omega, predicting = settings.filter_frequency, settings.method == PREDICTION_ERROR
+    omega, lag = settings.filter_frequency, settings.motor_time_constant
+    predicting = settings.method == PREDICTION_ERROR
+    estimates_lag = predicting and not settings.lag_known
     every = max(1, round(_PREDICTION_PERIOD / settings.sample_time)) if predicting else 1
     h = every * settings.sample_time
     usual_hold = _PREDICTION_HOLD if predicting else _HOLD_RADIANS / omega
     hold = settings.hold_time if settings.hold_time is not None else usual_hold
     spacing = max(1, round(_MOMENT_SPACING / (omega * h)))
-    rest = settings.rest_angle if settings.rest_angle is not None else 0.0
-    lag = settings.motor_time_constant
-    pitch, elevation, travel = (
-        tuple(i for i, (_, axis) in enumerate(settings.watched) if axis == own)
-        for own in ("pitch", "elevation", "travel")
-    )
-    f = discretise(omega, settings.filter_damping, h, lag)
+    at = settings.initial
+    pitch: tuple[float, ...] = (at.a_wx, at.a_th, at.k_x)
+    pitch_widths: tuple[float, ...] = PITCH
+    if settings.rest_angle is None:
+        pitch = (at.a_wx, at.a_th * cos(at.theta0), at.a_th * sin(at.theta0), at.k_x)
+        pitch_widths = PITCH_FREE
+    elevation: tuple[float, ...] = (at.a_wz, at.a_e, at.a_1, at.a_lt, at.k_z)
+    of_pitch, of_elevation, of_travel = settings.noise
+    f, calm = discretise(omega, settings.filter_damping, h, lag), Noise()
     return Plan(
-        settings,
-        SignalCoefficients(f, h, kept(h, lag), settings.voltage_limit),
-        adaptation_coefficients(settings.forgetting, h, settings.gain_limit),
-        moment_coefficients(spacing * h, settings.forgetting, settings.excitation_window),
-        round(hold / h),
-        spacing,
-        max(3, round(settings.report_interval / h)),
-        every,
-        settings.rest_angle is not None,
-        sin(rest),
-        cos(rest),
-        watch_coefficients(tuple(candidate(name, axis) for name, axis in settings.watched), h, predicting),
-        predictor_coefficients(settings, h, f) if predicting else None,
-        lag_coefficients(lag, h, kept(h, lag)) if predicting and not settings.lag_known else None,
-        feedback_coefficients(h, *filter_polynomial(omega, settings.filter_damping, h)),
-        (pitch, elevation, travel),
+        settings=settings,
+        predicting=predicting,
+        estimates_lag=estimates_lag,
+        every=every,
+        sample_time=h,
+        hold_samples=round(hold / h),
+        moment_samples=spacing,
+        moment_interval=spacing * h,
+        report_samples=max(3, round(settings.report_interval / h)),
+        filter=f,
+        usual=whitening(log(calm.bandwidth), log(calm.corner), f, h),
+        rate_filter=discretised_rates(h, predicting),
+        candidates=tuple([candidate(name, axis) for name, axis in settings.watched]),
+        axes=(
+            _axis_plan("pitch", pitch, pitch_widths, PITCH_LAG if estimates_lag else 0.0, of_pitch, settings, h),
+            _axis_plan(
+                "elevation", elevation, ELEVATION, ELEVATION_LAG if estimates_lag else 0.0, of_elevation, settings, h
+            ),
+            _axis_plan("travel", (at.a_wy, at.k_y), TRAVEL, 0.0, of_travel, settings, h),
+        ),
     )
 
 
-def predictor_coefficients(settings: IdentifierSettings, h: float, f: FilterCoefficients) -> PredictorCoefficients:
-    """Return what prediction errors need every ``h`` [s], from the settings and the discretised state filter."""
-    f1, f2 = filter_polynomial(settings.filter_frequency, settings.filter_damping, h)
-    # Derivatives with respect to the newest angle: of second_derivative, and of xi_2 and xi_1 behind a line.
-    refresh = max(_MOST_PARAMETERS, round(_REFRESH / h))
-    newest = f.omega_squared * (NEWEST - f.ramp_1) - f.two_rho_omega * f.ramp_2
-    return PredictorCoefficients(
-        f1,
-        f2,
-        h,
-        newest / NEWEST,
-        f.ramp_2 / NEWEST,
-        f.ramp_1 / NEWEST,
-        noise_coefficients(h, newest / NEWEST),
-        refresh,
-        exp(-settings.forgetting * refresh * h),
-        BANDWIDTH_CHANGE * refresh * h,
-        CORNER_CHANGE * refresh * h,
-        outside_coefficients(h, settings.forgetting),
-    )
+def _axis_plan(
+    axis: str, first: tuple[float, ...], widths: tuple[float, ...], lag_width: float, noise: Noise,
+    settings: IdentifierSettings, h: float,
+) -> AxisPlan:  # fmt: skip
+    gain = len(first) - 1
+    if lag_width > 0.0:
+        first, widths = (*first, 0.0), (*widths, lag_width)
+    reported, most = len(first), settings.initial_gain
+    prior = tuple([most for _ in first])
+    if settings.method == PREDICTION_ERROR:
+        bandwidth, corner = bounded_noise(log(noise.bandwidth), log(noise.corner), h)
+        first = (*first, bandwidth, corner)
+        variances = [min(most, width * width) for width in widths]
+        prior = (*variances, BANDWIDTH_PRIOR * BANDWIDTH_PRIOR, CORNER_PRIOR * CORNER_PRIOR)
+    watched = tuple([i for i, (_, own) in enumerate(settings.watched) if own == axis])
+    return AxisPlan(first, prior, gain, reported, watched)

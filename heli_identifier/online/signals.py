@@ -40,121 +40,101 @@ and is taken as held; times the mean of cos(theta) at both ends for the elevatio
 from math import cos, exp, sin
 from typing import NamedTuple
 
-from heli_plant.motor import saturate, toward
+from heli_plant.motor import kept, lagged, saturate
 
-from .state_filter import FilterCoefficients, filter_held, filter_lagged, filter_line, second_derivative
+from .state_filter import FilterCoefficients, Pair, filter_lagged, filter_line, second_derivative
 
-
-class SignalCoefficients(NamedTuple):
-    """What the signals need to know.
-
-    The filter; h [s]; the share of a lagged voltage's distance from the held one that is left after h, eq. (9) [1]; the
-    voltages' bound [V].
-    """
-
-    filter: FilterCoefficients
-    sample_time: float
-    share: float
-    voltage_limit: float
+Angles = tuple[float, float, float]
+"""Pitch, elevation and travel [rad]."""
 
 
 class Signals(NamedTuple):
     """Everything remembered about the signals at t_k.
 
-    The voltages held from t_k on and the lagged ones [V]; the angles at t_k, t_(k-1), t_(k-2) [rad]; and (xi_1, xi_2)
-    of the filter for each signal.
+    The voltages held from t_k on and the lagged ones, front and rear [V]; the angles at t_k, t_(k-1), t_(k-2) [rad];
+    and (xi_1, xi_2) of the filter for each signal.
     """
 
-    v_front: float
-    v_rear: float
-    nu_front: float
-    nu_rear: float
-    pitch: float
-    elevation: float
-    travel: float
-    pitch_1: float
-    elevation_1: float
-    travel_1: float
-    pitch_2: float
-    elevation_2: float
-    travel_2: float
-    pitch_f: tuple[float, float]
-    elevation_f: tuple[float, float]
-    travel_f: tuple[float, float]
-    sine_f: tuple[float, float]
-    cosine_f: tuple[float, float]
-    difference_f: tuple[float, float]
-    rate_product_f: tuple[float, float]
-    lift_f: tuple[float, float]
-    thrust_f: tuple[float, float]
+    voltages: Pair
+    lagged: Pair
+    angles: Angles
+    angles_1: Angles
+    angles_2: Angles
+    pitch_f: Pair
+    elevation_f: Pair
+    travel_f: Pair
+    sine_f: Pair
+    cosine_f: Pair
+    difference_f: Pair
+    rate_product_f: Pair
+    lift_f: Pair
+    thrust_f: Pair
 
 
-def settled_signals(v_front, v_rear, pitch, elevation, travel, c):
+def settled_signals(voltages: Pair, angles: Angles, limit: float) -> Signals:
     """Return the signals at t_0 as if sample 0 had lasted for ever: filters and motors in steady state."""
-    pitch, elevation, travel = float(pitch), float(elevation), float(travel)
-    v_front, v_rear = float(v_front), float(v_rear)
-    v_front, v_rear = saturate(v_front, c.voltage_limit), saturate(v_rear, c.voltage_limit)
-    total, sine, cosine = v_front + v_rear, sin(pitch), cos(pitch)
-    angles = pitch, elevation, travel
-    filtered = (*angles, sine, cosine, v_front - v_rear, 0.0, total * cosine, total * sine)
-    return Signals(v_front, v_rear, v_front, v_rear, *angles, *angles, *angles, *((value, 0.0) for value in filtered))
-
-
-def advance_signals(s, v_front, v_rear, pitch, elevation, travel, c):
-    """Return the signals at t_(k+1), whose sample is given, from those at t_k.
-
-    ``s`` is :class:`Signals`, ``c`` :class:`SignalCoefficients`; voltages [V], angles [rad].
-    """
-    f, h, share, limit = c
-    # Taken apart once: the interpreter inside an FMU reads a tuple's field by name at several times a local's cost.
-    (
-        v_front_0, v_rear_0, nu_front, nu_rear,
-        pitch_0, elevation_0, travel_0, pitch_1, elevation_1, travel_1, _, _, _,
-        pitch_f, elevation_f, travel_f, sine_f, cosine_f, difference_f, rate_product_f, lift_f, thrust_f,
-    ) = s  # fmt: skip
-    sine_0, cosine_0, sine, cosine = sin(pitch_0), cos(pitch_0), sin(pitch), cos(pitch)
-    total, lagged_total = v_front_0 + v_rear_0, nu_front + nu_rear
-    rate_product = (pitch - pitch_0) * (travel - travel_0) / (h * h)
+    front, rear = saturate(voltages[0], limit), saturate(voltages[1], limit)
+    pitch, elevation, travel = angles
+    sine, cosine = sin(pitch), cos(pitch)
     return Signals(
-        saturate(v_front, limit),
-        saturate(v_rear, limit),
-        toward(nu_front, v_front_0, share),
-        toward(nu_rear, v_rear_0, share),
-        pitch, elevation, travel, pitch_0, elevation_0, travel_0, pitch_1, elevation_1, travel_1,
-        filter_line(pitch_f, pitch_0, pitch, f),
-        filter_line(elevation_f, elevation_0, elevation, f),
-        filter_line(travel_f, travel_0, travel, f),
-        filter_line(sine_f, sine_0, sine, f),
-        filter_line(cosine_f, cosine_0, cosine, f),
-        filter_lagged(difference_f, v_front_0 - v_rear_0, nu_front - nu_rear, 1.0, 1.0, f),
-        filter_held(rate_product_f, rate_product, f),
-        filter_lagged(lift_f, total, lagged_total, cosine_0, cosine, f),
-        filter_lagged(thrust_f, total, lagged_total, sine_0, sine, f),
+        (front, rear), (front, rear), angles, angles, angles,
+        (pitch, 0.0), (elevation, 0.0), (travel, 0.0), (sine, 0.0), (cosine, 0.0),
+        (front - rear, 0.0), (0.0, 0.0), ((front + rear) * cosine, 0.0), ((front + rear) * sine, 0.0),
     )  # fmt: skip
 
 
-def pitch_regression(s, sine_of_rest, cosine_of_rest, f):
-    """Return (y, phi) of the pitch for a known theta0, given by its sine and cosine."""
-    deflection = cosine_of_rest * s.sine_f[0] - sine_of_rest * s.cosine_f[0]
-    y = second_derivative(s.pitch_f, s.pitch, s.pitch_1, s.pitch_2, f)
+def advance_signals(
+    s: Signals, voltages: Pair, angles: Angles, h: float, lag: float, limit: float, f: FilterCoefficients
+) -> Signals:
+    """Return the signals at t_(k+1), whose sample is given, from those at t_k.
+
+    ``voltages`` [V] and ``angles`` [rad]; ``h`` and the motors' ``lag`` T [s]; the voltages' bound ``limit`` [V].
+    """
+    (front, rear), (nu_front, nu_rear) = s.voltages, s.lagged
+    (pitch_0, elevation_0, travel_0), (pitch, elevation, travel) = s.angles, angles
+    sine_0, cosine_0, sine, cosine = sin(pitch_0), cos(pitch_0), sin(pitch), cos(pitch)
+    total, lagged_total = front + rear, nu_front + nu_rear
+    rate_product = (pitch - pitch_0) * (travel - travel_0) / (h * h)
+    return Signals(
+        (saturate(voltages[0], limit), saturate(voltages[1], limit)),
+        (lagged(nu_front, front, h, lag), lagged(nu_rear, rear, h, lag)),
+        angles,
+        s.angles,
+        s.angles_1,
+        filter_line(s.pitch_f, pitch_0, pitch, f),
+        filter_line(s.elevation_f, elevation_0, elevation, f),
+        filter_line(s.travel_f, travel_0, travel, f),
+        filter_line(s.sine_f, sine_0, sine, f),
+        filter_line(s.cosine_f, cosine_0, cosine, f),
+        filter_lagged(s.difference_f, front - rear, nu_front - nu_rear, 1.0, 1.0, f),
+        filter_line(s.rate_product_f, rate_product, rate_product, f),
+        filter_lagged(s.lift_f, total, lagged_total, cosine_0, cosine, f),
+        filter_lagged(s.thrust_f, total, lagged_total, sine_0, sine, f),
+    )
+
+
+Regression = tuple[float, tuple[float, ...]]
+"""y and phi."""
+
+
+def pitch_regression(s: Signals, rest: float | None, f: FilterCoefficients) -> Regression:
+    """Return (y, phi) of the pitch, theta0 = ``rest`` [rad] or to be estimated."""
+    y = second_derivative(s.pitch_f, s.angles[0], s.angles_1[0], s.angles_2[0], f)
+    if rest is None:
+        return y, (-s.pitch_f[1], -s.sine_f[0], s.cosine_f[0], s.difference_f[0])
+    deflection = cos(rest) * s.sine_f[0] - sin(rest) * s.cosine_f[0]
     return y, (-s.pitch_f[1], -deflection, s.difference_f[0])
 
 
-def pitch_regression_free(s, f):
-    """Return (y, phi) of the pitch for an unknown theta0."""
-    y = second_derivative(s.pitch_f, s.pitch, s.pitch_1, s.pitch_2, f)
-    return y, (-s.pitch_f[1], -s.sine_f[0], s.cosine_f[0], s.difference_f[0])
-
-
-def elevation_regression(s, f):
+def elevation_regression(s: Signals, f: FilterCoefficients) -> Regression:
     """Return (y, phi) of the elevation."""
-    y = second_derivative(s.elevation_f, s.elevation, s.elevation_1, s.elevation_2, f)
+    y = second_derivative(s.elevation_f, s.angles[1], s.angles_1[1], s.angles_2[1], f)
     return y, (-s.elevation_f[1], -s.elevation_f[0], -1.0, -s.rate_product_f[0], s.lift_f[0])
 
 
-def travel_regression(s, f):
+def travel_regression(s: Signals, f: FilterCoefficients) -> Regression:
     """Return (y, phi) of the travel."""
-    y = second_derivative(s.travel_f, s.travel, s.travel_1, s.travel_2, f)
+    y = second_derivative(s.travel_f, s.angles[2], s.angles_1[2], s.angles_2[2], f)
     return y, (-s.travel_f[1], s.thrust_f[0])
 
 
@@ -165,59 +145,44 @@ _SAME = 1e-3
 """Relative difference below which T_2 counts as T: R then has no figures left."""
 
 
-class LagCoefficients(NamedTuple):
-    """T [s]; h [s]; E [1]."""
-
-    time_constant: float
-    sample_time: float
-    share: float
-
-
 class LagState(NamedTuple):
     """nu_2 of both rotors [V], and (xi_1, xi_2) of the slopes [V/s] of mu_d and mu_s cos(theta); E_2 and R [1]."""
 
     front: float
     rear: float
-    difference_f: tuple[float, float]
-    lift_f: tuple[float, float]
+    difference_f: Pair
+    lift_f: Pair
     share: float
     ramp: float
 
 
-def lag_coefficients(lag: float, h: float, share: float) -> LagCoefficients:
-    """Return the coefficients for T = ``lag`` [s], the period ``h`` [s] and E = ``share``."""
-    return LagCoefficients(lag, h, share)
+def settled_lag(s: Signals, h: float, lag: float) -> LagState:
+    """Return the state at sample 0, motors in steady state; T_2 is T = ``lag`` [s]."""
+    share = kept(h, lag)
+    return LagState(*s.lagged, (0.0, 0.0), (0.0, 0.0), share, h / lag * share if lag > 0.0 else 0.0)
 
 
-def settled_lag(s: Signals, c: LagCoefficients) -> LagState:
-    """Return the state at sample 0, motors in steady state; T_2 is T."""
-    ramp = c.sample_time / c.time_constant * c.share if c.time_constant > 0.0 else 0.0
-    return LagState(s.nu_front, s.nu_rear, (0.0, 0.0), (0.0, 0.0), c.share, ramp)
-
-
-def follow_lag(lag: LagState, estimate: float, standard_error: float, c: LagCoefficients) -> LagState:
-    """Return ``lag`` with T_2 at the ``estimate`` of T + Delta, where its ``standard_error`` [s] allows that."""
+def follow_lag(state: LagState, estimate: float, standard_error: float, h: float, lag: float) -> LagState:
+    """Return ``state`` with T_2 at the ``estimate`` of T + Delta, where its ``standard_error`` [s] allows that."""
     if standard_error > _KNOWN * estimate:
-        return lag
-    share = exp(-c.sample_time / estimate)
-    if abs(estimate - c.time_constant) < _SAME * estimate:
-        return lag._replace(share=share, ramp=c.sample_time / estimate * share)
-    return lag._replace(share=share, ramp=c.time_constant * (c.share - share) / (c.time_constant - estimate))
+        return state
+    share = exp(-h / estimate)
+    if abs(estimate - lag) < _SAME * estimate:
+        return state._replace(share=share, ramp=h / estimate * share)
+    return state._replace(share=share, ramp=lag * (kept(h, lag) - share) / (lag - estimate))
 
 
-def advance_lag(lag: LagState, before: Signals, now: Signals, c: LagCoefficients, f: FilterCoefficients) -> LagState:
+def advance_lag(state: LagState, before: Signals, now: Signals, h: float, f: FilterCoefficients) -> LagState:
     """Return the state at the sample that ``now`` has just taken in; ``before`` is the one before."""
-    h, share, ramp = c.sample_time, lag.share, lag.ramp
-    v_front, v_rear = before.v_front, before.v_rear
-    front = v_front + (lag.front - v_front) * share + (before.nu_front - v_front) * ramp
-    rear = v_rear + (lag.rear - v_rear) * share + (before.nu_rear - v_rear) * ramp
-    slope_front, slope_rear = (front - lag.front) / h, (rear - lag.rear) / h
-    cosine = 0.5 * (cos(before.pitch) + cos(now.pitch))
-    return LagState(
-        front,
-        rear,
-        filter_held(lag.difference_f, slope_front - slope_rear, f),
-        filter_held(lag.lift_f, (slope_front + slope_rear) * cosine, f),
-        share,
-        ramp,
+    (v_front, v_rear), (nu_front, nu_rear) = before.voltages, before.lagged
+    front = v_front + (state.front - v_front) * state.share + (nu_front - v_front) * state.ramp
+    rear = v_rear + (state.rear - v_rear) * state.share + (nu_rear - v_rear) * state.ramp
+    slope_front, slope_rear = (front - state.front) / h, (rear - state.rear) / h
+    difference = slope_front - slope_rear
+    lift = (slope_front + slope_rear) * (0.5 * (cos(before.angles[0]) + cos(now.angles[0])))
+    return state._replace(
+        front=front,
+        rear=rear,
+        difference_f=filter_line(state.difference_f, difference, difference, f),
+        lift_f=filter_line(state.lift_f, lift, lift, f),
     )

@@ -8,7 +8,7 @@ from .instruments import References, contradicts
 from .linear_algebra import hypotenuse
 from .loop import Feedback, feedback_score
 from .prediction_error import PredictorState
-from .settings import ModelParameters, Plan
+from .settings import AxisPlan, ModelParameters, Plan
 from .signals import LagState, Signals
 from .watch import NOTHING, Score, WatchState
 
@@ -78,29 +78,16 @@ class IdentifierOutput(NamedTuple):
     scores: tuple[Score, ...] = ()
 
 
-def before_samples(plan: Plan) -> IdentifierOutput:
-    """Return what is known before the first sample: the initial estimate, and how uncertain Gamma(0) makes it."""
-    error = sqrt(plan.settings.initial_gain)
-    errors = ModelParameters(error, error, error, error, error, error, error, error, error, error, error)
-    nothing = (0.0, 0.0, 0.0)
-    lag = Lag(plan.settings.motor_time_constant, 0.0)
-    return IdentifierOutput(
-        plan.settings.initial, errors, nothing, nothing, nothing, lag, nothing, nothing, False, False
-    )
-
-
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     """Return what is known in ``state``, without a step."""
     pitch, elevation, travel = state.axes
-    lag = Lag(plan.settings.motor_time_constant, 0.0)
-    if plan.lag is not None:
-        lag = lag_of(pitch.estimate, elevation.estimate, plan.lag.time_constant)
-    omega_1, errors_1 = _reported(pitch.estimate, plan.lag is not None)
-    omega_2, errors_2 = _reported(elevation.estimate, plan.lag is not None)
-    omega_3, errors_3 = _reported(travel.estimate, False)
-    if plan.rest_angle_is_known:
+    omega_1, errors_1 = _reported(pitch, plan.axes[0])
+    omega_2, errors_2 = _reported(elevation, plan.axes[1])
+    omega_3, errors_3 = _reported(travel, plan.axes[2])
+    rest = plan.settings.rest_angle
+    if rest is not None:
         a_wx, a_th, k_x = omega_1
-        theta0 = plan.settings.rest_angle or 0.0
+        theta0 = rest
         errors_1 = (*errors_1, 0.0)
     else:
         a_wx, p, q, k_x = omega_1
@@ -119,40 +106,41 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         (pitch.estimate.sigma, elevation.estimate.sigma, travel.estimate.sigma),
         (pitch.estimate.excitation, elevation.estimate.excitation, travel.estimate.excitation),
         (feedback_score(pitch.loop), feedback_score(elevation.loop), feedback_score(travel.loop)),
-        lag,
+        lag_of(pitch.estimate, elevation.estimate, plan),
         instruments,
         instrument_errors,
         contradicted,
         state.samples // plan.every >= plan.hold_samples,
-        _scores_in_order(state, gains, plan) if plan.watch.candidates else (),
+        _scores_in_order(state, gains, plan),
     )
 
 
-def _reported(axis: AxisState, with_lag: bool) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return Omega without k Delta and the noise model, and the standard errors of as many parameters."""
-    count = len(axis.standard_errors) - (1 if with_lag else 0)
-    return axis.omega[:count], axis.standard_errors[:count]
+def _reported(axis: Axis, own: AxisPlan) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return Omega up to the gain, and the standard errors of as many parameters."""
+    return axis.estimate.omega[: own.gain + 1], axis.estimate.standard_errors[: own.gain + 1]
 
 
-def lag_of(pitch: AxisState, elevation: AxisState, assumed: float) -> Lag:
+def lag_of(pitch: AxisState, elevation: AxisState, plan: Plan) -> Lag:
     """Return the lag from pitch and elevation, each weighted by the inverse square of its standard error."""
-    # Behind the parameters stands the noise model, where there is one.
-    omega_1, omega_2 = pitch.omega[: len(pitch.standard_errors)], elevation.omega[: len(elevation.standard_errors)]
-    error_1 = max(pitch.standard_errors[-1], _LEAST_ERROR)
-    error_2 = max(elevation.standard_errors[-1], _LEAST_ERROR)
-    weight_1, weight_2 = 1.0 / (error_1 * error_1), 1.0 / (error_2 * error_2)
-    beyond_1 = omega_1[-1] / omega_1[-2] if omega_1[-2] != 0.0 else 0.0
-    beyond_2 = omega_2[-1] / omega_2[-2] if omega_2[-2] != 0.0 else 0.0
-    both = weight_1 + weight_2
-    return Lag(assumed + (weight_1 * beyond_1 + weight_2 * beyond_2) / both, 1.0 / sqrt(both))
+    assumed = plan.settings.motor_time_constant
+    if not plan.estimates_lag:
+        return Lag(assumed, 0.0)
+    weighted, weights = 0.0, 0.0
+    for axis, own in ((pitch, plan.axes[0]), (elevation, plan.axes[1])):
+        gain, product = axis.omega[own.gain], axis.omega[own.gain + 1]
+        error = max(axis.standard_errors[-1], _LEAST_ERROR)
+        weight = 1.0 / (error * error)
+        weighted += weight * (product / gain if gain != 0.0 else 0.0)
+        weights += weight
+    return Lag(assumed + weighted / weights, 1.0 / sqrt(weights))
 
 
 def _scores_in_order(state: IdentifierState, gains: Gains, plan: Plan) -> tuple[Score, ...]:
     """Return the scores in the order of the settings; coefficients times the axis' gain are divided by that gain."""
-    ordered = [NOTHING] * len(plan.watch.candidates)
-    for axis, gain, columns in zip(state.axes, gains, plan.watched_columns, strict=True):
-        for i, (score, coefficient, visibility) in zip(columns, axis.estimate.scores, strict=True):
-            if plan.watch.candidates[i].times_gain and gain != 0.0:
+    ordered = [NOTHING] * len(plan.candidates)
+    for axis, gain, own in zip(state.axes, gains, plan.axes, strict=True):
+        for i, (score, coefficient, visibility) in zip(own.watched, axis.estimate.scores, strict=True):
+            if plan.candidates[i].times_gain and gain != 0.0:
                 score, coefficient = copysign(score, score * gain), coefficient / gain
             ordered[i] = Score(score, coefficient, visibility)
     return tuple(ordered)

@@ -35,6 +35,9 @@ from typing import NamedTuple
 
 from .linear_algebra import Rows, dot, total
 
+Pair = tuple[float, float]
+"""(xi_1, xi_2) of a signal."""
+
 _TERMS = 14
 
 
@@ -100,41 +103,32 @@ def discretise(omega: float, rho: float, h: float, lag: float) -> FilterCoeffici
     )
 
 
-def filter_held(xi, u, f):
-    """Return ``xi`` = (xi_1, xi_2) after a step over which the input ``u`` is held."""
-    xi_1, xi_2 = xi
-    a11, a12, a21, a22, held_1, held_2, _, _, _, _, _, _, _, _ = f
-    return a11 * xi_1 + a12 * xi_2 + held_1 * u, a21 * xi_1 + a22 * xi_2 + held_2 * u
-
-
-def filter_line(xi, u_0, u_1, f):
+def filter_line(xi: Pair, u_0: float, u_1: float, f: FilterCoefficients) -> Pair:
     """Return ``xi`` = (xi_1, xi_2) after a step over which the input is a straight line from ``u_0`` to ``u_1``."""
     xi_1, xi_2 = xi
-    a11, a12, a21, a22, held_1, held_2, ramp_1, ramp_2, _, _, _, _, _, _ = f
     rise = u_1 - u_0
     return (
-        a11 * xi_1 + a12 * xi_2 + held_1 * u_0 + ramp_1 * rise,
-        a21 * xi_1 + a22 * xi_2 + held_2 * u_0 + ramp_2 * rise,
+        f.a11 * xi_1 + f.a12 * xi_2 + f.held_1 * u_0 + f.ramp_1 * rise,
+        f.a21 * xi_1 + f.a22 * xi_2 + f.held_2 * u_0 + f.ramp_2 * rise,
     )
 
 
-def filter_lagged(xi, v, nu, c_0, c_1, f):
+def filter_lagged(xi: Pair, v: float, nu: float, c_0: float, c_1: float, f: FilterCoefficients) -> Pair:
     """Return ``xi`` = (xi_1, xi_2) after a step under a lagged voltage times a straight line.
 
     The input is (v + (nu - v) exp(-tau/T_m)) (c_0 + (c_1 - c_0) tau/h), with ``v`` the held voltage and ``nu`` the
     lagged one at the start of the step [V].
     """
     xi_1, xi_2 = xi
-    a11, a12, a21, a22, held_1, held_2, ramp_1, ramp_2, decay_1, decay_2, both_1, both_2, _, _ = f
     away, rise = nu - v, c_1 - c_0
     p, q, r, s = v * c_0, v * rise, away * c_0, away * rise
     return (
-        a11 * xi_1 + a12 * xi_2 + held_1 * p + ramp_1 * q + decay_1 * r + both_1 * s,
-        a21 * xi_1 + a22 * xi_2 + held_2 * p + ramp_2 * q + decay_2 * r + both_2 * s,
+        f.a11 * xi_1 + f.a12 * xi_2 + f.held_1 * p + f.ramp_1 * q + f.decay_1 * r + f.decaying_ramp_1 * s,
+        f.a21 * xi_1 + f.a22 * xi_2 + f.held_2 * p + f.ramp_2 * q + f.decay_2 * r + f.decaying_ramp_2 * s,
     )
 
 
-def second_derivative(xi, u, u_1, u_2, f):
+def second_derivative(xi: Pair, u: float, u_1: float, u_2: float, f: FilterCoefficients) -> float:
     """Return s^2 F u from the filter's state ``xi`` and the input's last samples ``u``, ``u_1``, ``u_2`` (oldest)."""
     xi_1, xi_2 = xi
     as_seen_by_filter = u + (u - 2.0 * u_1 + u_2) / 12.0

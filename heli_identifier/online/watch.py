@@ -60,9 +60,9 @@ from heli_plant.laws import law_alone
 
 from ..errors import ConfigurationError
 from .linear_algebra import bilinear_form, dot, eliminated, is_singular, row_indices, solved, total
-from .moments import LEAST_FREEDOM, OVERLAP, Moments, freedom, variance_of_sum, weighted_blocks
+from .moments import LEAST_FREEDOM, OVERLAP, freedom, variance_of_sum
 from .signals import Signals
-from .state_filter import FilterCoefficients, discretise, filter_line, second_derivative
+from .state_filter import FilterCoefficients, Pair, discretise, filter_line, second_derivative
 
 WATCHABLE: dict[str, tuple[str, ...]] = {
     axis: tuple(entry.name for entry in CATALOGUE if entry.watchable and entry.axis in (axis, ROTORS)) for axis in AXES
@@ -144,77 +144,63 @@ _HELD_RATE_BANDWIDTH = 7.0
 
 _RATE_DAMPING = 0.7
 
-
-class WatchCoefficients(NamedTuple):
-    """The ``candidates``, the filter that rates come from, and the delay that is taken back [s].
-
-    ``held``: each law is held over a sampling period at its value at the beginning.
-    """
-
-    candidates: tuple[Candidate, ...]
-    rate_filter: FilterCoefficients
-    delay: float
-    held: bool
+_DELAY = 2.0 * _RATE_DAMPING / _RATE_BANDWIDTH
+"""What is taken back of the delay of F_d [s]."""
 
 
 class WatchState(NamedTuple):
-    """(xi_1, xi_2) of the three angles' rate filters and, with its last value, of each candidate.
+    """(xi_1, xi_2) of the rate filters of pitch, elevation and travel and, with its last value, of each candidate.
 
     ``cable_rest`` [rad] is the travel at sample 0.
     """
 
-    pitch_d: tuple[float, float]
-    elevation_d: tuple[float, float]
-    travel_d: tuple[float, float]
+    rates: tuple[Pair, Pair, Pair]
     cable_rest: float
     values: tuple[float, ...]
-    filtered: tuple[tuple[float, float], ...]
+    filtered: tuple[Pair, ...]
 
 
-def watch_coefficients(candidates: tuple[Candidate, ...], h: float, held: bool = False) -> WatchCoefficients:
-    """Return the coefficients for ``candidates`` sampled every ``h`` [s]; ``held`` for prediction errors."""
-    rate_filter = discretise(_HELD_RATE_BANDWIDTH if held else _RATE_BANDWIDTH, _RATE_DAMPING, h, 0.0)
-    return WatchCoefficients(candidates, rate_filter, 0.0 if held else 2.0 * _RATE_DAMPING / _RATE_BANDWIDTH, held)
+def discretised_rates(h: float, held: bool) -> FilterCoefficients:
+    """Return the filter that rates come from every ``h`` [s]; ``held`` for prediction errors."""
+    return discretise(_HELD_RATE_BANDWIDTH if held else _RATE_BANDWIDTH, _RATE_DAMPING, h, 0.0)
 
 
-def rate(filtered: tuple[float, float], angle: float, angle_1: float, angle_2: float, c: WatchCoefficients) -> float:
+def rate(xi: Pair, angle: float, angle_1: float, angle_2: float, d: FilterCoefficients, held: bool) -> float:
     """Return w [rad/s] from the state of an angle's rate filter and its last three samples [rad], newest first."""
-    return filtered[1] + c.delay * second_derivative(filtered, angle, angle_1, angle_2, c.rate_filter)
+    return xi[1] if held else xi[1] + _DELAY * second_derivative(xi, angle, angle_1, angle_2, d)
 
 
-def settled_watch(s: Signals, c: WatchCoefficients) -> WatchState:
+def settled_watch(s: Signals, candidates: tuple[Candidate, ...]) -> WatchState:
     """Return the state at sample 0, at rest in the angles of ``s``."""
-    at_rest = Motion(s.pitch, s.elevation, s.travel, 0.0, 0.0, 0.0, s.nu_front, s.nu_rear, s.travel)
-    values = tuple([candidate_value(candidate, at_rest) for candidate in c.candidates])
+    pitch, elevation, travel = s.angles
+    at_rest = Motion(pitch, elevation, travel, 0.0, 0.0, 0.0, s.lagged[0], s.lagged[1], travel)
+    values = tuple([candidate_value(candidate, at_rest) for candidate in candidates])
     settled = tuple([(value, 0.0) for value in values])
-    return WatchState((s.pitch, 0.0), (s.elevation, 0.0), (s.travel, 0.0), s.travel, values, settled)
+    return WatchState(((pitch, 0.0), (elevation, 0.0), (travel, 0.0)), travel, values, settled)
 
 
-def advance_watch(w: WatchState, s: Signals, c: WatchCoefficients, f: FilterCoefficients) -> WatchState:
-    """Return the state at the sample that ``s`` has just taken in; ``f`` is the common filter."""
-    d = c.rate_filter
-    pitch_d = filter_line(w.pitch_d, s.pitch_1, s.pitch, d)
-    elevation_d = filter_line(w.elevation_d, s.elevation_1, s.elevation, d)
-    travel_d = filter_line(w.travel_d, s.travel_1, s.travel, d)
-    motion = Motion(
-        s.pitch,
-        s.elevation,
-        s.travel,
-        rate(pitch_d, s.pitch, s.pitch_1, s.pitch_2, c),
-        rate(elevation_d, s.elevation, s.elevation_1, s.elevation_2, c),
-        rate(travel_d, s.travel, s.travel_1, s.travel_2, c),
-        s.nu_front,
-        s.nu_rear,
-        w.cable_rest,
-    )
-    values = tuple([candidate_value(candidate, motion) for candidate in c.candidates])
-    filtered = tuple(
-        [
-            filter_line(xi, before, before if c.held else now, f)
-            for xi, before, now in zip(w.filtered, w.values, values, strict=True)
-        ]
-    )
-    return WatchState(pitch_d, elevation_d, travel_d, w.cable_rest, values, filtered)
+def advance_watch(
+    w: WatchState, s: Signals, candidates: tuple[Candidate, ...], d: FilterCoefficients, held: bool,
+    f: FilterCoefficients,
+) -> WatchState:  # fmt: skip
+    """Return the state at the sample that ``s`` has just taken in.
+
+    ``d`` is the filter of the rates, ``f`` the common one. ``held``: each law is held over a sampling period at its
+    value at the beginning.
+    """
+    xi_1, xi_2, xi_3 = [filter_line(xi, a, b, d) for xi, a, b in zip(w.rates, s.angles_1, s.angles, strict=True)]
+    rates = xi_1, xi_2, xi_3
+    w_1, w_2, w_3 = [
+        rate(xi, a, b, c, d, held) for xi, a, b, c in zip(rates, s.angles, s.angles_1, s.angles_2, strict=True)
+    ]
+    pitch, elevation, travel = s.angles
+    motion = Motion(pitch, elevation, travel, w_1, w_2, w_3, s.lagged[0], s.lagged[1], w.cable_rest)
+    values = tuple([candidate_value(candidate, motion) for candidate in candidates])
+    filtered = [
+        filter_line(xi, before, before if held else now, f)
+        for xi, before, now in zip(w.filtered, w.values, values, strict=True)
+    ]
+    return WatchState(rates, w.cable_rest, values, tuple(filtered))
 
 
 _LEAST_VISIBILITY = 0.01
@@ -248,17 +234,16 @@ def projection(moments: list[float], size: int, n: int, column: int) -> list[flo
 
 
 def scores(
-    m: Moments, n: int, candidates: int, alpha: float, interval: float, whitened: bool = False
+    weights: list[float], blocks: list[tuple[float, ...]], n: int, candidates: int, interval: float, whitened: bool
 ) -> tuple[Score, ...]:
-    """Return the score of each candidate from ``n`` base regressors.
+    """Return the score of each candidate from ``n`` base regressors, from weighted blocks.
 
-    ``alpha`` [1/s] is the forgetting, ``interval`` [s] the time that each sample stands for. ``whitened``: the residual
-    is white with intensity 1, so that c has the standard error <g_p, g_p>^-1/2 as well; the larger of both is taken.
+    ``interval`` [s] is the time that each sample stands for. ``whitened``: the residual is white with intensity 1, so
+    that c has the standard error <g_p, g_p>^-1/2 as well; the larger of both is taken.
     """
     size = n + candidates + 1
-    weights, blocks = weighted_blocks(m, alpha, interval)
     # Neighbouring blocks of a white residual are independent: a parameter takes one of them.
-    if freedom(weights, n + 1, 1.0 if whitened else OVERLAP) < LEAST_FREEDOM:
+    if candidates == 0 or freedom(weights, n + 1, 1.0 if whitened else OVERLAP) < LEAST_FREEDOM:
         return (NOTHING,) * candidates
     moments = [dot(weights, entries) for entries in zip(*blocks, strict=True)]
     residual = projection(moments, size, n, size - 1)
@@ -269,7 +254,10 @@ def scores(
     return tuple([_score(weights, blocks, moments, size, n, n + i, residual, least, taken) for i in range(candidates)])
 
 
-def _score(weights, blocks, moments, size, n, column, residual, least, taken):
+def _score(
+    weights: list[float], blocks: list[tuple[float, ...]], moments: list[float], size: int, n: int, column: int,
+    residual: list[float], least: float, taken: int,
+) -> Score:  # fmt: skip
     """Return the score of the candidate in ``column``; ``residual`` is the base regression's residual on z.
 
     ``least``: standard error of c times the norm of g_p, at least. ``taken``: parameters whose degrees of freedom the

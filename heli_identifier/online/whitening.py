@@ -14,7 +14,7 @@ Its innovations follow from sigma by a filter with two unknown parameters, omega
 The zeros A_F cancel the poles of F. G is linear: y and every column of phi pass it, and e = G y - (G phi)^T Omega is
 again a linear regression. In samples, with z^-1 the delay by one and x = omega_o h:
 
-    A_F = 1 - 2 exp(-rho omega_f h) cos(omega_f h sqrt(1 - rho^2)) z^-1 + exp(-2 rho omega_f h) z^-2
+    A_F = 1 - (a_11 + a_22) z^-1 + (a_11 a_22 - a_12 a_21) z^-2        the poles of the discretised state filter
     D   = 1 - exp(-gamma h) z^-1                                                   in place of s + gamma
     A_o = (1 - P z^-1) (1 - C z^-1 + R^2 z^-2),    P = exp(-x), R = exp(-x/2), C = 2 R cos(sqrt(3)/2 x)
     M   = (13 - 2 z^-1 + z^-2) / 12
@@ -55,8 +55,10 @@ Source: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1
 """
 
 from collections.abc import Sequence
-from math import cos, cosh, exp, log, sin, sqrt
+from math import cos, exp, log, sin, sqrt
 from typing import NamedTuple
+
+from .state_filter import FilterCoefficients
 
 
 class Memory(NamedTuple):
@@ -105,15 +107,9 @@ class Whitening(NamedTuple):
     log_corner: float
 
 
-def filter_polynomial(omega: float, rho: float, h: float) -> tuple[float, float]:
-    """Return the coefficients of z^-1 and z^-2 in A_F; ``omega`` [rad/s], ``rho`` [1], ``h`` [s]."""
-    decay = exp(-rho * omega * h)
-    turn = omega * h * sqrt(abs(1.0 - rho * rho))
-    return -2.0 * decay * (cos(turn) if rho <= 1.0 else cosh(turn)), decay * decay
-
-
-def whitening(log_bandwidth: float, log_corner: float, f1: float, f2: float, h: float) -> Whitening:
-    """Return G from ln omega_o and ln gamma, both of rad/s, ``f1`` and ``f2`` of A_F and the period ``h`` [s]."""
+def whitening(log_bandwidth: float, log_corner: float, f: FilterCoefficients, h: float) -> Whitening:
+    """Return G from ln omega_o and ln gamma, both of rad/s, the state filter and the period ``h`` [s]."""
+    f1, f2 = -(f.a11 + f.a22), f.a11 * f.a22 - f.a12 * f.a21
     x, corner = h * exp(log_bandwidth), h * exp(log_corner)
     kept = exp(-corner)
     p, r = exp(-x), exp(-0.5 * x)
@@ -141,23 +137,26 @@ def settled_memory(value: float, w: Whitening) -> Memory:
 
 def whiten(memory: Sequence[Memory], z: Sequence[float], w: Whitening) -> tuple[list[Memory], list[float]]:
     """Return the new memories and the whitened values of the signals ``z``; ``memory`` has one entry per signal."""
-    f1, f2, q1, q2, r, _, _, _, _, _, _, kept, slope, _, _ = w
     memories: list[Memory] = []
     whitened: list[float] = []
     for (u1, u2, t1, t2, t3, g), x in zip(memory, z, strict=True):
         u = x + _M1 * u1 - _M2 * u2
-        v = u + f1 * u1 + f2 * u2 - t1
-        memories.append(Memory(u, u1, t2 + q1 * v, t3 + q2 * v, kept * t3 + r * v, kept * g + slope * v))
+        v = u + w.f1 * u1 + w.f2 * u2 - t1
+        memories.append(
+            Memory(u, u1, t2 + w.q1 * v, t3 + w.q2 * v, w.kept * t3 + w.r * v, w.kept * g + w.slope * v)
+        )
         whitened.append(v)
     return memories, whitened
 
 
+def angle_slopes(f: FilterCoefficients) -> tuple[float, float, float]:
+    """Return the derivatives by the newest angle of z_y [1/s^2], and of z of the filtered rate [1/s] and angle [1]."""
+    newest = f.omega_squared * (NEWEST - f.ramp_1) - f.two_rho_omega * f.ramp_2
+    return newest / NEWEST, f.ramp_2 / NEWEST, f.ramp_1 / NEWEST
+
+
 BANDWIDTHS, CORNERS = (2.0, 40.0), (0.05, 5.0)
 """Bounds of omega_o and gamma [rad/s]."""
-
-BANDWIDTH_PRIOR, CORNER_PRIOR = 1.0, 0.7
-"""Standard deviations of ln omega_o and ln gamma before the first sample: factors of 2.7, which reaches a rig without
-air as well as a stirred one, and of 2."""
 
 BANDWIDTH_CHANGE, CORNER_CHANGE = 1e-3, 1e-2
 """Variances by which ln omega_o and ln gamma change in a second [1/s]: noise changes with the flight. They return to
@@ -196,21 +195,10 @@ ANY_ROOM = Noise(10.0, 1.6)
 """Where every axis begins: between the air of a calm room (7 and 1 rad/s) and that of measured rigs (15 and 2.5)."""
 
 
-class NoiseCoefficients(NamedTuple):
-    """What one sampling period makes of the constants.
-
-    ``rest`` [samples]; ``renewal`` of lambda per sample [1]; bounds of ln omega_o and ln gamma; lambda(0) and the least
-    lambda [rad^2/s^4].
-    """
-
-    rest: float
-    renewal: float
-    least_bandwidth: float
-    most_bandwidth: float
-    least_corner: float
-    most_corner: float
-    first_variance: float
-    least_variance: float
+def bounded_noise(log_bandwidth: float, log_corner: float, h: float) -> tuple[float, float]:
+    """Return ln omega_o and ln gamma within their bounds at the period ``h`` [s]."""
+    least, most = [log(min(bound, _MOST_RADIANS / h)) for bound in BANDWIDTHS]
+    return min(max(log_bandwidth, least), most), min(max(log_corner, log(CORNERS[0])), log(CORNERS[1]))
 
 
 class NoiseModel(NamedTuple):
@@ -230,45 +218,30 @@ class NoiseModel(NamedTuple):
     d3: float
 
 
-def noise_coefficients(h: float, newest: float) -> NoiseCoefficients:
-    """Return the coefficients for the period ``h`` [s]; ``newest`` [1/s^2] is d sigma / d (newest angle)."""
-    return NoiseCoefficients(
-        _REST / h,
-        h / _VARIANCE_MEMORY,
-        log(min(BANDWIDTHS[0], _MOST_RADIANS / h)),
-        log(min(BANDWIDTHS[1], _MOST_RADIANS / h)),
-        log(CORNERS[0]),
-        log(CORNERS[1]),
-        newest * _FIRST_DEVIATION * newest * _FIRST_DEVIATION,
-        newest * _LEAST_DEVIATION * newest * _LEAST_DEVIATION,
-    )
+def first_noise(newest: float) -> NoiseModel:
+    """Return the noise model before the first innovation; ``newest`` [1/s^2] is d e / d (newest angle)."""
+    deviation = newest * _FIRST_DEVIATION
+    return NoiseModel(deviation * deviation, _FIRST_SAMPLES, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def first_noise(c: NoiseCoefficients) -> NoiseModel:
-    """Return the noise model before the first innovation."""
-    return NoiseModel(c.first_variance, _FIRST_SAMPLES, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+def noise_rests(n: NoiseModel, h: float) -> bool:
+    """Return whether nu still rests."""
+    return n.seen < _REST / h
 
 
 def bandwidth_slope(n: NoiseModel, w: Whitening) -> float:
     """Return d of the innovation to come."""
-    _, _, e1, e2, e3, d1, d2, d3 = n
-    _, _, _, _, _, o1, o2, o3, s1, s2, s3, _, _, _, _ = w
-    return -(s1 * e1 + s2 * e2 + s3 * e3) - o1 * d1 - o2 * d2 - o3 * d3
+    return -(w.s1 * n.e1 + w.s2 * n.e2 + w.s3 * n.e3) - w.o1 * n.d1 - w.o2 * n.d2 - w.o3 * n.d3
 
 
-def remember(n: NoiseModel, e: float, certain: float, d: float, c: NoiseCoefficients) -> NoiseModel:
-    """Return the noise model after the innovation ``e`` [rad/s^2].
+def remember(n: NoiseModel, e: float, certain: float, d: float, h: float, newest: float) -> NoiseModel:
+    """Return the noise model after the innovation ``e`` [rad/s^2], ``h`` [s] after the one before.
 
     ``certain`` is the share of its variance that is not due to the uncertainty of Omega, r / (r + phi^T Gamma phi);
-    ``d`` its derivative by :func:`bandwidth_slope`, 0 while nu rests.
+    ``d`` its derivative by :func:`bandwidth_slope`, 0 while nu rests; ``newest`` [1/s^2] that by the newest angle.
     """
-    variance, seen, e1, e2, _, d1, d2, _ = n
     e *= sqrt(certain)
-    seen += 1.0
-    variance += max(1.0 / seen, c.renewal) * (e * e - variance)
-    return NoiseModel(max(variance, c.least_variance), seen, e, e1, e2, d, d1, d2)
-
-
-def bounded(x: float, least: float, most: float) -> float:
-    """Return ``x`` within its bounds."""
-    return min(max(x, least), most)
+    seen = n.seen + 1.0
+    variance = n.variance + max(1.0 / seen, h / _VARIANCE_MEMORY) * (e * e - n.variance)
+    least = newest * _LEAST_DEVIATION
+    return NoiseModel(max(variance, least * least), seen, e, n.e1, n.e2, d, n.d1, n.d2)

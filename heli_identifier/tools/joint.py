@@ -25,7 +25,6 @@ from heli_identifier.online import (
     Estimate,
     IdentifierState,
     Plan,
-    PredictorState,
     combinations,
     gain_matrix,
     output_of,
@@ -71,7 +70,7 @@ def joint(flights: Sequence[Flight]) -> tuple[dict[str, Estimate], dict[str, flo
         name: Estimate(value, error if error > 0.0 else None, BY_FIELD[name].unit)
         for name, value, error in zip(output.parameters._fields, output.parameters, output.standard_errors, strict=True)
     }
-    if plan.lag is not None:
+    if plan.estimates_lag:
         found["T_m"] = Estimate(*output.lag, BY_FIELD["T_m"].unit)
     return found, scatter.standard_errors._asdict()
 
@@ -116,7 +115,8 @@ def _known(state: IdentifierState, axis: int) -> tuple[Array, Array]:
 def _together(flights: Sequence[Flight], axis: int) -> tuple[Array, Array]:
     """Return Omega and H of an axis."""
     known = [_known(state, axis) for state, _ in flights]
-    first, prior = (np.array(x[: len(known[0][0])]) for x in _prior(flights[0][0], axis))
+    own = flights[0][1].axes[axis]
+    first, prior = np.array(own.first[: own.reported]), np.array(own.prior[: own.reported])
     others = len(flights) - 1
     H = -others * np.diag(1.0 / prior)
     g = H @ first
@@ -128,21 +128,9 @@ def _together(flights: Sequence[Flight], axis: int) -> tuple[Array, Array]:
     return np.linalg.solve(H, g), H
 
 
-def _prior(state: IdentifierState, axis: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return Omega(0) and the variances of the prior."""
-    predictor = _predictor(state, axis)
-    return predictor.first, predictor.prior
-
-
-def _predictor(state: IdentifierState, axis: int) -> PredictorState:
-    found = state.axes[axis].predictor
-    assert found is not None
-    return found
-
-
 def _errors(flights: Sequence[Flight], axis: int, omega: Array, H: Array, rows: Array) -> tuple[Array, Array]:
     """Return the standard errors of the combinations ``rows`` (m, n) and the Birge ratios, each of shape (m,)."""
-    outside = [_predictor(state, axis).outside for state, _ in flights]
+    outside = [p.outside for state, _ in flights if (p := state.axes[axis].predictor) is not None]
     if len(flights) == 1:
         return np.array(flights[0][0].axes[axis].estimate.standard_errors), np.zeros(len(rows))
     products = tuple(np.sum([own.products for own in outside], axis=0).tolist())

@@ -94,7 +94,7 @@ static void show(Model *model, Unit *unit, const IdentifierOutput *output)
         unit->values[REF_standard_error_instrument_k_x + axis].real = gain_errors[axis];
     }
     unit->values[REF_contradicted].real = output->contradicted;
-    if (closed && !model->warned && !model->plan.predictor.some) {
+    if (closed && !model->warned && !model->plan.predicting) {
         model->warned = true;
         unit_say(
             unit, WARNING,
@@ -119,7 +119,7 @@ static void initialise(Model *model, Unit *unit)
     settings_IdentifierSettings__post_init(&unit->settled, &settings);
     model->plan = settings_prepare(&unit->settled, &settings);
     model->sampling = model->warned = false;
-    const IdentifierOutput first = state_before_samples(&model->plan);
+    const IdentifierOutput first = identifier_before_samples(&unit->settled, &model->plan);
     show(model, unit, &first);
 }
 
