@@ -8,9 +8,10 @@ import numpy as np
 
 from heli_identifier.online import GAINS
 from heli_identifier.records import Log, RigConfiguration, common_configuration
+from heli_identifier.results.documents import plain
 from heli_identifier.results.simulation import LogSource, several
-from heli_identifier.results.tables import Table, Tabular
-from heli_identifier.results.words import listed, significant, with_interval
+from heli_identifier.results.tables import Table, Tabular, gain_cells
+from heli_identifier.results.words import listed, significant
 from heli_identifier.tracing import (
     Determination,
     Diagnosis,
@@ -20,6 +21,12 @@ from heli_identifier.tracing import (
     identify_plant,
 )
 from heli_plant.effects import AXES
+
+_ORIGINS = {
+    "logged": "logged references",
+    "rebuilt": "references rebuilt from the voltages",
+    "voltages": "the voltages",
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,30 +51,24 @@ class Look(Tabular):
         return {name: reports[name] for name in self.identification.plant.likelihood.rig.gains if name in reports}
 
     @property
-    def table(self) -> Table:
-        """Who flew, and one row an axis; intervals are of 95 %."""
-        rig, references = self.identification.plant.likelihood.rig, self.identification.references
-        found: list[tuple[str, ...]] = []
-        for axis, name in zip(rig.axes, rig.gains, strict=True):
-            report = self.gains.get(name)
-            moves = f"{significant(self.movement[axis], 2)} counts"
-            if report is None:
-                found.append((axis, moves, name, "–", "–", "given"))
-                continue
-            outside = "–" if report.instrument is None else with_interval(report.instrument, unit=False)
-            word = "contradicted" if report.contradicted else str(report.determination)
-            found.append((axis, moves, name, with_interval(report.estimate), outside, word))
-        flown = "a controller flew" if references.closed_loop else "open loop"
-        title = f"{flown}; moved from outside: {', '.join(references.names) or 'nothing that these logs show'}"
-        return Table(title, ("axis", "moves by", "gain", "likelihood", "references alone", "it is"), found)
-
-    @property
     def effects(self) -> tuple[tuple[str, str, float, bool], ...]:
         """Effects that the likelihood favours: name, axis, score [nats], whether it is established."""
         return tuple(
             (finding.effect.name, finding.effect.axis, finding.score.score, finding.established)
             for finding in self.identification.selection.findings
         )
+
+    @property
+    def table(self) -> Table:
+        """Who flew, and one row an axis; intervals are of 95 %."""
+        rig, references = self.identification.plant.likelihood.rig, self.identification.references
+        rows = [
+            (axis, f"{significant(self.movement[axis], 2)} counts", name, *gain_cells(self.gains.get(name)))
+            for axis, name in zip(rig.axes, rig.gains, strict=True)
+        ]
+        flown = "a controller flew" if references.closed_loop else "open loop"
+        title = f"{flown}; moved from outside: {', '.join(references.names) or 'nothing that these logs show'}"
+        return Table(title, ("axis", "moves by", "gain", "likelihood", "references alone", "it is"), rows)
 
     @property
     def lines(self) -> tuple[str, str, str]:
@@ -89,20 +90,18 @@ class Look(Tabular):
         return (*lines, *self.identification.references.notes, self.lines[2].partition("; ")[2])
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the same as values for JSON."""
+        """Give the same as values for JSON, the gains as `parameters` in diagnosis.json."""
         references = self.identification.references
-        return {
+        document = {
             "closed_loop": references.closed_loop,
-            "references": list(references.names),
-            "movement_counts": {axis: float(value) for axis, value in self.movement.items()},
+            "references": references.names,
+            "movement_counts": self.movement,
             "operating_point_v": self.identification.plant.likelihood.rig.operating_point,
-            "gains": {name: _report_values(report) for name, report in self.gains.items()},
-            "effects": [
-                {"name": name, "axis": axis, "score": score, "established": established}
-                for name, axis, score, established in self.effects
-            ],
-            "notes": list(references.notes),
+            "gains": self.gains,
+            "effects": [dict(zip(("name", "axis", "score", "established"), e, strict=True)) for e in self.effects],
+            "notes": references.notes,
         }
+        return plain(document)
 
     def __repr__(self) -> str:
         return f"<Look: {', '.join(f'{name} {report.determination}' for name, report in self.gains.items())}>"
@@ -131,38 +130,15 @@ def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str,
     """Give :func:`look_lines` of a diagnosis and its training logs."""
     counts = np.array(diagnosis.settings["counts"], dtype=float)
     gains = {name: diagnosis.parameters[name] for name in GAINS if name in diagnosis.parameters}
-    movement = movement_of(training, (2.0 * np.pi / counts).tolist())
     origins = listed([_ORIGINS[part] for part in diagnosis.references.split(" and ") if part in _ORIGINS])
-    return look_lines(diagnosis.closed_loop, origins, movement, gains)
+    return look_lines(diagnosis.closed_loop, origins, _movement(training, 2.0 * np.pi / counts), gains)
 
 
-_ORIGINS = {
-    "logged": "logged references",
-    "rebuilt": "references rebuilt from the voltages",
-    "voltages": "the voltages",
-}
-
-
-def movement_of(logs: Sequence[Log], resolution: Sequence[float]) -> dict[str, float]:
+def _movement(logs: Sequence[Log], resolution: Sequence[float] | np.ndarray) -> dict[str, float]:
     """Root mean square of every axis's motion in all logs [encoder counts]; ``resolution`` is that of a count [rad]."""
     squares = np.sum([((log.angles - log.angles.mean(0)) ** 2).sum(0) for log in logs], axis=0)
     counts = np.sqrt(squares / sum(log.samples for log in logs)) / np.asarray(resolution)
     return dict(zip(AXES, map(float, counts), strict=True))
-
-
-def _report_values(report: ParameterReport) -> dict[str, Any]:
-    instrument = report.instrument
-    return {
-        "value": report.estimate.value,
-        "standard_error": report.estimate.standard_error,
-        "unit": report.estimate.unit,
-        "determination": str(report.determination),
-        "outside_share": report.outside_share,
-        "instrument": instrument and {"value": instrument.value, "standard_error": instrument.standard_error},
-        "contradicted": report.contradicted,
-        "why": report.why,
-        "experiment": report.experiment,
-    }
 
 
 def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfiguration | None = None) -> Look:
@@ -189,4 +165,4 @@ def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfigurati
     used = several(logs)
     known = configuration or common_configuration(used) or RigConfiguration()
     found = identify_plant(used, DiagnosisSettings.from_rig(known))
-    return Look(found, movement_of(used, found.plant.likelihood.rig.resolution))
+    return Look(found, _movement(used, found.plant.likelihood.rig.resolution))

@@ -5,36 +5,20 @@ experiment that would settle most. The same parts, without their page, are what 
 """
 
 from collections.abc import Iterator, Mapping
-from functools import cache
-from html import escape
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, StrictUndefined, Template
+from jinja2 import Environment, PackageLoader, StrictUndefined
 from scipy.signal import welch
 
+from heli_identifier.results import tables, words
 from heli_identifier.results.svg import Axes, figure
-from heli_identifier.results.tables import (
-    GAIN_OF,
-    Table,
-    catalogue_table,
-    effect_table,
-    error_table,
-    event_table,
-    gain_table,
-    log_table,
-    parameter_table,
-    setting_table,
-    untestable,
-)
+from heli_identifier.results.tables import GAIN_OF
 from heli_identifier.results.words import (
     AHEAD,
-    agreement_sentence,
     effect_name,
     effect_title,
     effect_words,
-    held_out_sentence,
     law_text,
     leading,
     listed,
@@ -62,6 +46,11 @@ from heli_plant.effects import AXES
 from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameter_table import BY_FIELD
 
+TEMPLATES = Environment(
+    loader=PackageLoader("heli_identifier.results"), autoescape=True, undefined=StrictUndefined, auto_reload=False
+)
+TEMPLATES.globals |= {"tables": tables, "words": words}
+
 CONFUSED = 0.7
 """Correlation of two signatures from which the logs hardly tell the effects apart."""
 
@@ -75,65 +64,36 @@ USES = {
 WEIGHTS = {"gain": 4, "effect": 2, "bound": 1}
 """What an experiment is worth that settles a gain, a found or possible effect, an effect that is not testable."""
 
-GLOSSARY = (
-    ("before, after", "The simplified model and the corrected plant, both fitted to the training logs."),
-    ("held-out logs", "They take no part in fit and search and decide nothing. Errors are those on them."),
-    ("±", "Half-width of the 95 % interval: 1.96 standard errors."),
-    ("change", "Error after over error before, less 1, with its 95 % interval over the same passages for both. It is "
-     "real if the interval does without zero."),
-    ("score", "What the log-likelihood of the training logs gains by an effect [nats], a factor of 2.7 each. Beside "
-     "the plant the likelihood has a torque of the air, whose level and colour are estimated."),
-    ("in the plant", "What is established; of what is possible, what makes training logs likelier that were left out "
-     "of the fit one at a time; and terms of rigid-body mechanics, where the logs are as likely with them."),
-    ("determined from outside", "References, which move the rig and know nothing of the air, give the same value."),
-    ("rests on the noise model", "Only the likelihood gives the value: it holds if the air's torque is as modelled."),
-    ("not determined", "The interval is too wide for a controller, or references contradict the likelihood."),
-    ("noise floor", "Error of the corrected plant on logs that it made itself, in the air that was estimated. A dash: "
-     "it is unstable, and none can be computed."),
-    ("visibility", "Share of an effect's signature that no change of the fitted parameters could imitate. Below 1 % an "
-     "effect is not testable."),
-    ("bound", "Largest size of an effect that was not shown that these logs still allow, at 95 %."),
-)  # fmt: skip
-
-
 def report_page(diagnosis: Diagnosis, rig: str) -> str:
     """Give the text of report.html; ``rig`` is what it calls the rig."""
-    return page("report.html.j2", f"Diagnosis of {rig}", diagnosis.provenance, **_parts(diagnosis))
+    own = {
+        "residuals": [part for series in diagnosis.series for part in _residuals(diagnosis, series)],
+        "confused": list(_confused(diagnosis)),
+    }
+    return page("report.html.j2", f"Diagnosis of {rig}", diagnosis.provenance, **own, **_parts(diagnosis))
 
 
 def page(template: str, title: str, provenance: Mapping[str, Any], **parts: Any) -> str:
     """Give the text of a page that fetches nothing, of the template and what it shows."""
-    return _template(template).render(title=title, css=_text("report.css"), provenance=provenance, **parts)
+    return TEMPLATES.get_template(template).render(title=title, provenance=provenance, **parts)
 
 
 def notebook_view(diagnosis: Diagnosis) -> str:
     """Give the HTML of a diagnosis, without script and style sheet, to be set into a page of any theme."""
-    return _template("notebook.html.j2").render(**_parts(diagnosis))
-
-
-@cache
-def _template(name: str) -> Template:
-    return Environment(autoescape=True, undefined=StrictUndefined).from_string(_text(name))
-
-
-def _text(name: str) -> str:
-    return (files("heli_identifier.results") / "templates" / name).read_text(encoding="utf-8")
+    return TEMPLATES.get_template("notebook.html.j2").render(**_parts(diagnosis))
 
 
 def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Give everything that the page shows, without markup but for figures and tables."""
-    experiments = [f"{text} It would settle: {listed(names)}." for names, text in ranked_experiments(diagnosis)]
+    """Give what page and notebook show, without markup but for figures and tables."""
     return {
-        "verdict": verdict_line(diagnosis),
+        "diagnosis": diagnosis,
+        "sentence": verdict_line(diagnosis),
         "cards": [_card(diagnosis, axis, report) for axis, report in diagnosis.axes.items()],
         "overlay": _overlay(diagnosis),
         "caption": _caption(diagnosis),
         "found": [_found(diagnosis, number) for number, own in enumerate(diagnosis.effects) if own.in_plant],
         "left_out": list(_left_out(diagnosis)),
-        "experiment": experiments[0] if experiments else "",
-        "faults": [f"{fault.words} {fault.advice}".strip() for fault in diagnosis.faults],
-        "notes": list(diagnosis.notes),
-        "details": [pair for pair in _details(diagnosis, experiments[1:]).items() if pair[1]],
+        "experiments": [f"{text} It would settle: {listed(what)}." for what, text in ranked_experiments(diagnosis)],
     }
 
 
@@ -271,32 +231,8 @@ def ranked_experiments(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
     return [(settles[text], text) for text in sorted(worth, key=lambda text: -worth[text])]
 
 
-def _details(diagnosis: Diagnosis, experiments: list[str]) -> dict[str, str]:
-    """Give what is folded behind the page: HTML by title, empty where there is nothing to say."""
-    notes = [f"{entry.file}: {'; '.join(entry.notes)}" for entry in diagnosis.data if entry.notes]
-    settings = log_table(diagnosis).html() + _items(notes) + setting_table(diagnosis).html()
-    found, events = effect_table(diagnosis), event_table(diagnosis)
-    return {
-        "Errors on held-out logs": _paragraph(held_out_sentence(diagnosis))
-        + error_table(diagnosis).html()
-        + _paragraph(agreement_sentence(diagnosis)),
-        "Gains and what they rest on": gain_table(diagnosis).html()
-        + _items([f"{axis}: {report.why}" for axis, report in diagnosis.axes.items()]),
-        "Parameters": parameter_table(diagnosis).html(),
-        "Residuals": "".join(_residuals(diagnosis, series) for series in diagnosis.series),
-        "Effects, found and possible": found.html() if found.rows else "",
-        "Every effect of the catalogue": catalogue_table(diagnosis).html() + _items(untestable(diagnosis)),
-        "Effects that these logs hardly tell apart": _items(list(_confused(diagnosis))),
-        "Further experiments": _items(experiments),
-        "Events": events.html() if events.rows else "",
-        "Logs, settings and versions": settings,
-        "Words of this page": Table("", ("word", "meaning"), GLOSSARY).html(),
-    }
-
-
-def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> str:
-    """Draw spectrum and autocorrelation of the innovations of every axis, and whether they are white."""
-    html = []
+def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, list[str]]]:
+    """Give every axis, whether its innovations are white, and figures of their spectrum and autocorrelation."""
     for index, axis in enumerate(AXES):
         spectrum, memory = Axes("innovations [1/Hz]", logarithmic=True), Axes("autocorrelation")
         for label, values in (("before", series.residual_before[:, index]), ("after", series.residual_after[:, index])):
@@ -306,13 +242,13 @@ def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> str:
             memory.line(lags * series.residual_step, autocorrelation(values, len(lags)), label, label)
         bound = np.full(2, 1.96 / np.sqrt(len(series.residual_after)))
         memory.band(np.array([0.0, 50 * series.residual_step]), -bound, bound, "95 % of white noise")
-        p = diagnosis.axes[axis].whiteness_p["after"]
-        white = f"Ljung-Box test of white innovations: {p_text(p)}."
+        white = f"Ljung-Box test of white innovations: {p_text(diagnosis.axes[axis].whiteness_p['after'])}."
         said = f"of the innovations of the {axis} on {series.log.name}, before and after"
-        html.append(f"<h3>{axis.capitalize()}</h3>{_paragraph(white)}<div class='grid'>")
-        html.append(figure([spectrum], "frequency [Hz]", f"Power spectral density {said}", log_x=True))
-        html.append(figure([memory], "lag [s]", f"Autocorrelation {said}") + "</div>")
-    return "".join(html)
+        drawn = [
+            figure([spectrum], "frequency [Hz]", f"Power spectral density {said}", log_x=True),
+            figure([memory], "lag [s]", f"Autocorrelation {said}"),
+        ]
+        yield axis.capitalize(), white, drawn
 
 
 def autocorrelation(values: np.ndarray, lags: int) -> np.ndarray:
@@ -328,11 +264,3 @@ def _confused(diagnosis: Diagnosis) -> Iterator[str]:
     rows, columns = np.nonzero(np.tril(np.abs(diagnosis.correlation), -1) >= CONFUSED)
     for i, j in sorted(zip(rows, columns, strict=True), key=lambda pair: -abs(diagnosis.correlation[pair])):
         yield f"{names[i]} and {names[j]}: correlation {significant(float(diagnosis.correlation[i, j]), 2)}"
-
-
-def _paragraph(text: str) -> str:
-    return f"<p>{escape(text)}</p>" if text else ""
-
-
-def _items(texts: list[str]) -> str:
-    return f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in texts)}</ul>" if texts else ""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
-from heli_identifier.online import GAINS
+from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results.words import (
     angle_text,
     effect_name,
@@ -19,7 +19,7 @@ from heli_identifier.results.words import (
     verdict_line,
     with_interval,
 )
-from heli_identifier.tracing import CurveShape, Diagnosis, FoundEffect, Verdict
+from heli_identifier.tracing import CurveShape, Diagnosis, FoundEffect, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameter_table import BY_FIELD
 
@@ -45,6 +45,9 @@ class Table(NamedTuple):
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         padded = (map(str.ljust, line, widths) for line in lines)
         return "\n".join("  ".join(cells).rstrip() for cells in padded)
+
+    def __html__(self) -> str:
+        return self.html()
 
     def html(self) -> str:
         """Give a ``<table>`` element.
@@ -134,16 +137,21 @@ def error_table(diagnosis: Diagnosis) -> Table:
     return Table("Error on held-out logs", columns, rows)
 
 
+def gain_cells(report: ParameterReport | None, given: Estimate | None = None) -> tuple[str, str, str]:
+    """Give a gain, what references alone say of it, and what it rests on; without a report it was given."""
+    if report is None:
+        return with_interval(given) if given else "–", "–", "given"
+    outside = "–" if report.instrument is None else with_interval(report.instrument, unit=False)
+    return with_interval(report.estimate), outside, "contradicted" if report.contradicted else str(report.determination)
+
+
 def gain_table(diagnosis: Diagnosis) -> Table:
     """Give a row per axis: its gain at the operating point, what that rests on, and the use of the axis."""
     rows = []
     for axis, report in diagnosis.axes.items():
-        found = diagnosis.parameters.get(GAIN_OF[axis])
-        outside = found.instrument if found else None
-        rests = "given" if found is None else "contradicted" if found.contradicted else str(found.determination)
-        value = with_interval(found.estimate if found else diagnosis.parameters_after[GAIN_OF[axis]])
-        alone = with_interval(outside, unit=False) if outside else "–"
-        rows.append((axis, BY_FIELD[GAIN_OF[axis]].symbol, value, rests, alone, str(report.use)))
+        name = GAIN_OF[axis]
+        value, alone, rests = gain_cells(diagnosis.parameters.get(name), diagnosis.parameters_after[name])
+        rows.append((axis, BY_FIELD[name].symbol, value, rests, alone, str(report.use)))
     columns = ("axis", "gain", "value", "it is", "references alone", "use the axis for")
     return Table(f"Gains as slopes at {significant(diagnosis.settings['operating_point'])} V", columns, rows)
 

@@ -6,6 +6,7 @@ from math import floor, isfinite, log10
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing import (
+    Agreement,
     Diagnosis,
     ErrorFigure,
     FoundEffect,
@@ -216,11 +217,8 @@ def held_out_sentence(diagnosis: Diagnosis) -> str:
     return said
 
 
-def agreement_sentence(diagnosis: Diagnosis) -> str:
-    """Say how far disjoint halves of the training logs agree on what they show; empty for a single log."""
-    found = diagnosis.agreement
-    if found is None:
-        return ""
+def agreement_sentence(found: Agreement) -> str:
+    """Say how far disjoint halves of the training logs agree on what they show."""
     return (
         f"Disjoint halves of the training logs share {100.0 * found.observed:.0f} % of the families of effects that "
         f"either of them shows; chance in what the logs hold alone would leave {100.0 * found.expected:.0f} %."
