@@ -34,8 +34,7 @@ from fmu_src.master import run_apart
 from heli_identifier.online import ModelParameters
 from heli_identifier.results import Axes, figure, write_figure
 from heli_identifier.tools.figures import ROLES
-from heli_plant.parameter_table import BY_FIELD
-from heli_plant.parameters import TABLE_2
+from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.state import rest_state
 
 EXPERIMENTS = (1, 2)

@@ -21,8 +21,7 @@ from math import cos, exp, sqrt
 from typing import NamedTuple
 
 from .motor import saturate
-from .parameter_table import BY_FIELD
-from .parameters import PlantParameters
+from .parameters import BY_FIELD, PlantParameters
 from .state import PlantState
 
 CORNER = 1.0

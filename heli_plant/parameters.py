@@ -1,83 +1,132 @@
-"""The plant's parameters as a value: one flat set of floats, checked against their table.
+"""The plant's parameters: a table of what there is to know about each, and a set of their values.
 
-Both the interpreted step (inside an FMU) and the compiled one (over a NumPy record with the same fields) read them as
-``p.field``.
+The fields carry the paper's symbols (Table 2) so that the equations read as printed; the structured names
+(``pitch.damping``) are what parameter sets, FMU variables and command lines use. Both the interpreted step (inside an
+FMU) and the compiled one (over a NumPy record with the same fields) read a value as ``p.field``.
 """
 
-from collections.abc import Iterator, Mapping
-from math import isfinite
-from operator import attrgetter
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections import namedtuple
+from collections.abc import Mapping
+from math import isfinite, radians
+from typing import Any, NamedTuple
 
+from .effects import AXES, CATALOGUE
 from .errors import ParameterError, did_you_mean
 from .laws import motor_time_constant
-from .parameter_table import BY_NAME, PARAMETERS
-
-_DEFAULTS = {row.field: row.default for row in PARAMETERS}
+from .tabulated_torque import KNOTS, VARIABLES
 
 
-class PlantParameters:
-    """Every number that the plant's right-hand side reads, in SI units; the defaults are Table 2 with all effects off.
+class Parameter(NamedTuple):
+    """What there is to know about one field of :class:`PlantParameters`.
 
-    An immutable value with a named tuple's vocabulary (iteration, ``_fields``, ``_replace``, ``_asdict``). Its values
-    are in slots: the interpreter reads a slot about five times faster than a tuple's named field.
+    ``symbol`` is the letter of the paper's Table 2, its subscript after an underscore; empty where it has none.
     """
 
-    __slots__ = tuple(_DEFAULTS)
-    _fields: ClassVar[tuple[str, ...]] = tuple(_DEFAULTS)
+    field: str
+    name: str
+    symbol: str
+    unit: str
+    default: float
+    minimum: float
+    maximum: float
+    description: str
 
-    if TYPE_CHECKING:
 
-        def __getattr__(self, field: str) -> float: ...
+_Row = tuple[str, str, str, str, float, float, float, str]
 
-    def __init__(self, **values: float) -> None:
-        _fill(self, {**_DEFAULTS, **values})
+_BASE: tuple[_Row, ...] = (
+    # pitch, eq. (2); elevation, eq. (10); travel, eq. (12): values of Table 2
+    ("a_wx", "pitch.damping", "a_ωx", "1/s", 0.060, -10.0, 10.0, "pitch damping"),
+    ("a_th", "pitch.stiffness", "a_θ", "1/s^2", 0.664, -100.0, 100.0, "pendulum stiffness of the pitch"),
+    ("k_x", "pitch.gain", "k_x", "rad/s^2/V", 0.293, -50.0, 50.0, "pitch acceleration per volt of v_f - v_r"),
+    ("theta0", "pitch.rest_angle", "θ_0", "rad", radians(-7.8), -3.2, 3.2, "pitch at rest"),
+    ("a_wz", "elevation.damping", "a_ωz", "1/s", 0.032, -10.0, 10.0, "elevation damping"),
+    ("a_e", "elevation.stiffness", "a_ε", "1/s^2", 2.59, -100.0, 100.0, "elevation stiffness"),
+    ("a_1", "elevation.offset", "a_1", "rad/s^2", -0.142, -100.0, 100.0, "elevation offset torque per inertia"),
+    ("a_lt", "elevation.coupling", "a_λθ", "1", 0.026, -10.0, 10.0, "coupling of theta' lambda' into elevation"),
+    ("k_z", "elevation.gain", "k_z", "rad/s^2/V", 0.157, -50.0, 50.0, "elevation acceleration per volt of v_f + v_r"),
+    ("a_wy", "travel.damping", "a_ωy", "1/s", 0.114, -10.0, 10.0, "travel damping"),
+    ("k_y", "travel.gain", "k_y", "rad/s^2/V", -0.112, -50.0, 50.0, "travel acceleration per volt and sine of pitch"),
+    ("T_m", "motor.time_constant", "T_m", "s", 0.08, 0.0, 5.0, "lag of both motors, eq. (9)"),
+    ("v_max", "motor.voltage_limit", "v_max", "V", 5.0, 1e-6, 1000.0, "saturation of both voltages"),
+    ("ado_offset", "ado.offset_per_metre", "", "rad/s^2/m", 0.5, -100.0, 100.0,
+     "shift of a_1 per metre of mass travel"),
+    ("ado_stiffness", "ado.stiffness_per_metre", "", "1/s^2/m", 0.1, -100.0, 100.0, "shift of a_e per metre"),
+    ("ado_speed", "ado.speed", "", "m/s", 0.05, 0.0, 10.0, "speed limit of the lead screw"),
+    ("ado_travel", "ado.travel", "", "m", 0.26, 0.0, 10.0, "the mass moves between plus and minus this"),
+)  # fmt: skip
 
-    def __setattr__(self, field: str, value: float) -> None:
-        raise AttributeError(f"a plant's parameters do not change; _replace({field}=...) gives a changed copy")
+_GENERAL: tuple[_Row, ...] = (
+    # the general model, eq. (1), in place of the simplified one: values of LAAS report 18040
+    ("general_model", "general.enabled", "", "1", 0.0, 0.0, 1.0, "1: eq. (1) from four point masses; 0: simplified"),
+    ("m2", "general.mass_arm", "m2", "kg", 1.00, 1e-6, 100.0, "mass at the end of the arm"),
+    ("m3", "general.mass_body", "m3", "kg", 0.771, 1e-6, 100.0, "mass of both rotors together"),
+    ("l1", "general.length_counterweight", "l1", "m", 0.520, 1e-3, 10.0, "pivot to counterweight"),
+    ("l2", "general.length_arm", "l2", "m", 0.650, 1e-3, 10.0, "pivot to helicopter body"),
+    ("l3", "general.length_rotor", "l3", "m", 0.180, 1e-3, 10.0, "arm axis to rotor"),
+    ("d1", "general.drop_counterweight", "d1", "m", 0.192, -10.0, 10.0, "counterweight below the arm"),
+    ("d2", "general.drop_body", "d2", "m", 0.003, -10.0, 10.0, "rotors' mass below the arm axis"),
+    ("viscous_travel", "general.viscous_travel", "", "N.m.s", 0.250, 0.0, 100.0, "viscous friction of the travel"),
+    ("viscous_elevation", "general.viscous_elevation", "", "N.m.s", 0.050, 0.0, 100.0,
+     "viscous friction of the elevation"),
+    ("viscous_pitch", "general.viscous_pitch", "", "N.m.s", 0.003, 0.0, 100.0, "viscous friction of the pitch"),
+    ("k_gf", "general.drag_torque", "k_gf", "m", -0.067, -10.0, 10.0, "propeller drag torque per newton of thrust"),
+    ("k_f", "general.thrust_gain", "k_f", "N/V", 0.217, 0.0, 100.0, "thrust per volt of one rotor"),
+)  # fmt: skip
 
-    def __iter__(self) -> Iterator[float]:
-        return iter(_values(self))
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, PlantParameters) and _values(self) == _values(other)
+def _of_effects() -> tuple[_Row, ...]:
+    """Parameters of the catalogue: ``effects.<name>.<axis>`` and ``effects.<name>.<shape>[.<axis>]``, all off."""
+    rows: dict[str, _Row] = {}
+    for e in CATALOGUE:
+        rows[e.field] = (e.field, f"effects.{e.name}.{e.axis}", "c", e.unit, 0.0, e.lower, e.upper, e.law)
+        for s in e.shapes:
+            per_axis = s.field.endswith(f"_{e.axis}")
+            name = f"effects.{e.name}.{s.name}" + (f".{e.axis}" if per_axis else "")
+            rows[s.field] = (s.field, name, s.symbol, s.unit, s.default, s.lower, s.upper, s.description)
+    return tuple(rows.values())
 
-    def __hash__(self) -> int:
-        return hash(_values(self))
+
+def _of_tables() -> tuple[_Row, ...]:
+    """Parameters of the tabulated torques, ``table.<axis>.<what>``, all off."""
+    numbers = ", ".join(f"{number}: {name}" for number, name in enumerate(VARIABLES, start=1))
+    units = ", ".join(dict.fromkeys(VARIABLES.values()))
+    rows: list[_Row] = []
+    for axis in AXES:
+        rows += [
+            (f"table_variable_{axis}", f"table.{axis}.variable", "", "1", 0.0, 0.0, float(len(VARIABLES)),
+             f"what the {axis}'s table runs over; 0: no table, {numbers}"),
+            (f"table_first_{axis}", f"table.{axis}.first", "x_1", "1", 0.0, -1e6, 1e6,
+             f"first value of the variable in the table, in its unit ({units})"),
+            (f"table_spacing_{axis}", f"table.{axis}.spacing", "", "1", 1.0, 1e-9, 1e6,
+             "from one value of the variable in the table to the next, in its unit"),
+            *((f"table_torque_{k}_{axis}", f"table.{axis}.torque_{k}", f"y_{k}", "rad/s^2", 0.0, -100.0, 100.0,
+               f"acceleration of the {axis} at the value number {k}") for k in range(1, KNOTS + 1)),
+        ]  # fmt: skip
+    return tuple(rows)
+
+
+PARAMETERS = tuple(Parameter(*row) for row in (*_BASE, *_of_effects(), *_GENERAL, *_of_tables()))
+"""Every parameter, in the order of the fields."""
+
+BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}
+BY_FIELD: dict[str, Parameter] = {row.field: row for row in PARAMETERS}
+
+_named: Any = namedtuple  # the fields are no literals, which is all that a type checker knows
+_Values: Any = _named("_Values", BY_FIELD, defaults=[row.default for row in PARAMETERS])
+
+
+class PlantParameters(_Values):
+    """Every number that the plant's right-hand side reads, in SI units; the defaults are Table 2 with all effects off.
+
+    A named tuple of floats; :func:`checked` looks at their ranges.
+    """
+
+    __slots__ = ()
 
     def __repr__(self) -> str:
-        changed = (f"{field}={value!r}" for field, value in self._asdict().items() if value != _DEFAULTS[field])
-        return f"PlantParameters({', '.join(changed)})"
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _from_dict, (self._asdict(),)
-
-    def _replace(self, **values: float) -> "PlantParameters":
-        """Return a copy with some fields set; the values are not checked (:func:`checked`)."""
-        copy = object.__new__(PlantParameters)
-        _fill(copy, {**self._asdict(), **values})
-        return copy
-
-    def _asdict(self) -> dict[str, float]:
-        """Return every value by its field, in order."""
-        return dict(zip(self._fields, _values(self), strict=True))
-
-
-_values = attrgetter(*_DEFAULTS)
-_PUT = tuple(getattr(PlantParameters, field).__set__ for field in _DEFAULTS)
-"""Sets each slot, past the class's own refusal: a fit makes thousands of parameter sets."""
-
-
-def _fill(parameters: PlantParameters, values: dict[str, float]) -> None:
-    """Set every field, in order; refuse names that are none."""
-    if len(values) > len(_DEFAULTS):
-        raise TypeError(f"no fields of a plant's parameters: {', '.join(values.keys() - _DEFAULTS.keys())}")
-    for put, value in zip(_PUT, values.values(), strict=True):
-        put(parameters, value)
-
-
-def _from_dict(values: dict[str, float]) -> PlantParameters:
-    return PlantParameters(**values)
+        changed = {field: value for field, value in self._asdict().items() if value != BY_FIELD[field].default}
+        return f"PlantParameters({', '.join(f'{field}={value!r}' for field, value in changed.items())})"
 
 
 TABLE_2 = PlantParameters()

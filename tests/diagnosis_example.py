@@ -31,8 +31,7 @@ from heli_identifier.tracing import (
     Verdict,
 )
 from heli_plant.effects import AXES, CATALOGUE
-from heli_plant.parameter_table import BY_FIELD
-from heli_plant.parameters import TABLE_2
+from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state
 

@@ -18,7 +18,7 @@ from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import demo_logs
 from heli_identifier.results.parameters import read_parameters
-from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import BY_FIELD
 from tests.test_cli_app import _refused as refused
 
 

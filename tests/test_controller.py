@@ -36,8 +36,7 @@ from heli_identifier.tools.loop import (
 from heli_identifier.tools.synthesis import synthesised
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.geometry import RATIO_ERROR, Geometry
-from heli_plant.parameter_table import BY_FIELD
-from heli_plant.parameters import TABLE_2
+from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.state_feedback import FeedbackSettings, Rotors, feedback_step, start_feedback
 from tests.native_builds import c_compiler
 

@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 from heli_plant.effects import ACCELERATION, AXES, BENDING, CATALOGUE, THRUST, VOLTAGE
 from heli_plant.effects.definition import VOCABULARY
 from heli_plant.laws import motor_input, switched_on, thrust_voltage
-from heli_plant.parameter_table import BY_FIELD
-from heli_plant.parameters import TABLE_2
+from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.plant import accelerations
 from tests.blind import rotors as blind_rotors
 from tests.blind.coefficients import Coefficients

@@ -11,8 +11,7 @@ from fmu_src.master import run_apart, run_many_apart
 from heli_identifier.cli.app import app
 from heli_identifier.online import Estimate
 from heli_identifier.results.parameters import ParameterSet, plant_values
-from heli_plant.parameter_table import BY_FIELD
-from heli_plant.parameters import TABLE_2
+from heli_plant.parameters import BY_FIELD, TABLE_2
 
 RECORD = ["plant.pitch", "plant.elevation"]
 DURATION = 5.0

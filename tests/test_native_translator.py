@@ -15,8 +15,7 @@ from fmu_src.native import Untranslatable
 from fmu_src.native.translator import Translation
 from heli_plant import plant
 from heli_plant.effects import AXES, CATALOGUE, VOLTAGE
-from heli_plant.parameter_table import PARAMETERS
-from heli_plant.parameters import TABLE_2, PlantParameters
+from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters
 from heli_plant.state import PlantState
 from heli_plant.tabulated_torque import KNOTS, VARIABLES
 from tests.native_builds import library

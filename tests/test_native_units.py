@@ -15,7 +15,7 @@ from fmu_src import UNITS, BuildError, build, unit_class
 from fmu_src.native import NATIVE_UNITS, build_native
 from fmu_src.native.toolchain import PLATFORMS, compiler
 from heli_plant.effects import AXES, CATALOGUE
-from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import BY_FIELD
 from heli_plant.tabulated_torque import KNOTS
 from tests.c_hosts import written_log
 from tests.fmi_rules import findings

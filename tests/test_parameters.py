@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.errors import ParameterError
-from heli_plant.parameter_table import PARAMETERS
-from heli_plant.parameters import TABLE_2, PlantParameters, checked, from_names, to_names
+from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked, from_names, to_names
 
 DESIGN = {
     "dry_friction": "pitch elevation travel",
@@ -119,7 +118,7 @@ def test_parameters_are_a_frozen_value_with_a_named_tuples_vocabulary():
     again = PlantParameters(**p._asdict())
     assert again == p == pickle.loads(pickle.dumps(p)) and hash(again) == hash(p)
     assert TABLE_2.k_x == 0.293
-    with pytest.raises(AttributeError, match="_replace"):
+    with pytest.raises(AttributeError):
         p.k_x = 0.1
-    with pytest.raises(TypeError, match="k_q"):
+    with pytest.raises(ValueError, match="k_q"):
         p._replace(k_q=0.1)

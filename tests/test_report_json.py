@@ -11,7 +11,7 @@ from heli_identifier.online.settings import Estimate
 from heli_identifier.results.documents import document_text, plain, read_document
 from heli_identifier.results.parameters import corrected_parameters, read_parameters
 from heli_identifier.tracing import DiagnosisFile
-from heli_plant.parameter_table import BY_NAME
+from heli_plant.parameters import BY_NAME
 from heli_plant.tabulated_torque import KNOTS
 from tests.diagnosis_example import AFTER, FRICTION, adequate, example
 

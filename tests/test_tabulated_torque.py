@@ -12,8 +12,7 @@ from heli_plant.compiled import compiled, parameter_record
 from heli_plant.effects import AXES
 from heli_plant.errors import ParameterError
 from heli_plant.laws import switched_on
-from heli_plant.parameter_table import PARAMETERS
-from heli_plant.parameters import TABLE_2, from_names
+from heli_plant.parameters import PARAMETERS, TABLE_2, from_names
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque

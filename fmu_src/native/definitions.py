@@ -141,7 +141,7 @@ def plant_twin() -> Definition:
         (laws.motor_time_constant, PlantParameters),
         (laws.input_delay, PlantParameters),
     )
-    settings = {
+    settings: dict[type, dict[str, str]] = {
         PlantParameters: paths(HelicopterPlant),
         communication.EncoderCounts: {axis: f"encoder.counts_{axis}" for axis in communication.EncoderCounts._fields},
     }

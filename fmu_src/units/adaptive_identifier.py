@@ -22,7 +22,7 @@ from heli_identifier.online import (
     take_samples,
     total,
 )
-from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import BY_FIELD
 
 from ..errors import Refusal
 from ..slave_base import MOST_SUBSTEPS, SlaveBase

@@ -21,8 +21,7 @@ from heli_identifier.following import (
     start_correcting,
 )
 from heli_plant.observer import CORRECTED
-from heli_plant.parameter_table import BY_FIELD, PARAMETERS
-from heli_plant.parameters import checked
+from heli_plant.parameters import BY_FIELD, PARAMETERS, checked
 
 from ..errors import Refusal
 from ..slave_base import MOST_SUBSTEPS, SlaveBase

@@ -7,8 +7,7 @@ from typing import ClassVar
 
 from heli_plant.communication import EncoderCounts, PlantMemory, begin, communicate, is_finite, shown
 from heli_plant.laws import input_delay
-from heli_plant.parameter_table import PARAMETERS
-from heli_plant.parameters import TABLE_2, PlantParameters, checked
+from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked
 from heli_plant.state import rest_state, start_state
 
 from ..errors import Refusal

@@ -28,8 +28,7 @@ from operator import add
 from typing import NamedTuple
 
 from heli_plant.effects import AXES, effect
-from heli_plant.parameter_table import BY_FIELD
-from heli_plant.parameters import PlantParameters
+from heli_plant.parameters import BY_FIELD, PlantParameters
 
 from ..online.linear_algebra import dot, row_indices
 from .blocks import Block, Packed

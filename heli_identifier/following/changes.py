@@ -17,8 +17,7 @@ from math import cos, inf, sin
 from typing import NamedTuple
 
 from heli_plant.effects import AXES, effect
-from heli_plant.parameter_table import BY_FIELD
-from heli_plant.parameters import PlantParameters
+from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.state import PlantState
 
 from ..online import Candidate, Motion, candidate, candidate_value

@@ -225,7 +225,7 @@ def advance(now: Instant, voltages: Voltages, time: float, twin: Twin, plan: Obs
         0.5 * (before.nu_front + kept.nu_front), 0.5 * (before.nu_rear + kept.nu_rear), time + h, p
     )
     acting = regress_motion(before, mu_diff, mu_sum, plan.laws, p.theta0)
-    own = ((p.a_th * cos(before.pitch - p.theta0), p.a_wx), (p.a_e, p.a_wz), (0.0, p.a_wy))
+    own: list[tuple[float, float]] = [(p.a_th * cos(before.pitch - p.theta0), p.a_wx), (p.a_e, p.a_wz), (0.0, p.a_wy)]
     sensitivities = [
         predict_sensitivity(now.sensitivities[axis], acting[axis], *own[axis], h, plan.gains[axis]) for axis in range(3)
     ]

@@ -32,8 +32,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
 from heli_identifier.results import PLANT, ParameterSet, plain, plant_values, unit_text
 from heli_plant.effects import AXES
-from heli_plant.parameter_table import BY_FIELD, PARAMETERS
-from heli_plant.parameters import PlantParameters
+from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters
 
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
 """Files of a flight: what came in, predictions, events, and the parameters that the twin uses."""

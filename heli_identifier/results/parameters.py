@@ -23,8 +23,7 @@ from heli_identifier.results.words import unit_text, with_interval
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, ErrorFigure, Use, helicopter
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
-from heli_plant.parameter_table import BY_FIELD, BY_NAME, PARAMETERS
-from heli_plant.parameters import PlantParameters, from_names
+from heli_plant.parameters import BY_FIELD, BY_NAME, PARAMETERS, PlantParameters, from_names
 
 PLANT = "HelicopterPlant"
 

@@ -44,7 +44,7 @@ from heli_identifier.tracing import (
 )
 from heli_plant.effects import AXES
 from heli_plant.effects import effect as catalogue_effect
-from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import BY_FIELD
 
 TEMPLATES = Environment(
     loader=PackageLoader("heli_identifier.results"), autoescape=True, undefined=StrictUndefined, auto_reload=False

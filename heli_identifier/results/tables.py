@@ -21,7 +21,7 @@ from heli_identifier.results.words import (
 )
 from heli_identifier.tracing import CurveShape, Diagnosis, FoundEffect, ParameterReport, Verdict
 from heli_plant.effects import AXES
-from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import BY_FIELD
 
 _FIGURE = re.compile(r"[+−-]?\.?\d[\d., ]*(e[-+]?\d+)?( .*|%)?|–|")
 """What stands in a column of figures: a number, what belongs to it after a space, a dash, or nothing."""

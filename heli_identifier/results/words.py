@@ -15,7 +15,7 @@ from heli_identifier.tracing import (
     Verdict,
 )
 from heli_plant.effects import CATALOGUE
-from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import BY_FIELD
 
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 

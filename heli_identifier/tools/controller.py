@@ -42,8 +42,7 @@ from heli_identifier.tools.loop import (
 from heli_identifier.tools.synthesis import PEAK, gains, retuned, synthesised
 from heli_identifier.tracing import DiagnosisSettings, Use, helicopter
 from heli_plant.control import PidSettings
-from heli_plant.parameter_table import BY_FIELD, PARAMETERS
-from heli_plant.parameters import PlantParameters
+from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters
 
 SCHEMA, LINEAR_SCHEMA = "heli-controller/1", "heli-linear-model/1"
 KINDS = ("lqi", "lqr", "pid")

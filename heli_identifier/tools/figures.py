@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.results import Axes, figure, meaning, side_by_side, unit_text
 from heli_identifier.tracing import plausible_range
-from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import BY_FIELD
 
 NAMES = ModelParameters._fields
 ROLES = ("after", "before", "third", "measured", "band")

@@ -69,8 +69,7 @@ from heli_identifier.results import (
 from heli_identifier.tools.joint import contradictions, joint
 from heli_identifier.tracing import sign_notes
 from heli_plant.effects import AXES
-from heli_plant.parameter_table import BY_FIELD
-from heli_plant.parameters import PlantParameters
+from heli_plant.parameters import BY_FIELD, PlantParameters
 
 NAMES = ModelParameters._fields
 """The paper's symbols of the estimated parameters; they are fields of :class:`PlantParameters`."""

@@ -30,7 +30,7 @@ from heli_identifier.online import (
     output_of,
     shares,
 )
-from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import BY_FIELD
 
 Array = NDArray[np.float64]
 

@@ -38,8 +38,7 @@ from heli_identifier.tools.loop import (
 )
 from heli_plant.control import PidSettings
 from heli_plant.effects import AXES
-from heli_plant.parameter_table import BY_NAME
-from heli_plant.parameters import PlantParameters
+from heli_plant.parameters import BY_NAME, PlantParameters
 
 Array = NDArray[np.float64]
 Find = Callable[[PlantParameters], OperatingPoint]

@@ -13,8 +13,7 @@ from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST
 from heli_plant.effects import Effect as Law
 from heli_plant.laws import motor_input, thrust_voltage
 from heli_plant.motor import kept
-from heli_plant.parameter_table import BY_FIELD
-from heli_plant.parameters import PlantParameters
+from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.simulation import run_accelerations, run_alone, run_filter
 from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
