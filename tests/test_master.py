@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fmu_src import SCENARIOS, BuildError, MasterError, Scenario, WiringError
-from fmu_src.master import Result, run_apart, waiting_child
+from fmu_src.master import Result, run_apart
 from heli_identifier.online import IdentifierSettings, output_of, prepare, start, step
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_plant.communication import quantise
@@ -275,15 +275,3 @@ def test_the_progress_bar_goes_to_the_error_stream_and_reaches_its_end(fmus, cap
     out, err = capfd.readouterr()
     assert out == ""
     assert "100%" in err
-
-
-def test_a_process_that_waits_gives_the_run_of_one_that_is_started_for_it_and_else_ends_with_its_block(fmus):
-    files = units(fmus, plant="HelicopterPlant", exciter="Exciter", identifier="AdaptiveIdentifier")
-    with waiting_child() as used, waiting_child() as unused:
-        waited = run_apart("open_loop", 1.0, H, {}, files, child=used)
-        assert used.process.returncode == 0
-        assert unused.process.poll() is None
-    assert unused.process.returncode is not None
-    assert not used.folder.exists()
-    assert not unused.folder.exists()
-    np.testing.assert_array_equal(waited.values, run_apart("open_loop", 1.0, H, {}, files).values)

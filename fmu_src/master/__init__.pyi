@@ -1,5 +1,5 @@
 from .loop import run
-from .process import Child, run_apart, run_many_apart, waiting_child
+from .process import run_apart, run_many_apart
 from .result import Bands, Result
 
-__all__ = ["Bands", "Child", "Result", "run", "run_apart", "run_many_apart", "waiting_child"]
+__all__ = ["Bands", "Result", "run", "run_apart", "run_many_apart"]

@@ -13,7 +13,6 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Mapping
 from ctypes import Array, PyDLL, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
-from errno import EINVAL, EISDIR, ENAMETOOLONG, ENOTDIR
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -35,7 +34,7 @@ from heli_identifier.archives import check_zip, plain_xml
 from heli_plant.errors import did_you_mean
 
 from ..errors import MasterError
-from ..variables import Value
+from ..variables import TYPES, Value
 
 WARNING, DISCARD = 1, 2
 _STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
@@ -43,16 +42,7 @@ _STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
 _NO_EARLIER_STATE = c_int.from_param(1)
 """Argument of fmi2DoStep: the master will not restore a state from before the step."""
 
-_KINDS = {
-    "Real": (FMU2Slave.setReal, float, "a number"),
-    "Integer": (FMU2Slave.setInteger, int, "a whole number"),
-    "Boolean": (FMU2Slave.setBoolean, bool, "true or false"),
-    "String": (FMU2Slave.setString, str, "text"),
-}
-
-_OF_THE_FILE = (None, EINVAL, EISDIR, ENOTDIR, ENAMETOOLONG)
-"""Errors of the operating system that come from what the FMU holds: lxml's have no number, an entry's offset or name
-may be impossible. All others, such as a full disk, come from the place that it is unpacked into."""
+_WANTED = {"Real": "a number", "Integer": "a whole number", "Boolean": "true or false", "String": "text"}
 
 _KEYS = count(1)
 _HEARD: dict[int, Instance] = {}
@@ -88,9 +78,7 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
     Raises
     ------
     MasterError
-        The file is no FMU that can be run; names unit and file.
-    OSError
-        There is no room for it.
+        The file is no FMU that can be run, or there is no room for it; names unit and file.
     """
     try:
         check_zip(fmu)
@@ -101,8 +89,6 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
         said = " ".join(str(error).split()) or type(error).__name__
         if isinstance(error, FileNotFoundError):
             said = "it holds no modelDescription.xml"
-        elif isinstance(error, OSError) and error.errno not in _OF_THE_FILE:
-            raise OSError(error.errno, error.strerror, str(folder.parent)) from error
         raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {said[:300]}") from error
     if description.fmiVersion != "2.0" or description.coSimulation is None:
         kind = "co-simulation" if description.coSimulation is not None else "model exchange"
@@ -156,16 +142,16 @@ class Instance:
             instanceName=self.name,
         )
         if Path(self.folder, "resources", "slavemodule.txt").is_file():
-            self._spell_out_resources()
+            self._give_resources_as_they_are()
         # PyDLL keeps the interpreter's lock over a call: the unit needs it at once, and no other thread has to run.
         self._library = PyDLL(None, handle=self.slave.dll._handle)
         self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=self._key)
         addLoggerProxy(byref(self._callbacks))
         self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
 
-    def _spell_out_resources(self) -> None:
+    def _give_resources_as_they_are(self) -> None:
         """Give a unit of pythonfmu its folder as it is: it would undo %20 alone of a URI, and crash on ü or #."""
-        if "%20" in str(self.folder):
+        if "%20" in self.folder:
             raise MasterError(
                 f"{self.name} cannot be unpacked into {self.folder}: its library takes %20 in a path for a blank; set "
                 "TMPDIR to another folder"
@@ -225,11 +211,11 @@ class Instance:
         self._call("setupExperiment", start, self.slave.setupExperiment, startTime=start, stopTime=stop)
         for name, value in parameters.items():
             variable = self.variable(name, "parameter")
-            setter, kind, wanted = _KINDS[variable.type]
+            kind, setter = TYPES[variable.type], getattr(self.slave, f"set{variable.type}")
             # the unit checks the range; here only what cannot be converted to the variable's type
             if isinstance(value, str) != (kind is str) or (kind is int and not float(value).is_integer()):
-                raise MasterError(f"{self.name}.{name} = {value!r} must be {wanted}")
-            self._call(f"set {name}", start, setter, self.slave, [variable.valueReference], [kind(value)])
+                raise MasterError(f"{self.name}.{name} = {value!r} must be {_WANTED[variable.type]}")
+            self._call(f"set {name}", start, setter, [variable.valueReference], [kind(value)])
         self._call("enterInitializationMode", start, self.slave.enterInitializationMode)
 
     def finish_initialisation(self, start: float) -> None:

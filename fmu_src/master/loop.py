@@ -314,7 +314,7 @@ class Wired:
             unit.reset()
 
 
-def _paced(counted: Iterator[int], step: float, alive: Callable[[], None]) -> Iterator[int]:
+def _paced(counted: Iterable[int], step: float, alive: Callable[[], None]) -> Iterator[int]:
     """Give each number ``k`` of ``counted`` at the time k ``step`` [s] after the first one, or late."""
     began = monotonic()
     for k in counted:
@@ -324,18 +324,11 @@ def _paced(counted: Iterator[int], step: float, alive: Callable[[], None]) -> It
         yield k
 
 
-def _counted(steps: int, progress: bool, title: str) -> Iterator[int]:
-    """Count the steps, with a progress bar on the error stream if ``progress``; it moves a hundred times at most."""
+def _counted(steps: int, progress: bool, title: str) -> Iterable[int]:
+    """Count the steps, with a progress bar on the error stream if ``progress``."""
     if not progress:
-        yield from range(steps)
-        return
+        return range(steps)
     from rich.console import Console
-    from rich.progress import Progress
+    from rich.progress import track
 
-    with Progress(console=Console(stderr=True)) as bar:
-        task = bar.add_task(title, total=steps)
-        stride = max(steps // 100, 1)
-        for k in range(steps):
-            yield k
-            if (k + 1) % stride == 0 or k + 1 == steps:
-                bar.update(task, completed=k + 1)
+    return track(range(steps), title, console=Console(stderr=True))

@@ -13,7 +13,6 @@ import typer
 
 import fmu_src
 import heli_identifier as hi
-from fmu_src import master
 from heli_identifier import records, results, tools
 from heli_identifier.cli.arguments import (
     PLANT_FILE,
@@ -108,13 +107,12 @@ def diagnosed(
 ) -> "hi.Diagnosis":
     """Diagnose a rig and write the results into ``folder``."""
     settings = replace(hi.DiagnosisSettings.from_rig(configuration), keep_events=keep_events)
-    with master.waiting_child() as child:  # what runs units takes half a second to import
-        found = hi.diagnose(
-            training, held_out=held_out, settings=settings, progress=lambda what, share: progress(what, 0.85 * share)
-        )
-        diagnosis = replace(found, provenance=from_command_line())
-        progress("building and running the corrected unit", 0.9)
-        results.write_results(diagnosis, configuration.name, folder, child)
+    found = hi.diagnose(
+        training, held_out=held_out, settings=settings, progress=lambda what, share: progress(what, 0.85 * share)
+    )
+    diagnosis = replace(found, provenance=from_command_line())
+    progress("building and running the corrected unit", 0.9)
+    results.write_results(diagnosis, configuration.name, folder)
     return diagnosis
 
 

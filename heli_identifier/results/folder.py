@@ -11,7 +11,6 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -41,7 +40,7 @@ RESULTS = ("diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.
 """Files of a diagnosis."""
 
 
-def write_results(diagnosis: Diagnosis, rig: str, folder: Path, child: Any = None) -> None:
+def write_results(diagnosis: Diagnosis, rig: str, folder: Path) -> None:
     """Write the four files of a diagnosis into ``folder``.
 
     Parameters
@@ -50,8 +49,6 @@ def write_results(diagnosis: Diagnosis, rig: str, folder: Path, child: Any = Non
     rig : str
         What the report calls the rig.
     folder : Path
-    child : fmu_src.master.Child, optional
-        Process that waits to run the corrected unit; by default one is started.
 
     Raises
     ------
@@ -59,7 +56,7 @@ def write_results(diagnosis: Diagnosis, rig: str, folder: Path, child: Any = Non
         The corrected unit does not reach the reported free run.
     """
     parameters = corrected_parameters(diagnosis)
-    check_free_run(build(PLANT, folder, parameters), diagnosis, child)
+    check_free_run(build(PLANT, folder, parameters), diagnosis)
     parameters.write(folder / "parameters.json")
     write_atomically(folder / "report.html", report_page(diagnosis, rig))
     write_atomically(folder / "diagnosis.json", document_text(diagnosis.to_dict()))
@@ -121,10 +118,8 @@ def build(
     return build_unit(unit, Path(folder), parameters)
 
 
-def check_free_run(unit: Path, diagnosis: Diagnosis, child: Any = None) -> None:
+def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
     """Run the corrected unit under the master on the held-out logs and hold it to the reported free-run error.
-
-    ``child``, of :func:`fmu_src.master.waiting_child`, makes the first of these runs.
 
     Raises
     ------
@@ -134,8 +129,7 @@ def check_free_run(unit: Path, diagnosis: Diagnosis, child: Any = None) -> None:
     reported = {axis: report.after.free_run for axis, report in diagnosis.axes.items()}
     if not any(reported.values()):
         return
-    children = (child, *(None for _ in diagnosis.series[1:]))
-    runs = [unit_run(unit, *pair) for pair in zip(diagnosis.series, children, strict=True)]
+    runs = [unit_run(unit, series) for series in diagnosis.series]
     errors = np.concatenate([series.log.angles - run for series, run in zip(diagnosis.series, runs, strict=True)])
     reached = np.sqrt((errors**2).mean(axis=0))
     for axis, figure in reported.items():
@@ -147,7 +141,7 @@ def check_free_run(unit: Path, diagnosis: Diagnosis, child: Any = None) -> None:
             )
 
 
-def unit_run(unit: Path, series: HeldOutSeries, child: Any = None) -> np.ndarray:
+def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
     """Angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
     from fmu_src.master import run_apart
 
@@ -161,7 +155,6 @@ def unit_run(unit: Path, series: HeldOutSeries, child: Any = None) -> np.ndarray
             log.step,
             {"player.log.path": str(path), "plant.solver.step": log.step, **start},
             {"plant": unit},
-            child=child,
         )
     return result.columns(*(f"plant.{axis}" for axis in AXES))
 
