@@ -37,7 +37,7 @@ from .result import (
 from .rig import Effect, Parameters
 from .score import Score
 from .select import Finding, Selection
-from .settings import CLOSE, CONTRADICTION, CURVE_BINS, DETERMINED, LEAST_VISIBILITY, MATTERS, NAMED
+from .settings import CLOSE, CONTRADICTION, CURVE_BINS, DETERMINED, LEAST_VISIBILITY, MATTERS, NAMED, TIMED
 
 Array = NDArray[np.float64]
 
@@ -119,24 +119,20 @@ def _together(finding: Finding, fitted: Fit) -> str:
 
 
 def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | None:
-    """State the motors' lag where it is established that it differs from what was given."""
-    score = lag_score(fitted)
-    if score <= NAMED:
+    """State the motors' lag where it is established that it differs from what was given, by more than logs are timed.
+
+    A delay of the voltages, in the rig or in its log, may explain the timing about as well.
+    """
+    score, value = lag_score(fitted), estimates(fitted, C, [LAG_FIELD])[LAG_FIELD]
+    if score <= NAMED or abs(value.value) < TIMED:
         return None
+    around = selection.last.of_pinned(fitted.fields.index(LAG_FIELD))
+    rivals = [e for e in around.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
+    scores = around.scores([f.effect.field for f in selection.findings], among=[e.field for e in rivals])
+    alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > score - CLOSE)
     effect = next(e for e in fitted.likelihood.rig.effects if e.field == LAG_FIELD)
-    value = estimates(fitted, C, [LAG_FIELD])[LAG_FIELD]
-    delay = next(e for e in fitted.likelihood.rig.effects if e.name == "input_delay")
     own = Score(LAG_FIELD, score, value.value, value.standard_error or 0.0, 1.0, {}, 0)
-    alternatives = (delay,) if delay_instead(selection, fitted) else ()
     return found_effect(Finding(effect, own, score, alternatives), fitted, C, {}, True)
-
-
-def delay_instead(selection: Selection, fitted: Fit) -> bool:
-    """Whether a delay of the voltages would explain the timing about as well as the lag does."""
-    pinned = selection.last.of_pinned(fitted.fields.index(LAG_FIELD))
-    score = pinned.scores([f.effect.field for f in selection.findings], among=["input_delay_rotors"])
-    found = score.get("input_delay_rotors")
-    return found is not None and found.score > lag_score(fitted) - CLOSE
 
 
 def catalogue_verdicts(

@@ -26,7 +26,7 @@ from .settings import (
     GAIN_WIDTH,
     GROUND_CLEARANCE,
     LAG_WIDTH,
-    SHORTEST_LAG,
+    TIMED,
     DiagnosisSettings,
 )
 
@@ -188,7 +188,7 @@ def _coordinate(field: str, start: PlantParameters, given: Mapping[str, tuple[fl
         width = shape.difference_step or 0.1 * (shape.upper - shape.lower)
         return Coordinate(field, centre, width, shape.lower, shape.upper, step=1.0 if shape.difference_step else 0.02)
     entry = effect_of(field)
-    lower = max(entry.lower, SHORTEST_LAG - start.T_m) if entry.place == LAG else entry.lower
+    lower = max(entry.lower, TIMED - start.T_m) if entry.place == LAG else entry.lower
     centre, width = given.get(field, (0.0, LAG_WIDTH if entry.place == LAG else entry.upper / CATALOGUE_WIDTHS))
     step = _DIFFERENCE.get(entry.name)
     step = step / width if step else 0.02

@@ -103,8 +103,9 @@ good supply repeats itself to .3 %."""
 LAG_WIDTH = 0.04
 """Width [s] of the prior of the motors' lag: half of the lag that is given."""
 
-SHORTEST_LAG = 0.005
-"""Shortest lag [s] of the motors: half a sample of a log at 100 Hz."""
+TIMED = 0.005
+"""Half a sample [s] of a log at 100 Hz: no log times its channels better. A lag of the motors that lies less off what
+was given is no finding, and none is shorter."""
 
 GAIN_WIDTH = log(2.0)
 """Width of the prior of a gain's logarithm: a factor of two is usual."""
