@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from heli_identifier.records import Log
-from heli_identifier.tracing import likelihood as module
+from heli_identifier.tracing import sensitivity as module
 from heli_identifier.tracing.fit import bounded_step, covariance, fit, with_own_spread
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood
@@ -72,9 +72,9 @@ def test_sensitivities_agree_with_runs_of_the_filter(clean):
 def test_chunks_make_no_difference(clean, monkeypatch):
     fitted = clean[2]
     at = (fitted.point, fitted.coordinates, fitted.x, fitted.sigma, (fitted.e, fitted.motion))
-    whole = fitted.likelihood.linearise(*at)
+    whole = module.linearise(fitted.likelihood, *at)
     monkeypatch.setattr(module, "CHUNK", 900)
-    pieces = fitted.likelihood.linearise(*at)
+    pieces = module.linearise(fitted.likelihood, *at)
     np.testing.assert_allclose(pieces.H, whole.H, rtol=1e-7, atol=1e-6 * np.abs(whole.H).max())
     np.testing.assert_allclose(pieces.g, whole.g, rtol=1e-6, atol=1e-6 * np.abs(whole.g).max())
 

@@ -15,9 +15,10 @@ from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import lsq_linear
 from scipy.special import ndtri, stdtrit
 
-from .likelihood import Likelihood, Point, Quadratic
+from .likelihood import Likelihood, Point
 from .noise import physical
 from .rig import Coordinate, Parameters
+from .sensitivity import Quadratic, linearise
 from .settings import (
     AIR_SCAN,
     AIR_SCANS,
@@ -147,8 +148,8 @@ class _Search:
         self.value = float(of_axes.sum()) + self.likelihood.priors(self.x, self.point)
 
     def linearise(self) -> None:
-        self.quadratic = self.likelihood.linearise(
-            self.point, self.coordinates, self.x, self.sigma, (self.e, self.motion)
+        self.quadratic = linearise(
+            self.likelihood, self.point, self.coordinates, self.x, self.sigma, (self.e, self.motion)
         )
 
     def step(self, least: float) -> bool:
@@ -274,7 +275,7 @@ def around(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: A
     coordinates = tuple(rig.coordinate(name, point.parameters) for name in fields)
     x = np.array([c.coordinate(rig.read(point.parameters, c.field)) for c in coordinates])
     e, motion = likelihood.filtered(point)
-    quadratic = likelihood.linearise(point, coordinates, x, sigma, (e, motion))
+    quadratic = linearise(likelihood, point, coordinates, x, sigma, (e, motion))
     value = float(likelihood.of_axes(e)[0].sum()) + likelihood.priors(x, point)
     return Fit(likelihood, coordinates, x, point, e, motion, sigma, value, quadratic, np.zeros(len(x), dtype=bool))
 

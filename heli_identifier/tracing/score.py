@@ -25,6 +25,7 @@ from scipy.signal import lfilter
 from .fit import Fit, bounded_step
 from .noise import error_dynamics
 from .rig import Coordinate, Effect
+from .sensitivity import linearise
 from .settings import CATALOGUE_WIDTHS, KEPT, NAMED, SETTLING, STEP_APART, STEPS_TRIED
 
 Array = NDArray[np.float64]
@@ -131,8 +132,8 @@ class Scores:
         self.coordinates = [*inside, *further]
         self.undone = {fault.field: size for fault, size in fitted.likelihood.faults.items()}
         self.x = np.array([*fitted.x, *(c.coordinate(self.undone.get(c.field, 0.0)) for c in further)])
-        self.quadratic = fitted.likelihood.linearise(
-            fitted.point, self.coordinates, self.x, fitted.sigma, (fitted.e, fitted.motion)
+        self.quadratic = linearise(
+            fitted.likelihood, fitted.point, self.coordinates, self.x, fitted.sigma, (fitted.e, fitted.motion)
         )
         self.H, self.g = self.quadratic.total
         P = self.P = len(self.x)

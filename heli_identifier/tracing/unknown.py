@@ -28,11 +28,11 @@ from scipy.signal import lfilter
 from scipy.special import chdtrc, chdtri, gammaln
 
 from .fit import Fit, covariance, fit
-from .likelihood import held_samples, means
-from .noise import SHAPES, error_dynamics
+from .noise import error_dynamics
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict
 from .rig import Effect, Tables
 from .select import Selection, select
+from .sensitivity import Sensitivities, held_samples, means
 from .settings import CURVE_WIDTH, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE, UNKNOWN_TRIED
 
 Array = NDArray[np.float64]
@@ -72,25 +72,24 @@ class _Seen:
 
     def __init__(self, fitted: Fit):
         L, point, rig, P = fitted.likelihood, fitted.point, fitted.likelihood.rig, len(fitted.x)
-        moves = [L.moved(point, c, x) for c, x in zip(fitted.coordinates, fitted.x, strict=True)]
+        sensitivities = Sensitivities(L, point, fitted.coordinates, fitted.x, filters_move=False)
         self.tables, self.axes, self.steps, self.response = rig.tables, rig.axes, [], []
         self.times, self.variables = [], []
         self.w: list[Array] = []
         self.e: list[Array] = []
         self.Q: list[Array] = []
-        own = P + SHAPES * len(rig.axes)
         rows: list[list[Array]] = [[] for _ in rig.axes]  # weight, weighted innovations and derivatives
         for i, record in enumerate(L.records):
             held = held_samples(record)
-            for chunk, _, slow in L.columns(i, point, moves, fitted.e[i], fitted.motion[i], filters_move=False):
+            for chunk, _, slow in sensitivities.of_record(i, fitted.e[i], fitted.motion[i]):
                 first = np.arange(0, chunk.stop - chunk.start, held)
-                for a, J in enumerate(slow):
+                for a, (named, J) in enumerate(slow):
                     w = record.weights[chunk, a]
                     full = np.zeros((len(first), P + 5))
-                    at = [2 + (j if j < P else P + (j - own) // len(rows)) for j in J]
+                    at = [2 + (j if j < P else P + (j - sensitivities.own) // len(rows)) for j in named]
                     full[:, 0] = np.add.reduceat(w, first)
                     full[:, 1] = np.add.reduceat(w * fitted.e[i][chunk, a], first)
-                    full[:, at] = np.column_stack(list(J.values())) * full[:, :1]
+                    full[:, at] = J.T * full[:, :1]
                     rows[a].append(full)
             self.steps.append(held * record.step)
             self.response.append([error_dynamics(own, held) for own in L.filters(record, point)])
