@@ -38,36 +38,25 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A plant fitted to the records of a rig.
-
-    Attributes
-    ----------
-    likelihood : Likelihood
-    coordinates : tuple of Coordinate
-        Parameters that were estimated, P of them.
-    x : Array, shape (P,)
-    point : Point
-    e, motion : list of Array, shapes (N_i, a) and (N_i, 2a)
-        Innovations [rad], and the filter's motion [rad], [rad/s].
-    sigma : Array, shape (a,)
-        Their scales [rad].
-    value : float
-        F [nats].
-    quadratic : Quadratic
-        Of F there.
-    at_bound : NDArray of bool, shape (P,)
-    """
+    """A plant fitted to the records of a rig."""
 
     likelihood: Likelihood
     coordinates: tuple[Coordinate, ...]
+    """Parameters that were estimated, P of them."""
     x: Array
+    """Shape (P,)."""
     point: Point
     e: list[Array]
     motion: list[Array]
+    """e, motion: Innovations [rad], and the filter's motion [rad], [rad/s], shapes (N_i, a) and (N_i, 2a)."""
     sigma: Array
+    """Their scales [rad], shape (a,)."""
     value: float
+    """F [nats]."""
     quadratic: Quadratic
+    """Of F there."""
     at_bound: NDArray[np.bool_]
+    """Shape (P,)."""
 
     @property
     def parameters(self) -> Parameters:

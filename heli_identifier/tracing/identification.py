@@ -55,53 +55,35 @@ FAULT_EFFECTS = tuple(
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """The plant of one rig and what it rests on.
-
-    Attributes
-    ----------
-    logs, beside : tuple of Log
-        As they were used: zeros aligned.
-    left_out : mapping of str to sequence of (start, end)
-        Passages [s] by log that do not count.
-    selection : Selection
-        The search; its ``null`` is the fit of the simplified model.
-    unknown : tuple of FoundEffect
-        Torques that the catalogue cannot name.
-    defects : tuple of Defect
-        What is wrong with the logs and cannot be undone.
-    plant : Fit
-        The delivered plant.
-    covariance : NDArray, shape (P, P)
-        Of the plant's coordinates.
-    left_out_gains : mapping of str to float
-        Of every effect that is possible and not established: how much likelier logs become with it that were left out
-        of the fit [nats]. Above zero it is in the plant.
-    references : References
-    outside : InstrumentEstimates or None
-        None where nothing came from outside.
-    parameters : mapping of str to ParameterReport
-        By the plant's fields.
-    events : tuple of Event
-        Passages in which something other than the plant acts.
-    agreement : Agreement or None
-        Of disjoint halves of the logs; None for a single log.
-    notes : tuple of str
-    """
+    """The plant of one rig and what it rests on."""
 
     logs: tuple[Log, ...]
     beside: tuple[Log, ...]
+    """logs, beside: As they were used: zeros aligned."""
     left_out: Mapping[str, Sequence[tuple[float, float]]]
+    """Passages [s] by log that do not count."""
     selection: Selection
+    """The search; its ``null`` is the fit of the simplified model."""
     unknown: tuple[FoundEffect, ...]
+    """Torques that the catalogue cannot name."""
     defects: tuple[Defect, ...]
+    """What is wrong with the logs and cannot be undone."""
     plant: Fit
+    """The delivered plant."""
     covariance: NDArray[np.float64]
+    """Of the plant's coordinates, shape (P, P)."""
     left_out_gains: Mapping[str, float]
+    """Of every effect that is possible and not established: how much likelier logs become with it that were left out of
+    the fit [nats]. Above zero it is in the plant."""
     references: References
     outside: InstrumentEstimates | None
+    """None where nothing came from outside."""
     parameters: Mapping[str, ParameterReport]
+    """By the plant's fields."""
     events: tuple[Event, ...]
+    """Passages in which something other than the plant acts."""
     agreement: Agreement | None
+    """Of disjoint halves of the logs; None for a single log."""
     notes: tuple[str, ...]
 
 

@@ -61,78 +61,56 @@ WHITE_FLOOR = 1e-2
 
 @dataclass(frozen=True)
 class Term:
-    """One regressor of an axis, p^order f(s) with its parameter.
-
-    Attributes
-    ----------
-    name : str
-        The parameter.
-    of : Callable
-        f: signals of shape (N, n) to a column of shape (N,).
-    order : int
-        Order of differentiation, 0 or 1.
-    prior : tuple[float, float]
-        Mean and standard deviation of the parameter known beforehand, in its unit; infinite for nothing known.
-    """
+    """One regressor of an axis, p^order f(s) with its parameter."""
 
     name: str
+    """The parameter."""
     of: Callable[[Array], Array]
+    """f: signals of shape (N, n) to a column of shape (N,)."""
     order: int = 0
+    """Order of differentiation, 0 or 1."""
     prior: tuple[float, float] = (0.0, inf)
+    """Mean and standard deviation of the parameter known beforehand, in its unit; infinite for nothing known."""
 
 
 @dataclass(frozen=True, eq=False)
 class Regression:
-    """One axis: p^2 y = sum of parameter times term.
-
-    Attributes
-    ----------
-    name : str
-        The axis.
-    outputs : sequence of NDArray, shape (N,) each
-        The angle y of each log [rad].
-    terms : tuple[Term, ...]
-        The regressors; a constant by log need not be among them.
-    known : sequence of NDArray, shape (N,) each, optional
-        Accelerations [rad/s2] of effects that are not estimated here.
-    """
+    """One axis: p^2 y = sum of parameter times term."""
 
     name: str
+    """The axis."""
     outputs: Sequence[Array]
+    """The angle y of each log [rad], shape (N,) each."""
     terms: tuple[Term, ...]
+    """The regressors; a constant by log need not be among them."""
     known: Sequence[Array] | None = None
+    """Accelerations [rad/s2] of effects that are not estimated here, shape (N,) each."""
 
 
 @dataclass(frozen=True, eq=False)
 class AxisInstruments:
-    """Estimates of an axis, and at 25 Hz what a judge needs of each log.
-
-    Attributes
-    ----------
-    name, parameters : str, tuple[str, ...]
-        The axis and its k parameters.
-    values, covariance : NDArray, shapes (k,) and (k, k)
-        theta (nan where nothing came from outside) and V, Omega with the factor B/(B - k) for B blocks.
-    half_widths, shares : NDArray, shape (k,)
-        Of the 95 % intervals, by Student's t with B - k degrees of freedom; outside shares, 0 to 1.
-    blocks : tuple[NDArray, ...]
-        Block numbers of the samples, -1 where left out.
-    accelerations, response, regressors, instruments, whitening : NDArray
-        L p^2 y, Y (that less the known accelerations), Phi and Z of each log, and the whitening filter.
-    """
+    """Estimates of an axis, and at 25 Hz what a judge needs of each log."""
 
     name: str
     parameters: tuple[str, ...]
+    """name, parameters: The axis and its k parameters."""
     values: Array
     covariance: Array
+    """values, covariance: theta (nan where nothing came from outside) and V, Omega with the factor B/(B - k) for B
+    blocks, shapes (k,) and (k, k)."""
     half_widths: Array
     shares: Array
+    """half_widths, shares: Of the 95 % intervals, by Student's t with B - k degrees of freedom; outside shares, 0 to 1,
+    shape (k,)."""
     blocks: Rows
+    """Block numbers of the samples, -1 where left out."""
     accelerations: Rows = field(repr=False)
     response: Rows = field(repr=False)
     regressors: Rows = field(repr=False)
     instruments: Rows = field(repr=False)
     whitening: Array = field(repr=False)
+    """accelerations, response, regressors, instruments, whitening: L p^2 y, Y (that less the known accelerations), Phi
+    and Z of each log, and the whitening filter."""
 
 
 @dataclass(frozen=True)

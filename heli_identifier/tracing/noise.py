@@ -40,31 +40,22 @@ SHAPES = len(NOISE_WIDTH)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class AxisFilter:
-    """The stationary filter of one axis, and the polynomials of its transfer functions.
-
-    Attributes
-    ----------
-    h : float
-        Sampling interval [s].
-    K : Array, shape (5,)
-        Gains on an innovation, before the step.
-    A : Array, shape (5, 5)
-        One step of the state (angle, rate, d, u, n).
-    F : Array, shape (2, 2)
-        One step of the torque (d, u).
-    S : float
-        Variance of the innovations over r^2.
-    errors, noise : Array, shapes (6,) and (4,)
-        Characteristic polynomials of M = A (I - K C), the step of the filter's error, and of that of d, u and n alone.
-    """
+    """The stationary filter of one axis, and the polynomials of its transfer functions."""
 
     h: float
+    """Sampling interval [s]."""
     K: Array
+    """Gains on an innovation, before the step, shape (5,)."""
     A: Array
+    """One step of the state (angle, rate, d, u, n), shape (5, 5)."""
     F: Array
+    """One step of the torque (d, u), shape (2, 2)."""
     S: float
+    """Variance of the innovations over r^2."""
     errors: Array
     noise: Array
+    """errors, noise: Characteristic polynomials of M = A (I - K C), the step of the filter's error, and of that of d, u
+    and n alone, shapes (6,) and (4,)."""
 
     @property
     def M(self) -> Array:

@@ -111,30 +111,20 @@ class Model:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A model's filter along a record.
-
-    Attributes
-    ----------
-    model : Model
-    record : Record
-    offset : Array, shape (a,)
-    at : Array, shape (S,)
-        Samples at which predictions start.
-    ends : Array, shape (S,)
-        Sample before which each of them has to end.
-    carries : Array, shape (S, n)
-        State of the filter before the innovation at each start.
-    e : Array, shape (N, a)
-        Innovations [rad].
-    """
+    """A model's filter along a record."""
 
     model: Model
     record: Record
     offset: Array
+    """Shape (a,)."""
     at: NDArray[np.intp]
+    """Samples at which predictions start, shape (S,)."""
     ends: NDArray[np.intp]
+    """Sample before which each of them has to end, shape (S,)."""
     carries: Array
+    """State of the filter before the innovation at each start, shape (S, n)."""
     e: Array
+    """Innovations [rad], shape (N, a)."""
 
     @cached_property
     def motion(self) -> Array:

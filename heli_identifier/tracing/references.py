@@ -56,59 +56,39 @@ times larger than in its own log it may be in another one that the same controll
 
 @dataclass(frozen=True)
 class Controller:
-    """The law of one channel as recovered from one log.
-
-    Attributes
-    ----------
-    channel : str
-        Sum or difference of the voltages.
-    gains : Mapping[str, float]
-        Voltage taken away for one unit of an angle [V/rad], a rate [V s/rad] and, if any, an integral [V/(rad s)].
-    poles : tuple[float, ...]
-        Rate q of each angle's derivative filter [1/s].
-    smoothing, integral : float
-        Rates c (infinite for plain steps) and beta (0 without integral term) [1/s].
-    delay : float
-        From reading the angles to their voltages [s]: 0, or one period of the controller.
-    share : float
-        Variance of the rebuilt reference over the sum of that and of the feedback.
-    """
+    """The law of one channel as recovered from one log."""
 
     channel: str
+    """Sum or difference of the voltages."""
     gains: Mapping[str, float]
+    """Voltage taken away for one unit of an angle [V/rad], a rate [V s/rad] and, if any, an integral [V/(rad s)]."""
     poles: tuple[float, ...]
+    """Rate q of each angle's derivative filter [1/s]."""
     smoothing: float
     integral: float
+    """smoothing, integral: Rates c (infinite for plain steps) and beta (0 without integral term) [1/s]."""
     delay: float
+    """From reading the angles to their voltages [s]: 0, or one period of the controller."""
     share: float
+    """Variance of the rebuilt reference over the sum of that and of the feedback."""
 
 
 @dataclass(frozen=True, eq=False)
 class References:
-    """What moved the rig from outside, log by log.
-
-    Attributes
-    ----------
-    names : tuple[str, ...]
-        The m signals: an axis [rad] where logged, a channel of the voltages [V] where rebuilt or in open loop.
-    signals : tuple[NDArray, ...]
-        For each log an array of shape (N, m); a column of zeros where a log does not have that signal.
-    origins : tuple[str, ...]
-        For each log "voltages" (open loop), "logged", "rebuilt", "logged and rebuilt" or "none".
-    controllers : tuple[tuple[Controller, ...], ...]
-        For each log the controllers recovered, those of too small a share among them.
-    closed_loop : bool
-        Whether a controller flew in any of the logs.
-    notes : tuple[str, ...]
-        What was refused and why, one sentence each.
-    """
+    """What moved the rig from outside, log by log."""
 
     names: tuple[str, ...]
+    """The m signals: an axis [rad] where logged, a channel of the voltages [V] where rebuilt or in open loop."""
     signals: tuple[Array, ...]
+    """For each log an array of shape (N, m); a column of zeros where a log does not have that signal."""
     origins: tuple[str, ...]
+    """For each log "voltages" (open loop), "logged", "rebuilt", "logged and rebuilt" or "none"."""
     controllers: tuple[tuple[Controller, ...], ...]
+    """For each log the controllers recovered, those of too small a share among them."""
     closed_loop: bool
+    """Whether a controller flew in any of the logs."""
     notes: tuple[str, ...] = ()
+    """What was refused and why, one sentence each."""
 
 
 def find_references(logs: Sequence[Log]) -> References:

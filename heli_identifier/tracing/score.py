@@ -33,28 +33,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Score:
-    """Score of one effect.
-
-    Attributes
-    ----------
-    field : str
-    score : float
-        S [nats].
-    value, standard_error : float
-        Coefficient and its standard error, in its unit.
-    visibility : float
-        I/H_jj, the share of its signature that what is in the model cannot imitate.
-    shapes : mapping of str to float
-        Shapes of its law that explain most.
-    column : int
-    """
+    """Score of one effect."""
 
     field: str
     score: float
+    """S [nats]."""
     value: float
     standard_error: float
+    """value, standard_error: Coefficient and its standard error, in its unit."""
     visibility: float
+    """I/H_jj, the share of its signature that what is in the model cannot imitate."""
     shapes: Mapping[str, float]
+    """Shapes of its law that explain most."""
     column: int
 
 

@@ -30,29 +30,19 @@ _NOT: Mapping[str, float] = {}
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """An effect in the model, with what stands for it.
-
-    Attributes
-    ----------
-    effect : Effect
-    score : Score
-        Its own: what is lost without it beside all others.
-    family_score : float
-        What is lost without all members of its family [nats].
-    alternatives : tuple of Effect
-        Effects that would explain the data about as well in its place.
-    leads : bool
-        Whether it is the strongest of its family, which is named by it.
-    exact : float or None
-        What is lost without its family by a refit [nats]; None where that was not asked for.
-    """
+    """An effect in the model, with what stands for it."""
 
     effect: Effect
     score: Score
+    """Its own: what is lost without it beside all others."""
     family_score: float
+    """What is lost without all members of its family [nats]."""
     alternatives: tuple[Effect, ...]
+    """Effects that would explain the data about as well in its place."""
     leads: bool = True
+    """Whether it is the strongest of its family, which is named by it."""
     exact: float | None = None
+    """What is lost without its family by a refit [nats]; None where that was not asked for."""
 
     @property
     def established(self) -> bool:
@@ -70,25 +60,17 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """What the search of one data set found.
-
-    Attributes
-    ----------
-    null, fit : Fit
-        The model before, and that with all effects of the set.
-    findings : tuple of Finding
-        Strongest first.
-    scores : dict of str to Score
-        The whole catalogue at the last fit.
-    last : Scores
-        The quadratic form there.
-    """
+    """What the search of one data set found."""
 
     null: Fit
     fit: Fit
+    """null, fit: The model before, and that with all effects of the set."""
     findings: tuple[Finding, ...]
+    """Strongest first."""
     scores: dict[str, Score]
+    """The whole catalogue at the last fit."""
     last: Scores
+    """The quadratic form there."""
 
 
 def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, most: int | None = None) -> Selection:

@@ -233,28 +233,6 @@ WHITE_TIME = 1.0
 class DiagnosisSettings:
     """What is given of a rig.
 
-    Attributes
-    ----------
-    motor_time_constant : float
-        T_m [s] that the model before assumes; a different lag shows as the effect motor_lag.
-    voltage_limit : float
-        Saturation of both voltages [V].
-    rest_pitch : float or None
-        Pitch theta_0 at rest [rad]; None lets every fit estimate it.
-    elevation_gain : float or None
-        Gain k_z of the elevation [rad/s^2/V]; None lets every fit estimate it.
-    horizontal : float or None
-        What the elevation's encoder reads where the arm is horizontal [rad]; None lets the search estimate it.
-    effects : mapping of str to Estimate
-        Effects that the model before has, by their field: the coefficient with its standard deviation.
-    keep_events : bool
-        Use also the passages in which something other than the plant acts; by default they are left out. They are
-        listed either way.
-    counts : tuple of int
-        Counts per turn of the encoders of pitch, elevation, travel.
-    geometry : Geometry
-        Masses, lengths and hover: priors of the gains.
-
     Raises
     ------
     ConfigurationError
@@ -262,14 +240,24 @@ class DiagnosisSettings:
     """
 
     motor_time_constant: float = 0.08
+    """T_m [s] that the model before assumes; a different lag shows as the effect motor_lag."""
     voltage_limit: float = 5.0
+    """Saturation of both voltages [V]."""
     rest_pitch: float | None = None
+    """Pitch theta_0 at rest [rad]; None lets every fit estimate it."""
     elevation_gain: float | None = None
+    """Gain k_z of the elevation [rad/s^2/V]; None lets every fit estimate it."""
     horizontal: float | None = None
+    """What the elevation's encoder reads where the arm is horizontal [rad]; None lets the search estimate it."""
     effects: Mapping[str, Estimate] = field(default_factory=dict)
+    """Effects that the model before has, by their field: the coefficient with its standard deviation."""
     keep_events: bool = False
+    """Use also the passages in which something other than the plant acts; by default they are left out. They are listed
+    either way."""
     counts: tuple[int, int, int] = (4096, 4096, 8192)
+    """Counts per turn of the encoders of pitch, elevation, travel."""
     geometry: Geometry = Geometry()
+    """Masses, lengths and hover: priors of the gains."""
 
     def __post_init__(self) -> None:
         require_positive("voltage_limit", self.voltage_limit, "V")
