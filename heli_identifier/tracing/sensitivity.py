@@ -232,7 +232,7 @@ class Sensitivities:
         )
 
     def _axes(self, record: Record) -> list[_Axis]:
-        """Filters of the axes at the rate of a record, and how the coordinates move them."""
+        """Give the filters of the axes at the rate of a record, and how the coordinates move them."""
         now, held = self.likelihood.filters(record, self.point), held_samples(record)
         if not self.filters_move:
             nothing = np.empty(0, dtype=int), (np.empty((5, 0)), np.empty((3, 0)))
@@ -301,7 +301,7 @@ def means(values: Array, held: int) -> Array:
 
 
 def _sums(values: Array, size: int) -> Array:
-    """Sums (..., m) of values (..., n) over blocks of ``size``; the last block may be shorter."""
+    """Sum values (..., n) over blocks of ``size``; the last block may be shorter."""
     short = -values.shape[-1] % size
     if short:
         values = np.concatenate((values, np.zeros((*values.shape[:-1], short))), axis=-1)
