@@ -210,8 +210,8 @@ class Sensitivities:
                 shown = np.empty_like(e[rows])
                 carried[j] = self._run(i, move, rows, carried[j], shown, altered[j])
                 change = (shown - e[rows]).T / move.step
-                for axis in np.flatnonzero(change.any(1)):
-                    outputs[bool(move.faults)][axis][j] = change[axis] if move.faults else change[axis, ::held]
+                for k in np.flatnonzero(change.any(1)).tolist():
+                    outputs[bool(move.faults)][k][j] = change[k] if move.faults else change[k, ::held]
             fast, slow = [], []
             for k, axis in enumerate(axes):
                 of_axis = torques[:, :, k]
