@@ -12,7 +12,8 @@ import typer
 
 import fmu_src
 import heli_identifier as hi
-from heli_identifier import records, results, tools
+from fmu_src import master
+from heli_identifier import results, tools
 from heli_identifier.cli.arguments import (
     PLANT_FILE,
     Config,
@@ -39,7 +40,7 @@ from heli_identifier.cli.arguments import (
 )
 from heli_identifier.cli.terminal import note, note_written, print_json, print_table, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, require_range
-from heli_identifier.files import draft_folder, write_atomically
+from heli_identifier.files import write_atomically
 from heli_identifier.provenance import from_command_line
 
 if TYPE_CHECKING:
@@ -182,8 +183,6 @@ def simulate(
     verbose: Verbose = False,
 ) -> None:  # fmt: skip
     """Run units wired together, and print or draw what they did."""
-    from fmu_src.master import run_apart, run_many_apart
-
     if plot is not None and plot.suffix.lower() != ".svg":
         raise ConfigurationError(f"--plot {plot} must end in .svg; a browser prints that as PDF.")
     if runs is not None and not native:
@@ -196,29 +195,31 @@ def simulate(
         if duration is None:
             duration = _length(recorded, step) if recorded else 60.0
         begun = {**played, **values}
-        if runs is not None:
+        if runs is None:
+            shown = not json and sys.stderr.isatty()
+            result = master.run_apart(scenario, duration, step, begun, files, progress=shown, native=native)
+        else:
             drawn, outputs = _variations(scenario, parameters, assignments(settings), runs, seed)
-            bands = run_many_apart(scenario, duration, step, begun, drawn, files, outputs)
-            _draw(bands, recorded, plot, (bands.low, bands.high))
-            if output is not None:
-                bands.write_csv(output)
-            _print_bands(bands, json, verbose)
-            return
-        shown = not json and sys.stderr.isatty()
-        result = run_apart(scenario, duration, step, begun, files, progress=shown, native=native)
+            result = master.run_many_apart(scenario, duration, step, begun, drawn, files, outputs)
     if output is not None:
         result.write_csv(output)
-    _draw(result, recorded, plot)
-    errors = _off_the_log(result, recorded)
+    if plot is not None:
+        results.write_figure(results.run_figure(result, recorded), plot)
+    (_print_run if runs is None else _print_bands)(result, recorded, json, verbose)
+
+
+def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) -> None:
+    """Print first and last value and range of every output, and how far the plant is off a log."""
+    errors = _off_the_log(result, log)
     first, last, low, high = result.values[0], result.values[-1], result.values.min(0), result.values.max(0)
     rows = _outputs(result, {"first": first, "last": last, "smallest": low, "largest": high})
     if json:
         print_json([row | ({"rms_error": errors[row["name"]]} if row["name"] in errors else {}) for row in rows])
         return
-    if errors:
+    if log is not None and errors:
         said = ", ".join(f"{name.removeprefix('plant.')} {1e3 * value:.3g} mrad" for name, value in errors.items())
-        typer.echo(f"RMS error of the plant against {log}: {said}")
-    _print_outputs(f"{result.time[-1]:g} s in steps of {result.time[1]:g} s", rows, verbose)
+        typer.echo(f"RMS error of the plant against {log.path}: {said}")
+    _print_outputs(f"{result.time[-1]:g} s in steps of {result.time[1]:g} s", rows, everything)
 
 
 def _off_the_log(result: Any, log: "hi.Log | None") -> dict[str, float]:
@@ -256,13 +257,9 @@ def _played(
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
     ((log,), _) = logs_of([path], config, start, end)
-    with draft_folder() as folder:
-        played: dict[str, Any] = {"player.log.path": str(records.write_log(log, folder / "log.csv"))}
-        if "plant" in units:
-            state = results.started(log)._asdict()
-            played |= {f"plant.{name}": state[field] for field, name in results.START.items()}
-        played |= {f"{unit}.sample.time": log.step for unit in ("identifier", "corrector") if unit in units}
-        yield log, played
+    with results.played(log, results.started(log)._asdict()) as values:
+        values |= {"identifier.sample.time": log.step, "corrector.sample.time": log.step}
+        yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}
 
 
 def _variations(
@@ -292,14 +289,7 @@ def _variations(
     return drawn, [f"{plant}.{name}" for plant in plants for name in outputs]
 
 
-def _draw(result: Any, recorded: "hi.Log | None", plot: Path | None, bands: Any = None) -> None:
-    if plot is not None:
-        measured = (recorded.time, recorded.angles) if recorded else None
-        drawn = results.run_figure(result.names, result.units, result.time, result.values, measured, bands)
-        results.write_figure(drawn, plot)
-
-
-def _print_bands(bands: Any, json: bool, everything: bool) -> None:
+def _print_bands(bands: Any, _: Any, json: bool, everything: bool) -> None:
     """Print last values of the nominal run and the range of 95 % of the runs."""
     if bands.refused:
         warn(f"{len(bands.refused)} of {bands.runs + len(bands.refused)} runs were refused; first: {bands.refused[0]}")
@@ -343,29 +333,31 @@ def effects(
     axes = sorted({entry.axis for entry in CATALOGUE})
     if axis and axis not in axes:
         raise ConfigurationError(f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
-    rows, documents = [], []
-    for entry in (own for own in CATALOGUE if axis in ("", own.axis)):
-        shapes = ", ".join(f"{shape.name} [{results.unit_text(shape.unit) or '1'}]" for shape in entry.shapes)
+    entries = [entry for entry in CATALOGUE if axis in ("", entry.axis)]
+    if json:
+        print_json([_effect_document(entry) for entry in entries])
+        return
+    rows = []
+    for entry in entries:
         bounds = f"{entry.lower:g} to {entry.upper:g}"
         row = (entry.name, entry.axis, results.law_text(entry.law), results.unit_text(entry.unit), bounds)
+        shapes = ", ".join(f"{shape.name} [{results.unit_text(shape.unit) or '1'}]" for shape in entry.shapes)
         rows.append((*row, shapes, entry.source) if verbose else row)
-        documents.append(
-            {
-                "name": entry.name,
-                "axis": entry.axis,
-                "parameter": f"effects.{entry.name}.{entry.axis}",
-                "law": entry.law,
-                "unit": entry.unit,
-                "range": [entry.lower, entry.upper],
-                "source": entry.source,
-                "shapes": [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in entry.shapes],
-            }
-        )
-    if json:
-        print_json(documents)
-        return
     columns = ("effect", "axis", "law", "unit of c", "range of c", *(("shapes", "source") if verbose else ()))
     print_table(results.Table("Effects", columns, rows))
+
+
+def _effect_document(entry: Any) -> dict[str, Any]:
+    return {
+        "name": entry.name,
+        "axis": entry.axis,
+        "parameter": f"effects.{entry.name}.{entry.axis}",
+        "law": entry.law,
+        "unit": entry.unit,
+        "range": [entry.lower, entry.upper],
+        "source": entry.source,
+        "shapes": [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in entry.shapes],
+    }
 
 
 def design(

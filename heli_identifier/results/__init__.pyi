@@ -3,7 +3,6 @@ __all__ = [
     "Axes",
     "PLANT",
     "RESULTS",
-    "START",
     "Check",
     "Comparison",
     "LogSource",
@@ -33,6 +32,7 @@ __all__ = [
     "notebook_view",
     "p_text",
     "page",
+    "played",
     "plain",
     "plant_of",
     "plant_values",
@@ -57,7 +57,7 @@ __all__ = [
 from .checking import Check, check
 from .comparing import Comparison, compare
 from .documents import document_text, plain, read_document, with_ends
-from .folder import RESULTS, START, build, check_free_run, whole_folder, write_results
+from .folder import RESULTS, build, check_free_run, whole_folder, write_results
 from .looking import Look, diagnosis_lines, look
 from .parameters import (
     PLANT,
@@ -70,7 +70,7 @@ from .parameters import (
     read_parameters,
 )
 from .report import notebook_view, page
-from .simulation import LogSource, Simulation, several, simulate, started
+from .simulation import LogSource, Simulation, played, several, simulate, started
 from .svg import COLOURS, Axes, figure, run_figure, side_by_side, thinned, write_figure
 from .tables import (
     Table,

@@ -16,25 +16,16 @@ import numpy as np
 
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.files import PREFIX, draft_folder, is_kept, sweep, write_atomically
-from heli_identifier.records import write_log
 from heli_identifier.results.documents import document_text
 from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters
 from heli_identifier.results.report import report_page
+from heli_identifier.results.simulation import played
 from heli_identifier.signals import deferred
 from heli_identifier.tracing import Diagnosis, HeldOutSeries
 from heli_plant.effects import AXES
 
 SAME = 1e-9
 """Difference [rad] up to which the unit's free-run error is the reported one."""
-
-START = {
-    **{axis: f"initial.{axis}" for axis in AXES},
-    **{f"{axis}_rate": f"initial.{axis}_rate" for axis in AXES},
-    "nu_front": "initial.v_front",
-    "nu_rear": "initial.v_rear",
-}
-"""Parameters of the plant's unit that take its start state, by the state's fields."""
-
 
 RESULTS = ("diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu")
 """Files of a diagnosis."""
@@ -146,16 +137,9 @@ def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
     from fmu_src.master import run_apart
 
     log = replace(series.log, extra={})
-    start = {f"plant.{START[field]}": value for field, value in series.start.items() if field in START}
-    with draft_folder() as folder:
-        path = write_log(log, folder / "log.csv")
-        result = run_apart(
-            "plant_beside_log",
-            (log.samples - 1) * log.step,
-            log.step,
-            {"player.log.path": str(path), "plant.solver.step": log.step, **start},
-            {"plant": unit},
-        )
+    with played(log, series.start) as values:
+        values["plant.solver.step"] = log.step
+        result = run_apart("plant_beside_log", (log.samples - 1) * log.step, log.step, values, {"plant": unit})
     return result.columns(*(f"plant.{axis}" for axis in AXES))
 
 
@@ -234,18 +218,17 @@ def _move_all(draft: Path, folder: Path) -> None:
             )
     replaced = draft / ".replaced"
     replaced.mkdir()
-    done: list[tuple[Path, Path]] = []
-    try:
-        for file, place in moves:
-            old = replaced / file.name
-            if place.exists():
-                os.link(place, old)  # the old file stays in its place until the new one replaces it
-            done.append((place, old))
-            file.replace(place)
-    except OSError as error:
-        for place, old in done:
-            if old.exists():
-                old.replace(place)
-            else:
-                place.unlink(missing_ok=True)
-        raise ConfigurationError(f"{folder} cannot be written to: {error.strerror}; nothing was changed.") from error
+    with ExitStack() as taken_back:
+        try:
+            for file, place in moves:
+                if place.exists():
+                    os.link(place, replaced / file.name)  # the old file stays until the new one replaces it
+                    taken_back.callback((replaced / file.name).replace, place)
+                else:
+                    taken_back.callback(place.unlink, missing_ok=True)
+                file.replace(place)
+        except OSError as error:
+            raise ConfigurationError(
+                f"{folder} cannot be written to: {error.strerror}; nothing was changed."
+            ) from error
+        taken_back.pop_all()

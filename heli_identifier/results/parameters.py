@@ -342,7 +342,7 @@ def _inconsistent(found: ParameterSet) -> Iterator[str]:
             yield f"covariance.matrix must have {count} rows of {count} numbers"
 
 
-def _check_unit(file: Path, parameters: ParameterSet) -> None:
+def _check_unit(file: Path, found: ParameterSet) -> None:
     """Refuse values that are not parameters of the unit that the file names, or that the unit does not take.
 
     Raises
@@ -352,29 +352,29 @@ def _check_unit(file: Path, parameters: ParameterSet) -> None:
     """
     from fmu_src import UNITS, problem_with, unit_class
 
-    if parameters.unit not in UNITS:
-        raise ConfigurationError(f"{file} names the unit {parameters.unit!r}; there are {', '.join(UNITS)}.")
-    names = {name: {v.name: v for v in unit_class(name).variables if v.causality == "parameter"} for name in UNITS}
-    own = names[parameters.unit]
-    foreign = [name for name in parameters.values if name not in own]
-    if not foreign:
-        for name, value in parameters.values.items():
-            unit = own[name].unit or "1"
-            if (value.unit or "1") != unit:
-                raise ConfigurationError(
-                    f"{file}: {name} is stated in {value.unit!r}, the {parameters.unit} takes it in {unit!r}; convert "
-                    "value and standard error."
-                )
-            if problem := problem_with(own[name], value.value):
-                raise ConfigurationError(f"{file}: {problem}.")
-        try:
-            parameters.check_complete()
-        except ConfigurationError as error:
-            raise ConfigurationError(f"{file}: {error}") from error
-        return
-    owners = [unit for unit in UNITS if parameters.values.keys() <= names[unit].keys()]
-    whose = f"; its values are of the {owners[0]}, name that as its unit" if owners else ""
-    raise ConfigurationError(f"{file} is of the unit {parameters.unit}, which has no parameter {foreign[0]!r}{whose}.")
+    def of_unit(unit: str) -> dict[str, Any]:
+        return {variable.name: variable for variable in unit_class(unit).variables if variable.causality == "parameter"}
+
+    if found.unit not in UNITS:
+        raise ConfigurationError(f"{file} names the unit {found.unit!r}; there are {', '.join(UNITS)}.")
+    own = of_unit(found.unit)
+    if foreign := [name for name in found.values if name not in own]:
+        owners = [unit for unit in UNITS if found.values.keys() <= of_unit(unit).keys()]
+        whose = f"; its values are of the {owners[0]}, name that as its unit" if owners else ""
+        raise ConfigurationError(f"{file} is of the unit {found.unit}, which has no parameter {foreign[0]!r}{whose}.")
+    for name, value in found.values.items():
+        unit = own[name].unit or "1"
+        if (value.unit or "1") != unit:
+            raise ConfigurationError(
+                f"{file}: {name} is stated in {value.unit!r}, the {found.unit} takes it in {unit!r}; convert value and "
+                "standard error."
+            )
+        if problem := problem_with(own[name], value.value):
+            raise ConfigurationError(f"{file}: {problem}.")
+    try:
+        found.check_complete()
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{file}: {error}") from error
 
 
 def drawn_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dict[str, float]]:

@@ -9,11 +9,13 @@ from dataclasses import dataclass, field
 from html import escape
 from math import ceil, floor, log10
 from os import PathLike
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.files import write_atomically
+from heli_identifier.records import Log
 from heli_identifier.results.words import power_text, unit_text
 from heli_plant.effects import AXES
 
@@ -141,28 +143,17 @@ def write_figure(svg: str, path: str | PathLike[str]) -> None:
     write_atomically(path, f"{head}><style>{rules}</style>{ground}{body}\n")
 
 
-def run_figure(
-    names: Sequence[str],
-    units: Sequence[str],
-    time: Array,
-    values: Array,
-    measured: tuple[Array, Array] | None = None,
-    bands: tuple[Array, Array] | None = None,
-) -> str:
-    """Draw a run.
+def run_figure(result: Any, log: Log | None = None) -> str:
+    """Draw a run of units: voltages, and the plant's angles.
 
     Parameters
     ----------
-    names, units : sequence of str
-        ``unit.variable`` and physical unit of each column.
-    time : NDArray, shape (N,)
-        [s].
-    values : NDArray, shape (N, M)
-    measured : tuple of NDArray, shapes (K,) and (K, 3), optional
-        Time [s] and angles [rad] of the log that was played; drawn as far as the run goes.
-    bands : tuple of NDArray, shapes (N, M), optional
-        Low and high ends of where 95 % of many runs with varied parameters lie; drawn of the angles.
+    result : fmu_src.master.Result or Bands
+        Of many runs with varied parameters, where 95 % of them lie is drawn as well.
+    log : Log, optional
+        What was played; drawn as far as the run goes.
     """
+    names, units, time, values = result.names, result.units, result.time, result.values
     columns, panels = {name: column for column, name in enumerate(names)}, []
     source = next((unit for unit in ("controller", "exciter", "player") if f"{unit}.v_front" in columns), None)
     if source is not None:
@@ -174,12 +165,11 @@ def run_figure(
         if (column := columns.get(f"plant.{axis}")) is None:
             continue
         panel = Axes(f"{axis} [{unit_text(units[column])}]", 115.0)
-        if measured is not None:
-            played = measured[0] <= time[-1] + 1e-9  # two products of a step may differ by an ulp
-            angles = measured[1][played, AXES.index(axis)]
-            panel.line(measured[0][played], angles, "measured", "measured", 2.2)
-        if bands is not None:
-            panel.band(time, bands[0][:, column], bands[1][:, column], "95 % of the runs")
+        if log is not None:
+            played = log.time <= time[-1] + 1e-9  # two products of a step may differ by an ulp
+            panel.line(log.time[played], log.angles[played, AXES.index(axis)], "measured", "measured", 2.2)
+        if hasattr(result, "low"):
+            panel.band(time, result.low[:, column], result.high[:, column], "95 % of the runs")
         panel.line(time, values[:, column], "after", "plant", 1.1)
         panels.append(panel)
     return figure(panels, "time [s]", "The run over time", 700.0)
