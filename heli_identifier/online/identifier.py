@@ -242,9 +242,7 @@ class Sampled(NamedTuple):
     previous: Sample
 
 
-def begin_sampling(
-    time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
-) -> Sampled:
+def begin_sampling(time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES) -> Sampled:
     """Return what is remembered after sample 0, which is ``now`` at ``time`` [s], with its ``references`` [rad]."""
     v_front, v_rear, pitch, elevation, travel = now
     return Sampled(start(plan, v_front, v_rear, pitch, elevation, travel, references), time, time, now)

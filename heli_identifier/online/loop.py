@@ -100,6 +100,8 @@ def watch_innovation(f: Feedback, e: float, voltage: float, count: int, h: float
     return f._replace(
         block=0.0, filled=0, total=_KEPT * f.total + block, squares=_KEPT * _KEPT * f.squares + block * block
     )
+
+
 def is_closed(scores: tuple[float, float, float]) -> bool:
     """Return whether one of the axes' scores says that the loop is closed."""
     return max(abs(scores[0]), abs(scores[1]), abs(scores[2])) > CLOSED

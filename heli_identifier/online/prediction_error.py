@@ -36,7 +36,9 @@ from .loop import Outside, add_regressors, nothing_outside, products_every
 from .settings import AxisPlan, Plan
 from .whitening import (
     BANDWIDTH_CHANGE,
+    BANDWIDTHS,
     CORNER_CHANGE,
+    CORNERS,
     Memory,
     Noise,
     NoiseModel,
@@ -73,8 +75,9 @@ class PredictorState(NamedTuple):
 
 
 def noise_of(axis: AxisState) -> Noise:
-    """Return bandwidth and corner [rad/s] of an axis whose Omega ends with nu."""
-    return Noise(exp(axis.omega[-2]), exp(axis.omega[-1]))
+    """Return bandwidth and corner [rad/s] of an axis whose Omega ends with nu, within their bounds."""
+    bandwidth, corner = exp(axis.omega[-2]), exp(axis.omega[-1])
+    return Noise(min(max(bandwidth, BANDWIDTHS[0]), BANDWIDTHS[1]), min(max(corner, CORNERS[0]), CORNERS[1]))
 
 
 def first_predictor(z: tuple[float, ...], own: AxisPlan, plan: Plan) -> PredictorState:

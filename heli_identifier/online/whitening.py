@@ -142,9 +142,7 @@ def whiten(memory: Sequence[Memory], z: Sequence[float], w: Whitening) -> tuple[
     for (u1, u2, t1, t2, t3, g), x in zip(memory, z, strict=True):
         u = x + _M1 * u1 - _M2 * u2
         v = u + w.f1 * u1 + w.f2 * u2 - t1
-        memories.append(
-            Memory(u, u1, t2 + w.q1 * v, t3 + w.q2 * v, w.kept * t3 + w.r * v, w.kept * g + w.slope * v)
-        )
+        memories.append(Memory(u, u1, t2 + w.q1 * v, t3 + w.q2 * v, w.kept * t3 + w.r * v, w.kept * g + w.slope * v))
         whitened.append(v)
     return memories, whitened
 

@@ -2,8 +2,10 @@
 
 In open loop the identifier is the paper's adaptation, eq. (7). Where a controller flew, least squares is wrong and
 prediction errors with a noise model are minimised (:mod:`heli_identifier.online.prediction_error`). These pass every
-log twice. The first pass finds the noise model and the motors' lag, which are the same for all logs of a rig; the
-second begins with them. Nothing is counted twice: Gamma(0) is the same in both. References of a log are instruments.
+log three times. A pass finds the noise model and the motors' lag of all logs together (:mod:`.joint`), which are the
+same for all logs of a rig, and the next one begins with them. Nothing is counted twice: Gamma(0) is the same in all
+passes. In rough air the first pass takes the air for far slower than it is, which makes k_x too large; the second finds
+it to a third. References of a log are instruments.
 
 Whether a controller flew is asked of prediction errors, which hold in both cases and give a score of a closed loop on
 each axis (:mod:`heli_identifier.online.loop`), roughly normal in open loop. With n logs the loop is closed if one
@@ -20,7 +22,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,11 +38,8 @@ from heli_identifier.online import (
     Estimate,
     IdentifierSettings,
     IdentifierState,
-    Lag,
     ModelParameters,
-    Noise,
     Plan,
-    noise_of,
     output_of,
     prepare,
     start,
@@ -66,7 +65,7 @@ from heli_identifier.results import (
     unit_text,
     with_interval,
 )
-from heli_identifier.tools.joint import contradictions, joint
+from heli_identifier.tools.joint import Together, joint, weighted
 from heli_identifier.tracing import sign_notes
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD, PlantParameters
@@ -74,8 +73,8 @@ from heli_plant.parameters import BY_FIELD, PlantParameters
 NAMES = ModelParameters._fields
 """The paper's symbols of the estimated parameters; they are fields of :class:`PlantParameters`."""
 
-CONSISTENT = 2.0
-"""Birge ratio above which logs disagree by more than their standard errors allow."""
+PASSES = 3
+"""Times that prediction errors pass every log; the adaptation does twice, once with a longer lag."""
 
 FALSE_ALARMS = 0.01
 """Share of sets of logs in open loop in which one score is beyond the quantile by chance."""
@@ -87,8 +86,7 @@ LEAST = 0.01
 """Relative change of a parameter from which on it is worth a word."""
 
 
-@dataclass(frozen=True, eq=False)
-class EstimateHistory:
+class EstimateHistory(NamedTuple):
     """Estimates of one log over time.
 
     Attributes
@@ -99,10 +97,6 @@ class EstimateHistory:
         [s].
     parameters, standard_errors : NDArray, shape (M, 11)
         By :data:`NAMES`, in the units of :class:`PlantParameters`.
-    feedback : tuple of float
-        Scores of a closed loop on pitch, elevation and travel at the end [1].
-    lag : Lag
-        The motors' lag at the end, with a standard error of 0 where it was given [s].
     state, plan : IdentifierState, Plan
         Of the identifier at the end, standard errors evaluated there.
     """
@@ -111,15 +105,8 @@ class EstimateHistory:
     time: NDArray[np.float64]
     parameters: NDArray[np.float64]
     standard_errors: NDArray[np.float64]
-    feedback: tuple[float, float, float]
-    lag: Lag
     state: IdentifierState
     plan: Plan
-
-    @property
-    def noise(self) -> tuple[Noise, ...]:
-        """Noise models of the three axes at the end, of prediction errors."""
-        return tuple(noise_of(axis.estimate) for axis in self.state.axes)
 
     @property
     def last(self) -> dict[str, Estimate]:
@@ -128,21 +115,12 @@ class EstimateHistory:
             name: Estimate(float(value), float(error), BY_FIELD[name].unit)
             for name, value, error in zip(NAMES, self.parameters[-1], self.standard_errors[-1], strict=True)
         }
-        if self.lag.standard_error > 0.0:
-            found["T_m"] = Estimate(self.lag.value, self.lag.standard_error, BY_FIELD["T_m"].unit)
+        if self.plan.estimates_lag:
+            found["T_m"] = Estimate(*output_of(self.state, self.plan).lag, BY_FIELD["T_m"].unit)
         return found
 
 
-@dataclass(frozen=True, eq=False)
-class Together:
-    """Estimates from several logs together by symbol, and ``notes`` on logs that disagree."""
-
-    estimates: Mapping[str, Estimate]
-    notes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Choice:
+class Choice(NamedTuple):
     """The ``method`` taken, why, and whether a controller flew."""
 
     method: str
@@ -150,8 +128,7 @@ class Choice:
     closed_loop: bool
 
 
-@dataclass(frozen=True)
-class GivenLag:
+class GivenLag(NamedTuple):
     """The ``lag`` that was given [s], and relative changes of parameters by symbol with one longer by `LONGER`."""
 
     lag: float
@@ -323,23 +300,34 @@ def identify(
     check_apart(logs)
     report = progress or (lambda what, share: None)
 
-    def settings(log: Log, method: str) -> IdentifierSettings:
-        return settings_for(log, rig, filter_frequency, forgetting, method)
+    def histories_of(own: Sequence[IdentifierSettings], number: int) -> list[EstimateHistory]:
+        """Pass all logs once."""
+        histories = []
+        for k, (log, one) in enumerate(zip(logs, own, strict=True)):
+            report(f"identifying from {log.name}", (number + k / len(logs)) / PASSES)
+            histories.append(identify_log(log, one))
+        return histories
 
-    first = []
-    for k, log in enumerate(logs):
-        report(f"identifying from {log.name}", 0.5 * k / len(logs))
-        first.append(identify_log(log, settings(log, PREDICTION_ERROR)))
-    choice = choose([history.feedback for history in first], method)
-    own = [settings(log, choice.method) for log in logs]
+    own = [settings_for(log, rig, filter_frequency, forgetting, PREDICTION_ERROR) for log in logs]
+    histories = histories_of(own, 0)
+    choice, given_lag = choose([output_of(one.state, one.plan).feedback for one in histories], method), None
     if choice.method == PREDICTION_ERROR:
-        own = [begun_at(one, first) for one in own]
-    histories = []
-    for k, (log, one) in enumerate(zip(logs, own, strict=True)):
-        report(f"identifying from {log.name}", 0.5 + 0.5 * k / len(logs))
-        histories.append(identify_log(log, one))
-    together = combined(histories)
-    given_lag = effect_of_lag(logs, own, together.estimates) if choice.method == ADAPTATION else None
+        together = combined(histories)
+        for number in range(1, PASSES):
+            own = [begun_at(one, together) for one in own]
+            histories = histories_of(own, number)
+            together = combined(histories)
+    else:
+        own = [replace(one, method=ADAPTATION) for one in own]
+        histories = histories_of(own, 1)
+        together = combined(histories)
+        longer = [replace(one, motor_time_constant=rig.motor_time_constant + LONGER) for one in own]
+        others = combined(histories_of(longer, 2)).estimates
+        given_lag = GivenLag(rig.motor_time_constant, {
+            name: others[name].value / estimate.value - 1.0
+            for name, estimate in together.estimates.items()
+            if estimate.is_determined and estimate.standard_error is not None and estimate.value != 0.0
+        })  # fmt: skip
     values = {"T_m": rig.motor_time_constant} | {name: one.value for name, one in together.estimates.items()}
     plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
     parameters = ParameterSet(PLANT, plant_values(plant, together.estimates), provenance=from_python("identify"))
@@ -392,18 +380,13 @@ def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
             time.append(k * settings.sample_time)
             parameters.append(tuple(output.parameters))
             errors.append(tuple(output.standard_errors))
-    return EstimateHistory(
-        log.name, np.array(time), np.array(parameters), np.array(errors), output.feedback, output.lag, state, plan
-    )
+    return EstimateHistory(log.name, np.array(time), np.array(parameters), np.array(errors), state, plan)
 
 
-def begun_at(settings: IdentifierSettings, histories: Sequence[EstimateHistory]) -> IdentifierSettings:
-    """Return ``settings`` that begin with the noise models and the motors' lag of a first pass over all logs."""
-    lag = combined(histories).estimates.get("T_m")
-    pitch, elevation, travel = (
-        Noise(*np.exp(np.mean(np.log([history.noise[axis] for history in histories]), axis=0)).tolist())
-        for axis in range(3)
-    )
+def begun_at(settings: IdentifierSettings, together: Together) -> IdentifierSettings:
+    """Return ``settings`` that begin with the noise models and the motors' lag of all logs together."""
+    pitch, elevation, travel = together.noise
+    lag = together.estimates.get("T_m")
     known = settings.motor_time_constant if lag is None else max(lag.value, 0.0)
     return replace(settings, noise=(pitch, elevation, travel), motor_time_constant=known)
 
@@ -441,75 +424,11 @@ def choose(scores: Sequence[Sequence[float]], wanted: str | None) -> Choice:
 
 
 def combined(histories: Sequence[EstimateHistory]) -> Together:
-    """Combine the last estimates of several logs.
-
-    Those of prediction errors by their information (:mod:`.joint`), those of the adaptation each weighted by the
-    inverse square of its standard error. The standard error of the weighted mean is multiplied by the Birge ratio
-    (Birge, Physical Review 40 (1932)) where that exceeds 1: the logs then scatter by more than their own standard
-    errors allow.
-    """
-    if histories[0].state.axes[0].predictor is not None:
-        flights = [(history.state, history.plan) for history in histories]
-        estimates, ratios = joint(flights)
-        return Together(estimates, (*_scatter(ratios), *contradictions(estimates, flights)))
-    estimates, ratios = {}, {}
-    lasts = [history.last for history in histories]
-    for name in lasts[0]:
-        values = np.array([last[name].value for last in lasts])
-        errors = np.array([last[name].standard_error for last in lasts])
-        unit = BY_FIELD[name].unit
-        if not (errors > 0.0).all():  # a known rest angle has no error
-            estimates[name] = Estimate(float(values.mean()), None, unit)
-            continue
-        weights = errors**-2.0
-        mean = float(weights @ values / weights.sum())
-        ratio = float(np.sqrt(weights @ (values - mean) ** 2 / max(len(values) - 1, 1)))
-        estimates[name] = Estimate(mean, float(weights.sum() ** -0.5) * max(ratio, 1.0), unit)
-        ratios[name] = ratio if len(values) > 1 else 0.0
-    return Together(estimates, _scatter(ratios))
-
-
-def _scatter(ratios: Mapping[str, float]) -> tuple[str, ...]:
-    """Return what is to be said of logs that scatter by these Birge ratios."""
-    notes = [
-        f"{name}: the logs scatter {ratio:.1f} times as far as their standard errors say"
-        for name, ratio in ratios.items()
-        if ratio > CONSISTENT
-    ]
-    if notes:
-        notes.append(
-            "logs that disagree come from a rig with an effect that the model lacks, or from a rig that changes: "
-            "run `heli diagnose`"
-        )
-    return tuple(notes)
-
-
-def effect_of_lag(
-    logs: Sequence[Log], settings: Sequence[IdentifierSettings], found: Mapping[str, Estimate]
-) -> GivenLag:
-    """Return what a longer lag changes.
-
-    Parameters
-    ----------
-    logs : sequence of Log
-    settings : sequence of IdentifierSettings
-        Of every log, those that gave ``found``.
-    found : mapping of Estimate
-        Estimates of all logs together, by symbol. Of those that are not determined nothing is said.
-    """
-    lag = settings[0].motor_time_constant
-    others = combined(
-        [
-            identify_log(log, replace(own, motor_time_constant=lag + LONGER))
-            for log, own in zip(logs, settings, strict=True)
-        ]
-    ).estimates
-    changes = {
-        name: others[name].value / estimate.value - 1.0
-        for name, estimate in found.items()
-        if estimate.is_determined and estimate.standard_error is not None and estimate.value != 0.0
-    }
-    return GivenLag(lag, changes)
+    """Combine the last estimates of several logs, as :mod:`.joint` says."""
+    plan = histories[-1].plan
+    if plan.predicting:
+        return joint([history.state for history in histories], plan)
+    return weighted([history.last for history in histories])
 
 
 def history_text(histories: Sequence[EstimateHistory]) -> str:

@@ -1,9 +1,10 @@
-"""Logs of one rig together, by the information that prediction errors have of each.
+"""Logs of one rig together.
 
-A log of half a minute leaves combinations of parameters open: gain with stiffness, gain with damping. Means of single
-parameters, each weighted by its own standard error, throw away what the logs say about the combinations. With Omega_l
-and Gamma_l of log l, P the prior that each of the L logs began with, and Z by how much the zero of an encoder differs
-from log to log,
+**Prediction errors**, by the information that they have of each log. A log of half a minute leaves combinations of
+parameters open: gain with stiffness, gain with damping, gain with the colour of the air. Means of single parameters,
+each weighted by its own standard error, throw away what the logs say about the combinations. With Omega_l and Gamma_l
+of log l, the noise model nu behind the parameters, P the prior that each of the L logs began with, and Z by how much
+the zero of an encoder differs from log to log,
 
     H     = sum_l (Gamma_l + Z)^-1 - (L - 1) P^-1
     Omega = H^-1 (sum_l (Gamma_l + Z)^-1 Omega_l - (L - 1) P^-1 Omega(0))
@@ -11,10 +12,13 @@ from log to log,
 The variance of a combination j^T Omega is j^T H^-1 j, over the share of it that came from outside the loops of all logs
 (:mod:`heli_identifier.online.loop`), times the square of the Birge ratio (Birge, Physical Review 40 (1932)) where
 that exceeds 1: the logs then scatter beyond their errors. A single log keeps the standard errors that it has.
+
+**The adaptation**: means of single parameters, each weighted by the inverse square of its standard error, with the
+Birge ratio as well.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +28,11 @@ from heli_identifier.online import (
     GAINS,
     Estimate,
     IdentifierState,
+    Noise,
     Plan,
     combinations,
     gain_matrix,
+    noise_of,
     output_of,
     shares,
 )
@@ -37,62 +43,97 @@ Array = NDArray[np.float64]
 ZERO = 0.02
 """Standard deviation of an encoder's zero from log to log [rad]: a rig is switched on in another position."""
 
+CONSISTENT = 2.0
+"""Birge ratio above which logs disagree by more than their standard errors allow."""
+
 _STIFFNESS, _TORQUE = 1, 2
 """Places in Omega of pitch and elevation: a zero moves the constant torque by the stiffness times itself."""
 
-Flight = tuple[IdentifierState, Plan]
-"""What the identifier knew at the end of a log."""
 
+class Together(NamedTuple):
+    """Estimates from several logs together by symbol, with the motors' lag ``T_m`` where it was estimated.
 
-def joint(flights: Sequence[Flight]) -> tuple[dict[str, Estimate], dict[str, float]]:
-    """Return the estimates of all logs together by symbol, and by how much the logs scatter beyond their errors [1].
-
-    Parameters
-    ----------
-    flights : sequence of (IdentifierState, Plan)
-        Final states of prediction errors, standard errors evaluated there, and the plan, the same lag in all of them.
-
-    Returns
-    -------
-    estimates : dict of Estimate
-        With the motors' lag ``T_m`` where it was estimated.
-    ratios : dict of float
-        Birge ratios, 0 for a single log.
+    ``notes`` are on logs that disagree; ``noise`` are the noise models of pitch, elevation and travel, none where the
+    method was the adaptation.
     """
-    state, plan = flights[-1]
-    omegas, informations = zip(*(_together(flights, axis) for axis in range(3)), strict=True)
-    state = _with(state, "omega", omegas)
-    rows = [np.array(own) for own in combinations(state, plan)]
-    errors, ratios = zip(*(_errors(flights, a, omegas[a], informations[a], rows[a]) for a in range(3)), strict=True)
+
+    estimates: Mapping[str, Estimate]
+    notes: tuple[str, ...]
+    noise: tuple[Noise, ...] = ()
+
+
+def joint(states: Sequence[IdentifierState], plan: Plan) -> Together:
+    """Combine prediction errors: final ``states``, standard errors evaluated there, of one prior, that of ``plan``."""
+    omegas, informations = zip(*(_together(states, axis, plan) for axis in range(3)), strict=True)
+    state = _with(states[-1], "omega", omegas)
+    rows = combinations(state, plan)
+    errors, ratios = zip(
+        *(_errors(states, a, omegas[a], informations[a], np.array(rows[a])) for a in range(3)), strict=True
+    )
     output = output_of(_with(state, "standard_errors", errors), plan)
-    scatter = output_of(_with(state, "standard_errors", ratios), plan)
+    scatter = output_of(_with(state, "standard_errors", ratios), plan).standard_errors._asdict()
     found = {
         name: Estimate(value, error if error > 0.0 else None, BY_FIELD[name].unit)
         for name, value, error in zip(output.parameters._fields, output.parameters, output.standard_errors, strict=True)
     }
     if plan.estimates_lag:
         found["T_m"] = Estimate(*output.lag, BY_FIELD["T_m"].unit)
-    return found, scatter.standard_errors._asdict()
+    notes = (*_disagreement(scatter), *_contradictions(found, [output_of(one, plan) for one in states]))
+    return Together(found, notes, tuple(noise_of(axis.estimate) for axis in state.axes))
 
 
-def contradictions(estimates: Mapping[str, Estimate], flights: Sequence[Flight]) -> tuple[str, ...]:
+def weighted(logs: Sequence[Mapping[str, Estimate]]) -> Together:
+    """Combine estimates by symbol of several logs, each weighted by the inverse square of its standard error."""
+    found, ratios = {}, {}
+    for name, first in logs[0].items():
+        values = np.array([log[name].value for log in logs])
+        errors = np.array([log[name].standard_error for log in logs])
+        mean, error = float(values.mean()), None
+        if (errors > 0.0).all():  # a known rest angle has no error
+            mean, error, ratios[name] = _weighted_mean(values, errors)
+            error *= max(ratios[name], 1.0)
+        found[name] = Estimate(mean, error, first.unit)
+    return Together(found, _disagreement(ratios))
+
+
+def _weighted_mean(values: Array, errors: Array) -> tuple[float, float, float]:
+    """Return mean, standard error and Birge ratio, 0 of a single value."""
+    weights = errors**-2.0
+    mean = float(weights @ values / weights.sum())
+    ratio = float(np.sqrt(weights @ (values - mean) ** 2 / max(len(values) - 1, 1)))
+    return mean, float(weights.sum() ** -0.5), ratio
+
+
+def _contradictions(estimates: Mapping[str, Estimate], outputs: Sequence[Any]) -> list[str]:
     """Return a sentence for each gain that the references of all logs exclude."""
     found = []
-    outputs = [output_of(state, plan) for state, plan in flights]
     for axis, name in enumerate(GAINS):
         known = [(o.instruments[axis], o.instrument_errors[axis]) for o in outputs if o.instrument_errors[axis] > 0.0]
         if not known:
             continue
-        values, errors = np.array(known).T
-        weights = errors**-2.0
-        value, error = float(weights @ values / weights.sum()), float(weights.sum() ** -0.5)
+        value, error, _ = _weighted_mean(*np.array(known).T)
         if abs(value - estimates[name].value) > CONTRADICTION * error:
             found.append(
                 f"{name} = {estimates[name].value:.3g} rests on a noise model that the references contradict: they "
                 f"give {value:.3g} ± {1.96 * error:.2g} {BY_FIELD[name].unit}. The air has another colour than the "
                 "model allows, or what was logged as a reference answers the rig"
             )
-    return tuple(found)
+    return found
+
+
+def _disagreement(ratios: Mapping[str, float]) -> tuple[str, ...]:
+    """Return what is to be said of logs that scatter by these Birge ratios."""
+    notes = [
+        f"{name}: the logs scatter {ratio:.1f} times as far as their standard errors say"
+        for name, ratio in ratios.items()
+        if ratio > CONSISTENT
+    ]
+    if notes:
+        notes.append(
+            "logs that disagree come from a rig with an effect that the model lacks, or from a rig that changes: "
+            "run `heli diagnose`"
+        )
+    return tuple(notes)
 
 
 def _with(state: IdentifierState, field: str, values: Sequence[Array]) -> IdentifierState:
@@ -105,40 +146,34 @@ def _with(state: IdentifierState, field: str, values: Sequence[Array]) -> Identi
     return state._replace(axes=(pitch, elevation, travel))
 
 
-def _known(state: IdentifierState, axis: int) -> tuple[Array, Array]:
-    """Return Omega and Gamma of an axis without the noise model."""
-    own = state.axes[axis].estimate
-    n = len(own.standard_errors)
-    return np.array(own.omega[:n]), np.array(gain_matrix(own.factor, len(own.omega)))[:n, :n]
+def _known(states: Sequence[IdentifierState], axis: int) -> tuple[Array, Array]:
+    """Return Omega, shape (L, n), and Gamma, (L, n, n), of an axis in all logs."""
+    own = [state.axes[axis].estimate for state in states]
+    return np.array([one.omega for one in own]), np.array([gain_matrix(one.factor, len(one.omega)) for one in own])
 
 
-def _together(flights: Sequence[Flight], axis: int) -> tuple[Array, Array]:
+def _together(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array]:
     """Return Omega and H of an axis."""
-    known = [_known(state, axis) for state, _ in flights]
-    own = flights[0][1].axes[axis]
-    first, prior = np.array(own.first[: own.reported]), np.array(own.prior[: own.reported])
-    others = len(flights) - 1
-    H = -others * np.diag(1.0 / prior)
-    g = H @ first
-    for omega, gain in known:
-        if others and _TORQUE < len(omega) - 1 and axis < 2:
-            gain[_TORQUE, _TORQUE] += (ZERO * np.median([abs(x[_STIFFNESS]) for x, _ in known])) ** 2
-        information = np.linalg.inv(gain)
-        H, g = H + information, g + information @ omega
+    own, others = plan.axes[axis], len(states) - 1
+    omegas, gammas = _known(states, axis)
+    if others and own.gain > _TORQUE:
+        gammas[:, _TORQUE, _TORQUE] += (ZERO * np.median(np.abs(omegas[:, _STIFFNESS]))) ** 2
+    informations, prior = np.linalg.inv(gammas), np.diag(1.0 / np.array(own.prior))
+    H = informations.sum(axis=0) - others * prior
+    g = np.einsum("lij,lj->i", informations, omegas) - others * prior @ np.array(own.first)
     return np.linalg.solve(H, g), H
 
 
-def _errors(flights: Sequence[Flight], axis: int, omega: Array, H: Array, rows: Array) -> tuple[Array, Array]:
+def _errors(states: Sequence[IdentifierState], axis: int, omega: Array, H: Array, rows: Array) -> tuple[Array, Array]:
     """Return the standard errors of the combinations ``rows`` (m, n) and the Birge ratios, each of shape (m,)."""
-    outside = [p.outside for state, _ in flights if (p := state.axes[axis].predictor) is not None]
-    if len(flights) == 1:
-        return np.array(flights[0][0].axes[axis].estimate.standard_errors), np.zeros(len(rows))
+    if len(states) == 1:
+        return np.array(states[0].axes[axis].estimate.standard_errors), np.zeros(len(rows))
+    outside = [p.outside for state in states if (p := state.axes[axis].predictor) is not None]
     products = tuple(np.sum([own.products for own in outside], axis=0).tolist())
     counted = np.array(shares(outside[0]._replace(products=products), tuple(map(tuple, rows.tolist()))))
-    scatter = np.zeros(len(rows))
-    for state, _ in flights:
-        value, gain = _known(state, axis)
-        scatter += (rows @ (value - omega)) ** 2 / np.einsum("ij,jk,ik->i", rows, gain, rows)
-    ratios = np.sqrt(scatter / (len(flights) - 1))
+    rows = np.pad(rows, ((0, 0), (0, len(omega) - rows.shape[1])))  # of nu nothing is reported
+    omegas, gammas = _known(states, axis)
+    scatter = ((omegas - omega) @ rows.T) ** 2 / np.einsum("mi,lij,mj->lm", rows, gammas, rows)
+    ratios = np.sqrt(scatter.sum(axis=0) / (len(states) - 1))
     variance = np.einsum("ij,ji->i", rows, np.linalg.solve(H, rows.T))
     return np.sqrt(variance / counted) * np.maximum(1.0, ratios), ratios
