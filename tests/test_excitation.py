@@ -11,8 +11,8 @@ from heli_identifier.online.excitation import (
     Excitation,
     Multisine,
     SquareChirp,
+    paper_channels,
     paper_excitation,
-    paper_signal,
     voltages,
 )
 
@@ -33,7 +33,7 @@ def test_the_chirp_is_the_linear_chirp_of_scipy():
 
 def test_the_chirp_repeats_without_a_jump_because_it_runs_through_whole_half_cycles():
     for experiment in (1, 2):
-        signal = paper_signal(experiment)
+        signal, _ = paper_channels(experiment, "difference")
         # Within 1e-6 s of its end the chirp (0.5 Hz, 0.2 V) is within 0.2 * 2 pi * 0.5 * 1e-6 V of zero.
         before = signal.at(10.0 * experiment - 1e-6)
         assert abs(before - round(before * 4) / 4) < 1e-6
@@ -43,11 +43,11 @@ def test_the_difference_drives_pitch_and_the_total_drives_elevation():
     pitch, elevation = paper_excitation(1, "difference", base=1.5), paper_excitation(1, "total", base=0.5)
     for t in (0.0, 3.3, 12.7, 25.0):
         front, rear = voltages(t, pitch)
-        assert isclose(front - rear, paper_signal(1).at(t), abs_tol=1e-15)
+        assert isclose(front - rear, SquareChirp().at(t), abs_tol=1e-15)
         assert isclose(front + rear, 3.0)
         front, rear = voltages(t, elevation)
         assert front == rear
-        assert isclose(front + rear, 1.0 + paper_signal(1, 2.0).at(t))
+        assert isclose(front + rear, 1.0 + 2.0 * SquareChirp().at(t))
 
 
 def test_both_channels_together_are_not_the_same_function():
@@ -104,7 +104,7 @@ def test_a_seed_fixes_the_multisine_and_another_seed_changes_it():
         (lambda: Multisine(highest=0.01), "multisine.highest = 0.01 Hz must lie in"),
         (lambda: Multisine(lowest=1e-4, highest=2e-4, tones=1), "has no harmonic near 0.0001 Hz"),
         (lambda: Excitation(base=6.0), "excitation.base = 6.0 V must lie in"),
-        (lambda: paper_signal(3), "experiment = 3 must be 1 or 2"),
+        (lambda: paper_excitation(3), "experiment = 3 must be 1 or 2"),
         (lambda: paper_excitation(1, "sum"), "channel = 'sum'"),
     ],
 )

@@ -25,7 +25,6 @@ from heli_identifier.online import (
 from heli_identifier.online.excitation import (
     SquareChirp,
     check_bounds,
-    check_multisine,
     combined,
     multisine_components,
     multisine_value,
@@ -216,7 +215,6 @@ def exciter_twin() -> Definition:
     entries = (
         (SquareChirp.at, SquareChirp),
         paper_channels,
-        check_multisine,
         multisine_components,
         multisine_value,
         check_bounds,

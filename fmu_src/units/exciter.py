@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import ClassVar
 
-from heli_identifier.online.excitation import Channel, Excitation, Multisine, paper_excitation, voltages
+from heli_identifier.online.excitation import Channel, Excitation, Multisine, paper_channels, voltages
 
 from ..slave_base import SlaveBase
 from ..variables import Variable, parameter, setting
@@ -52,8 +52,7 @@ class Exciter(SlaveBase):
         base, limit = self.value("excitation.base"), self.value("excitation.limit")
         difference = total = None
         if experiment in (EXPERIMENT_1, EXPERIMENT_2):
-            paper = paper_excitation(experiment, channel, base)
-            return Excitation(base, paper.difference, paper.total, limit)
+            return Excitation(base, *paper_channels(experiment, channel), limit)
         if experiment == MULTISINE and channel != "total":
             difference = self.settings(_SIGNAL, rms=self.value("multisine.rms_difference"))
         if experiment == MULTISINE and channel != "difference":

@@ -29,20 +29,19 @@ of ``draws`` drawn sets the one of least crest factor is kept.
 Source: Pintelon and Schoukens, System Identification, 2nd ed. 2012, section 2.3.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import exp, inf, log, pi, sin, sqrt
 from random import Random
-from typing import Literal, Protocol
+from typing import Literal
 
 from heli_plant.motor import saturate
 
 from ..errors import ConfigurationError, require_positive, require_range
 
 __all__ = [
-    "Channel", "Excitation", "Multisine", "Signal", "SquareChirp", "check_bounds", "check_multisine", "combined",
-    "multisine_components", "multisine_value", "paper_channels", "paper_excitation", "paper_signal", "phases",
-    "voltages",
+    "Channel", "Excitation", "Multisine", "SquareChirp", "check_bounds", "combined", "multisine_components",
+    "multisine_value", "paper_channels", "paper_excitation", "phases", "voltages",
 ]  # fmt: skip
 
 Channel = Literal["difference", "total", "both"]
@@ -57,82 +56,11 @@ _POINTS_PER_CYCLE = 8
 """Points per cycle of the highest tone on which the peak is searched: it is found to 4 % or better."""
 
 
-class Signal(Protocol):
-    """A pure function of time."""
-
-    def at(self, t: float) -> float:
-        """Value [V] at time ``t`` [s]."""
-        ...
-
-
-@dataclass(frozen=True)
-class Excitation:
-    """What drives both rotors.
-
-    Parameters
-    ----------
-    base : float
-        Voltage v_0 of each rotor [V].
-    difference : Signal or None
-        u_d on v_f - v_r [V]; none for no excitation of the pitch.
-    total : Signal or None
-        u_s on v_f + v_r [V]; none for no excitation of elevation and travel.
-    limit : float
-        Bound of each voltage [V].
-
-    Raises
-    ------
-    ConfigurationError
-        The base is not finite or beyond the limit, or the limit is not positive.
-    """
-
-    base: float = 1.0
-    difference: Signal | None = None
-    total: Signal | None = None
-    limit: float = 5.0
-
-    def __post_init__(self) -> None:
-        check_bounds(self.base, self.limit)
-
-
-def check_bounds(base: float, limit: float) -> None:
-    """Raise ConfigurationError unless ``base`` [V] lies within plus or minus ``limit`` [V], which is positive."""
-    require_positive("excitation.limit", limit, "V")
-    require_range("excitation.base", base, "V", -limit, limit)
-
-
-def voltages(t: float, excitation: Excitation) -> tuple[float, float]:
-    """Return (v_front, v_rear) [V] at time ``t`` [s]."""
-    difference = excitation.difference.at(t) if excitation.difference is not None else 0.0
-    total = excitation.total.at(t) if excitation.total is not None else 0.0
-    return combined(excitation.base, difference, total, excitation.limit)
-
-
-def combined(base: float, difference: float, total: float, limit: float) -> tuple[float, float]:
-    """Return (v_front, v_rear) [V] from the base voltage and the signals u_d and u_s [V]."""
-    front = base + 0.5 * (total + difference)
-    rear = base + 0.5 * (total - difference)
-    return saturate(front, limit), saturate(rear, limit)
-
-
 @dataclass(frozen=True)
 class SquareChirp:
-    """A square wave plus a chirp as a pure function of time.
+    """A square wave plus a chirp: levels of the square [V], its period T and the time by which it runs ahead [s].
 
-    Parameters
-    ----------
-    low, high : float
-        Levels of the square [V].
-    period : float
-        Period T of the square [s].
-    lead : float
-        Time by which the square runs ahead [s], so that two channels can switch at different times.
-    chirp_amplitude : float
-        A [V].
-    chirp_start, chirp_end : float
-        Frequencies f_0 and f_1 [Hz].
-    chirp_period : float
-        T_c [s].
+    Of the chirp the amplitude A [V], the frequencies f_0 and f_1 [Hz] and the period T_c [s].
 
     Raises
     ------
@@ -168,90 +96,12 @@ class SquareChirp:
         return level + self.chirp_amplitude * sin(2.0 * pi * cycles)
 
 
-def paper_signal(experiment: int, gain: float = 1.0) -> SquareChirp:
-    """Return the square and chirp of ``experiment`` 1 or 2, its voltages times ``gain``.
-
-    Raises
-    ------
-    ConfigurationError
-        The experiment is neither 1 nor 2.
-    """
-    if experiment not in (1, 2):
-        raise ConfigurationError(f"experiment = {experiment!r} must be 1 or 2")
-    once = SquareChirp()
-    return replace(
-        once,
-        low=gain * once.low,
-        high=gain * once.high,
-        chirp_amplitude=abs(gain) * once.chirp_amplitude,
-        period=experiment * once.period,
-        chirp_period=experiment * once.chirp_period,
-    )
-
-
-def paper_excitation(experiment: int, channel: Channel = "both", base: float = 0.5) -> Excitation:
-    """Return the excitation of ``experiment`` 1 or 2.
-
-    Parameters
-    ----------
-    experiment : int
-        1 or 2.
-    channel : {"difference", "total", "both"}
-        The pitch experiment drives the difference, that of elevation and travel the total with doubled voltages.
-    base : float
-        Voltage of each rotor beneath the signal [V].
-
-    Returns
-    -------
-    Excitation
-        For :func:`voltages`.
-
-    Raises
-    ------
-    ConfigurationError
-        The experiment or the channel is unknown.
-    """
-    difference, total = paper_channels(experiment, channel)
-    return Excitation(base=base, difference=difference, total=total)
-
-
-def paper_channels(experiment: int, channel: Channel) -> tuple[SquareChirp | None, SquareChirp | None]:
-    """Return the signals on the difference and on the sum of the voltages; parameters as in :func:`paper_excitation`.
-
-    Raises
-    ------
-    ConfigurationError
-        The experiment or the channel is unknown.
-    """
-    if channel not in ("difference", "total", "both"):
-        raise ConfigurationError(f"channel = {channel!r} must be 'difference', 'total' or 'both'")
-    pitch = paper_signal(experiment)
-    if channel == "both":
-        pitch = replace(pitch, period=_DETUNING * pitch.period, chirp_period=_DETUNING * pitch.chirp_period)
-    return (
-        None if channel == "total" else pitch,
-        None if channel == "difference" else paper_signal(experiment, gain=2.0),
-    )
-
-
 @dataclass(frozen=True)
 class Multisine:
-    """A random-phase multisine as a pure function of time.
+    """A random-phase multisine: root mean square over a period [V], band [Hz], number of tones asked for, period [s].
 
-    Parameters
-    ----------
-    rms : float
-        Root mean square over a period [V].
-    lowest, highest : float
-        Band [Hz].
-    tones : int
-        Number of tones asked for.
-    period : float
-        Time after which the signal repeats [s].
-    seed : int
-        Seed of the phases: the same seed gives the same signal on every machine.
-    draws : int
-        Number of sets of phases drawn; the set of least crest factor is kept.
+    The same ``seed`` of the phases gives the same signal on every machine; of ``draws`` sets of phases that of least
+    crest factor is kept.
 
     Raises
     ------
@@ -266,33 +116,96 @@ class Multisine:
     period: float = 90.0
     seed: int = 1
     draws: int = 20
-    components: tuple[tuple[float, float], ...] = field(init=False, repr=False, compare=False)
-    """Angular frequency [rad/s] and phase [rad] of each tone."""
 
     def __post_init__(self) -> None:
-        check_multisine(self.rms, self.lowest, self.highest, self.tones, self.period, self.draws)
-        found = multisine_components(self.lowest, self.highest, self.tones, self.period, self.seed, self.draws)
-        object.__setattr__(self, "components", found)
+        require_range("multisine.rms", self.rms, "V", lower=0.0)
+        _ = self.components  # refuses a band without a tone
+
+    @property
+    def components(self) -> tuple[tuple[float, float], ...]:
+        """Angular frequency [rad/s] and phase [rad] of each tone."""
+        return multisine_components(self.lowest, self.highest, self.tones, self.period, self.seed, self.draws)
 
     def at(self, t: float) -> float:
         """Value [V] at time ``t`` [s]."""
         return multisine_value(self.rms, self.components, t)
 
 
-def check_multisine(rms: float, lowest: float, highest: float, tones: int, period: float, draws: int) -> None:
-    """Raise ConfigurationError if a setting of :class:`Multisine` is out of its bounds."""
-    require_range("multisine.rms", rms, "V", lower=0.0)
-    require_positive("multisine.lowest", lowest, "Hz")
-    require_range("multisine.highest", highest, "Hz", lower=lowest)
-    require_range("multisine.tones", tones, "1", 1, 1000)
-    require_positive("multisine.period", period, "s")
-    require_range("multisine.draws", draws, "1", 1, 1000)
+@dataclass(frozen=True)
+class Excitation:
+    """What drives both rotors: the voltage v_0 of each [V], u_d and u_s or None, the bound of each voltage [V].
+
+    Raises
+    ------
+    ConfigurationError
+        The base is not finite or beyond the limit, or the limit is not positive.
+    """
+
+    base: float = 1.0
+    difference: SquareChirp | Multisine | None = None
+    total: SquareChirp | Multisine | None = None
+    limit: float = 5.0
+
+    def __post_init__(self) -> None:
+        check_bounds(self.base, self.limit)
+
+
+def check_bounds(base: float, limit: float) -> None:
+    """Raise ConfigurationError unless ``base`` [V] lies within plus or minus ``limit`` [V], which is positive."""
+    require_positive("excitation.limit", limit, "V")
+    require_range("excitation.base", base, "V", -limit, limit)
+
+
+def voltages(t: float, excitation: Excitation) -> tuple[float, float]:
+    """Return (v_front, v_rear) [V] at time ``t`` [s]."""
+    difference = excitation.difference.at(t) if excitation.difference is not None else 0.0
+    total = excitation.total.at(t) if excitation.total is not None else 0.0
+    return combined(excitation.base, difference, total, excitation.limit)
+
+
+def combined(base: float, difference: float, total: float, limit: float) -> tuple[float, float]:
+    """Return (v_front, v_rear) [V] from the base voltage and the signals u_d and u_s [V]."""
+    front = base + 0.5 * (total + difference)
+    rear = base + 0.5 * (total - difference)
+    return saturate(front, limit), saturate(rear, limit)
+
+
+def paper_excitation(experiment: int, channel: Channel = "both", base: float = 0.5) -> Excitation:
+    """Return the paper's excitation on voltages of ``base`` [V]; the rest as for :func:`paper_channels`."""
+    return Excitation(base, *paper_channels(experiment, channel))
+
+
+def paper_channels(experiment: int, channel: Channel) -> tuple[SquareChirp | None, SquareChirp | None]:
+    """Return the signals on the difference and on the sum of the voltages in ``experiment`` 1 or 2.
+
+    The pitch experiment drives the difference, that of elevation and travel the total with doubled voltages.
+
+    Raises
+    ------
+    ConfigurationError
+        The experiment or the channel is unknown.
+    """
+    if experiment not in (1, 2):
+        raise ConfigurationError(f"experiment = {experiment!r} must be 1 or 2")
+    if channel not in ("difference", "total", "both"):
+        raise ConfigurationError(f"channel = {channel!r} must be 'difference', 'total' or 'both'")
+    once = SquareChirp()
+    total = replace(
+        once,
+        low=2.0 * once.low,
+        high=2.0 * once.high,
+        chirp_amplitude=2.0 * once.chirp_amplitude,
+        period=experiment * once.period,
+        chirp_period=experiment * once.chirp_period,
+    )
+    slower = _DETUNING if channel == "both" else 1.0
+    difference = replace(once, period=slower * total.period, chirp_period=slower * total.chirp_period)
+    return None if channel == "total" else difference, None if channel == "difference" else total
 
 
 def multisine_value(rms: float, tones: tuple[tuple[float, float], ...], t: float) -> float:
     """Return the multisine [V] of root mean square ``rms`` [V] at time ``t`` [s]."""
-    amplitude = rms * sqrt(2.0 / len(tones))
-    return amplitude * _sum_of_sines(tones, t)
+    return rms * sqrt(2.0 / len(tones)) * _sum_of_sines(tones, t)
 
 
 def _sum_of_sines(tones: tuple[tuple[float, float], ...], t: float) -> float:
@@ -308,7 +221,7 @@ def phases(seed: int, count: int) -> list[float]:
     return [random.uniform(0.0, 2.0 * pi) for _ in range(count)]
 
 
-def harmonics_between(lowest: float, highest: float, tones: int, period: float) -> list[int]:
+def _harmonics(lowest: float, highest: float, tones: int, period: float) -> list[int]:
     """Return the harmonics of 1/``period`` next to ``tones`` log-spaced frequencies [Hz], each once."""
     growth = log(highest / lowest) / max(tones - 1, 1)
     harmonics: list[int] = []
@@ -325,14 +238,14 @@ def multisine_components(
 ) -> tuple[tuple[float, float], ...]:
     """Return angular frequency [rad/s] and phase [rad] of the tones; of ``draws`` sets that of least crest factor.
 
-    The search runs once per process for each signal.
-
-    Raises
-    ------
-    ConfigurationError
-        The band holds no harmonic of 1/``period``.
+    The search runs once per process for each signal. Parameters and errors are those of :class:`Multisine`.
     """
-    harmonics = harmonics_between(lowest, highest, tones, period)
+    require_positive("multisine.lowest", lowest, "Hz")
+    require_range("multisine.highest", highest, "Hz", lower=lowest)
+    require_range("multisine.tones", tones, "1", 1, 1000)
+    require_positive("multisine.period", period, "s")
+    require_range("multisine.draws", draws, "1", 1, 1000)
+    harmonics = _harmonics(lowest, highest, tones, period)
     count = len(harmonics)
     if count == 0:
         raise ConfigurationError(

@@ -41,7 +41,6 @@ static Signal multisine(Unit *unit, double rms, int64_t seed)
     const double lowest = values[REF_multisine_lowest].real, highest = values[REF_multisine_highest].real;
     const double period = values[REF_multisine_period].real;
     const int64_t tones = (int64_t)values[REF_multisine_tones].real;
-    excitation_check_multisine(&unit->settled, rms, lowest, highest, tones, period, DRAWS);
     return (Signal){
         .tones = excitation_multisine_components(&unit->settled, lowest, highest, tones, period, seed, DRAWS),
         .rms = rms};
