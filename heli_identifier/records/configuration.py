@@ -1,9 +1,8 @@
 """What is known of a rig besides its logs, and how it writes them: the file ``heli.toml``.
 
 The file has the sections ``[rig]``, ``[log]``, ``[controller]`` and ``[geometry]``; every key is optional, and
-`write_template` writes the file with every key explained. msgspec refuses unknown keys and wrong types;
-`RigConfiguration` and `LogFormat` check the bounds
-of the values.
+`write_template` writes the file with every key explained. Its keys, their types, defaults and bounds are those of the
+values below: msgspec refuses unknown keys and wrong types, and each value checks its own bounds when it is made.
 """
 
 import re
@@ -16,7 +15,7 @@ from math import isfinite
 from operator import getitem
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import msgspec
 
@@ -39,14 +38,21 @@ MOST_COUNTS = 2**32
 """Counts of an encoder per turn; the finest that are made have 2^32."""
 
 _LARGEST_MB = 1.0  # size up to which a configuration is read
-_TIME_CONSTANT_BOUNDS = (5e-5, 5.0)
-"""Time constants of motors [s]: from a tenth of a log's shortest step to far above any bench motor. A value outside
-is in another unit."""
-_REST_PITCH_BOUND = 1.6  # largest rest pitch [rad], a quarter of a turn; a larger value is in degrees
-_HORIZONTAL_BOUND = 1.0
-"""Largest elevation [rad] at which an arm can be horizontal: its travel is less. A larger value is in degrees."""
-_ELEVATION_GAIN_BOUNDS = (1e-3, 10.0)
-"""Gains [rad/s^2/V]: a thousandth would not lift any bench helicopter, ten would throw it."""
+
+
+def bounded(default: Any, unit: str, lower: float, upper: float) -> Any:
+    """Declare a field of a value whose number, or each of its numbers, lies within bounds."""
+    return field(default=default, metadata={"bounds": (unit, lower, upper)})
+
+
+def check_bounds(prefix: str, given: Any, kind: Any = None) -> None:
+    """Refuse a value whose numbers lie out of the bounds of its class, or of ``kind``: a ConfigurationError."""
+    for one in fields(kind or given):
+        if limits := one.metadata.get("bounds"):
+            value = getattr(given, one.name)
+            for number in value if isinstance(value, tuple) else (value,):
+                if number is not None:
+                    require_range(prefix + one.name, number, *limits)
 
 
 @dataclass(frozen=True)
@@ -97,11 +103,12 @@ class LogFormat:
     end: float | None = None
     decimal: str = "."
     encoder_counts: tuple[int, int, int] = (4096, 4096, 8192)
-    voltage_limit: float = 5.0
+    voltage_limit: float = bounded(5.0, "V", LOWEST_LIMIT, HIGHEST_VOLTAGE)
     clip: bool = False
     largest_file: float = 1000.0
 
     def __post_init__(self) -> None:
+        check_bounds("rig.", self)
         for name in ("columns", "units", "signs"):
             for signal in getattr(self, name):
                 _require(signal in NAMED, f"log.{name}.{signal} is not a signal; choose one of {', '.join(NAMED)}")
@@ -129,10 +136,6 @@ class LogFormat:
         _require(
             len(counts) == len(ANGLES) and all(1 <= count <= MOST_COUNTS for count in counts),
             f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}",
-        )
-        _require(
-            LOWEST_LIMIT <= self.voltage_limit <= HIGHEST_VOLTAGE,
-            f"rig.voltage_limit = {self.voltage_limit:g} V must lie in [{LOWEST_LIMIT:g}, {HIGHEST_VOLTAGE:g}] V",
         )
         _require(self.largest_file > 0.0, f"log.largest_file = {self.largest_file:g} MB must be positive")
 
@@ -164,25 +167,22 @@ class Weights:
     Raises
     ------
     ConfigurationError
-        A weight is negative or not finite, the voltage's is zero, or those of the controlled angles are.
+        A weight is negative or not finite, those of the voltage or the elevation are zero, with which the cost has no
+        least value, or those of pitch and travel both.
     """
 
-    pitch: float = 30.0
-    elevation: float = 400.0
-    travel: float = 40.0
-    pitch_rate: float = 30.0
-    elevation_rate: float = 300.0
-    travel_rate: float = 100.0
-    elevation_integral: float = 100.0
-    other_integral: float = 1.5
-    voltage: float = 1.0
+    pitch: float = bounded(30.0, "1", 0.0, 1e9)
+    elevation: float = bounded(400.0, "1", 1e-9, 1e9)
+    travel: float = bounded(40.0, "1", 0.0, 1e9)
+    pitch_rate: float = bounded(30.0, "1", 0.0, 1e9)
+    elevation_rate: float = bounded(300.0, "1", 0.0, 1e9)
+    travel_rate: float = bounded(100.0, "1", 0.0, 1e9)
+    elevation_integral: float = bounded(100.0, "1", 0.0, 1e9)
+    other_integral: float = bounded(1.5, "1", 0.0, 1e9)
+    voltage: float = bounded(1.0, "1", 1e-9, 1e9)
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            singular = name in ("voltage", "elevation")
-            said = f"controller.weights.{name} = {value:g} must lie in [{1e-9 * singular:g}, 1e+09]"
-            why = ": with a weight of zero the cost has no least value" if singular else ""
-            _require(1e-9 * singular <= value <= 1e9, said + why)
+        check_bounds("controller.weights.", self)
         _require(self.pitch + self.travel > 0.0, "controller.weights.pitch and travel must not both be 0")
 
 
@@ -206,19 +206,15 @@ class ControllerConfiguration:
         The PID that flies the rig; None if it is not stated.
     """
 
-    period: float = 0.01
-    disk_margin: float = 0.6
-    air: tuple[float, float, float] = (0.1, 0.03, 0.01)
-    encoder_noise: float = 6e-4
+    period: float = bounded(0.01, "s", 5e-4, 1.0)
+    disk_margin: float = bounded(0.6, "1", 0.05, 1.9)
+    air: tuple[float, float, float] = bounded((0.1, 0.03, 0.01), "rad/s^2", 1e-6, 10.0)
+    encoder_noise: float = bounded(6e-4, "rad", 1e-7, 0.1)
     weights: Weights = Weights()
     pid: PidSettings | None = None
 
     def __post_init__(self) -> None:
-        require_range("controller.period", self.period, "s", 5e-4, 1.0)
-        require_range("controller.disk_margin", self.disk_margin, "1", 0.05, 1.9)
-        for level in self.air:
-            require_range("controller.air", level, "rad/s^2", 1e-6, 10.0)
-        require_range("controller.encoder_noise", self.encoder_noise, "rad", 1e-7, 0.1)
+        check_bounds("controller.", self)
 
 
 @dataclass(frozen=True)
@@ -257,10 +253,12 @@ class RigConfiguration:
     """
 
     name: str = "rig"
-    motor_time_constant: float = 0.08
-    rest_pitch: float | None = None
-    elevation_gain: float | None = None
-    horizontal: float | None = None
+    # From a tenth of a log's shortest step to far above any bench motor: a value outside is in another unit.
+    motor_time_constant: float = bounded(0.08, "s", 5e-5, 5.0)
+    rest_pitch: float | None = bounded(None, "rad", -1.6, 1.6)  # a quarter of a turn; a larger value is in degrees
+    # A thousandth would not lift any bench helicopter, ten would throw it.
+    elevation_gain: float | None = bounded(None, "rad/s^2/V", 1e-3, 10.0)
+    horizontal: float | None = bounded(None, "rad", -1.0, 1.0)  # more than the arm's travel; a larger one is in degrees
     effects: Mapping[str, Estimate] = field(default_factory=dict)
     format: LogFormat = CONTRACT
     controller: ControllerConfiguration = ControllerConfiguration()
@@ -275,15 +273,7 @@ def check_given(prefix: str, rig: Any) -> None:
 
     ``rig`` is a `RigConfiguration` or what else has its attributes.
     """
-    bounds = {
-        "motor_time_constant": ("s", *_TIME_CONSTANT_BOUNDS),
-        "rest_pitch": ("rad", -_REST_PITCH_BOUND, _REST_PITCH_BOUND),
-        "elevation_gain": ("rad/s^2/V", *_ELEVATION_GAIN_BOUNDS),
-        "horizontal": ("rad", -_HORIZONTAL_BOUND, _HORIZONTAL_BOUND),
-    }
-    for name, (unit, lower, upper) in bounds.items():
-        if (value := getattr(rig, name)) is not None:
-            require_range(f"{prefix}{name}", value, unit, lower, upper)
+    check_bounds(prefix, rig, RigConfiguration)
     for name, coefficient in rig.effects.items():
         _check_expected(f"{prefix}effects.{name}", name, coefficient)
 
@@ -307,52 +297,36 @@ def _check_expected(key: str, name: str, coefficient: Estimate) -> None:
         raise ConfigurationError(f"{key} has the coefficient 0: what is not there need not be given; leave it out.")
 
 
-def _of_signals(kind: Any) -> dict[str, tuple[Any, Any]]:
-    return dict.fromkeys(NAMED, (kind | msgspec.UnsetType, msgspec.UNSET))
+def _keys(kind: Any, *without: str, **others: Any) -> dict[str, Any]:
+    """Give the keys of a section with their types: the fields of a value, but for those that ``others`` states."""
+    types = get_type_hints(kind)
+    return {one.name: types[one.name] for one in fields(kind) if one.name not in without} | others
 
 
-_KEYS: dict[str, Any] = {  # of the file, with types and defaults
-    "rig": {
-        "name": (str, RigConfiguration.name),
-        "motor_time_constant": (float, RigConfiguration.motor_time_constant),
-        "rest_pitch": (float | None, None),
-        "elevation_gain": (float | None, None),
-        "horizontal": (float | None, None),
-        "voltage_limit": (float, CONTRACT.voltage_limit),
-        "encoder_counts": {angle: (int, CONTRACT.counts_per_turn(angle)) for angle in ANGLES},
-        "effects": (dict[str, Any], {}),
-    },
-    "log": {
-        "start": (float | None, None),
-        "end": (float | None, None),
-        "decimal": (str, CONTRACT.decimal),
-        "swap_rotors": (bool, CONTRACT.swap_rotors),
-        "clip": (bool, CONTRACT.clip),
-        "largest_file": (float, CONTRACT.largest_file),
-        "columns": _of_signals(str),
-        "units": _of_signals(str),
-        "signs": _of_signals(int),
-        "references": {axis: (str | msgspec.UnsetType, msgspec.UNSET) for axis in ANGLES},
-    },
-    "controller": {
-        "period": (float, ControllerConfiguration.period),
-        "disk_margin": (float, ControllerConfiguration.disk_margin),
-        "air": (tuple[float, float, float], ControllerConfiguration.air),
-        "encoder_noise": (float, ControllerConfiguration.encoder_noise),
-        "weights": {one.name: (float, one.default) for one in fields(Weights)},
-        "pid": {**dict.fromkeys(ANGLES, (tuple[float, float, float] | None, None)), "trim": (float, 0.0)},
-    },
-    "geometry": {one.name: (float | None, None) for one in fields(Geometry)},
-}
+_KEYS: dict[str, Any] = {
+    "rig": _keys(
+        RigConfiguration, "format", "controller", "geometry",
+        voltage_limit=float, encoder_counts=dict.fromkeys(ANGLES, int), effects=dict[str, Any],
+    ),
+    "log": _keys(
+        LogFormat, "encoder_counts", "voltage_limit",
+        columns=dict.fromkeys(NAMED, str), units=dict.fromkeys(NAMED, str), signs=dict.fromkeys(NAMED, int),
+        references=dict.fromkeys(ANGLES, str),
+    ),
+    "controller": _keys(
+        ControllerConfiguration,
+        weights=_keys(Weights), pid={**dict.fromkeys(ANGLES, tuple[float, float, float]), "trim": float},
+    ),
+    "geometry": _keys(Geometry),
+}  # fmt: skip
+"""Of the file, with their types."""
 
 
 def _section(name: str, keys: Mapping[str, Any]) -> Any:
-    """Make the type of a section, which refuses keys that it does not know."""
-    fields = []
-    for key, entry in keys.items():
-        kind = _section(key, entry) if isinstance(entry, dict) else None
-        fields.append((key, kind, kind()) if kind else (key, *entry))
-    return msgspec.defstruct(name, fields, frozen=True, forbid_unknown_fields=True)
+    """Make the type of a section, which refuses keys that it does not know; a key that is not given stays unset."""
+    types = {key: _section(key, entry) if isinstance(entry, dict) else entry for key, entry in keys.items()}
+    entries = [(key, kind | msgspec.UnsetType, msgspec.UNSET) for key, kind in types.items()]
+    return msgspec.defstruct(name, entries, frozen=True, forbid_unknown_fields=True)
 
 
 _FILE = _section("File", _KEYS)
@@ -388,17 +362,16 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
         found = msgspec.to_builtins(msgspec.convert(content, _FILE))
     except msgspec.ValidationError as error:
         raise ConfigurationError(f"{path}: {_explained(str(error), content)}") from error
-    rig, log = found["rig"], found["log"]
-    controller = found["controller"]
-    counts, limit, effects = tuple(rig.pop("encoder_counts").values()), rig.pop("voltage_limit"), rig.pop("effects")
+    rig, log, controller, geometry = (found.get(section, {}) for section in _KEYS)
+    counts = rig.pop("encoder_counts", {})
     try:
-        format = LogFormat(**log, encoder_counts=counts, voltage_limit=limit)
-        expected = {name: _expected(name, given) for name, given in effects.items()}
-        controller["weights"] = Weights(**controller["weights"])
-        controller["pid"] = _pid(controller["pid"], limit)
-        aim = ControllerConfiguration(**{**controller, "air": tuple(controller["air"])})
-        geometry = _geometry(found["geometry"])
-        return RigConfiguration(**rig, effects=expected, format=format, controller=aim, geometry=geometry)
+        log |= {"voltage_limit": rig.pop("voltage_limit")} if "voltage_limit" in rig else {}
+        format = LogFormat(**log, encoder_counts=tuple(counts.get(a, CONTRACT.counts_per_turn(a)) for a in ANGLES))
+        effects = {name: _expected(name, given) for name, given in rig.pop("effects", {}).items()}
+        weights, pid = Weights(**controller.pop("weights", {})), _pid(controller.pop("pid", {}), format.voltage_limit)
+        controller |= {"air": tuple(controller["air"])} if "air" in controller else {}
+        aim = ControllerConfiguration(**controller, weights=weights, pid=pid)
+        return RigConfiguration(**rig, effects=effects, format=format, controller=aim, geometry=_geometry(geometry))
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
@@ -408,21 +381,20 @@ _TYPES = {"str": "a text in quotes", "float": "a number", "int": "a whole number
 
 def _pid(given: Mapping[str, Any], voltage_limit: float) -> PidSettings | None:
     """Give the PID that is stated; a loop that is not stated is off."""
-    loops = {axis: AxisGains(*given[axis]) for axis in ANGLES if given[axis]}
+    loops, trim = {axis: AxisGains(*given[axis]) for axis in ANGLES if axis in given}, given.get("trim", 0.0)
     for axis, gains in loops.items():
         for name, value in gains._asdict().items():
             require_range(f"controller.pid.{axis}, {name}", value, "V/rad", 0.0, 1e3)
-    require_range("controller.pid.trim", given["trim"], "V", -2.0 * voltage_limit, 2.0 * voltage_limit)
+    require_range("controller.pid.trim", trim, "V", -2.0 * voltage_limit, 2.0 * voltage_limit)
     pitch, elevation, travel = (loops.get(axis, AxisGains(0.0, 0.0, 0.0)) for axis in ANGLES)
-    own = PidSettings(pitch, elevation, travel, "travel" in loops, given["trim"], voltage_limit=voltage_limit)
+    own = PidSettings(pitch, elevation, travel, "travel" in loops, trim, voltage_limit=voltage_limit)
     return own if loops else None
 
 
-def _geometry(given: Mapping[str, float | None]) -> Geometry:
+def _geometry(given: Mapping[str, float]) -> Geometry:
     for name, value in given.items():
-        if value is not None:
-            unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
-            require_range(f"geometry.{name}", value, unit, 1e-3, most)
+        unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
+        require_range(f"geometry.{name}", value, unit, 1e-3, most)
     return Geometry(**given)
 
 

@@ -1,37 +1,47 @@
 """What an unknown log probably holds: its columns, units and signs, each with the reason.
 
-A name that is plain decides. Where there is none, as in the unnamed matrices of Simulink and QUARC, physics does
-(`assignment`). The time is the column that increases evenly; the unit of an angle follows from the size of its steps,
-which are those of an encoder, or from its range.
+A name that is plain decides. Where there is none, as in the unnamed matrices of Simulink and QUARC, physics does: every
+choice of pitch p, elevation e, travel t and a pair of voltages is scored by the shares of the three accelerations that
+the voltages explain (`response`),
+
+    2 share(t'' by (v_f + v_r) sin p) + share(p'' by v_f - v_r) + share(e'' by v_f + v_r).
+
+The travel counts most: nothing else moves it, so that nine tenths and more of it are explained even where a controller
+has made everything depend on everything. The pair may be front and rear, or sum and difference. Columns that are the
+derivative of another one are no candidates. Encoders turn in steps, so an angle that does is preferred to a reference
+or an estimate.
+
+The time is the column that increases evenly; the unit of an angle follows from the size of its steps, which are those
+of an encoder, or from its range.
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.assignment import CERTAIN, assign_columns
-from heli_identifier.records.columns import name_and_unit
+from heli_identifier.records.columns import name_and_unit, plain
 from heli_identifier.records.configuration import CONTRACT, LogFormat
 from heli_identifier.records.opening import open_table
+from heli_identifier.records.plausibility import encoder_step
 from heli_identifier.records.response import (
     ELEVATION_SURE,
     PITCH_SURE,
-    Gain,
+    Gains,
     coarse,
-    encoder_step,
+    filtered,
     find_responses,
+    gains,
 )
 from heli_identifier.records.table import Table, read_stamps
 from heli_identifier.records.text import NUMBERED
 from heli_identifier.records.timing import check_extent
-from heli_identifier.records.units import ANGLES, COMBINED, STAMP, VOLTAGES, understood
+from heli_identifier.records.units import ANGLES, COMBINED, STAMP, VOLTAGES, factor_to_si, understood
 
 _NAMES = {
     "time": r"time|t|zeit|seconds?|timestamp|x_value|x|datetime",
@@ -47,16 +57,23 @@ _ASKED = r"ref(erence)?|set_?point|desired|command(ed)?|cmd|target|demand|soll"
 """Words for what a pilot or a plan asked of an axis."""
 _COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 10000, 16384, 20000)
 """Counts a turn that encoders have."""
-_SURE = 4.0
+_TRAVEL_SURE = 4.0
 """Score from which the sign of the travel's gain is known."""
+_CERTAIN = 0.5
+"""Share of the travel's acceleration from which the choice is beyond doubt."""
+_MOST_COLUMNS = 24
+"""Columns among which is searched; the work grows with their fourth power."""
+_BOTH = 0.05  # by which front and rear are preferred to sum and difference where a file holds both
+_IN_STEPS = 0.3  # by which an angle that an encoder measured is preferred
+_ALIKE = 0.95  # correlation of a column with the derivative of another that makes it that derivative
+_ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
+_RATES_HZ = (45.0, 2100.0)  # rates that make a unit of the time probable
 _MIRRORED = (
     "which rotor is the front one cannot be seen where no column is called so: its mirror image, with the rotors "
     "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well: compare with the rig"
 )
-_Columns = dict[int, NDArray[np.float64]]
-_ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
-_RATES_HZ = (45.0, 2100.0)  # rates that make a unit of the time probable
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -94,58 +111,71 @@ def guess(path: str | PathLike[str]) -> Guess:
     known = _find_names(table.headers, _NAMES) | _find_names(table.headers, {signal: signal for signal in _NAMES})
     known = {signal: known[signal] for signal in _NAMES if signal in known}
     reasons = {f"columns.{signal}": f"called {table.headers[index]!r}" for signal, index in known.items()}
-    time, unit, rate_hz, reasons_of_time = _time_column(table, numbers, known)
-    reasons |= reasons_of_time
-    length = len(table.columns[time])
-    check_extent(rate_hz, length, table.file)
-    others = [i for i, v in numbers.items() if i != time and len(v) == length and not _is_clock(v)]
-    chosen = {"time": time} | _choose(table, numbers, others, known, rate_hz)
-    values = {signal: _cleaned(numbers[index]) for signal, index in chosen.items() if signal != "time"}
+    time, unit, seconds, why = _time_column(table, numbers, known)
+    reasons |= why
+    rate_hz = 1.0 / float(np.median(np.diff(seconds)))
+    check_extent(rate_hz, len(seconds), table.file)
+    candidates = {
+        i: np.clip(np.nan_to_num(v), -_ANYTHING, _ANYTHING)
+        for i, v in numbers.items()
+        if i != time and len(v) == len(seconds) and not _is_clock(v)
+    }
+    chosen = _choose(table, candidates, known, rate_hz)
+    values = {signal: candidates[index] for signal, index in chosen.items()}
 
-    flying, start = (0, None) if unit == STAMP else _take_off(table.columns[time] * _SECONDS[unit], values["elevation"])
-    gains = _responses({signal: column[flying:] for signal, column in values.items()}, rate_hz)
-    for key, why in _reasons_of_response(values, gains).items():
-        reasons.setdefault(key, why)
-    units, counts = {"time": unit}, list(CONTRACT.encoder_counts)
+    units, counts, why_units = {"time": unit}, dict(zip(ANGLES, CONTRACT.encoder_counts, strict=True)), {}
     for signal, column in values.items():
-        stated, turn = name_and_unit(table.headers[chosen[signal]])[1], None
-        if plain := understood(signal, stated) if stated else None:
-            units[signal], why = plain, f"its header says [{stated}]"
+        stated = name_and_unit(table.headers[chosen[signal]])[1]
+        if known_unit := understood(signal, stated or ""):
+            units[signal], why_units[signal] = known_unit, f"its header says [{stated}]"
         elif signal in ANGLES:
-            units[signal], why, turn = _angle_unit(column)
+            units[signal], why_units[signal], turn = _angle_unit(column)
+            counts[signal] = turn or counts[signal]
         else:
             most = float(np.abs(column).max())
             units[signal] = "mV" if 200.0 < most < 5e4 and np.median(np.abs(column)) > 100.0 else "V"
-            why = f"reaches {most:.3g}"
-        reasons[f"units.{signal}"] = why
-        if turn is not None:
-            counts[ANGLES.index(signal)] = turn
-    signs, swap, reasons_of_signs = _signs(chosen, gains)
-    reasons |= reasons_of_signs
+            why_units[signal] = f"reaches {most:.3g}"
+
+    one, other, *angles = (
+        values[signal] * factor_to_si(signal, units[signal], counts.get(signal, 1)) for signal in values
+    )
+    voltages = np.stack((one, other) if "v_front" in values else (0.5 * (one + other), 0.5 * (one - other)))
     limit = CONTRACT.voltage_limit
-    clip = bool(np.abs(_voltages(values, units)).max() > 1.001 * limit)
+    clip = bool(np.abs(voltages).max() > 1.001 * limit)
+    lifted, start = (None, None) if unit == STAMP else _take_off(seconds, values["elevation"])
+    flying = 0 if start is None else int((seconds >= start).argmax())
+    flown = np.column_stack((*np.clip(voltages, -limit, limit), *angles))[flying:]
+    found = find_responses(*coarse(flown, rate_hz))
+    for signal in values:
+        axis = signal if signal in ANGLES else "pitch" if signal == "v_difference" else "travel"
+        share = f"{100.0 * found.share[ANGLES.index(axis)]:.0f} %"
+        of_angle = f"the voltages explain {share} of its acceleration"
+        of_voltage = f"explains {share} of the {axis}'s acceleration"
+        reasons.setdefault(f"columns.{signal}", of_angle if signal in ANGLES else of_voltage)
+    signs, swap, why_signs = _signs("v_front" in values, found)
+    reasons |= {f"units.{signal}": why for signal, why in why_units.items()} | why_signs
     if clip:
         reasons["clip"] = f"the voltages exceed {limit:g} V, so they are commands before the amplifiers limit them"
     if start is not None:
-        reasons["start"] = f"the arm rests until {start.lifted:.3g} s and is then given 4 s to take off"
+        reasons["start"] = f"the arm rests until {lifted:.3g} s and is then given 4 s to take off"
     if decimal == ",":
         reasons["decimal"] = "cells hold decimal commas"
-    free = [text if i in others and i not in chosen.values() else "" for i, text in enumerate(table.headers)]
+    free = [text if i in candidates and i not in chosen.values() else "" for i, text in enumerate(table.headers)]
     asked = {axis: rf"({_ASKED})_?({_NAMES[axis]})|({_NAMES[axis]})_?({_ASKED})" for axis in ANGLES}
     references = {axis: table.headers[index] for axis, index in _find_names(free, asked).items()}
     reasons |= {f"references.{axis}": f"called {text!r}" for axis, text in references.items()}
     format = LogFormat(
-        columns={signal: table.headers[index] for signal, index in chosen.items()},
+        columns={signal: table.headers[index] for signal, index in ({"time": time} | chosen).items()},
         references=references,
         units=units,
         signs=signs,
         swap_rotors=swap,
-        start=None if start is None else start.instant,
+        start=start,
         decimal=decimal,
         clip=clip,
-        encoder_counts=(counts[0], counts[1], counts[2]),
+        encoder_counts=(counts["pitch"], counts["elevation"], counts["travel"]),
     )
-    return Guess(format, reasons, _doubts(known, gains))
+    return Guess(format, reasons, _doubts(known, found))
 
 
 def _table(path: Path) -> tuple[Table, str]:
@@ -159,87 +189,68 @@ def _table(path: Path) -> tuple[Table, str]:
     return open_table(path, LogFormat(columns=columns, decimal=","))[0], ","
 
 
-def _time_column(table: Table, columns: _Columns, known: dict[str, int]) -> tuple[int, str, float, dict[str, str]]:
-    """Column and unit of the time, the rate [Hz], and why; a LogError says that no column increases evenly."""
+def _find_names(headers: Sequence[str], patterns: Mapping[str, str]) -> dict[str, int]:
+    """Find the column whose name matches, by what it is called; a name that two columns share decides nothing."""
+    names = [plain(name_and_unit(text)[0]) for text in headers]
+    places = {what: [i for i, name in enumerate(names) if re.fullmatch(p, name)] for what, p in patterns.items()}
+    return {what: found[0] for what, found in places.items() if len(found) == 1}
+
+
+def _time_column(
+    table: Table, numbers: Mapping[int, Array], known: Mapping[str, int]
+) -> tuple[int, str, Array, dict[str, str]]:
+    """Column and unit of the time, its instants [s], and why; a LogError says that no column increases evenly."""
     stamps = known.get("time")
     if stamps is not None and table.columns[stamps].dtype.kind in "OM":
         seconds = read_stamps(table.columns[stamps])
         if np.isfinite(seconds).all() and len(seconds) > 1 and seconds[-1] > 0.0:
-            rate = (len(seconds) - 1) / seconds[-1]
-            return stamps, STAMP, rate, {"units.time": "its cells are time stamps"}
-    even = [i for i, v in columns.items() if _is_clock(v)]
-    first = known["time"] if known.get("time") in even else (even[0] if even else None)
-    if first is None:
+            return stamps, STAMP, seconds, {"units.time": "its cells are time stamps"}
+    even = [i for i, v in numbers.items() if _is_clock(v)]
+    if not even:
         raise LogError(f"{table.file}: no column increases from row to row, so none is the time; add one.")
-    step = float(np.median(np.diff(columns[first])))
-    reasons = {} if known.get("time") == first else {"columns.time": "increases evenly from row to row"}
-    stated = name_and_unit(table.headers[first])[1]
-    plain = understood("time", stated) if stated else None
-    if plain:
-        scale = _SECONDS.get(plain, 1.0)
-        return first, plain, 1.0 / (step * scale), reasons | {"units.time": f"its header says [{stated}]"}
-    for unit, scale in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
-        rate = 1.0 / (step * scale)
-        if _RATES_HZ[0] <= rate <= _RATES_HZ[1]:
-            return first, unit, rate, reasons | {"units.time": f"its steps of {step:.4g} are then {rate:.4g} Hz"}
-    raise LogError(
-        f"{table.file}: the time, {table.headers[first]!r}, has steps of {step:g}, which make no rate of 50 Hz to "
-        "2 kHz in s, ms, us or ns; log faster, or keep every n-th row."
-    )
+    time = known["time"] if known.get("time") in even else even[0]
+    reasons = {} if known.get("time") == time else {"columns.time": "increases evenly from row to row"}
+    step = float(np.median(np.diff(numbers[time])))
+    stated = name_and_unit(table.headers[time])[1]
+    unit = understood("time", stated or "")
+    if unit:
+        reasons["units.time"] = f"its header says [{stated}]"
+    else:
+        rates = {unit: 1.0 / (step * factor_to_si("time", unit, 1)) for unit in ("s", "ms", "us", "ns")}
+        unit = next((unit for unit, rate in rates.items() if _RATES_HZ[0] <= rate <= _RATES_HZ[1]), None)
+        if unit is None:
+            raise LogError(
+                f"{table.file}: the time, {table.headers[time]!r}, has steps of {step:g}, which make no rate of 50 Hz "
+                "to 2 kHz in s, ms, us or ns; log faster, or keep every n-th row."
+            )
+        reasons["units.time"] = f"its steps of {step:.4g} are then {rates[unit]:.4g} Hz"
+    return time, unit, numbers[time] * factor_to_si("time", unit, 1), reasons
 
 
-def _is_clock(values: NDArray[np.float64]) -> bool:
+def _is_clock(values: Array) -> bool:
     """Whether a column increases from row to row, about evenly."""
     steps = np.diff(values)
     return len(steps) > 0 and bool(steps.min() > 0.0 and steps.max() < 20.0 * np.median(steps))
 
 
-class _Start(NamedTuple):
-    """When the arm lifts, and when take-off is over [s]."""
-
-    lifted: float
-    instant: float
-
-
-def _take_off(seconds: NDArray[Any], elevation: NDArray[np.float64]) -> tuple[int, _Start | None]:
-    """Give row and instant at which take-off is over, if the log begins with the arm at rest."""
-    extent = float(np.ptp(elevation))
-    away = np.abs(elevation - elevation[0]) > 0.05 * extent
-    lifted = int(away.argmax())
-    at_the_end_of_its_range = min(elevation[0] - elevation.min(), elevation.max() - elevation[0]) < 0.02 * extent
-    resting, flying = seconds[lifted] - seconds[0], seconds[-1] - seconds[lifted]
-    if resting < 0.1 or not at_the_end_of_its_range or not away.any() or flying < 12.0:
-        return 0, None
-    start = float(np.ceil(seconds[lifted] + 4.0))
-    return int((seconds >= start).argmax()), _Start(float(seconds[lifted]), start)
-
-
-def _find_names(headers: Sequence[str], patterns: Mapping[str, str]) -> dict[str, int]:
-    """Find the column whose name matches, by what it is called; a name that two columns share decides nothing."""
-    names = [re.sub(r"[\s-]+", "_", name_and_unit(text)[0].lower()) for text in headers]
-    places = {what: [i for i, name in enumerate(names) if re.fullmatch(p, name)] for what, p in patterns.items()}
-    return {what: found[0] for what, found in places.items() if len(found) == 1}
-
-
-def _cleaned(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.clip(np.nan_to_num(values), -_ANYTHING, _ANYTHING)
-
-
 def _choose(
-    table: Table, numbers: _Columns, others: Sequence[int], known: Mapping[str, int], rate_hz: float
+    table: Table, candidates: Mapping[int, Array], known: Mapping[str, int], rate_hz: float
 ) -> dict[str, int]:
     """Choose the columns of voltages and angles by what they do to each other; those of plain names are known."""
-    if len(others) < 5:
+    if len(candidates) < 5:
         raise LogError(
-            f"{table.file} holds {len(others)} columns of numbers beside the time, found "
+            f"{table.file} holds {len(candidates)} columns of numbers beside the time, found "
             f"{', '.join(map(repr, table.headers[:20]))}; two voltages and three angles are needed."
         )
+    others = list(candidates)
     named = {signal: others.index(index) for signal, index in known.items() if index in others}
     for pair, other in ((VOLTAGES, COMBINED), (COMBINED, VOLTAGES)):  # one pair is enough
         if all(signal in named for signal in pair):
             named = {signal: index for signal, index in named.items() if signal not in other}
             break
-    found = assign_columns(np.column_stack([_cleaned(numbers[i]) for i in others]), rate_hz, named)
+    found = None
+    if len(others) <= _MOST_COLUMNS:
+        found = assign_columns(np.column_stack([*candidates.values()]), rate_hz, named)
     if found is None:
         raise LogError(
             f"{table.file} holds {len(others)} columns, among which those of the rig are not found; name them under "
@@ -248,45 +259,92 @@ def _choose(
     return {signal: others[index] for signal, index in found.items()}
 
 
-def _responses(values: Mapping[str, NDArray[np.float64]], rate_hz: float) -> tuple[Gain, Gain, Gain]:
-    """Responses of the angles to the voltages as the amplifiers limit them, with the signs of the file."""
-    voltages = _voltages(values, {})
-    limit = CONTRACT.voltage_limit * (1e3 if np.median(np.abs(voltages).sum(axis=0)) > 200.0 else 1.0)
-    limited = np.clip(voltages, -limit, limit)
-    flown, step = coarse(np.column_stack((*limited, *(values[angle] for angle in ANGLES))), rate_hz)
-    return find_responses(flown, step, {name: index for index, name in enumerate((*VOLTAGES, *ANGLES))})
+def assign_columns(columns: Array, rate_hz: float, known: Mapping[str, int]) -> dict[str, int] | None:
+    """Choose the columns that respond to each other as pitch, elevation, travel and voltages do.
+
+    Parameters
+    ----------
+    columns : NDArray, shape (N, k)
+        Candidates, uniformly sampled at `rate_hz` [Hz].
+    known : dict
+        Index of the column of signals that are known by name.
+
+    Returns
+    -------
+    dict or None
+        Index of the column of each signal, with v_front and v_rear or v_sum and v_difference; None if too few move.
+    """
+    values, step = coarse(columns, rate_hz)
+    found = filtered(values, step)
+    derivatives = _derivatives(found.value, found.rate) - set(known.values())
+    moving = [i for i in range(columns.shape[1]) if np.ptp(values[:, i]) > 0.0 and i not in derivatives]
+    pairs = _pairs([i for i in moving if i not in known.values()], known)
+    free = {angle: [known[angle]] if angle in known else moving for angle in ANGLES}
+    if not pairs or not moving:
+        return None
+    first, second = np.array([places for _, places in pairs]).T
+    both = np.array([kind == VOLTAGES for kind, _ in pairs])
+    v, w = values[:, first], values[:, second]
+    total, difference = np.where(both, v + w, v), np.where(both, v - w, w)
+    by_total, by_difference = filtered(total, step).value, filtered(difference, step).value
+    in_steps = np.array([_IN_STEPS * (encoder_step(column) is not None) for column in columns.T])
+    lift = np.stack([gains(found, e, by_total).share + in_steps[e] for e in free["elevation"]])
+    best, chosen = -np.inf, None
+    for p in free["pitch"]:
+        unit, _, turn = _angle_unit(columns[:, p])
+        pitch = values[:, p] * factor_to_si("pitch", unit, turn or CONTRACT.counts_per_turn("pitch"))
+        turned = filtered(total * np.sin(pitch)[:, None], step).value
+        of_pitch = gains(found, p, by_difference).share + in_steps[p] + _BOTH * both
+        for t in free["travel"]:
+            score = of_pitch + 2.0 * gains(found, t, turned).share + in_steps[t] + lift
+            for row, e in enumerate(free["elevation"]):  # no column is two signals
+                twice = (first == e) | (second == e) | (e in (p, t)) | (t == p)
+                score[row, twice | np.isin(first, (p, t)) | np.isin(second, (p, t))] = -np.inf
+            row, pair = np.unravel_index(score.argmax(), score.shape)
+            if score[row, pair] > best + 1e-6:
+                best, kind = score[row, pair], pairs[pair][0]
+                places = (*pairs[pair][1], p, free["elevation"][row], t)
+                chosen = dict(zip((*kind, *ANGLES), places, strict=True))
+    return chosen
 
 
-def _voltages(values: Mapping[str, NDArray[np.float64]], units: Mapping[str, str]) -> NDArray[np.float64]:
-    """Front and rear voltage [V], shape (2, N)."""
-    pair = VOLTAGES if "v_front" in values else COMBINED
-    one, other = (values[s] * (1e-3 if units.get(s) == "mV" else 1.0) for s in pair)
-    return np.stack((one, other) if pair == VOLTAGES else (0.5 * (one + other), 0.5 * (one - other)))
+def _derivatives(value: Array, rate: Array) -> set[int]:
+    """Columns, filtered, shape (M, k), that are the derivative of another one in the same unit per second."""
+    value, rate = value - value.mean(axis=0), rate - rate.mean(axis=0)
+    own, of_rates = (value**2).sum(axis=0), (rate**2).sum(axis=0)
+    both = rate.T @ value  # row: whose derivative, column: which column
+    with np.errstate(divide="ignore", invalid="ignore"):
+        correlation = both / np.sqrt(np.outer(of_rates, own))
+        slope = both / of_rates[:, None]
+    alike = (correlation > _ALIKE) & (np.abs(slope - 1.0) < 1.0 - _ALIKE + 0.15)
+    return set(np.flatnonzero(alike.any(axis=0)).tolist())
 
 
-def _reasons_of_response(signals: Iterable[str], gains: tuple[Gain, Gain, Gain]) -> dict[str, str]:
-    shares = {axis: f"{100.0 * found.share:.0f} %" for axis, found in zip(ANGLES, gains, strict=True)}
-    reasons = {}
-    for signal in signals:
-        axis = signal if signal in ANGLES else "pitch" if signal == "v_difference" else "travel"
-        of_voltage = f"explains {shares[axis]} of the {axis}'s acceleration"
-        of_angle = f"the voltages explain {shares[axis]} of its acceleration"
-        reasons[f"columns.{signal}"] = of_angle if signal in ANGLES else of_voltage
-    return reasons
+def _pairs(free: Sequence[int], known: Mapping[str, int]) -> list[tuple[tuple[str, ...], tuple[int, int]]]:
+    """Candidates of the voltages: which two signals, and their columns."""
+    named = [kind for kind in (VOLTAGES, COMBINED) if any(signal in known for signal in kind)]
+    found = list[tuple[tuple[str, ...], tuple[int, int]]]()
+    for kind in named or (VOLTAGES, COMBINED):
+        options = [[known[signal]] if signal in known else free for signal in kind]
+        choices = [(i, j) for i in options[0] for j in options[1] if i != j]
+        if kind == VOLTAGES and not named:  # the sign of the gain will tell the two apart
+            choices = [(i, j) for i, j in choices if i < j]
+        found += [(kind, choice) for choice in choices]
+    return found
 
 
-def _doubts(known: Mapping[str, int], gains: tuple[Gain, Gain, Gain]) -> tuple[str, ...]:
-    pitch, _, travel = gains
-    weak = f"the voltages explain {100.0 * travel.share:.0f} % of the travel's acceleration only: look at every column"
-    doubts = [weak] if travel.share < CERTAIN else []
-    if abs(pitch.score) <= PITCH_SURE:
-        doubts.append("the pitch responds too weakly to tell its sign: compare with another log of this rig")
-    if not known.keys() & {*VOLTAGES, "v_difference"}:
-        doubts.append(_MIRRORED)
-    return tuple(doubts)
+def _take_off(seconds: Array, elevation: Array) -> tuple[float | None, float | None]:
+    """Give when the arm lifts and when take-off is over [s], if the log begins with the arm at rest."""
+    extent = float(np.ptp(elevation))
+    away = np.abs(elevation - elevation[0]) > 0.05 * extent
+    lifted = float(seconds[away.argmax()])
+    at_the_end_of_its_range = min(elevation[0] - elevation.min(), elevation.max() - elevation[0]) < 0.02 * extent
+    if lifted - seconds[0] < 0.1 or not at_the_end_of_its_range or not away.any() or seconds[-1] - lifted < 12.0:
+        return None, None
+    return lifted, float(np.ceil(lifted + 4.0))
 
 
-def _angle_unit(values: NDArray[np.float64]) -> tuple[str, str, int | None]:
+def _angle_unit(values: Array) -> tuple[str, str, int | None]:
     """Give the unit of an angle, why, and the counts of its encoder if its steps tell them."""
     step = encoder_step(values)
     if step is not None:
@@ -301,28 +359,33 @@ def _angle_unit(values: NDArray[np.float64]) -> tuple[str, str, int | None]:
     return unit, f"it reaches {most:.3g}, {'more' if unit == 'deg' else 'less'} than half a turn in rad", None
 
 
-def _signs(columns: dict[str, int], gains: tuple[Gain, Gain, Gain]) -> tuple[dict[str, int], bool, dict[str, str]]:
+def _signs(has_front: bool, found: Gains) -> tuple[dict[str, int], bool, dict[str, str]]:
     """Signs that make the gains k_x > 0, k_z > 0 and k_y < 0, those of the model, and why."""
     # A sign is changed only if it is beyond doubt; a gain that a closed loop hides is taken as the model's.
-    sure = zip(gains, (PITCH_SURE, ELEVATION_SURE, _SURE), strict=True)
-    k_x, k_z, k_y = (found.value if abs(found.score) > least else 0.0 for found, least in sure)
-    signs: dict[str, int] = {}
+    sure = np.abs(found.score) > (PITCH_SURE, ELEVATION_SURE, _TRAVEL_SURE)
+    k_x, k_z, k_y = np.where(sure, found.value, 0.0)
     reasons: dict[str, str] = {}
-    swap = False
     if k_z < 0.0:
-        signs["elevation"] = -1
         reasons["signs.elevation"] = "a larger sum of the voltages lowers it in the file"
-    if k_x < 0.0 and k_y < 0.0:
-        if "v_front" in columns:
-            swap = True
-            reasons["swap_rotors"] = "what the file calls front lowers the pitch, and the travel follows the pitch"
-        else:
-            signs["v_difference"] = -1
-            reasons["signs.v_difference"] = "it lowers the pitch, and the travel follows the pitch"
+    if k_x < 0.0 and k_y < 0.0 and has_front:
+        reasons["swap_rotors"] = "what the file calls front lowers the pitch, and the travel follows the pitch"
+    elif k_x < 0.0 and k_y < 0.0:
+        reasons["signs.v_difference"] = "it lowers the pitch, and the travel follows the pitch"
     elif k_x < 0.0:
-        signs["pitch"] = -1
         reasons["signs.pitch"] = "a larger front voltage lowers it in the file"
     elif k_y > 0.0:
-        signs["travel"] = -1
         reasons["signs.travel"] = "a positive pitch with both rotors lifting makes it increase; a convention"
-    return signs, swap, reasons
+    signs = {key.removeprefix("signs."): -1 for key in reasons if key != "swap_rotors"}
+    return signs, "swap_rotors" in reasons, reasons
+
+
+def _doubts(known: Mapping[str, int], found: Gains) -> tuple[str, ...]:
+    doubts = []
+    if found.share[2] < _CERTAIN:
+        share = f"{100.0 * found.share[2]:.0f} %"
+        doubts.append(f"the voltages explain {share} of the travel's acceleration only: look at every column")
+    if abs(found.score[0]) <= PITCH_SURE:
+        doubts.append("the pitch responds too weakly to tell its sign: compare with another log of this rig")
+    if not known.keys() & {*VOLTAGES, "v_difference"}:
+        doubts.append(_MIRRORED)
+    return tuple(doubts)

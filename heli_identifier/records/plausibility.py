@@ -19,7 +19,6 @@ from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.records.columns import Column
 from heli_identifier.records.configuration import HIGHEST_VOLTAGE
 from heli_identifier.records.log import FARTHEST_TRAVEL
-from heli_identifier.records.response import encoder_step
 from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = 2.5 * np.pi
@@ -72,40 +71,14 @@ def unwrap_angle(
     """
     with np.errstate(over="ignore", invalid="ignore"):  # of values like 1e308, which are refused below
         jumps = np.diff(angle)
-        if max(jumps.max(), -jumps.min()) <= EXCURSION:
-            return angle, []
-        large = np.abs(jumps) > _JUMP
-        off_turn = np.abs(jumps - _TURN * np.round(jumps / _TURN))
-    _check_excursions(angle, jumps, signal, place)
-    if not large.any():
-        return angle, []
-    broken = large & ~((off_turn <= _OFF_TURN) & (np.abs(jumps) <= _MOST_TURNS * _TURN + _OFF_TURN))
-    if broken.any():
-        at = int(broken.argmax())
-        raise LogError(
-            f"{place(at + 1)}: {signal} jumps by {jumps[at]:.3g} rad from the row before, which no rig can; correct "
-            "the value or cut the log there with --from and --to."
-        )
-    count = int(large.sum())
-    return np.unwrap(angle), [f"{signal} unwrapped at {count} jump{'' if count == 1 else 's'} of whole turns"]
-
-
-def _check_excursions(
-    angle: NDArray[np.float64], jumps: NDArray[np.float64], signal: str, place: Callable[[int], str]
-) -> None:
-    """Refuse a sample that lies far from both of its neighbours, which lie close to each other."""
-    there, back = jumps[:-1], jumps[1:]
-    away = np.minimum(np.abs(there), np.abs(back))
-    with np.errstate(over="ignore", invalid="ignore"):
-        usual = float(np.median(np.abs(jumps)))  # of an angle that is all noise, every sample is an excursion
-        alone = (
-            (there * back < 0.0) & (away > max(EXCURSION, 10.0 * usual)) & (np.abs(angle[2:] - angle[:-2]) < 0.5 * away)
-        )
-        folded = (angle.min() >= -np.pi - 1e-6 and angle.max() <= np.pi + 1e-6) or (
-            angle.min() >= -1e-6 and angle.max() <= _TURN + 1e-6
-        )
-        if folded:  # a turn to and fro at the edge is the encoder's last count
-            alone &= np.abs(away - _TURN) > _OFF_TURN
+        size, off_turn = np.abs(jumps), np.abs(jumps - _TURN * np.round(jumps / _TURN))
+        # A sample far from both of its neighbours, which lie close to each other, is an excursion. Of an angle that is
+        # all noise every sample is one.
+        away = np.minimum(size[:-1], size[1:])
+        alone = (jumps[:-1] * jumps[1:] < 0.0) & (away > max(EXCURSION, 10.0 * float(np.median(size))))
+        alone &= np.abs(angle[2:] - angle[:-2]) < 0.5 * away
+        if any(angle.min() >= lower - 1e-6 and angle.max() <= lower + _TURN + 1e-6 for lower in (-np.pi, 0.0)):
+            alone &= np.abs(away - _TURN) > _OFF_TURN  # a turn to and fro at the edge is the encoder's last count
     if alone.any():
         at = int(alone.argmax()) + 1
         raise LogError(
@@ -113,6 +86,18 @@ def _check_excursions(
             f"{angle[at + 1]:.4g} rad after it, which no rig can; is it a mark of a missing value? Correct the value "
             "or cut the log there with --from and --to."
         )
+    large = size > _JUMP
+    broken = large & ~((off_turn <= _OFF_TURN) & (size <= _MOST_TURNS * _TURN + _OFF_TURN))
+    if broken.any():
+        at = int(broken.argmax())
+        raise LogError(
+            f"{place(at + 1)}: {signal} jumps by {jumps[at]:.3g} rad from the row before, which no rig can; correct "
+            "the value or cut the log there with --from and --to."
+        )
+    count = int(large.sum())
+    if not count:
+        return angle, []
+    return np.unwrap(angle), [f"{signal} unwrapped at {count} jump{'' if count == 1 else 's'} of whole turns"]
 
 
 def still(angle: NDArray[np.float64]) -> str | None:
@@ -129,6 +114,17 @@ def still(angle: NDArray[np.float64]) -> str | None:
     if count is not None and noise <= 0.5 * count**2 and extent > (FLICKER + 0.5) * count:
         return None
     return "holds nothing but noise"
+
+
+def encoder_step(values: NDArray[np.float64]) -> float | None:
+    """Give the step by which a column changes, if it changes in whole steps as an encoder's angle does."""
+    changes = np.abs(np.diff(values))
+    changes = changes[changes > 1e-9 * max(1.0, float(np.ptp(values)))]
+    if len(changes) < 20:
+        return None
+    step = float(np.median(np.sort(changes)[: max(5, len(changes) // 10)]))
+    off = np.abs(changes / step - np.round(changes / step))
+    return step if np.mean(off < 0.02) > 0.9 else None
 
 
 def check_plausible(
