@@ -1,7 +1,9 @@
 """The keys of the JSON files, put into a page where it says ``<!-- diagnosis.json -->``, from the values they hold."""
 
+import ast
 from collections.abc import Iterator, Mapping, Sequence
-from inspect import getdoc
+from inspect import getdoc, getsource
+from itertools import pairwise
 from typing import Any, get_args, get_origin, get_type_hints
 
 from heli_identifier.online import Estimate
@@ -41,14 +43,13 @@ def _rows(kind: type, above: str, told: set[type]) -> Iterator[tuple[str, str]]:
 
 
 def attributes(kind: type) -> dict[str, str]:
-    """Give what the section of attributes in a docstring of numpydoc says of each."""
+    """Give what the docstrings behind the fields of a class say of each."""
+    (definition,) = ast.parse(getsource(kind)).body
     said: dict[str, str] = {}
-    names: list[str] = []
-    for line in (getdoc(kind) or "").partition("Attributes\n----------\n")[2].splitlines():
-        if line.startswith(" "):
-            said |= {name: f"{said.get(name, '')} {line.strip()}".strip() for name in names}
-        else:
-            names = line.partition(" : ")[0].split(", ")
+    for field, doc in pairwise(definition.body):
+        match field, doc:
+            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
+                said[name] = " ".join(text.split())
     return said
 
 

@@ -15,18 +15,12 @@ from heli_identifier.tracing import Diagnosis, Outcome, Use, hold_to
 
 @dataclass(frozen=True, repr=False)
 class Check(Tabular):
-    """Errors of the 1 s prediction on new logs, held to what a diagnosis expects.
-
-    Attributes
-    ----------
-    outcomes : tuple of Outcome
-        One per log and axis: ``log``, ``axis``, ``error`` [rad], ``limit`` [rad], ``passed``.
-    not_judged : tuple of str
-        Axes that the diagnosis calls not usable: nothing is held to them.
-    """
+    """Errors of the 1 s prediction on new logs, held to what a diagnosis expects."""
 
     outcomes: tuple[Outcome, ...]
+    """One per log and axis: ``log``, ``axis``, ``error`` [rad], ``limit`` [rad], ``passed``."""
     not_judged: tuple[str, ...] = ()
+    """Axes that the diagnosis calls not usable: nothing is held to them."""
 
     @property
     def passed(self) -> bool:

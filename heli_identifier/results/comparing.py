@@ -66,28 +66,20 @@ class ComparedError:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Tabular):
-    """Two diagnoses, of one rig or of two.
-
-    Attributes
-    ----------
-    names : tuple of str
-        What the two are called.
-    parameters, effects : tuple of Compared
-        Parameters of the corrected plants by name, a gain at no voltage; effects that one of the plants has.
-    uses : mapping of str to (str, str)
-        What each axis may be used for.
-    errors : tuple of ComparedError
-        On the logs that were given.
-    shared : tuple of str
-        Logs that both diagnoses were made of: with them the standard errors of a difference are too large or small.
-    """
+    """Two diagnoses, of one rig or of two."""
 
     names: tuple[str, str]
+    """What the two are called."""
     parameters: tuple[Compared, ...]
+    """Of the corrected plants by name, a gain at no voltage."""
     effects: tuple[Compared, ...]
+    """That one of the plants has."""
     uses: Mapping[str, tuple[str, str]]
+    """What each axis may be used for."""
     errors: tuple[ComparedError, ...] = ()
+    """On the logs that were given."""
     shared: tuple[str, ...] = ()
+    """Logs that both diagnoses were made of: with them the standard errors of a difference are too large or small."""
 
     @property
     def moved(self) -> tuple[str, ...]:

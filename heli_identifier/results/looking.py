@@ -31,18 +31,12 @@ _ORIGINS = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Look(Tabular):
-    """What logs of one rig can tell of its plant.
-
-    Attributes
-    ----------
-    identification : Identification
-        Plant, names and reports behind the table.
-    movement : mapping of str to float
-        Root mean square of every axis's motion in all logs [encoder counts].
-    """
+    """What logs of one rig can tell of its plant."""
 
     identification: Identification
+    """Plant, names and reports behind the table."""
     movement: Mapping[str, float]
+    """Root mean square of every axis's motion in all logs [encoder counts]."""
 
     @property
     def gains(self) -> dict[str, ParameterReport]:

@@ -39,73 +39,48 @@ REQUIRED = (*IDENTIFIED, "motor.time_constant", "motor.voltage_limit")
 
 @dataclass(frozen=True)
 class Expectation:
-    """What to expect of one axis.
-
-    Attributes
-    ----------
-    prediction_1s_rad : ErrorFigure
-        Root-mean-square error of the 1 s prediction on the held-out logs.
-    noise_floor_rad : float
-        That of a perfect model; 0 where none could be computed.
-    use : Use or None
-        What the axis may be used for, as in diagnosis.json; None where no diagnosis says it.
-    """
+    """What to expect of one axis."""
 
     prediction_1s_rad: ErrorFigure
+    """Root-mean-square error of the 1 s prediction on the held-out logs."""
     noise_floor_rad: float
+    """That of a perfect model; 0 where none could be computed."""
     use: Use | None = None
+    """What the axis may be used for, as in diagnosis.json; None where no diagnosis says it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Covariance:
-    """Joint covariance of the estimates of a diagnosis.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Structured names, n of them: what was estimated, parameters and coefficients.
-    logarithms : tuple of str
-        Those of them, the gains, that count with the logarithm of their slope at the operating point.
-    operating_point_v : float
-        Voltage [V] of the slopes: there a gain hardly depends on how the thrust bends.
-    matrix : NDArray, shape (n, n)
-        In the squares and products of the parameters' units, of a logarithm 1.
-    """
+    """Joint covariance of the estimates of a diagnosis."""
 
     names: tuple[str, ...]
+    """Structured names, n of them: what was estimated, parameters and coefficients."""
     logarithms: tuple[str, ...]
+    """Those of them, the gains, that count with the logarithm of their slope at the operating point."""
     operating_point_v: float
+    """Voltage [V] of the slopes: there a gain hardly depends on how the thrust bends."""
     matrix: NDArray[np.float64]
+    """Shape (n, n): in the squares and products of the parameters' units, of a logarithm 1."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ParameterSet(Tabular):
-    """parameters.json: start values of a unit, and the error that is expected of them.
-
-    Attributes
-    ----------
-    schema : str
-    unit : str
-        Name of the unit that takes them.
-    values : mapping of str to Estimate
-        Start values by structured name; a standard error of None says that the value was given. Where an axis has a
-        tabulated torque, `table.<axis>.variable` says what it runs over (1 pitch, 2 elevation, 3 travel, 4 to 6 their
-        rates, 7 μ_s, 8 μ_d, 9 time; 0 or nothing: no table), `first` and `spacing` at which values, in the variable's
-        unit, and `torque_1` to `torque_21` the acceleration at each of them.
-    expected : mapping of str to Expectation
-        By axis: what `heli check` compares a new log with; empty if there was no held-out log.
-    provenance : mapping
-        Where they come from.
-    covariance : Covariance or None
-        None where only standard errors are known.
-    """
+    """parameters.json: start values of a unit, and the error that is expected of them."""
 
     schema: Literal["heli-parameters/1"] = field(default="heli-parameters/1", kw_only=True)
     unit: str
+    """Name of the unit that takes them."""
     values: Mapping[str, Estimate]
+    """Start values by structured name; a standard error of None says that the value was given. Where an axis has a
+    tabulated torque, `table.<axis>.variable` says what it runs over (1 pitch, 2 elevation, 3 travel, 4 to 6 their
+    rates, 7 μ_s, 8 μ_d, 9 time; 0 or nothing: no table), `first` and `spacing` at which values, in the variable's unit,
+    and `torque_1` to `torque_21` the acceleration at each of them."""
     expected: Mapping[str, Expectation] = field(default_factory=dict)
+    """By axis: what `heli check` compares a new log with; empty if there was no held-out log."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    """Where they come from."""
     covariance: Covariance | None = None
+    """None where only standard errors are known."""
 
     @property
     def start_values(self) -> dict[str, float]:

@@ -43,24 +43,16 @@ LogSource = Log | str | PathLike[str]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Simulation(Tabular):
-    """A simulated run.
-
-    Attributes
-    ----------
-    time : NDArray, shape (N,)
-        [s].
-    voltages : NDArray, shape (N, 2)
-        Front and rear voltage [V], row k held over [t_k, t_(k+1)).
-    angles : NDArray, shape (N, 3)
-        Pitch, elevation, travel [rad] as the encoders' shafts turn.
-    states : NDArray, shape (N, 12)
-        Columns are the fields of :class:`heli_plant.state.PlantState`, which names their units.
-    """
+    """A simulated run."""
 
     time: NDArray[np.float64]
+    """Shape (N,) [s]."""
     voltages: NDArray[np.float64]
+    """Shape (N, 2): front and rear voltage [V], row k held over [t_k, t_(k+1))."""
     angles: NDArray[np.float64]
+    """Shape (N, 3): pitch, elevation, travel [rad] as the encoders' shafts turn."""
     states: NDArray[np.float64]
+    """Shape (N, 12): columns are the fields of :class:`heli_plant.state.PlantState`, which names their units."""
 
     def to_frame(self) -> "pandas.DataFrame":
         """Give the run as a table: index ``time`` [s]; columns v_front, v_rear [V], pitch, elevation, travel [rad].

@@ -32,32 +32,22 @@ EventKind = Literal["force", "slip"]
 
 @dataclass(frozen=True)
 class Event:
-    """A passage of a log in which something acts that is not the plant.
-
-    Attributes
-    ----------
-    log : str
-        Name of the log.
-    axis : str
-        Pitch, elevation or travel.
-    start, end : float
-        Since the log's first sample [s].
-    start_in_file, end_in_file : float
-        The same in the time of the log's file [s].
-    kind : str
-        `force` for a force from outside, `slip` for a step of the encoder's reading.
-    size : float
-        Largest unexplained acceleration [rad/s^2], or the step of a slip [rad].
-    """
+    """A passage of a log in which something acts that is not the plant."""
 
     log: str
+    """Name of the log."""
     axis: str
+    """Pitch, elevation or travel."""
     start: float
+    """Since the log's first sample [s]."""
     end: float
     start_in_file: float
+    """In the time of the log's file [s]."""
     end_in_file: float
     kind: EventKind
+    """`force` for a force from outside, `slip` for a step of the encoder's reading."""
     size: float
+    """Largest unexplained acceleration [rad/s^2], or the step of a slip [rad]."""
 
 
 class RigVerdict(StrEnum):
@@ -97,25 +87,16 @@ class Use(StrEnum):
 
 @dataclass(frozen=True)
 class DataEntry:
-    """A log.
-
-    Attributes
-    ----------
-    file, sha256 : str
-    samples : int
-    rate_hz : float
-    used_for : str
-        `training` or `held out`.
-    notes : tuple of str
-        The changes that were made to it on reading.
-    """
+    """A log."""
 
     file: str
     sha256: str
     samples: int
     rate_hz: float
     used_for: str
+    """`training` or `held out`."""
     notes: tuple[str, ...] = ()
+    """The changes that were made to it on reading."""
 
 
 class NamedShape(msgspec.Struct, frozen=True, tag_field="kind", tag="parameters"):
@@ -129,25 +110,18 @@ class NamedShape(msgspec.Struct, frozen=True, tag_field="kind", tag="parameters"
 
 
 class CurveShape(msgspec.Struct, frozen=True, eq=False, tag_field="kind", tag="curve"):
-    """An unknown torque as a curve of one variable, where records have been.
-
-    Attributes
-    ----------
-    variable, unit : str
-        What the torque depends on, and the unit of its values.
-    description : str
-        What kind of curve it is.
-    curve : Array, shape (n, 2)
-        Values of the variable and the torque per inertia [rad/s^2].
-    band : Array, shape (n, 3)
-        The same values of the variable, and the lower and upper end of the 95 % band [rad/s^2].
-    """
+    """An unknown torque as a curve of one variable, where records have been."""
 
     variable: str
+    """What the torque depends on."""
     unit: str
+    """Of the variable."""
     description: str
+    """What kind of curve it is."""
     curve: Array
+    """Shape (n, 2): values of the variable and the torque per inertia [rad/s^2]."""
     band: Array
+    """Shape (n, 3): the same values of the variable, and the lower and upper end of the 95 % band [rad/s^2]."""
 
 
 class PeriodicShape(msgspec.Struct, frozen=True, tag_field="kind", tag="periodic"):
@@ -163,145 +137,97 @@ class PeriodicShape(msgspec.Struct, frozen=True, tag_field="kind", tag="periodic
 
 @dataclass(frozen=True)
 class FoundEffect:
-    """An effect of the catalogue, or an unknown torque, that the simplified model lacks.
-
-    Attributes
-    ----------
-    name, axis : str
-        Of the catalogue; the name is `unknown` for an unknown torque. The axis is pitch, elevation, travel or rotors;
-        an effect on several axes has one entry an axis.
-    coefficient : Estimate or None
-        Of the delivered plant; None for an unknown torque.
-    verdict : Verdict
-        `shown`, `ambiguous` or `unknown effect` of what is established; `possible` of what is not.
-    family : str
-        Effects that ordinary logs do not tell apart; a family is one finding.
-    alternatives : tuple of (name, axis)
-        Entries that explain the data about as well.
-    shape : NamedShape, CurveShape or PeriodicShape
-        By its `kind`: `parameters` of the law by name, each with `value`, `standard_error`, `unit`; a `curve` of
-        (x, y) with its `band` of (x, low, high); a `periodic` torque.
-    score : float
-        What the likelihood of the training logs loses without it [nats], over the dispersion.
-    experiment : str
-        What to measure to settle an ambiguity, or to establish what is possible; empty if nothing is needed.
-    in_plant : bool
-        Whether the corrected plant has it. A periodic torque never is in it; an unknown curve is, as a table.
-    left_out_gain : float or None
-        Of a possible effect: the rise of the log-likelihood of training logs, each left out in turn [nats].
-    together : str
-        What the effect and its alternatives come to together, in words; empty where there is no such figure.
-    """
+    """An effect of the catalogue, or an unknown torque, that the simplified model lacks."""
 
     name: str
+    """Of the catalogue; `unknown` for an unknown torque."""
     axis: str
+    """Pitch, elevation, travel or rotors; an effect on several axes has one entry an axis."""
     coefficient: Estimate | None
+    """Of the delivered plant; None for an unknown torque."""
     verdict: Verdict
+    """`shown`, `ambiguous` or `unknown effect` of what is established; `possible` of what is not."""
     family: str
+    """Effects that ordinary logs do not tell apart; a family is one finding."""
     alternatives: tuple[tuple[str, str], ...]
+    """Entries that explain the data about as well."""
     shape: NamedShape | CurveShape | PeriodicShape
+    """By its `kind`: `parameters` of the law by name, each with `value`, `standard_error`, `unit`; a `curve` of (x, y)
+    with its `band` of (x, low, high); a `periodic` torque."""
     score: Number
+    """What the likelihood of the training logs loses without it [nats], over the dispersion."""
     experiment: str = ""
+    """What to measure to settle an ambiguity, or to establish what is possible; empty if nothing is needed."""
     in_plant: bool = True
+    """Whether the corrected plant has it. A periodic torque never is in it; an unknown curve is, as a table."""
     left_out_gain: float | None = None
+    """Of a possible effect: the rise of the log-likelihood of training logs, each left out in turn [nats]."""
     together: str = ""
+    """What the effect and its alternatives come to together, in words; empty where there is no such figure."""
 
 
 @dataclass(frozen=True)
 class LogFault:
-    """Something that is wrong with the logs and not with the rig.
-
-    Attributes
-    ----------
-    name, channel : str
-        Of the catalogue of faults, or of a defect that the logs show of themselves.
-    words : str
-        What it is, in a sentence.
-    size : Estimate or None
-        None for a defect that has none or cannot be undone.
-    score : float or None
-        What the likelihood of the training logs loses if it is not undone [nats].
-    alternatives : tuple of (name, axis or channel)
-        Effects of the plant and other faults that explain the logs about as well.
-    advice : str
-        What to do in the laboratory.
-    """
+    """Something that is wrong with the logs and not with the rig."""
 
     name: str
+    """Of the catalogue of faults, or of a defect that the logs show of themselves."""
     channel: str
+    """What is wrong: an axis, the voltages or the time."""
     words: str
+    """What it is, in a sentence."""
     size: Estimate | None = None
+    """None for a defect that has none or cannot be undone."""
     score: float | None = None
+    """What the likelihood of the training logs loses if it is not undone [nats]."""
     alternatives: tuple[tuple[str, str], ...] = ()
+    """Effects of the plant and other faults that explain the logs about as well."""
     advice: str = ""
+    """What to do in the laboratory."""
 
 
 @dataclass(frozen=True)
 class CatalogueVerdict:
-    """The verdict on one entry of the catalogue.
-
-    Attributes
-    ----------
-    name, axis : str
-    verdict : Verdict
-        `shown`, `ambiguous`, `possible`, `not shown` or `not testable`.
-    estimate : Estimate
-        Coefficient beside all that is in the corrected model.
-    score : float
-        What it adds to the likelihood, or what is lost without it [nats].
-    visibility : float
-        Share of the effect's signature that the fitted parameters cannot imitate.
-    upper_bound : float or None
-        Largest abs(coefficient) that the data allow at 95 %; None for an effect that is not testable.
-    why : str
-        Reason, in a clause.
-    experiment : str
-        What would make the effect visible; empty if nothing is needed.
-    """
+    """The verdict on one entry of the catalogue."""
 
     name: str
     axis: str
     verdict: Verdict
+    """`shown`, `ambiguous`, `possible`, `not shown` or `not testable`."""
     estimate: Estimate
+    """Coefficient beside all that is in the corrected model."""
     score: Number
+    """What it adds to the likelihood, or what is lost without it [nats]."""
     visibility: Number
+    """Share of the effect's signature that the fitted parameters cannot imitate."""
     upper_bound: float | None
+    """Largest abs(coefficient) that the data allow at 95 %; None for an effect that is not testable."""
     why: str
+    """Reason, in a clause."""
     experiment: str
+    """What would make the effect visible; empty if nothing is needed."""
 
 
 @dataclass(frozen=True)
 class ParameterReport:
-    """A parameter of the corrected plant and what its value rests on.
-
-    Attributes
-    ----------
-    estimate : Estimate
-        Of a gain the slope at the operating point.
-    determination : Determination
-        `determined from outside`, `rests on the noise model` or `not determined`.
-    outside_share : float or None
-        Share of its regressor that references explain; None without references.
-    instrument : Estimate or None
-        Its estimate by instruments.
-    contradicted : bool
-        Whether the instruments exclude the likelihood's value.
-    plausible : tuple of float
-        95 % interval of what can be built on a bench.
-    why : str
-        What the determination rests on, in a clause.
-    experiment : str
-        What to fly where it is not determined; empty otherwise.
-    """
+    """A parameter of the corrected plant and what its value rests on."""
 
     estimate: Estimate
+    """Of a gain the slope at the operating point."""
     determination: Determination
+    """`determined from outside`, `rests on the noise model` or `not determined`."""
     outside_share: float | None
+    """Share of its regressor that references explain; None without references."""
     instrument: Estimate | None
+    """Its estimate by instruments."""
     contradicted: bool
+    """Whether the instruments exclude the likelihood's value."""
     plausible: tuple[Number, Number]
+    """95 % interval of what can be built on a bench."""
     why: str
+    """What the determination rests on, in a clause."""
     experiment: str = ""
+    """What to fly where it is not determined; empty otherwise."""
 
 
 @dataclass(frozen=True)
@@ -320,143 +246,97 @@ class ErrorFigure:
 
 @dataclass(frozen=True)
 class AxisError:
-    """Root-mean-square errors of one model on one axis of the held-out logs [rad].
-
-    Attributes
-    ----------
-    ahead_100ms, ahead_200ms : ErrorFigure
-        From the filter's state.
-    prediction_1s, prediction_2s : ErrorFigure
-        From the smoothed state under the measured voltages: in closed loop these answer the air, and the figure decides
-        nothing.
-    free_run : ErrorFigure or None
-        None where the axis is not stable.
-    closed_loop_3s : ErrorFigure or None
-        None where references or controller are not known.
-    """
+    """Root-mean-square errors of one model on one axis of the held-out logs [rad]."""
 
     ahead_100ms: ErrorFigure
+    """From the filter's state."""
     ahead_200ms: ErrorFigure
     prediction_1s: ErrorFigure
+    """From the smoothed state under the measured voltages: in closed loop these answer the air, and the figure decides
+    nothing."""
     prediction_2s: ErrorFigure
     free_run: ErrorFigure | None = None
+    """None where the axis is not stable."""
     closed_loop_3s: ErrorFigure | None = None
+    """None where references or controller are not known."""
 
 
 @dataclass(frozen=True)
 class AxisReport:
-    """One axis before and after on the held-out logs.
-
-    Attributes
-    ----------
-    before, after : AxisError
-    noise_floor : AxisError
-        That of the corrected plant on records that it made itself; zero where none could be computed.
-    angle_stays, rate_stays : ErrorFigure
-        1 s errors [rad] of two predictions that know no model: a model has to beat them.
-    whiteness_p : mapping of str to float
-        Ljung-Box p value of the innovations, `before` and `after`.
-    air : float
-        Standard deviation of the torque of the air [rad/s^2].
-    air_rate : float
-        Its rate c [1/s].
-    encoder_noise : float
-        [rad].
-    use : Use
-        What the axis of the plant may be used for: `prediction and control`, `prediction only` or `not usable`.
-    why : str
-        What the use rests on, in a clause.
-    change : mapping of str to ErrorFigure
-        By the names of errors ahead: error after over error before, less 1, over the same segments for both. It is
-        real if its interval does without zero.
-    """
+    """One axis before and after on the held-out logs."""
 
     before: AxisError
     after: AxisError
     noise_floor: AxisError
+    """That of the corrected plant on records that it made itself; zero where none could be computed."""
     angle_stays: ErrorFigure
+    """1 s error [rad] of a prediction that knows no model: a model has to beat it."""
     rate_stays: ErrorFigure
     whiteness_p: Mapping[str, Number]
+    """Ljung-Box p value of the innovations, `before` and `after`."""
     air: Number
+    """Standard deviation of the torque of the air [rad/s^2]."""
     air_rate: Number
+    """Its rate c [1/s]."""
     encoder_noise: Number
+    """Standard deviation [rad]."""
     use: Use
+    """What the axis of the plant may be used for: `prediction and control`, `prediction only` or `not usable`."""
     why: str
+    """What the use rests on, in a clause."""
     change: Mapping[str, ErrorFigure] = field(default_factory=dict)
+    """By the names of errors ahead: error after over error before, less 1, over the same segments for both. It is real
+    if its interval does without zero."""
 
 
 @dataclass(frozen=True)
 class HeldOutLikelihood:
-    """Log-likelihood of the held-out logs under the two plants, the air as in the training logs.
-
-    Attributes
-    ----------
-    seconds : float
-        Length of the held-out logs.
-    before, after : float
-        [nats/s].
-    gain : ErrorFigure
-        After less before [nats], all held-out logs together, with its 95 % interval.
-    chi2 : mapping of str to (statistic, degrees of freedom)
-        Of the instruments' judgement, `before` and `after`; empty without references.
-    """
+    """Log-likelihood of the held-out logs under the two plants, the air as in the training logs."""
 
     seconds: float
+    """Length of the held-out logs [s]."""
     before: Number
+    """[nats/s]."""
     after: Number
     gain: ErrorFigure
+    """After less before [nats], all held-out logs together, with its 95 % interval."""
     chi2: Mapping[str, tuple[Number, int]] = field(default_factory=dict)
+    """Of the instruments' judgement `before` and `after`: statistic and degrees of freedom; empty without
+    references."""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """How often disjoint halves of whole logs agree on the families that they establish.
-
-    Attributes
-    ----------
-    observed, expected : float
-        Jaccard index, mean over the splits: as observed, and what sampling alone allows if the plant is right.
-    splits : int
-    """
+    """How often disjoint halves of whole logs agree on the families that they establish."""
 
     observed: Number
+    """Jaccard index, mean over the splits."""
     expected: Number
+    """What sampling alone allows if the plant is right."""
     splits: int
 
 
 @dataclass(frozen=True, eq=False)
 class HeldOutSeries:
-    """One held-out log and what the models before and after make of it.
-
-    Attributes
-    ----------
-    log : Log
-        As it was read.
-    free_run_before, free_run_after : Array, shape (N, 3)
-        Angles [rad], simulated from ``start`` under the voltages.
-    start : mapping
-        Start state by the fields of the plant's state, so that the FMU repeats the run.
-    residual_before, residual_after : Array, shape (n, 3)
-        Innovations under the air and over the scales of the plant after, every ``residual_step`` [s]: under its own air
-        the plant before would look white, since that has taken what it lacks for air.
-    residual_step : float
-    events : tuple of Event
-    stretches : mapping of str to Array, shape (n, 3)
-        Of a flight under a controller what the models "before" and "after" predict in stretches of ``stretch`` [s],
-        each begun at the measured motion, every ``residual_step`` [s]: with the controller where it is known, else
-        under the voltages. Not a number between two stretches.
-    stretch : float
-    """
+    """One held-out log and what the models before and after make of it."""
 
     log: Log
+    """As it was read."""
     free_run_before: Array
+    """Shape (N, 3): angles [rad], simulated from ``start`` under the voltages."""
     free_run_after: Array
     start: Mapping[str, float]
+    """Start state by the fields of the plant's state, so that the FMU repeats the run."""
     residual_before: Array
+    """Shape (n, 3): innovations under the air and over the scales of the plant after, every ``residual_step`` [s]:
+    under its own air the plant before would look white, since that has taken what it lacks for air."""
     residual_after: Array
     residual_step: float
     events: tuple[Event, ...] = ()
     stretches: Mapping[str, Array] = field(default_factory=dict)
+    """Shape (n, 3): of a flight under a controller what the models "before" and "after" predict in stretches of
+    ``stretch`` [s], each begun at the measured motion, every ``residual_step`` [s]: with the controller where it is
+    known, else under the voltages. Not a number between two stretches."""
     stretch: float = 0.0
 
 
@@ -477,106 +357,74 @@ class EffectCurve:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DiagnosisFile:
-    """diagnosis.json: what a diagnosis found.
-
-    Attributes
-    ----------
-    schema : str
-    verdict : RigVerdict
-        `effects shown`: entries of the catalogue were found; `unknown effect`: also, or only, a torque that no entry
-        explains; `model adequate`: nothing was shown. That does not mean that the model is exact or its errors small.
-    faults : tuple of LogFault
-        What is wrong with the logs; what can be undone is undone before anything else is said.
-    effects : tuple of FoundEffect
-        What is established, strongest evidence first; all of it is in the corrected plant, but for torques that are
-        periodic in time.
-    possible : tuple of FoundEffect
-        What the likelihood favours without establishing it: no findings. In the plant where training logs that are
-        left out one at a time get likelier with it, and terms of rigid-body mechanics.
-    catalogue : tuple of CatalogueVerdict
-        The verdict on every entry; of what is `not testable` these logs cannot decide.
-    parameters_before, parameters_after : mapping of str to Estimate
-        Of the simplified model and of the corrected plant, by the paper's symbols; a gain is that at no voltage. A
-        standard error of None says that the value was given.
-    effects_after : mapping of str to Estimate
-        Coefficients and shapes of the effects of the corrected plant and the tables of its unknown torques, by field.
-    parameters : mapping of str to ParameterReport
-        [What each parameter of the corrected plant rests on](../explanation/tracing.md#what-a-value-rests-on). A gain
-        is the slope of the thrust at the logs' mean voltage, `settings.operating_point`.
-    axes : mapping of str to AxisReport
-        Errors on the held-out logs and use, by axis. Where a controller flew, errors 1 s and 2 s ahead decide nothing.
-    held_out : HeldOutLikelihood
-    closed_loop : bool
-        Whether a controller flew the training logs.
-    references : str
-        Where the instruments come from: `voltages`, `logged`, `rebuilt` or `none`.
-    agreement : Agreement or None
-        None where the training logs are too few to be halved.
-    data : tuple of DataEntry
-        Every log.
-    settings : mapping
-        What was given of the rig, the score from which an effect is shown (`score_needed` [nats]), and the mean voltage
-        (`operating_point` [V]).
-    notes : tuple of str
-        Remarks that matter for this diagnosis.
-    seconds : float
-        Duration of the diagnosis.
-    events : tuple of Event
-        Passages in which something other than the plant acts, in training and held-out logs.
-    provenance : mapping
-        Command, date, system, and the version of everything that can change a result.
-    """
+    """diagnosis.json: what a diagnosis found."""
 
     schema: Literal["heli-diagnosis/2"] = "heli-diagnosis/2"
     verdict: RigVerdict
+    """`effects shown`: entries of the catalogue were found; `unknown effect`: also, or only, a torque that no entry
+    explains; `model adequate`: nothing was shown. That does not mean that the model is exact or its errors small."""
     faults: tuple[LogFault, ...] = ()
+    """What is wrong with the logs; what can be undone is undone before anything else is said."""
     effects: tuple[FoundEffect, ...]
+    """What is established, strongest evidence first; all of it is in the corrected plant, but for torques that are
+    periodic in time."""
     possible: tuple[FoundEffect, ...]
+    """What the likelihood favours without establishing it: no findings. In the plant where training logs that are left
+    out one at a time get likelier with it, and terms of rigid-body mechanics."""
     catalogue: tuple[CatalogueVerdict, ...]
+    """The verdict on every entry; of what is `not testable` these logs cannot decide."""
     parameters_before: Mapping[str, Estimate]
+    """Of the simplified model, by the paper's symbols; a gain is that at no voltage. A standard error of None says that
+    the value was given."""
     parameters_after: Mapping[str, Estimate]
+    """The same of the corrected plant."""
     effects_after: Mapping[str, Estimate]
+    """Coefficients and shapes of the effects of the corrected plant and the tables of its unknown torques, by field."""
     parameters: Mapping[str, ParameterReport]
+    """[What each parameter of the corrected plant rests on](../explanation/tracing.md#what-a-value-rests-on). A gain is
+    the slope of the thrust at the logs' mean voltage, `settings.operating_point`."""
     axes: Mapping[str, AxisReport]
+    """Errors on the held-out logs and use, by axis. Where a controller flew, errors 1 s and 2 s ahead decide
+    nothing."""
     held_out: HeldOutLikelihood
     closed_loop: bool
+    """Whether a controller flew the training logs."""
     references: str
+    """Where the instruments come from: `voltages`, `logged`, `rebuilt` or `none`."""
     agreement: Agreement | None
+    """None where the training logs are too few to be halved."""
     data: tuple[DataEntry, ...]
+    """Every log."""
     settings: Mapping[str, Any]
+    """What was given of the rig, the score from which an effect is shown (`score_needed` [nats]), and the mean voltage
+    (`operating_point` [V])."""
     notes: tuple[str, ...]
+    """Remarks that matter for this diagnosis."""
     seconds: float
+    """Duration of the diagnosis."""
     events: tuple[Event, ...] = ()
+    """Passages in which something other than the plant acts, in training and held-out logs."""
     provenance: Mapping[str, Any] = field(default_factory=partial(from_python, "diagnose"))
+    """Command, date, system, and the version of everything that can change a result."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Diagnosis(DiagnosisFile):
-    """Everything that one diagnosis found: what its file holds, the plants, and what is drawn.
-
-    Attributes
-    ----------
-    plant_before, plant_after : PlantParameters
-        The complete parameter sets.
-    covariance : Array, shape (n, n)
-        Of what ``covariance_fields`` names, gains as slopes at the operating point.
-    covariance_fields : tuple of str
-    series : tuple of HeldOutSeries
-    curves : tuple of EffectCurve
-    correlation_labels : tuple of (name, axis)
-        Entries of the catalogue in the order of the rows of ``correlation``.
-    correlation : Array, shape (K, K)
-        Correlations between the catalogue's signatures beside what is in the model.
-    """
+    """Everything that one diagnosis found: what its file holds, the plants, and what is drawn."""
 
     plant_before: Any
+    """The complete parameter sets."""
     plant_after: Any
+    """The complete parameter sets."""
     covariance: Array
+    """Shape (n, n): Of what ``covariance_fields`` names, gains as slopes at the operating point."""
     covariance_fields: tuple[str, ...]
     series: tuple[HeldOutSeries, ...]
     curves: tuple[EffectCurve, ...]
     correlation_labels: tuple[tuple[str, str], ...]
+    """Entries of the catalogue in the order of the rows of ``correlation``."""
     correlation: Array
+    """Shape (K, K): Correlations between the catalogue's signatures beside what is in the model."""
 
     def summary(self) -> str:
         """Give the verdict, the errors before and after, and what has to be kept in mind, as plain text."""
