@@ -24,8 +24,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partialmethod
+from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache, partialmethod
 from math import isfinite
 from operator import itemgetter
 from traceback import format_exc
@@ -62,8 +62,39 @@ _WHOLE_UNIT = -1
 _BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}
 """Value that is returned for a variable that does not exist."""
 
-_PICKERS_KEPT = 256
-"""A host reads the same few sets of variables again and again; the bound is for one that does not."""
+
+@lru_cache(maxsize=256)  # a host reads the same few sets of variables again and again
+def _reader(unit: type[SlaveBase], kind: str, references: tuple[int, ...]) -> Callable[[list[Any]], list[Any]]:
+    """Return a function that reads variables of a type out of all values; neighbours are read by a slice."""
+    for reference in references:
+        if not unit.has(kind, reference):
+            raise KeyError(_unknown(kind, reference))
+    first = references[0] if references else 0
+    beyond = first + len(references)
+    if references == (*range(first, beyond),):
+        return itemgetter(slice(first, beyond))
+    pick = itemgetter(*references)
+    return lambda values: list(pick(values))
+
+
+def _getter(kind: str) -> Callable[[SlaveBase, list[int]], list[Any]]:
+    """Return the method that reads variables of a type."""
+
+    def get(self: SlaveBase, vrs: list[int]) -> list[Any]:
+        """Values of variables by reference; if one cannot be read, a blank, because the binary reads that many."""
+        try:
+            if self._outdated:
+                self._prepare()
+            return _reader(type(self), kind, tuple(vrs))(self.values)  # type: ignore[arg-type]
+        except BaseException as problem:
+            self._report(f"get{kind}", problem)
+            return [self.values[reference] if self.has(kind, reference) else _BLANKS[kind] for reference in vrs]
+
+    return get
+
+
+def _unknown(kind: str, reference: int) -> str:
+    return f"no {kind} variable has value reference {reference}"
 
 
 class SlaveBase(Fmi2Slave):
@@ -97,7 +128,6 @@ class SlaveBase(Fmi2Slave):
             self.values.append(kind() if start is None else kind(start))
         self.refused: dict[int, str] = {}  # the reason by reference, until the variable has a good value
         self._initialised_with: list[Any] | None = None
-        self._pickers: dict[tuple[int, ...], Callable[[list[Any]], list[Any]]] = {}
         self._enter(INSTANTIATED)
         self._remove_repeated_path_entries()
 
@@ -240,17 +270,6 @@ class SlaveBase(Fmi2Slave):
             self._report("doStep", problem)
             return False
 
-    def get_real(self, vrs: list[int]) -> list[float]:
-        """Values of Real variables by reference."""
-        try:
-            if self._outdated:
-                self._prepare()
-            references = tuple(vrs)
-            pick = self._pickers.get(references)
-            return self._get("Real", vrs) if pick is None else pick(self.values)
-        except BaseException as problem:
-            return self._blanks("Real", vrs, problem)
-
     def _refuse_step(self, time: float, step: float) -> None:
         if self.phase != STEPPING:
             raise Refusal(
@@ -272,28 +291,10 @@ class SlaveBase(Fmi2Slave):
 
     # Reading and setting, thoroughly
 
-    def _get(self, kind: str, vrs: list[int]) -> list[Any]:
-        """Values of variables of this type by reference."""
-        try:
-            if self._outdated:
-                self._prepare()
-            for reference in vrs:
-                if not self._is(kind, reference):
-                    raise KeyError(_unknown(kind, reference))
-            if kind == "Real" and len(self._pickers) < _PICKERS_KEPT:
-                self._pickers[tuple(vrs)] = _picker(vrs)
-            return [self.values[reference] for reference in vrs]
-        except BaseException as problem:
-            return self._blanks(kind, vrs, problem)
-
-    def _blanks(self, kind: str, vrs: list[int], problem: BaseException) -> list[Any]:
-        """Log the problem; return one value per reference all the same, because the binary reads that many."""
-        self._report(f"get{kind}", problem)
-        return [self.values[reference] if self._is(kind, reference) else _BLANKS[kind] for reference in vrs]
-
-    def _is(self, kind: str, reference: int) -> bool:
+    @classmethod
+    def has(cls, kind: str, reference: int) -> bool:
         """Whether a variable of this type has this value reference, which the binary hands over as a signed number."""
-        return 0 <= reference < len(self.variables) and self.variables[reference].type == kind
+        return 0 <= reference < len(cls.variables) and cls.variables[reference].type == kind
 
     def _set(self, kind: str, vrs: list[int], values: list[Any]) -> None:
         """Set variables of this type; log and ignore values out of range."""
@@ -310,13 +311,13 @@ class SlaveBase(Fmi2Slave):
         except BaseException as problem:
             self._report(f"set{kind}", problem)
 
-    get_integer, set_integer = partialmethod(_get, "Integer"), partialmethod(_set, "Integer")
-    get_boolean, set_boolean = partialmethod(_get, "Boolean"), partialmethod(_set, "Boolean")
-    get_string, set_string = partialmethod(_get, "String"), partialmethod(_set, "String")
+    get_real, get_integer, get_boolean, get_string = map(_getter, TYPES)
+    set_integer, set_boolean = partialmethod(_set, "Integer"), partialmethod(_set, "Boolean")
+    set_string = partialmethod(_set, "String")
 
     def _problem(self, kind: str, reference: int, value: Value) -> str | None:
         """Return why ``value`` is refused, or None; keep a refusal that a better value can end."""
-        if not self._is(kind, reference):
+        if not self.has(kind, reference):
             return _unknown(kind, reference)
         variable = self.variables[reference]
         if reference not in self._open:
@@ -396,17 +397,3 @@ class SlaveBase(Fmi2Slave):
         """Queue a message for the host, which reads it as a printf format and as UTF-8."""
         text = msg.replace("%", "%%").encode("utf-8", "backslashreplace").decode("utf-8")
         super().log(text, status, category)
-
-
-def _unknown(kind: str, reference: int) -> str:
-    return f"no {kind} variable has value reference {reference}"
-
-
-def _picker(references: Sequence[int]) -> Callable[[list[Any]], list[Any]]:
-    """Return a function that picks these places of a list; neighbours are read by a slice."""
-    first = references[0] if references else 0
-    beyond = first + len(references)
-    if tuple(references) == (*range(first, beyond),):
-        return itemgetter(slice(first, beyond))
-    pick = itemgetter(*references)
-    return lambda values: list(pick(values))

@@ -10,7 +10,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 def frozen_state(state: Any) -> Any:
     """Return a copy of a state as lists."""
-    nested = isinstance(state, tuple | list) or hasattr(state, "_fields")
+    nested = isinstance(state, (tuple, list)) or hasattr(state, "_fields")
     return [frozen_state(one) for one in state] if nested else state
 
 
@@ -18,7 +18,7 @@ def thawed_state(saved: Any, kind: Any) -> Any:
     """Return the state of type ``kind``, a NamedTuple, tuple or list, or one of these or None, saved as lists."""
     if get_origin(kind) is Union:  # with None
         (kind,) = (one for one in get_args(kind) if one is not type(None))
-    if not isinstance(saved, tuple | list):
+    if not isinstance(saved, (tuple, list)):
         return saved
     if hasattr(kind, "_fields"):
         hints, pairs = _hints(kind), zip(kind._fields, saved, strict=True)

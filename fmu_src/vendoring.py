@@ -23,36 +23,19 @@ VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")
 """Packages that are put into an FMU; everything else that a unit imports must be in the standard library."""
 
 OLDEST_PYTHON = (3, 9)
-"""The oldest Python of a host; annotations of a newer form are postponed, so that it does not evaluate them."""
+"""The oldest Python of a host."""
 
 _POSTPONED = "from __future__ import annotations\n"
-_NEWER_FORMS = (
-    (re.compile(r",\s*strict=True(?=\s*,?\s*\))"), ""),
-    (
-        re.compile(r"(@dataclass\([^)]*)\bslots=True"),
-        r'\1**({"slots": True} if __import__("sys").version_info >= (3, 10) else {})',
-    ),
-    (re.compile(r"(\bisinstance\([^()]+), (\w+) \| (\w+)\)"), r"\1, (\2, \3))"),
-)
-"""Forms of Python 3.10 with their replacement in a vendored copy: zip without its check of the lengths (the tests of
-the project run with it), slots where the host has them, and a pair of types in place of their union."""
-
-
-def _package_folder(package: str) -> Path:
-    spec = importlib.util.find_spec(package)
-    if spec is None or not spec.submodule_search_locations:
-        raise BuildError(f"the package {package} is not installed; install it, a unit cannot be built without it")
-    return Path(next(iter(spec.submodule_search_locations)))
+_STRICT = re.compile(r",\s*strict=True(?=\s*,?\s*\))")
 
 
 def _module_file(module: str) -> Path | None:
     """File of a module in a vendored package, or None where the name is an attribute and no module."""
-    package, *rest = module.split(".")
-    base = _package_folder(package).joinpath(*rest)
-    for candidate in (base / "__init__.py", base.with_suffix(".py")):
-        if candidate.is_file():
-            return candidate
-    return None
+    try:
+        spec = importlib.util.find_spec(module)
+    except ModuleNotFoundError:
+        return None
+    return Path(spec.origin) if spec and spec.origin else None
 
 
 def _imports(module: str, tree: ast.AST, is_package: bool) -> Iterable[str]:
@@ -128,26 +111,16 @@ def renamed(sources: Mapping[str, str], tag: str) -> dict[str, str]:
 
 
 def _rewritten(text: str, tag: str) -> str:
-    """Rename vendored packages in ``from package import``, and replace what the oldest Python does not know."""
-    lines = text.splitlines(keepends=True)
-    tree = ast.parse(text)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-            root = node.module.split(".")[0]
-            if root in VENDORED:
-                line = lines[node.lineno - 1]
-                head, keyword, tail = line[: node.col_offset], "from ", line[node.col_offset + 5 :]
-                lines[node.lineno - 1] = head + keyword + tail.replace(root, f"{root}_{tag}", 1)
-        elif isinstance(node, ast.Import) and any(alias.name.split(".")[0] in VENDORED for alias in node.names):
-            line = lines[node.lineno - 1].strip()
-            raise BuildError(f"{line!r}: a vendored package must be imported as 'from package import module'")
-    if text.strip() and _POSTPONED not in text:
-        has_docstring = ast.get_docstring(tree, clean=False) is not None
-        lines.insert((tree.body[0].end_lineno or 0) if has_docstring else 0, _POSTPONED)
-    text = "".join(lines)
-    for form, older in _NEWER_FORMS:
-        text = form.sub(older, text)
-    return text
+    """Rename vendored packages in ``from package import``, and replace what the oldest Python does not know.
+
+    It does not evaluate annotations, which are postponed, and its zip checks no lengths, which the tests do.
+    """
+    packages = "|".join(VENDORED)
+    if wrong := re.search(rf"^\s*(import ({packages})\b.*)", text, re.MULTILINE):
+        raise BuildError(f"{wrong[1]!r}: a vendored package must be imported as 'from package import module'")
+    text = re.sub(rf"^(\s*from (?:{packages}))\b", rf"\1_{tag}", text, flags=re.MULTILINE)
+    text = _STRICT.sub("", text)
+    return text if not text.strip() or _POSTPONED in text else _POSTPONED + text
 
 
 def slave_script(unit: type, tag: str, start_values: Mapping[str, Value]) -> str:
