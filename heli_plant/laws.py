@@ -12,7 +12,7 @@
 No law is written again here. The text of each function is made from the laws' own texts: a law's expression stands
 behind the question whether its coefficient is other than zero, arguments that are parameters are read from ``p``.
 ``switched_on`` answers once for a step whether an axis has any effect at all. To the sum on an axis belongs its
-tabulated torque (:mod:`heli_plant.tabulated_torque`) where it has one, ``table_pitch(time, pitch, ..., p)``.
+tabulated torque (:mod:`heli_plant.tabulated_torque`) where it has one.
 """
 
 import ast
@@ -109,17 +109,13 @@ def _has_table(axis: str) -> str:
     return f"p.table_variable_{axis} > 0.5"
 
 
-def _table(axis: str) -> FunctionType:
-    """Make the function of an axis's tabulated torque."""
+def _table(axis: str) -> str:
+    """Give the call of an axis's tabulated torque."""
     first = f"p.table_first_{axis}"
     x = f"table_variable(p.table_variable_{axis}, {first}, {', '.join(_TABLED)})"
     y = ", ".join(f"p.table_torque_{k}_{axis}" for k in range(1, KNOTS + 1))
-    line = f"return tabulated_torque({x}, {first}, p.table_spacing_{axis}, ({y}))"
-    return _function(f"table_{axis}", (*_MOTION, "p"), [line], f"Return the tabulated torque [rad/s^2] of the {axis}.")
+    return f"tabulated_torque({x}, {first}, p.table_spacing_{axis}, ({y}))"
 
-
-table_pitch, table_elevation, table_travel = (_table(axis) for axis in AXES)
-_CALLED |= {"table_pitch": table_pitch, "table_elevation": table_elevation, "table_travel": table_travel}
 
 added_pitch, added_elevation, added_travel = (
     _sum(
@@ -127,7 +123,7 @@ added_pitch, added_elevation, added_travel = (
         at(ACCELERATION, axis),
         _MOTION,
         f"Return the acceleration [rad/s^2] of the {axis} by the effects that are on and by its table.",
-        f"if {_has_table(axis)}: total = total + table_{axis}({', '.join(_MOTION)}, p)",
+        f"if {_has_table(axis)}: total = total + {_table(axis)}",
     )
     for axis in AXES
 )

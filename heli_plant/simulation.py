@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .compiled import compiled_for, parameter_record, read_only
+from .compiled import compiled, parameter_record, read_only
 from .laws import motor_input, motor_time_constant, switched_on, thrust_voltages
 from .motor import kept, toward
 from .parameters import PlantParameters
@@ -84,9 +84,8 @@ def simulate(
         )
     states, angles = np.empty((count, STATES)), np.empty((count, 3))
     start = rigid_start(PlantState(*(float(value) for value in start)), parameters)
-    run = compiled_for(_loop, parameters)
     time = read_only(np.arange(count) * float(h))
-    run(time, voltages, commands, start, float(h), parameter_record(parameters), states, angles)
+    compiled(_loop)(time, voltages, commands, start, float(h), parameter_record(parameters), states, angles)
     return states, angles
 
 
@@ -205,7 +204,7 @@ def run_filter(
     time, inputs, angles, gains, harmonics = map(
         read_only, (record.time, record.inputs, record.angles, gains, harmonics)
     )
-    compiled_for(_filter, parameters)(
+    compiled(_filter)(
         time, inputs, angles, first, last, carry, record.step, _record(parameters), gains,
         read_only(np.atleast_2d(local)), harmonics, innovations, motion,
     )  # fmt: skip
@@ -235,7 +234,7 @@ def run_accelerations(
     """Accelerations along a motion; as :func:`run_filter`, ``carry`` is None at the record's beginning."""
     if carry is None:
         carry = np.array([record.start[6], record.start[7], record.start[11]])
-    compiled_for(_accelerations, parameters)(
+    compiled(_accelerations)(
         record.time, record.inputs, motion, first, carry, record.step, parameter_record(parameters), out
     )
     return carry
