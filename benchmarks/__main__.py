@@ -14,10 +14,8 @@ from benchmarks.harness import PAGE, write_section
 
 SECTIONS = {
     "commands": "commands",
-    "campaign": "commands",
     "loop": "masters",
     "native": "masters",
-    "simulation": "simulation",
     "fit": "fit",
     "memory": "units",
     "lockstep": "units",
@@ -30,7 +28,6 @@ SECTIONS = {
 PRINTED = {
     "blind": "blind",
     "windy": "halves",
-    "field": "halves.field_battery",
     "measured": "halves",
     "damage": "damage",
     "controllers": "controllers",

@@ -7,14 +7,13 @@ clean rigs accused 0, single effects named first .98 and without a false one .98
 the structure sees .95, pairs .97, unknown torques .95, 95 % intervals that hold the truth .93 to .98.
 """
 
-import argparse
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
+from scipy.stats import binomtest
 
-from benchmarks.harness import ROOT, measured_at, table
+from benchmarks.harness import ROOT, measured_at, options, table
 from benchmarks.rigs import DETECTABLE, GROUPS, TOLD, blind_sources
 from heli_identifier.cli.on_logs import rigs_done
 from heli_identifier.online import ModelParameters
@@ -43,23 +42,12 @@ class Share:
     hits: int
     count: int
 
-    @property
-    def value(self) -> float:
-        """Share; NaN if nothing was counted."""
-        return self.hits / self.count if self.count else float("nan")
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """95 % interval (Wilson 1927); what is counted twice on one rig is correlated, which widens it somewhat."""
-        if not self.count:
-            return 0.0, 1.0
-        n, p, z = self.count, self.value, 1.959964
-        middle, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-        return float((middle - half) / (1 + z * z / n)), float((middle + half) / (1 + z * z / n))
-
     def __str__(self) -> str:
-        low, high = self.interval
-        return f"{100 * self.value:.1f} % ({100 * low:.1f} to {100 * high:.1f})" if self.count else ""
+        """Give it with its 95 % interval (Wilson); two counts of one rig are correlated, which widens it somewhat."""
+        if not self.count:
+            return ""
+        low, high = binomtest(self.hits, self.count).proportion_ci(method="wilson")
+        return f"{100 * self.hits / self.count:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
 
 
 def share(rows: Iterable[Row], hit: Callable[[Row], object]) -> Share:
@@ -139,7 +127,7 @@ def report(groups: Rows, command: str) -> str:
     seconds = [row["seconds"] for row in everything if row["error"] is None]
     lines = [
         (what, str(own), str(own.count), f"{100 * low:g} to {100 * high:g} %",
-         "yes" if low <= own.value <= high else "**no**")
+         "yes" if low <= own.hits / own.count <= high else "**no**")
         for what, own, low, high in bars(groups)
     ]  # fmt: skip
     kinds = []
@@ -169,14 +157,14 @@ def report(groups: Rows, command: str) -> str:
 
 def blind(arguments: Sequence[str]) -> None:
     """Run the battery; print the rigs that are missed and the tables."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks blind", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--groups", default=",".join(GROUPS), help=f"of {', '.join(GROUPS)}")
-    parser.add_argument("--limit", type=int, help="most rigs of each case; all if not given")
-    parser.add_argument("--workers", type=int, help="processes; one per core if not given")
-    parser.add_argument("--output", type=Path, default=ROOT / "build/blind", help="folder of the single results")
-    asked = parser.parse_args(arguments)
-    limits = dict.fromkeys(GROUPS, asked.limit) if asked.limit else None
-    rigs = blind_sources(asked.groups.split(","), limits)
+    asked = options(
+        arguments, "blind", __doc__,
+        groups=(",".join(GROUPS), "groups of the battery"),
+        limit=(int, "most rigs of each case; all if not given"),
+        workers=(int, "processes; one per core if not given"),
+        output=(ROOT / "build/blind", "folder of the single results"),
+    )  # fmt: skip
+    rigs = blind_sources(asked.groups.split(","), asked.limit)
     groups: dict[str, list[Row]] = {}
     with rigs_done() as progress:
         rows = run_campaign([source for _, source in rigs.values()], asked.output, measure="benchmarks.rigs:measured",

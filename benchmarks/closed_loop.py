@@ -13,7 +13,6 @@ where determined; in hover nothing is determined; 1 % of the scores of absent ef
 odd ones with ``--tuning``. Bars: the median of k_x over the truth is .97 to 1.03, its half-width .15; .92 to .99 cover.
 """
 
-import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -22,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.flown import DURATIONS, ClosedLoopRig, closed_loop_rigs
-from benchmarks.harness import table
+from benchmarks.harness import options, table
 from benchmarks.native_unit import Units, built_units
 from benchmarks.rigs import windy_log
 from fmu_src.variables import Value
@@ -34,6 +33,8 @@ JUDGED = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "k_z", "a_wy", "k_y")
 SHOWN = ("k_z", "a_e", "k_x")
 REPORTED, TUNING = 2, 1
 """Seeds of the two halves of the rigs."""
+
+TUNES = (False, "the other half of the rigs")
 
 SETTINGS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("100 Hz", {}),
@@ -85,26 +86,21 @@ def judged(units: Units, rigs: Sequence[ClosedLoopRig], given: Mapping[str, Valu
 
 def closed_loop(arguments: Sequence[str]) -> None:
     """Print a table for each setting."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks closed_loop")
-    parser.add_argument("--tuning", action="store_true", help="the other half of the rigs")
-    parser.add_argument("--setting", type=int, action="append", help="one of the settings, by number; repeatable")
-    parser.add_argument("--single", action="store_true", help="every log by itself, as if it were a rig's only one")
-    asked = parser.parse_args(arguments)
+    asked = options(
+        arguments, "closed_loop", __doc__,
+        tuning=TUNES,
+        setting=(int, "one of the settings, by number; all if not given"),
+        single=(False, "every log by itself, as if it were a rig's only one"),
+    )  # fmt: skip
+    settings = range(len(SETTINGS)) if asked.setting is None else [asked.setting]
     head = ("lag", *(f"{name} over truth, rigs" for name in SHOWN), "covering", "covering where determined")
     with built_units() as units:
-        for number in asked.setting or range(len(SETTINGS)):
-            title, settings = SETTINGS[number]
-            rigs = closed_loop_rigs(TUNING if asked.tuning else REPORTED, **settings)
+        for title, given in (SETTINGS[number] for number in settings):
+            rigs = closed_loop_rigs(TUNING if asked.tuning else REPORTED, **given)
             if asked.single:
                 rigs = [replace(rig, logs=(log,)) for rig in rigs for log in rig.logs]
             rows = [(lag, *judged(units, rigs, given)) for lag, given in LAGS.items()]
             print(f"{title}\n\n{table(head, rows)}\n", flush=True)
-
-
-def _half(name: str, arguments: Sequence[str]) -> int:
-    parser = argparse.ArgumentParser(prog=f"python -m benchmarks {name}")
-    parser.add_argument("--tuning", action="store_true", help="the other half of the rigs")
-    return TUNING if parser.parse_args(arguments).tuning else REPORTED
 
 
 def quiet(arguments: Sequence[str]) -> None:
@@ -113,7 +109,7 @@ def quiet(arguments: Sequence[str]) -> None:
     Nobody moves the joystick at all, or nobody does after the first 60 s; counted are the seconds from 20 s on, or from
     90 s on.
     """
-    seed, rows = _half("quiet", arguments), []
+    seed, rows = TUNING if options(arguments, "quiet", __doc__, tuning=TUNES).tuning else REPORTED, []
     outputs = (*JUDGED, *ERRORS, *(f"determined.{name}" for name in JUDGED))
     with built_units() as units:
         for noise in (1.0, 0.0):
@@ -138,14 +134,15 @@ def quiet(arguments: Sequence[str]) -> None:
 
 def rough_air(arguments: Sequence[str]) -> None:
     """Print gains over the truth, half-widths over the truth and the share of intervals that cover."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks rough_air")
-    parser.add_argument("--tuning", action="store_true", help="the other half of the rigs")
-    parser.add_argument("--rigs", type=int, default=8, help="how many")
-    parser.add_argument("--rate", type=float, default=100.0, help="of the logs [Hz], 100 or 500")
-    parser.add_argument("--quiet", action="store_true", help="references a fifth as large")
-    parser.add_argument("--unlogged", action="store_true", help="without references")
-    parser.add_argument("--colour", default="ou", help="of the air: ou, slow or swirl")
-    asked = parser.parse_args(arguments)
+    asked = options(
+        arguments, "rough_air", __doc__,
+        tuning=TUNES,
+        rigs=(8, "how many"),
+        rate=(100.0, "of the logs [Hz], 100 or 500"),
+        quiet=(False, "references a fifth as large"),
+        unlogged=(False, "without references"),
+        colour=("ou", "of the air: ou, slow or swirl"),
+    )  # fmt: skip
     first, found = int(asked.tuning), []
     for seed in range(first, first + 2 * asked.rigs, 2):
         rig = windy_rig(seed, asked.colour, asked.quiet, asked.rate, "bare", not asked.unlogged, FIVE)
@@ -176,7 +173,7 @@ LIMIT = 3.0
 
 def watched(arguments: Sequence[str]) -> None:
     """Print how often the score of an absent effect is beyond 3, and of a present one, in short and in long logs."""
-    seed = _half("watched", arguments)
+    seed = TUNING if options(arguments, "watched", __doc__, tuning=TUNES).tuning else REPORTED
     watch: dict[str, Value] = {
         f"watch.{axis}": ",".join(name for name, own, _, _ in WATCHED if own == axis)
         for axis in ("pitch", "elevation", "travel")

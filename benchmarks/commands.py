@@ -1,4 +1,4 @@
-"""Time of whole commands: `heli --help`, `heli diagnose` with four logs cold and warm, `heli campaign` on two cores.
+"""Time of whole commands: `heli --help`, `heli diagnose` with four logs cold and warm.
 
 Cold: HELI_CACHE_DIR is empty, so numba compiles everything. Warm: the cache holds what the cold run compiled.
 """
@@ -7,15 +7,17 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from statistics import median
 from tempfile import TemporaryDirectory
+from time import perf_counter
 
-from benchmarks.harness import ROOT, Bar, Times, Work, bar_table, figure, in_turn, measured_at, ratio, seconds, table
+from benchmarks.harness import ROOT, Bar, bar_table, seconds, section, table
 from heli_identifier.records import demo_logs, read_log
 
-ROUNDS, CAMPAIGN_ROUNDS, COPIES = 3, 2, 8
-RIGS = ("rig-a", "rig-b", "rig-c")
+ROUNDS = 3
 
 
 def heli(*arguments: str, **environment: str) -> None:
@@ -45,11 +47,11 @@ def diagnose(rig: str, cache: Path, cold: bool) -> None:
 
 
 def commands() -> str:
-    """Measure single commands."""
+    """Measure single commands in turn, so that a busy moment of the machine affects all of them."""
     with TemporaryDirectory() as folder:
         cache = Path(folder) / "cache"
         (log,) = demo_logs("rig-a")[1]
-        contenders: dict[str, Work] = {
+        contenders: dict[str, Callable[[], object]] = {
             "`heli --help`": partial(heli, "--help"),
             "`read_log` of 90 s in Python": partial(read_log, log),
             # the order matters: the warm run uses the cache of the cold one
@@ -59,47 +61,18 @@ def commands() -> str:
         }
         heli("--help")
         read_log(log)
-        times = in_turn(contenders, ROUNDS, warm_up=False)
+        times: dict[str, list[float]] = {name: [] for name in contenders}
+        for _ in range(ROUNDS):
+            for name, work in contenders.items():
+                began = perf_counter()
+                work()
+                times[name].append(perf_counter() - began)
     asked = {"`heli --help`": 0.25, "`heli diagnose`, rig-a, cold": 8.0, "`heli diagnose`, rig-a, warm": 4.5}
-    return "\n\n".join(
-        [
-            "## Whole commands",
-            bar_table(Bar(what, times[what].median, bound, "s") for what, bound in asked.items()),
-            table(("command", "median", "least"), [(w, seconds(t.median), seconds(t.least)) for w, t in times.items()]),
-            f"{ROUNDS} rounds, wall time; commands in a process of their own. Four logs of 90 s a diagnosis; cold: "
-            "nothing compiled is cached.",
-            measured_at("numpy", "numba", "scipy"),
-        ]
-    )
-
-
-def efficiency(one: Times, two: Times) -> float:
-    """Speed of two workers over twice that of one."""
-    return ratio(one, two) / 2.0
-
-
-def campaign() -> str:
-    """Measure a campaign with one and with two workers over copies of the demonstration rigs."""
-
-    def run(folder: str, workers: int) -> None:
-        with TemporaryDirectory() as output:
-            heli("campaign", folder, "--output", output, "--workers", str(workers))
-
-    with TemporaryDirectory() as folder, TemporaryDirectory() as warm:
-        for rig in (f"{rig}-{copy}" for rig in RIGS for copy in range(COPIES)):
-            Path(folder, rig).mkdir()
-            for log in (log for logs in demo_logs(rig[:5]) for log in logs):
-                shutil.copy(log, Path(folder, rig))
-        heli("diagnose", *map(str, demo_logs("rig-a")[0]), "--output", f"{warm}/out")  # nothing compiles later
-        times = in_turn({f"{n}": partial(run, folder, n) for n in (1, 2)}, CAMPAIGN_ROUNDS, warm_up=False)
-    rigs, twice = len(RIGS) * COPIES, efficiency(*times.values())
-    rows = [(n, seconds(t.median), seconds(t.least), figure(3600.0 * rigs / t.median)) for n, t in times.items()]
-    return "\n\n".join(
-        [
-            "## Campaign",
-            bar_table([Bar("speed of two workers over twice that of one", twice, 0.85, "", True)]),
-            table(("workers", f"median for {rigs} rigs", "least", "rigs an hour"), rows),
-            f"{CAMPAIGN_ROUNDS} rounds of the whole command, starting processes included; four logs of 90 s a rig.",
-            measured_at("numpy", "numba", "distributed"),
-        ]
+    return section(
+        "Whole commands",
+        bar_table(Bar(what, median(times[what]), bound, "s") for what, bound in asked.items()),
+        table(("command", "median", "least"), [(w, seconds(median(t)), seconds(min(t))) for w, t in times.items()]),
+        f"{ROUNDS} rounds, wall time; commands in a process of their own. Four logs of 90 s a diagnosis; cold: "
+        "nothing compiled is cached.",
+        packages=("numpy", "numba", "scipy"),
     )

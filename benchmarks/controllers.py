@@ -13,7 +13,6 @@ Transfer: the step responses of elevation and pitch that each model predicts for
 corrected plant, against those of the true plant; the corrected plant's error over another's, median of the rigs.
 """
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -21,7 +20,7 @@ from statistics import median
 
 import numpy as np
 
-from benchmarks.harness import figure, in_parallel, table
+from benchmarks.harness import figure, in_parallel, options, span, table
 from benchmarks.rigs import windy_log
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
@@ -131,15 +130,14 @@ def of_rig(plants: int, job: tuple[str, int]) -> dict[str, Verdict]:
 
 def controllers(arguments: Sequence[str]) -> None:
     """Print a table of designs against what they keep."""
-    parser = argparse.ArgumentParser(
-        "python -m benchmarks controllers", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seeds", default="1:25:2", help="first:behind the last:step")
-    parser.add_argument("--colours", default=",".join(COLOURS), help=f"of {', '.join(COLOURS)}")
-    parser.add_argument("--plants", type=int, default=300, help="drawn for each design")
-    parser.add_argument("--workers", type=int, default=2)
-    asked = parser.parse_args(arguments)
-    jobs = [(colour, seed) for seed in range(*map(int, asked.seeds.split(":"))) for colour in asked.colours.split(",")]
+    asked = options(
+        arguments, "controllers", __doc__,
+        seeds=("1:25:2", "first:behind the last:step"),
+        colours=(",".join(COLOURS), "kinds of air"),
+        plants=(300, "drawn for each design"),
+        workers=(2, "processes"),
+    )  # fmt: skip
+    jobs = [(colour, seed) for seed in span(asked.seeds) for colour in asked.colours.split(",")]
     done: list[dict[str, Verdict]] = []
     for job, verdicts in zip(jobs, in_parallel(partial(of_rig, asked.plants), jobs, asked.workers), strict=True):
         done.append(verdicts)

@@ -10,14 +10,13 @@ damage is named or whose logs are refused by its name, the same with an effect, 
 what was said.
 """
 
-import argparse
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.harness import in_parallel, table
+from benchmarks.harness import in_parallel, options, span, table
 from benchmarks.rigs import DETECTABLE, likelihood_of, log_of, windy_log
 from heli_identifier.chain import FAULTS
 from heli_identifier.errors import IdentifierError
@@ -92,19 +91,11 @@ def is_named(damage: str, said: str) -> bool:
 
 def damage(arguments: Sequence[str]) -> None:
     """Run the benchmark."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks damage", description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("damages", nargs="*")
-    for kind in ("open", "flown", "both"):
-        parser.add_argument(f"--{kind}", default="0:4", help="first:behind the last rig")
-    parser.add_argument("--workers", type=int, default=1)
-    asked = parser.parse_args(arguments)
+    kinds = ("open", "flown", "both")
+    rigs = dict.fromkeys(kinds, ("0:4", "first:behind the last rig"))
+    asked = options(arguments, "damage", __doc__, "damages", **rigs, workers=(1, "processes"))
     damages = [name for name in DAMAGES if not asked.damages or any(word in name for word in asked.damages)]
-    jobs = [
-        (kind, seed, name)
-        for name in damages
-        for kind in ("open", "flown", "both")
-        for seed in range(*map(int, getattr(asked, kind).split(":")))
-    ]
+    jobs = [(kind, seed, name) for name in damages for kind in kinds for seed in span(getattr(asked, kind))]
     shown, seen, named, count, beside, both = (Counter[str]() for _ in range(6))
     words: dict[str, Counter[str]] = {}
     for kind, seed, name, effects, said, told in in_parallel(diagnosed, jobs, asked.workers):

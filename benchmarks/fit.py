@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from benchmarks.harness import measured_at, seconds, table
+from benchmarks.harness import seconds, section, table
 from benchmarks.rigs import likelihood_of, log_of
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
@@ -141,9 +141,10 @@ def fit() -> str:
         for name, time, x in found
     ]
     samples = sum(record.samples for record in likelihood.records)
-    return (
-        f"## The fit alone\n\n{len(fields)} parameters, {samples} samples, processor time of one "
-        f"core, median of {ROUNDS}; the largest error of a gain against the truth.\n\n"
-        + table(("fit", "time", "over ours", "gains off by"), rows)
-        + f"\n\n{measured_at('numpy', 'scipy', 'casadi')}"
+    return section(
+        "The fit alone",
+        f"{len(fields)} parameters, {samples} samples, processor time of one core, median of {ROUNDS}; the largest "
+        "error of a gain against the truth.",
+        table(("fit", "time", "over ours", "gains off by"), rows),
+        packages=("numpy", "scipy", "casadi"),
     )

@@ -33,7 +33,6 @@ from benchmarks.rigs import log_of
 from heli_identifier.errors import IdentifierError
 from heli_identifier.files import write_atomically
 from tests.blind.battery import BATTERY
-from tests.blind.field.battery import FIELD_BATTERY
 
 Entries = Iterator[tuple[str, Callable[[], Any]]]
 """Names of entries, each with what makes its content."""
@@ -87,18 +86,6 @@ def battery(most: int) -> Entries:
             return diagnosis(100.0, rig.train, [rig.held])
 
         yield f"{case.group} {case.kind} {case.scale:g}", made
-
-
-def field(most: int) -> Entries:
-    """First halves of rigs of the field battery."""
-    cases = [FIELD_BATTERY[int(k * len(FIELD_BATTERY) / most)] for k in range(min(most, len(FIELD_BATTERY)))]
-    for case in cases:
-
-        def made(case: Any = case) -> Any:
-            rig = case.rig(0)
-            return diagnosis(rig.truth.rate, rig.halves[0].train, rig.halves[0].held)
-
-        yield f"{case.group} {case.kind}", made
 
 
 def flights(most: int) -> Entries:
@@ -195,7 +182,6 @@ def messages(most: int) -> Entries:
 
 KINDS: dict[str, tuple[Callable[[int], Entries], int]] = {
     "battery": (battery, 67),
-    "field": (field, 10),
     "flights": (flights, 5),
     "identifier": (identifier, 3),
     "scenarios": (scenarios, 2),

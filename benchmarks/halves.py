@@ -2,12 +2,11 @@
 
     python -m benchmarks windy [--seeds 0:16] [--choose] [--colours ou,slow,swirl] [--quiet] [--unlogged] [--rate 100]
                                [--effects KIND] [--workers N] [--csv FILE]
-    python -m benchmarks field [--groups clean,...] [--limit RIGS] [--workers N]
-    python -m benchmarks measured RIG... [--from SECONDS] [--workers N] [--download FOLDER] [--csv FILE]
+    python -m benchmarks measured RIG... [--begin SECONDS] [--workers N] [--download FOLDER] [--csv FILE]
                                   [--online]
 
 *windy*: generated rigs in the air of measured ones, under students' controllers. The odd seeds report; rules are chosen
-on the even ones, ``--choose``. *field*: the field battery. *measured*: a folder of logs each, ``RIG:-pitch`` if its
+on the even ones, ``--choose``. *measured*: a folder of logs each, ``RIG:-pitch`` if its
 pitch counts down; every second log makes a half, and ``--download`` fetches public logs of three rigs. ``--online``
 compares the 95 % intervals of `heli identify` with those of the diagnosis' plant, all logs together (9 of 10 overlap).
 
@@ -25,9 +24,9 @@ Printed is a line for each half, then for each kind of rig a table with its bars
 * log-likelihood of a second controller's logs under the true plant less that under the delivered one [nats] (6).
 """
 
-import argparse
 import csv
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
@@ -36,13 +35,12 @@ from time import process_time
 
 import numpy as np
 
-from benchmarks.harness import in_parallel, table
+from benchmarks.harness import in_parallel, options, span, table
 from benchmarks.measured import DownloadError, download
-from benchmarks.rigs import DETECTABLE, FIELD_GROUPS, field_sources, likelihood_of, told_scores, windy_log
+from benchmarks.rigs import DETECTABLE, likelihood_of, told_scores, windy_log
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import PREDICTION_ERROR
 from heli_identifier.records import Log, LogFormat, read_logs
-from heli_identifier.tools import GeneratedRig
 from heli_identifier.tools.identification import identify
 from heli_identifier.tracing import Determination, Diagnosis, diagnose, fit, identify_plant
 from heli_identifier.tracing.helicopter import family_of
@@ -150,9 +148,6 @@ def nats_under(plant: PlantParameters, logs: Sequence[Log]) -> float:
 
 # --- where the rigs come from ------------------------------------------------------------------------------------
 
-Job = Callable[[], list[Half]]
-
-
 def windy_halves(colour: str, quiet: bool, rate: float, effects: str | None, logged: bool, seed: int) -> list[Half]:
     """Make a windy rig and diagnose its halves."""
     rig = windy_rig(seed, colour, quiet, rate, effects, logged, WINDY_LOGS)
@@ -170,16 +165,6 @@ def windy_halves(colour: str, quiet: bool, rate: float, effects: str | None, log
         known = Known(tuple(fields), frozenset(map(family_of, fields)), slopes, plant, logs("c"))
         halves.append(half_of(" ".join(filter(None, words)), f"{colour} {seed}", letter, training, logs("t"), known))
     return halves
-
-
-def field_halves(group: str, source: GeneratedRig) -> list[Half]:
-    """Diagnose a half of a rig of the field battery."""
-    rig = source.load()
-    assert rig.truth is not None
-    fields = tuple(f"{effect.name}_{effect.axis}" for effect in rig.truth.effects)
-    name, _, half = source.rig.rpartition(" ")
-    truth = Known(fields, frozenset(map(family_of, fields)))
-    return [half_of(group, name, half, rig.training, rig.held_out, truth)]
 
 
 def rig_logs(rig: str, start: float) -> list[Log]:
@@ -320,13 +305,9 @@ def _write(path: Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> No
         csv.writer(file, lineterminator="\n").writerows([head, *rows])
 
 
-def _called(job: Job) -> list[Half]:
-    return job()
-
-
-def _run(jobs: Sequence[Job], workers: int) -> dict[str, list[Half]]:
+def _run(jobs: Sequence[partial[list[Half]]], workers: int) -> dict[str, list[Half]]:
     kinds: dict[str, list[Half]] = {}
-    for halves in in_parallel(_called, jobs, workers):
+    for halves in in_parallel(partial.__call__, jobs, workers):
         for half in halves:
             kinds.setdefault(half.kind, []).append(half)
             print(half.line(), flush=True)
@@ -337,27 +318,21 @@ def _run(jobs: Sequence[Job], workers: int) -> dict[str, list[Half]]:
 # --- commands ----------------------------------------------------------------------------------------------------
 
 
-def _parser(name: str) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog=f"python -m benchmarks {name}", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--workers", type=int, default=1)
-    return parser
-
-
 def windy(arguments: Sequence[str]) -> None:
     """Windy rigs."""
-    parser = _parser("windy")
-    parser.add_argument("--seeds", default="0:16", help="first:behind the last")
-    parser.add_argument("--choose", action="store_true", help="even seeds, to choose rules on; else the odd ones")
-    parser.add_argument("--colours", default=",".join(COLOURS), help=f"of {', '.join(COLOURS)}")
-    parser.add_argument("--quiet", action="store_true", help="quiet rigs as well")
-    parser.add_argument("--unlogged", action="store_true", help="rigs whose references are not logged as well")
-    parser.add_argument("--rate", type=float, default=100.0, choices=(100.0, 500.0), help="of the controller [Hz]")
-    parser.add_argument("--effects", help="bare, coupled or effects of the generator; default: drawn")
-    parser.add_argument("--csv", type=Path, help="file that gets the gains over the truth")
-    asked = parser.parse_args(arguments)
-    seeds = [seed for seed in range(*map(int, asked.seeds.split(":"))) if seed % 2 == (0 if asked.choose else 1)]
+    asked = options(
+        arguments, "windy", __doc__,
+        seeds=("0:16", "first:behind the last"),
+        choose=(False, "even seeds, to choose rules on; else the odd ones"),
+        colours=(",".join(COLOURS), "kinds of air"),
+        quiet=(False, "quiet rigs as well"),
+        unlogged=(False, "rigs whose references are not logged as well"),
+        rate=(100.0, "of the controller [Hz], 100 or 500"),
+        effects=(str, "bare, coupled or effects of the generator; default: drawn"),
+        workers=(1, "processes"),
+        csv=(Path, "file that gets the gains over the truth"),
+    )  # fmt: skip
+    seeds = [seed for seed in span(asked.seeds) if seed % 2 == (0 if asked.choose else 1)]
     kinds = product(asked.colours.split(","), (False, True)[: 1 + asked.quiet], (True, False)[: 1 + asked.unlogged])
     jobs = [partial(windy_halves, colour, quiet, asked.rate, asked.effects, logged, seed)
             for colour, quiet, logged in kinds for seed in seeds]  # fmt: skip
@@ -366,35 +341,25 @@ def windy(arguments: Sequence[str]) -> None:
         write_gains(asked.csv, [half for half in done if half.found])
 
 
-def field_battery(arguments: Sequence[str]) -> None:
-    """Run the field battery."""
-    parser = _parser("field")
-    parser.add_argument("--groups", default=",".join(FIELD_GROUPS), help=f"of {', '.join(FIELD_GROUPS)}")
-    parser.add_argument("--limit", type=int, default=3, help="most rigs of each case")
-    asked = parser.parse_args(arguments)
-    groups = asked.groups.split(",")
-    rigs = field_sources(groups, dict.fromkeys(groups, asked.limit)).values()
-    _run([partial(field_halves, case.group, source) for case, source in rigs], asked.workers)
-
-
 def measured(arguments: Sequence[str]) -> None:
     """Measured rigs."""
-    parser = _parser("measured")
-    parser.add_argument("rigs", nargs="*", metavar="RIG")
-    parser.add_argument("--from", dest="start", type=float, default=6.0, help="leave out what is earlier [s]")
-    parser.add_argument("--csv", type=Path, help="file that gets the errors")
-    parser.add_argument("--online", action="store_true", help="compare the on-line identifier as well")
-    parser.add_argument("--download", type=Path, metavar="FOLDER", help="fetch public logs of three rigs first")
-    asked = parser.parse_args(arguments)
+    asked = options(
+        arguments, "measured", __doc__, "rigs",
+        begin=(6.0, "leave out what is earlier [s]"),
+        workers=(1, "processes"),
+        csv=(Path, "file that gets the errors"),
+        online=(False, "compare the on-line identifier as well"),
+        download=(Path, "folder that gets public logs of three rigs first"),
+    )  # fmt: skip
     try:
         rigs = [*asked.rigs, *(map(str, download(asked.download)) if asked.download else ())]
     except DownloadError as error:
-        parser.error(str(error))
-    done = _run([partial(measured_halves, rig, asked.start) for rig in rigs], asked.workers).get("measured", [])
+        sys.exit(str(error))
+    done = _run([partial(measured_halves, rig, asked.begin) for rig in rigs], asked.workers).get("measured", [])
     for own in (errors_table, closed_loop_table):
         print("\n" + own([half for half in done if half.found]))
     if asked.csv:
         write_errors(asked.csv, [half for half in done if half.found])
     if asked.online:
-        for name, overlapping, count, apart in in_parallel(partial(online, start=asked.start), rigs, asked.workers):
+        for name, overlapping, count, apart in in_parallel(partial(online, start=asked.begin), rigs, asked.workers):
             print(f"{name}: {overlapping} of {count} intervals on line and off line overlap; not {apart or 'one'}")

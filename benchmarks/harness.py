@@ -1,18 +1,17 @@
-"""What all benchmarks share: contenders in turn, work in other processes, tables with bars, sections of a page."""
+"""What all benchmarks share: their options, work in other processes, tables with bars, sections of a page."""
 
 import json
 import os
 import platform
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import Pool
 from pathlib import Path
-from statistics import median
-from time import perf_counter
 from typing import Any
 
 from threadpoolctl import threadpool_limits
@@ -23,53 +22,34 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "benchmarks.md"
 FIGURES = ROOT / "docs" / "figures"
 
-Work = Callable[[], object]
 
-# --- time and processes ------------------------------------------------------------------------------------------
+def options(
+    arguments: Sequence[str], name: str, doc: str | None, rest: str = "", **known: tuple[Any, str]
+) -> Namespace:
+    """Read the options of a benchmark, and words for the ``rest``.
 
-
-@dataclass(frozen=True)
-class Times:
-    """Seconds of each round of one contender, at least one."""
-
-    seconds: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        if not self.seconds:
-            raise ValueError("times of no round: at least one is needed.")
-
-    @property
-    def median(self) -> float:
-        """Median of the rounds [s]."""
-        return median(self.seconds)
-
-    @property
-    def least(self) -> float:
-        """Fastest round [s]."""
-        return min(self.seconds)
-
-
-def in_turn(contenders: Mapping[str, Work], rounds: int, warm_up: bool = True) -> dict[str, Times]:
-    """Time every contender once a round, so that a busy moment of the machine affects all of them.
-
-    With ``warm_up`` each runs once before, not timed: imports, compiled code from the disk cache.
+    Each option has its default, or for none its type, and what it means. One that is False is a flag.
     """
-    if warm_up:
-        for work in contenders.values():
-            work()
-    seen: dict[str, list[float]] = {name: [] for name in contenders}
-    for _ in range(rounds):
-        for name, work in contenders.items():
-            began = perf_counter()
-            work()
-            seen[name].append(perf_counter() - began)
-    return {name: Times(tuple(seconds)) for name, seconds in seen.items()}
+    program = f"python -m benchmarks {name}"
+    parser = ArgumentParser(program, description=doc, formatter_class=RawDescriptionHelpFormatter)
+    for option, (default, meaning) in known.items():
+        if default is False:
+            parser.add_argument(f"--{option}", action="store_true", help=meaning)
+        elif isinstance(default, type):
+            parser.add_argument(f"--{option}", type=default, help=meaning)
+        else:
+            parser.add_argument(f"--{option}", type=type(default), default=default, help=f"{meaning}; {default}")
+    if rest:
+        parser.add_argument(rest, nargs="*", metavar=rest.upper())
+    return parser.parse_args(arguments)
 
 
-def ratio(other: Times, own: Times) -> float:
-    """How many times as long another takes, by the medians."""
-    return other.median / own.median
+def span(words: str) -> range:
+    """Give the range of "first:behind the last" or "first:behind the last:step"."""
+    return range(*map(int, words.split(":")))
 
+
+# --- processes ---------------------------------------------------------------------------------------------------
 
 _CHILD = """
 import json, os, sys
@@ -171,6 +151,11 @@ def seconds(value: float) -> str:
 # --- page --------------------------------------------------------------------------------------------------------
 
 
+def section(title: str, *parts: str, packages: Sequence[str] = ()) -> str:
+    """Give a section of the page, with the versions of some packages at its foot."""
+    return "\n\n".join((f"## {title}", *parts, measured_at(*packages)))
+
+
 def measured_at(*packages: str) -> str:
     """Give the line at the foot of a section: date, machine, load now, packages."""
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
@@ -195,15 +180,10 @@ def _version(package: str) -> str:
         return "not installed"
 
 
-def markers(name: str) -> tuple[str, str]:
-    """First and last line of the section ``name`` of a page."""
-    return f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
-
-
 def write_section(page: Path, name: str, section: str) -> None:
     """Put a section between its markers, or at the end of the page; the others stay as they are."""
     text = page.read_text(encoding="utf-8") if page.exists() else "# Results\n"
-    first, last = markers(name)
+    first, last = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
     before, begin, rest = text.partition(first)
     _, end, after = rest.partition(last)
     own = f"{first}\n{section.strip()}\n{last}"

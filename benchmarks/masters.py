@@ -6,10 +6,6 @@ The FMI boundary is what FMI adds to a step: the master's step less that of the 
 connections copied value by value and ``advance`` called directly.
 """
 
-import os
-import shutil
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -17,13 +13,16 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from benchmarks.harness import ROOT, Bar, apart, bar_table, figure, measured_at, table
+from benchmarks.harness import Bar, apart, bar_table, figure, section, table
 
 STEP = 0.01
 """Communication step [s]."""
 
 GIVEN = {"identifier.adaptation.hold_time": 0.0}
 """The identifier adapts from the first step on, so that a short round does the same."""
+
+Times = dict[str, list[float]]
+"""Microseconds a step of each round, by case."""
 
 Order = dict[str, Any]
 """Files by unit class and by unit of the loop, and the loop as an .ssp file."""
@@ -161,6 +160,7 @@ def prediction(order: Order, steps: int) -> float:
 CASES: tuple[Callable[[Order, int], float], ...] = (
     ours, models_alone, fmpy_calls, libcosim, ecos, plant_off, plant_on, identifier, prediction,
 )  # fmt: skip
+TITLES = {case.__name__: (case.__doc__ or "").rstrip(".") for case in CASES}
 IN_PYTHON_ONLY = (models_alone, fmpy_calls)
 PEERS = {"fmpy_calls": ("fmpy, one call per connection", 3.0), "libcosim": ("libcosim", 1.0), "ecos": ("Ecos", 1.0)}
 """Other masters, and how many times as fast ours has to be."""
@@ -176,9 +176,9 @@ def seconds_of(case: str, order: Order, steps: int) -> float | None:
 
 def timed(
     cases: Iterable[Callable[[Order, int], float]], order: Order, steps: int, rounds: int
-) -> dict[str, list[float]]:
+) -> Times:
     """Give the microseconds a step of each case in each round; cases whose package is missing are left out."""
-    found: dict[str, list[float]] = {}
+    found: Times = {}
     for _ in range(rounds):
         for case in cases:
             seconds = apart(seconds_of, case.__name__, order, steps)
@@ -197,24 +197,15 @@ def order_of(files: dict[str, Path], folder: Path) -> Order:
     return {"units": {unit: str(path) for unit, path in files.items()}, "fmus": fmus, "ssp": str(ssp)}
 
 
-def loop_bars(times: dict[str, list[float]], bounds: dict[str, float], faster: float) -> list[Bar]:
+def loop_bars(times: Times, bounds: dict[str, float], faster: float) -> list[Bar]:
     """Compare the times of the loop and of the units, by case, with their bars."""
     least = {case: min(seen) for case, seen in times.items()}
-    titles = {case.__name__: (case.__doc__ or "").rstrip(".") for case in CASES}
     return [
-        *(Bar(titles[case], least[case], bound, "us a step") for case, bound in bounds.items()),
+        *(Bar(TITLES[case], least[case], bound, "us a step") for case, bound in bounds.items()),
         Bar("speed against real time, 10 ms a step", 1e6 * STEP / least["ours"], faster, "times", True),
         *(Bar(f"against {title}", median(times[case]) / median(times["ours"]), bound, "times faster", True)
           for case, (title, bound) in PEERS.items() if case in times),
     ]  # fmt: skip
-
-
-def _rows(times: dict[str, list[float]]) -> str:
-    rows = [
-        ((case.__doc__ or "").rstrip("."), figure(median(seen)), figure(min(seen)))
-        for case in CASES if (seen := times.get(case.__name__))
-    ]  # fmt: skip
-    return table(("what", "median [us]", "least [us]"), rows)
 
 
 def loop(steps: int = 1500, rounds: int = 12) -> str:
@@ -225,70 +216,32 @@ def loop(steps: int = 1500, rounds: int = 12) -> str:
         times = timed(CASES, order_of(build_all(name), Path(name)), steps, rounds)
     boundary = min(times["ours"]) - min(times["models_alone"])
     bounds = {"ours": 100.0, "plant_off": 15.0, "plant_on": 30.0, "identifier": 40.0, "prediction": 80.0}
-    return "\n\n".join(
-        [
-            "## The four-unit loop and its units",
-            bar_table([*loop_bars(times, bounds, 100.0), Bar("the FMI boundary of the loop", boundary, 25.0, "us")]),
-            _rows(times),
-            f"{steps} steps of {1000 * STEP:g} ms a round, {rounds} rounds in turn, each case in its own process.",
-            measured_at("fmpy", "pythonfmu", "libcosimpy", "ecospy"),
-        ]
-    )
-
-
-# --- native units ------------------------------------------------------------------------------------------------
-
-HOST = ROOT / "tests" / "hosts" / "native_host.c"
-
-
-def in_c_host(folder: Path, fmu: Path) -> tuple[float, float]:
-    """Return what a C host with two instances of a native unit needs: first instance [ms], peak memory [MB]."""
-    from tests.c_hosts import described
-
-    compiler = shutil.which("gcc")
-    if compiler is None:
-        return float("nan"), float("nan")
-    program, opened = folder / "host", folder / f"opened-{fmu.stem}"
-    subprocess.run([compiler, "-std=gnu11", "-O1", str(HOST), "-o", str(program), "-ldl", "-lm"], check=True)
-    shutil.unpack_archive(fmu, opened, "zip")
-    guid, _, references = described(opened)
-    done = subprocess.run(
-        [str(program), str(opened / f"binaries/linux64/{fmu.stem}.so"), guid, "2000", "-1", "", *references],
-        check=True, capture_output=True, text=True,
-    )  # fmt: skip
-    said = {line.split()[0]: line.split()[2] for line in done.stderr.splitlines() if line[:4] in ("firs", "peak")}
-    return float(said["first"]), float(said["peak"]) / 1024.0
+    bars = [*loop_bars(times, bounds, 100.0), Bar("the FMI boundary of the loop", boundary, 25.0, "us")]
+    return _loop_section("The four-unit loop and its units", times, bars, steps, rounds, "pythonfmu")
 
 
 def native(steps: int = 100_000, rounds: int = 5) -> str:
     """Measure native units."""
-    from fmu_src.native import NATIVE_UNITS
+    from fmu_src.native import NATIVE_UNITS, build_native
 
     with TemporaryDirectory(prefix="heli-bench-") as name:
-        folder = Path(name)
-        began = time.perf_counter()
-        subprocess.run(
-            [sys.executable, "-c", "from heli_command import main; main()", "build", "--native", "--output", name],
-            check=True, capture_output=True, env={**os.environ, "PYTHONPATH": str(ROOT), "ZIG_GLOBAL_CACHE_DIR": name},
-        )  # fmt: skip
-        cold = time.perf_counter() - began
-        files = {unit: folder / f"{unit}.fmu" for unit in NATIVE_UNITS}
+        files = {unit: build_native(unit, Path(name)) for unit in NATIVE_UNITS}
         cases = [case for case in CASES if case not in IN_PYTHON_ONLY]
-        times = timed(cases, order_of(files, folder), steps, rounds)
-        hosts = {unit: in_c_host(folder, files[unit]) for unit in ("HelicopterPlant", "AdaptiveIdentifier")}
+        times = timed(cases, order_of(files, Path(name)), steps, rounds)
     bounds = {"ours": 5.0, "plant_off": 0.3, "plant_on": 1.0, "identifier": 1.0, "prediction": 3.0}
-    bars = [
-        *loop_bars(times, bounds, 2000.0),
-        *(Bar(f"first {unit} in a C host, with loading", said[0], 1.0, "ms") for unit, said in hosts.items()),
-        *(Bar(f"memory of a C host, {unit}", said[1], 4.0, "MB") for unit, said in hosts.items()),
-        Bar("`heli build --native`, five units, both platforms, cold", cold, 60.0, "s"),
+    return _loop_section("Native units", times, loop_bars(times, bounds, 2000.0), steps, rounds, "ziglang", "numba")
+
+
+def _loop_section(title: str, times: Times, bars: list[Bar], steps: int, rounds: int, *packages: str) -> str:
+    rows = [
+        (TITLES[case.__name__], figure(median(seen)), figure(min(seen)))
+        for case in CASES
+        if (seen := times.get(case.__name__))
     ]
-    return "\n\n".join(
-        [
-            "## Native units",
-            bar_table(bars),
-            _rows(times),
-            f"{steps} steps a round, {rounds} rounds in turn, every case in a process of its own.",
-            measured_at("fmpy", "libcosimpy", "ecospy", "ziglang", "numba"),
-        ]
+    return section(
+        title,
+        bar_table(bars),
+        table(("what", "median [us]", "least [us]"), rows),
+        f"{steps} steps of {1000 * STEP:g} ms a round, {rounds} rounds in turn, each case in its own process.",
+        packages=("fmpy", "libcosimpy", "ecospy", *packages),
     )

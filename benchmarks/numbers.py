@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from statsmodels.tsa.statespace.kalman_filter import KalmanFilter
 
-from benchmarks.harness import measured_at, table
+from benchmarks.harness import section, table
 from benchmarks.rigs import likelihood_of
 from heli_identifier.online.adaptation import adapt, gain_matrix, initial_factor, measurement_noise
 from heli_identifier.online.state_filter import discretise, filter_line
@@ -209,15 +209,13 @@ def numbers() -> str:
     rows = [row for part in (adaptation, signals, motion, linear, fits) for row in part()]
     head = ("difference of the columns", "condition", "Omega", "Gamma", "Gamma positive definite",
             "textbook RLS: Omega")  # fmt: skip
-    return "\n\n".join(
-        [
-            "## Numbers against independent references",
-            table(("what", "reference", "largest difference", "in"), [(a, b, f"{c:.1e}", d) for a, b, c, d in rows]),
-            "Two of five regressors nearly collinear: largest difference from 60 digits over the largest element.",
-            table(head, list(collinear())),
-            "The plant's difference is the error of the Runge-Kutta method at its step, all others are rounding or, of "
-            "the fit, where a search stops. Collinear regressors cost digits of Omega in any form; the factored gain "
-            "stays positive definite.",
-            measured_at("numpy", "scipy", "statsmodels", "control", "mpmath"),
-        ]
+    return section(
+        "Numbers against independent references",
+        table(("what", "reference", "largest difference", "in"), [(a, b, f"{c:.1e}", d) for a, b, c, d in rows]),
+        "Two of five regressors nearly collinear: largest difference from 60 digits over the largest element.",
+        table(head, list(collinear())),
+        "The plant's difference is the error of the Runge-Kutta method at its step, all others are rounding or, of the "
+        "fit, where a search stops. Collinear regressors cost digits of Omega in any form; the factored gain stays "
+        "positive definite.",
+        packages=("numpy", "scipy", "statsmodels", "control", "mpmath"),
     )

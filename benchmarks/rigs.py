@@ -1,10 +1,10 @@
-"""Rigs of the blind and of the field battery as a campaign takes them, with their truth in the catalogue's names.
+"""Rigs of the blind battery as a campaign takes them, with their truth in the catalogue's names.
 
 A diagnosis sees the logs alone. What a test can see that is told the structure (:func:`told_scores`) is measured with
 the tracer's own likelihood: it says which effects the logs show at all.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,9 @@ from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Likelihood, Sc
 from heli_identifier.tracing.select import with_shapes
 from heli_plant.effects import effect
 from tests.blind.battery import BATTERY, Case
-from tests.blind.field.battery import FIELD_BATTERY, FieldCase
 from tests.blind.windy import WindyLog
 
-GROUPS, FIELD_GROUPS = (tuple(dict.fromkeys(case.group for case in own)) for own in (BATTERY, FIELD_BATTERY))
+GROUPS = tuple(dict.fromkeys(case.group for case in BATTERY))
 
 STATED_ELSEWHERE = {"ground_effect"}
 """Effects whose coefficient the tracer states at another point of the law than the generators do."""
@@ -45,32 +44,16 @@ def windy_log(name: str, log: WindyLog) -> Log:
     return Log(name, round(rate, 6), log.voltages, log.angles, references=dict(log.references))
 
 
-def blind_sources(groups: Collection[str] = GROUPS, limits: Mapping[str, int] | None = None) -> Sources:
-    """Give the rigs of some groups of the blind battery, at most ``limits[group]`` of each of its cases."""
+def blind_sources(groups: Collection[str] = GROUPS, limit: int | None = None) -> Sources:
+    """Give the rigs of some groups of the blind battery, at most ``limit`` of each of its cases."""
     return {
-        name: (case, _generated(name, blind_rig, case, index))
+        name: (case, GeneratedRig(name, "benchmarks.rigs:blind_rig", (*words, index), ("tests.blind",)))
         for case in BATTERY
         if case.group in groups
-        for index in range(min(case.count, (limits or {}).get(case.group, case.count)))
+        for words in ((case.group, case.kind, case.count, case.scale),)
+        for index in range(min(case.count, limit or case.count))
         for name in (f"{case.group} {case.kind} {index}",)
     }
-
-
-def field_sources(groups: Collection[str] = FIELD_GROUPS, limits: Mapping[str, int] | None = None) -> Sources:
-    """Give both halves of rigs of the field battery, each half a rig of its own with the same truth."""
-    return {
-        name: (case, _generated(name, field_half, case, index, half))
-        for case in FIELD_BATTERY
-        if case.group in groups
-        for index in range(min(case.count, (limits or {}).get(case.group, case.count)))
-        for half in range(2)
-        for name in (f"{case.group} {case.kind} {index} {'ab'[half]}",)
-    }
-
-
-def _generated(name: str, make: Any, case: Case | FieldCase, *numbers: int) -> GeneratedRig:
-    words = (case.group, case.kind, case.count, case.scale, *((case.touched,) if isinstance(case, FieldCase) else ()))
-    return GeneratedRig(name, f"benchmarks.rigs:{make.__name__}", (*words, *numbers), ("tests.blind",))
 
 
 def blind_rig(group: str, kind: str, count: int, scale: float, index: int) -> Rig:
@@ -80,17 +63,6 @@ def blind_rig(group: str, kind: str, count: int, scale: float, index: int) -> Ri
     unknown = made.truth.unknown
     true = true_structure(kind, made.truth, TrueUnknown(unknown.axis, unknown.variable) if unknown else None)
     return Rig(training, (log_of("held", 100.0, made.held),), true)
-
-
-def field_half(group: str, kind: str, count: int, scale: float, touched: bool, index: int, half: int) -> Rig:
-    """Make one half of one rig of the field battery; logs carry their number on the rig and nothing else."""
-    made = FieldCase(group, kind, count, scale, touched).rig(index)
-    dealt, rate = made.halves[half], made.truth.rate
-    training, held_out = (
-        tuple(log_of(f"log{number:02d}", rate, samples) for number, samples in zip(numbers, own, strict=True))
-        for numbers, own in ((dealt.train_numbers, dealt.train), (dealt.held_numbers, dealt.held))
-    )
-    return Rig(training, held_out, true_structure(made.truth.kind, made.truth))
 
 
 def true_structure(kind: str, rig: Any, unknown: TrueUnknown | None = None) -> Truth:

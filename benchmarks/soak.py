@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness import Bar, apart, bar_table, figure, measured_at, table
+from benchmarks.harness import Bar, apart, bar_table, figure, section, table
 from benchmarks.native_unit import identifier_state
 from fmu_src import CLOSED_LOOP, build
 from fmu_src.master.instance import Instance
@@ -265,17 +265,15 @@ def soak() -> str:
     rows = [_row(f"native, {TITLES[case]}", run) for case, run in day.items()]
     rows.append(_row(f"Python, {TITLES['adaptation']}", python))
     times = [jump[2] for run in runs for jump in run["jumps"]]
-    return "\n\n".join(
-        [
-            "## A day in closed loop",
-            bar_table(bars),
-            table(head, rows),
-            "The loop of four units at 100 Hz, encoders on, excited for 40 minutes of each hour. In the tenth minute "
-            "the plant jumps: its thrust by a fifth, or the mass by .15 m. Gamma is read from the unit's serialised "
-            "state before and after each stretch without excitation. The last time at which a quarter of a jump is "
-            f"missing, or an estimate of a short memory strays by as much, is {figure(max(times))} s after it. "
-            "The last columns count the samples of k_x and k_z that the unit calls determined "
-            "while they are wrong by more than half, two minutes after a jump left out.",
-            measured_at("fmpy", "pythonfmu", "numba"),
-        ]
+    return section(
+        "A day in closed loop",
+        bar_table(bars),
+        table(head, rows),
+        "The loop of four units at 100 Hz, encoders on, excited for 40 minutes of each hour. In the tenth minute the "
+        "plant jumps: its thrust by a fifth, or the mass by .15 m. Gamma is read from the unit's serialised state "
+        "before and after each stretch without excitation. The last time at which a quarter of a jump is missing, or "
+        f"an estimate of a short memory strays by as much, is {figure(max(times))} s after it. The last columns count "
+        "the samples of k_x and k_z that the unit calls determined while they are wrong by more than half, two minutes "
+        "after a jump left out.",
+        packages=("fmpy", "pythonfmu", "numba"),
     )

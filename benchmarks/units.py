@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.harness import ROOT, Bar, apart, bar_table, measured_at, table
+from benchmarks.harness import ROOT, Bar, apart, bar_table, section, table
 
 HOSTS = ROOT / "tests" / "hosts"
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
@@ -66,7 +66,7 @@ def memory() -> str:
         Bar(f"aborts in {PROCESSES} processes of the master", float(aborts), 0.0, ""),
         Bar("of these with other results than the first", float(differing), 0.0, ""),
     ]
-    return "\n\n".join(["## Many runs", bar_table(bars), measured_at("fmpy", "pythonfmu")])
+    return section("Many runs", bar_table(bars), packages=("fmpy", "pythonfmu"))
 
 
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
@@ -119,14 +119,12 @@ def lockstep(steps: int = 100_000) -> str:
             )  # fmt: skip
             (found,) = json.loads(done.stdout.strip().splitlines()[-1])
             rows.append((unit, what, str(found["steps"]), str(found["different"])))
-    return "\n\n".join(
-        [
-            "## Native units in lockstep",
-            table(("unit", "case", "steps", "different"), rows),
-            "Random inputs, steps of 1 to 10 ms, states saved, serialised and restored in between; a step counts as "
-            "different if its status or any bit of any output differs from the pythonfmu unit's.",
-            measured_at("pythonfmu", "ziglang"),
-        ]
+    return section(
+        "Native units in lockstep",
+        table(("unit", "case", "steps", "different"), rows),
+        "Random inputs, steps of 1 to 10 ms, states saved, serialised and restored in between; a step counts as "
+        "different if its status or any bit of any output differs from the pythonfmu unit's.",
+        packages=("pythonfmu", "ziglang"),
     )
 
 
@@ -149,4 +147,4 @@ def runs(count: int = 1000, duration: float = 30.0, step: float = 0.01) -> str:
         Bar("runs that were refused", float(len(bands.refused)), 0.0, ""),
     ]
     said = f"{count} runs of {duration:g} s in steps of {step:g} s, another pitch gain each; {busy:.1f} s of processor."
-    return "\n\n".join(["## Many closed loops", bar_table(bars), said, measured_at("numba")])
+    return section("Many closed loops", bar_table(bars), said, packages=("numba",))

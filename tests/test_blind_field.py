@@ -1,18 +1,16 @@
-"""The field battery: its physics against independent equations, its flights within bounds, its truth correct."""
+"""Field rigs: their physics against independent equations, its flights within bounds, its truth correct."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from benchmarks.rigs import field_half
 from tests.blind.coefficients import Coefficients
 from tests.blind.encoders import COUNTS_PER_TURN
-from tests.blind.field.battery import FIELD_BATTERY, FieldCase
 from tests.blind.field.control import V_MAX, Control
 from tests.blind.field.draw import AIR_STD, GAIN_STD, ZERO_STD, draw_field_rig
 from tests.blind.field.flight import fly
-from tests.blind.field.generator import fly_log, make_field_rig
+from tests.blind.field.generator import fly_log
 from tests.blind.field.truth import Air
 from tests.blind.rigs import AXES, Room
 
@@ -24,60 +22,31 @@ EVERYTHING = "+".join((
 STILL = Room(torque_std=0.0)
 
 
-def logs_of(rig):
-    """Logs of both halves by their numbers on the rig."""
-    numbered = {}
-    for half in rig.halves:
-        numbered |= dict(zip(half.numbers, (*half.train, *half.held), strict=True))
-    return [numbered[number] for number in sorted(numbered)]
-
-
-@pytest.fixture(scope="module")
-def rigs():
-    """One with touches by a hand; one of the two at 500 Hz."""
-    return [make_field_rig(seed, "field", touched=seed % 2 == 1) for seed in (9, 10)]
+def logs_of(truth):
+    return [fly_log(truth, number).log for number in range(len(truth.logs))]
 
 
 # --- form ----------------------------------------------------------------------------------------------------------
 
 
-def test_halves_divide_the_logs_and_each_has_training_and_held_out_logs(rigs):
+def test_logs_have_the_columns_the_rates_and_the_resolution_of_measured_ones():
+    rigs = [draw_field_rig(seed, "field", touched=seed % 2 == 1) for seed in (9, 10)]
     for rig in rigs:
-        first, second = (half.numbers for half in rig.halves)
-        assert sorted((*first, *second)) == list(range(len(rig.truth.logs)))
-        assert 10 <= len(rig.truth.logs) <= 16
-        for half in rig.halves:
-            assert len(half.train) >= 3
-            assert len(half.held) >= 1
-            assert set(half.train_numbers).isdisjoint(half.held_numbers)
-
-
-def test_logs_have_the_columns_the_rates_and_the_resolution_of_measured_ones(rigs):
-    for rig in rigs:
-        rate = rig.truth.rate
-        for own, log in zip(rig.truth.logs, logs_of(rig), strict=True):
-            assert log.shape == (round(own.duration * rate), 6)
+        assert 10 <= len(rig.logs) <= 16
+        for own, log in zip(rig.logs, logs_of(rig), strict=True):
+            assert log.shape == (round(own.duration * rig.rate), 6)
             assert 20.0 <= own.duration <= 40.0
-            assert log[:, 0] == pytest.approx(np.arange(len(log)) / rate, abs=1e-9)
+            assert log[:, 0] == pytest.approx(np.arange(len(log)) / rig.rate, abs=1e-9)
             assert np.abs(log[:, 1:3]).max() <= V_MAX
             assert np.array_equal(log[:, 1:3], log[:, 1:3].round(5))
             counts = log[:, 3:] * COUNTS_PER_TURN / (2 * np.pi)
             # Six decimals of a radian are 8192/(2 pi) 5e-7 = 7e-4 counts.
             assert np.abs(counts - counts.round()).max() < 1e-3
-    assert {rig.truth.rate for rig in rigs} == {100.0, 500.0}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", FIELD_BATTERY, ids=lambda case: f"{case.group} {case.kind}")
-def test_no_case_of_the_battery_runs_away(case):
-    # In open loop the pitch oscillates for half a minute and goes further, above all after a push by hand.
-    pitch, low, high = (1.0, -0.5, 0.6) if case.group != "open" else (1.6, -0.5, 0.8)
-    for log in logs_of(case.rig(case.count - 1)):
-        assert np.isfinite(log).all()
-        assert np.abs(log[:, 3]).max() < pitch
-        assert low < log[:, 4].min()
-        assert log[:, 4].max() < high
-        assert np.abs(np.gradient(log[::50, 5], log[::50, 0])).max() < 2.5
+            # no flight runs away
+            assert np.abs(log[:, 3]).max() < 1.0
+            assert -0.5 < log[:, 4].min() < log[:, 4].max() < 0.6
+            assert np.abs(np.gradient(log[::50, 5], log[::50, 0])).max() < 2.5
+    assert {rig.rate for rig in rigs} == {100.0, 500.0}
 
 
 # --- what is drawn -------------------------------------------------------------------------------------------------
@@ -190,9 +159,9 @@ def test_touches_are_where_and_as_strong_as_the_truth_says(quiet):
 
 
 def test_touch_changes_its_own_log_only_and_only_afterwards():
-    calm, touched = (make_field_rig(4, "field", touched=on) for on in (False, True))
+    calm, touched = (draw_field_rig(4, "field", touched=on) for on in (False, True))
     changed = 0
-    for own, log, other in zip(touched.truth.logs, logs_of(calm), logs_of(touched), strict=True):
+    for own, log, other in zip(touched.logs, logs_of(calm), logs_of(touched), strict=True):
         if not own.touches:
             assert np.array_equal(log, other)
             continue
@@ -254,21 +223,3 @@ def test_torque_of_the_air_grows_with_the_thrust_and_has_its_correlation_time(sh
     correlation = (torque[lag:] * torque[:-lag]).mean(axis=0) / torque.var(axis=0)
     assert correlation == pytest.approx(np.exp(-1), abs=0.17)
     assert AIR_STD[0] <= min(std)
-
-
-# --- battery and adapter -------------------------------------------------------------------------------------------
-
-
-def test_half_of_a_campaign_has_its_logs_and_their_truth_in_the_names_of_the_catalogue():
-    made = FieldCase("single", "speed_stability", 4).rig(0)
-    rig = field_half("single", "speed_stability", 4, 1.0, False, 0, 1)
-    half = made.halves[1]
-    assert [log.name for log in rig.training] == [f"log{number:02d}" for number in half.train_numbers]
-    assert rig.held_out[0].angles == pytest.approx(half.held[0][:, 3:])
-    assert rig.training[0].rate_hz == made.truth.rate
-    assert {(log.path, log.notes, len(log.extra)) for log in (*rig.training, *rig.held_out)} == {("", (), 0)}
-    held = {(effect.name, effect.axis): effect.coefficient for effect in made.truth.effects}
-    assert {(e.name, e.axis): e.coefficient for e in rig.truth.effects} == held
-    assert ("speed_stability", "pitch") in held
-    offsets = [e.shape["horizontal_offset"] for e in rig.truth.effects if e.name == "inertial_coupling"]
-    assert offsets == [made.truth.horizontal_offset] * 2

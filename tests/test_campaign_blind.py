@@ -94,7 +94,7 @@ GROUPED = {
 
 
 def shares():
-    return {what: (own.hits, own.count, low <= own.value <= high) for what, own, low, high in bars(GROUPED)}
+    return {what: (own.hits, own.count, low <= own.hits / own.count <= high) for what, own, low, high in bars(GROUPED)}
 
 
 def test_bars_count_what_they_say():

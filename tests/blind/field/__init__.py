@@ -12,7 +12,6 @@ physics are those of the blind plant, and nothing is shared with the packages th
 `references`    what a person does with a joystick
 `control`       the controller that the flight is flown by
 `flight`        the closed loop, stepped in time
-`generator`     logs of a field rig in two disjoint halves
-`battery`       which kinds, and how many rigs of each
+`generator`     logs of a field rig
 ==============  =======================================================================
 """

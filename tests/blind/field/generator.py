@@ -1,11 +1,10 @@
-"""The logs of a field rig, dealt at random into two halves that share none; each has logs to train on and held out."""
+"""The logs of a field rig."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.blind.field.draw import draw_field_rig
 from tests.blind.field.flight import fly
 from tests.blind.field.references import joystick
 from tests.blind.field.truth import FieldTruth
@@ -14,9 +13,6 @@ from tests.blind.signals import multisines, square_and_chirp
 
 LEAD = 6.0
 """A flight begins this much before its log does [s]."""
-
-_HELD_SHARE = 0.3
-"""Share of a half's logs that are held out."""
 
 _TIME_DECIMALS, _ANGLE_DECIMALS = 6, 6
 
@@ -45,37 +41,6 @@ class Flight:
     angles: NDArray[np.float64]
     rates: NDArray[np.float64]
     before: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Half:
-    """Logs for one diagnosis.
-
-    Attributes
-    ----------
-    train, held
-        Logs, each of shape (n, 6): time, two voltages, three angles.
-    train_numbers, held_numbers
-        Their numbers in ``FieldTruth.logs``.
-    """
-
-    train: tuple[NDArray[np.float64], ...]
-    held: tuple[NDArray[np.float64], ...]
-    train_numbers: tuple[int, ...]
-    held_numbers: tuple[int, ...]
-
-    @property
-    def numbers(self) -> tuple[int, ...]:
-        """Numbers of all its logs."""
-        return (*self.train_numbers, *self.held_numbers)
-
-
-@dataclass(frozen=True)
-class FieldRig:
-    """Two halves of one rig's logs, and the truth."""
-
-    halves: tuple[Half, Half]
-    truth: FieldTruth
 
 
 def fly_log(truth: FieldTruth, number: int) -> Flight:
@@ -138,35 +103,3 @@ def _experiment(number: int, duration: float, rng: np.random.Generator) -> NDArr
 def _open_trim(truth: FieldTruth, voltages: NDArray[np.floating]) -> float:
     p = truth.base
     return float((p.k_z * voltages.sum() * np.cos(p.theta0) - p.a_1) / p.a_e)
-
-
-def make_field_rig(seed: int, kind: str = "field", scale: float = 1.0, touched: bool | None = None) -> FieldRig:
-    """Draw a field rig and fly its logs.
-
-    Parameters
-    ----------
-    seed, kind, scale, touched
-        As for `draw_field_rig`.
-
-    Returns
-    -------
-    FieldRig
-        The logs in two halves, dealt at random, and the truth.
-    """
-    rig_seed, deal_seed = np.random.SeedSequence(seed).spawn(2)
-    truth = draw_field_rig(rig_seed, kind, scale, touched)
-    dealt = np.random.default_rng(deal_seed).permutation(len(truth.logs))
-    flown = [fly_log(truth, number).log for number in range(len(truth.logs))]
-    first, second = (_half(flown, part.tolist()) for part in np.array_split(dealt, 2))
-    return FieldRig((first, second), truth)
-
-
-def _half(flown: list[NDArray[np.float64]], numbers: list[int]) -> Half:
-    held = max(1, round(_HELD_SHARE * len(numbers)))
-    train_numbers, held_numbers = tuple(numbers[:-held]), tuple(numbers[-held:])
-    return Half(
-        tuple(flown[number] for number in train_numbers),
-        tuple(flown[number] for number in held_numbers),
-        train_numbers,
-        held_numbers,
-    )
