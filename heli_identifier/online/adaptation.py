@@ -14,9 +14,7 @@ and (7) in both unknowns to recursive least squares with forgetting beta and mea
     Omega = Omega + Gamma phi (y - phi^T Omega) / s
     Gamma = (Gamma - Gamma phi phi^T Gamma / s) / beta
 
-Gamma keeps the meaning and unit it has in (7) in continuous time: no factor h has to be put into Gamma(0). (The
-covariance of textbook RLS with unit weights is w Gamma.) Explicit Euler on (7) diverges as soon as h phi^T Gamma phi
-exceeds 2, which Gamma(0) = 1e3 and a volt of input do in the first step.
+Gamma keeps the meaning and unit it has in (7). Explicit Euler diverges as soon as h phi^T Gamma phi exceeds 2.
 
 Gamma is kept as U D U^T, U unit upper triangular, and updated by Bierman's algorithm: D stays positive, and Gamma
 with it symmetric positive definite, in floating point as well. The factor is one flat list, column by column,
@@ -35,10 +33,8 @@ the limit by a factor exp(alpha N h), at most 1.01 (for alpha h up to .002).
 
 **Early forgetting.** Of prediction errors, what was learnt while the noise model was still wrong does not stay.
 
-With omega_o too small by a quarter, the innovations have four times their intensity at low frequencies, where the
-parameters are learnt: (4/5)^-6. The first seconds then count for more than they tell, under a controller to wrong
-values. In the beginning the estimation therefore forgets faster (Ljung and Soderstrom, Theory and Practice of Recursive
-Identification, 1983, section 5.6), by alpha + alpha_0 with
+In the beginning the estimation forgets faster (Ljung and Soderstrom, Theory and Practice of Recursive Identification,
+1983, section 5.6), by alpha + alpha_0 with
 
     alpha_0(t) = A/tau exp(-t/tau),    over samples n .. m kept: exp(-A (exp(-n h/tau) - exp(-m h/tau)))
 

@@ -12,17 +12,15 @@ along, the recursive Gauss-Newton step on the sum of e^2 / lambda is adaptation 
 
 c + r^T Omega is the derivative of e with respect to the newest angle, which F takes as the end of a straight line: c
 that of z_y, and r that of z_phi with the sign turned. e / (c + r^T Omega) is thus the innovation of the angle itself,
-and psi is z_phi without it: what was known before the sample. Without this, the damping of an elevation comes out
-wrong by .05 to .1 1/s. The noise model's nu stands behind Omega, with -d and -g behind psi. Divided by
-sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and nu. The first seconds are forgotten
-(:func:`.adaptation.kept_early`).
+and psi is z_phi without it: what was known before the sample. The noise model's nu stands behind Omega, with -d and -g
+behind psi. Divided by sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and nu. The first
+seconds are forgotten (:func:`.adaptation.kept_early`).
 Sources: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, chapter 3; Forssell and Ljung,
 Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direct method).
 
 **Prior:** Gamma is the covariance of Omega where innovations have the intensity 1 (:mod:`.prediction_error`), so that
-Gamma(0) can say what can be built on a bench, and never needs to be 1e3. The widths are those of the tracer. Without
-them the first seconds of a flight in wind give a pitch that falls over (a_th < 0) with five times the damping of any
-rig, and the noise model follows.
+Gamma(0) can say what can be built on a bench. The widths are those of the tracer (:mod:`.settings`). Without them the
+first seconds of a flight in wind give the plant and the noise model of no rig.
 """
 
 from math import exp, sqrt

@@ -21,11 +21,9 @@ against .06 rad/s of single slopes. The law of that motion is a signal at the sa
 straight line between them.
 
 Prediction errors may use nothing of the newest sample in a regressor: its angle holds the innovation, and the
-acceleration holds omega_d^2 times it. The sign of a rate near zero then follows the innovation, and friction would be
-found in every held flight. There the law is held at its value at the beginning of the sampling period. Encoder steps
-are a second reason: after a step the angle rests, so that the next innovations have the opposite sign of the rate just
-read. There omega_d is 7 rad/s and the delay is not taken back, so that single steps do not decide the sign. The delay
-of .2 s costs power where a motion reverses within a second or two.
+acceleration holds omega_d^2 times it. The sign of a rate near zero would follow the innovation, and friction would be
+found in every held flight. There the law is held at its value at the beginning of the sampling period, omega_d is 7
+rad/s and the delay is not taken back, so that single steps of an encoder do not decide the sign.
 
 **Running score:** how clearly a watched effect explains the residual of its axis' base regression.
 
@@ -41,9 +39,8 @@ autocorrelated residuals and has the sign of c. Where the effect is absent, it f
 degrees of freedom: it exceeds 3 in about 1 % of the cases.
 
 Prediction errors (:mod:`.prediction_error`) know the residual: it is white with intensity 1, and the standard error of
-c is <g_p, g_p>^-1/2. That from the blocks' sums is taken where it is larger, since a noise model is never quite right.
-It then needs no correction for the parameters that were fitted, which would only make up for what it may be short of:
-with nine parameters and twenty blocks scores would be smaller by a third.
+c is <g_p, g_p>^-1/2. That from the blocks' sums is taken where it is larger, since a noise model is never quite right,
+and needs no correction for the parameters that were fitted.
 
 The visibility is the norm of g_p over the norm of g. The score is 0 where the motion so far cannot decide: with a
 visibility below .01, or with nearly all of g_p in too few blocks (an axis that came to rest once) to estimate their

@@ -27,9 +27,7 @@ which enter only by the gains on the innovation v. With A_o = D Q + r z^-3, Q = 
 
     x = A_F u,    v = x - t_1,    t_1' = t_2 + q_1 v,    t_2' = t_3 + q_2 v,    t_3' = exp(-gamma h) t_3 + r v
 
-t_3 is the forecast of the torque. Other states of the same G are disturbed by every change: a memory of older v by
-one of omega_o, that of the transposed direct form by one of gamma. The innovations are then as large as those of the
-noise for half a second, and the whitened columns of phi seem to tell more than a minute of flight does.
+t_3 is the forecast of the torque. Other states of the same G are disturbed by every change.
 
 M undoes the weights by which :func:`.state_filter.second_derivative` takes the newest angles; n would not be white in
 e with them.
@@ -42,12 +40,12 @@ depends on nu = (ln omega_o, ln gamma) through A_o and D above. Its derivatives 
     d = de / d ln omega_o = -(s_1 z^-1 + s_2 z^-2 + s_3 z^-3) / A_o e
     g = de / d ln gamma   = gamma h exp(-gamma h) z^-1 / D e
 
-Both use older innovations only. D is slow: it remembers those of the last 1/gamma, when Omega was not yet what it is
-now. Every whitened signal therefore has its own g above, and g = g_y - g_phi^T Omega.
+Both use older innovations only. D is slow, and Omega was not yet what it is now: every whitened signal therefore has
+its own g above, and g = g_y - g_phi^T Omega.
 
 With nu_G those that G was made for, e with another nu is e + d (nu_1 - nu_G1) + g (nu_2 - nu_G2): -d and -g are two
-further regressors, and nu is estimated with Omega in one vector (:mod:`.prediction_error`). Estimated apart, nu would
-look certain to Omega; where the excitation is weak, most of the variance of k_z and a_e comes from nu.
+further regressors, and nu is estimated with Omega in one vector (:mod:`.prediction_error`), since most of the variance
+of k_z and a_e comes from nu where the excitation is weak.
 
 lambda is the mean of e^2. Omega is uncertain, and e is larger by that than the noise alone would make it: here e is the
 innovation times sqrt(r / (r + phi^T Gamma phi)), which takes that out on average.

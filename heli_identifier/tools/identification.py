@@ -89,16 +89,8 @@ LEAST = 0.01
 class EstimateHistory(NamedTuple):
     """Estimates of one log over time.
 
-    Attributes
-    ----------
-    name : str
-        Of the log.
-    time : NDArray, shape (M,)
-        [s].
-    parameters, standard_errors : NDArray, shape (M, 11)
-        By :data:`NAMES`, in the units of :class:`PlantParameters`.
-    state, plan : IdentifierState, Plan
-        Of the identifier at the end, standard errors evaluated there.
+    ``time`` [s], shape (M,); ``parameters`` and ``standard_errors`` by :data:`NAMES`, shape (M, 11), in the units of
+    :class:`PlantParameters`; ``state`` of the identifier at the end, standard errors evaluated there, and its ``plan``.
     """
 
     name: str
@@ -308,7 +300,19 @@ def identify(
             histories.append(identify_log(log, one))
         return histories
 
-    own = [settings_for(log, rig, filter_frequency, forgetting, PREDICTION_ERROR) for log in logs]
+    own = [
+        IdentifierSettings(
+            sample_time=log.step,
+            filter_frequency=filter_frequency,
+            forgetting=forgetting,
+            rest_angle=rig.rest_pitch,
+            motor_time_constant=rig.motor_time_constant,
+            voltage_limit=rig.format.voltage_limit,
+            report_interval=max(0.5, 3.0 * log.step),
+            method=PREDICTION_ERROR,
+        )
+        for log in logs
+    ]
     histories = histories_of(own, 0)
     choice, given_lag = choose([output_of(one.state, one.plan).feedback for one in histories], method), None
     if choice.method == PREDICTION_ERROR:
@@ -332,32 +336,6 @@ def identify(
     plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
     parameters = ParameterSet(PLANT, plant_values(plant, together.estimates), provenance=from_python("identify"))
     return Identification(tuple(histories), together, parameters, choice, given_lag)
-
-
-def settings_for(
-    log: Log,
-    configuration: RigConfiguration,
-    filter_frequency: float = 1.0,
-    forgetting: float = 0.001,
-    method: str = ADAPTATION,
-) -> IdentifierSettings:
-    """Return the identifier's settings for a log of a rig; the rest as in :func:`identify`.
-
-    Raises
-    ------
-    ConfigurationError
-        A setting is out of range, such as a filter too fast for the log's sampling rate.
-    """
-    return IdentifierSettings(
-        sample_time=log.step,
-        filter_frequency=filter_frequency,
-        forgetting=forgetting,
-        rest_angle=configuration.rest_pitch,
-        motor_time_constant=configuration.motor_time_constant,
-        voltage_limit=configuration.format.voltage_limit,
-        report_interval=max(0.5, 3.0 * log.step),
-        method=method,
-    )
 
 
 def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
@@ -392,25 +370,16 @@ def begun_at(settings: IdentifierSettings, together: Together) -> IdentifierSett
 
 
 def loop_is_closed(scores: Sequence[Sequence[float]]) -> tuple[bool, str]:
-    """Return whether a controller flew, and the evidence in words.
-
-    Parameters
-    ----------
-    scores : sequence of three floats each, length n
-        Scores of pitch, elevation and travel of every log.
-    """
+    """Return whether a controller flew, by the scores (n, 3) of n logs on three axes, and the evidence in words."""
     table = np.atleast_2d(np.array(scores, dtype=float))
     limit = max(CLOSED, float(norm.isf(FALSE_ALARMS / (2.0 * table.size))))
-    together = table.sum(axis=0) / np.sqrt(len(table))
     log, axis = np.unravel_index(np.abs(table).argmax(), table.shape)
-    joint = int(np.abs(together).argmax())
-    if abs(table[log, axis]) <= limit and abs(together[joint]) > CLOSED:
-        closed, axis, value, limit = True, joint, together[joint], CLOSED
-    else:
-        value = table[log, axis]
-        closed = bool(abs(value) > limit)
-    where = AXES[int(axis)]
-    return closed, f"the voltages follow the {where}'s innovations with a score of {abs(value):.1f} (limit {limit:.1f})"
+    value, together = table[log, axis], table.sum(axis=0) / np.sqrt(len(table))
+    if abs(value) <= limit and np.abs(together).max() > CLOSED:
+        axis, limit = np.abs(together).argmax(), CLOSED
+        value = together[axis]
+    evidence = f"the voltages follow the {AXES[int(axis)]}'s innovations with a score of {abs(value):.1f}"
+    return bool(abs(value) > limit), f"{evidence} (limit {limit:.1f})"
 
 
 def choose(scores: Sequence[Sequence[float]], wanted: str | None) -> Choice:
