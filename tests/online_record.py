@@ -4,6 +4,7 @@ from math import cos, pi
 
 import numpy as np
 
+from heli_identifier.online import output_of, prepare, start, step
 from heli_identifier.online.excitation import Excitation, Multisine, voltages
 from heli_plant.communication import EncoderCounts
 from heli_plant.parameters import TABLE_2
@@ -38,3 +39,14 @@ def read(angles):
     """``angles`` (N, 3) as encoders give them [rad], by the formula of ``heli_plant.communication.quantise``."""
     width = 2.0 * pi / np.array(EncoderCounts())
     return np.floor(angles / width + 0.5) * width
+
+
+def identified(voltages, angles, settings, state=None):
+    """State and output of the identifier after a record; without ``state`` its first row is sample 0."""
+    plan, rows = prepare(settings), np.hstack([voltages, angles]).tolist()
+    if state is None:
+        state, rows = start(plan, *rows[0]), rows[1:]
+    output = output_of(state, plan)
+    for row in rows:
+        state, output = step(state, *row, plan)
+    return state, output

@@ -1,6 +1,6 @@
 """State filters and regressors: exact for every input shape; the plant's equations hold between filtered signals."""
 
-from math import cos, exp, pi, radians, sin
+from math import cos, exp, radians, sin
 
 import numpy as np
 import pytest
@@ -154,21 +154,6 @@ def test_the_filtered_second_derivative_is_minus_w_squared_times_the_filtered_si
     # The start has died away after 30/omega. What is left: the second difference is centred one sample back, and the
     # mend of omega^2 (h^2/12) u'' therefore off by omega^2 (h^2/12) w^3 h; a tenth for the orders beyond.
     np.testing.assert_allclose(seconds[3000:], -(w**2) * np.array(firsts[3000:]), atol=1.1 * (H * w) ** 3 / 12)
-
-
-def test_without_the_mend_the_second_derivative_would_read_as_damping():
-    w = pi / 2
-    f, xi, error, rate = discretise(1.0, 0.7, H, LAG), (0.0, w), [], []
-    u = [sin(w * k * H) for k in range(6000)]
-    for k in range(2, 6000):
-        xi = filter_line(xi, u[k - 1], u[k], f)
-        plain = f.omega_squared * (u[k] - xi[0]) - f.two_rho_omega * xi[1]
-        error.append(plain - second_derivative(xi, u[k], u[k - 1], u[k - 2], f))
-        rate.append(xi[1])
-    # Seven whole periods, over which xi_1 and xi_2 are orthogonal. The error is -(h^2/12) u'', u'' = -w^2 u and
-    # u = F^-1 xi_1 = (1 - w^2) xi_1 + 1.4 xi_2, one sample late: xi_1(t - h) = xi_1 - h xi_2.
-    rates, errors = np.array(rate[-2800:]), np.array(error[-2800:])
-    assert rates @ errors / (rates @ rates) == pytest.approx(H**2 / 12 * w**2 * (1.4 - H * (1.0 - w**2)), rel=1e-3)
 
 
 def test_sums_are_added_from_left_to_right_on_every_python():

@@ -9,13 +9,10 @@ from math import inf, nan, radians
 import numpy as np
 import pytest
 
-from fmu_src.state import thawed_state
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import (
     IdentifierSettings,
-    IdentifierState,
     ModelParameters,
-    output_of,
     prepare,
     start,
     step,
@@ -24,21 +21,10 @@ from heli_identifier.online.excitation import paper_excitation
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import start_state
-from tests.online_record import multisines, read, record
+from tests.online_record import identified, multisines, read, record
 
 TRUTH = ModelParameters(*(getattr(TABLE_2, name) for name in ModelParameters._fields))
 KNOWN = IdentifierSettings(rest_angle=TABLE_2.theta0)
-
-
-def run(held, angles, settings, first=1, state=None):
-    plan = prepare(settings)
-    rows = np.hstack([held, angles]).tolist()
-    if state is None:
-        state = start(plan, *rows[0])
-    estimate = output_of(state, plan)
-    for row in rows[first:]:
-        state, estimate = step(state, *row, plan)
-    return state, estimate
 
 
 def relative(found):
@@ -56,7 +42,7 @@ def test_table_2_is_recovered_within_a_thousandth_through_encoders():
     # .026 theta' lambda' has some 5e-3 rad/s^2, and the standard error that encoder noise causes is .1 % in 300 s of
     # it. 2000 s and a memory of 1000 s bring it to .04 %.
     held, angles, _ = record(2000.0, multisines(seed=1, period=2000.0, base=2.5))
-    assert np.abs(relative(run(held, angles, IdentifierSettings())[1].parameters)).max() < 1e-3
+    assert np.abs(relative(identified(held, angles, IdentifierSettings())[1].parameters)).max() < 1e-3
 
 
 @pytest.mark.parametrize("omega", [pytest.param(1.0, marks=pytest.mark.slow), 4.0])
@@ -64,42 +50,26 @@ def test_without_encoders_the_error_is_that_of_the_discretisation_alone(omega):
     held, angles, _ = record(300.0, multisines(seed=2, period=300.0), encoders=False)
     # No pull of Omega(0) = 0: a gain of 1e9. Left: straight lines between samples, some (h^2/12) omega^2 of each term,
     # 1e-5 at omega = 1, on damping ratios of .01 to .08 ten times that.
-    found = run(held, angles, replace(KNOWN, filter_frequency=omega, initial_gain=1e9, gain_limit=inf))[1].parameters
+    found = identified(held, angles, replace(KNOWN, filter_frequency=omega, initial_gain=1e9, gain_limit=inf))[
+        1
+    ].parameters
     assert np.abs(relative(found)).max() < 1e-4 * max(omega, 1.0)
-
-
-def test_the_slip_in_the_paper_would_be_seen():
-    # With omega_f theta for omega_f^2 theta the pitch damping comes out as 1.46 at omega_f = 2; mended, it is .060.
-    held, angles, _ = record(120.0, paper_excitation(1), encoders=False)
-    found = run(held, angles, replace(KNOWN, filter_frequency=2.0))[1].parameters
-    assert found.a_wx == pytest.approx(0.060, rel=0.01)
 
 
 def test_an_unknown_rest_angle_is_estimated_along():
     tilted = TABLE_2._replace(theta0=radians(5.0))
     held, angles, _ = record(200.0, multisines(seed=3, period=200.0), tilted)
-    found = run(held, angles, IdentifierSettings())[1].parameters
+    found = identified(held, angles, IdentifierSettings())[1].parameters
     # Encoder noise behind F against a_th: 3e-5 rad/s^2 / .66 / sqrt(200 s) = 3e-6 rad, a hundred times below; Omega(0)
     # = 0 with Gamma(0) = 1e3 pulls by less than 1e-3 of each parameter.
     assert found.theta0 == pytest.approx(radians(5.0), abs=3e-4)
     assert found.k_x == pytest.approx(TRUTH.k_x, rel=2e-3)
 
 
-def test_a_state_restored_from_json_goes_on_bit_for_bit(minute):
-    held, angles, _ = minute
-    settings = replace(KNOWN, watched=(("dry_friction", "pitch"), ("quadratic_thrust", "travel")))
-    middle, _ = run(held[:3333], angles[:3333], settings)
-    straight = run(held[3333:], angles[3333:], settings, first=0, state=middle)
-    again = thawed_state(json.loads(json.dumps(middle)), IdentifierState)
-    assert again == middle
-    copied = run(held[3333:], angles[3333:], settings, first=0, state=again)
-    assert copied == straight
-
-
 def test_a_step_does_not_touch_the_state_it_was_given(minute):
     held, angles, _ = minute
     plan = prepare(KNOWN)
-    state, _ = run(held[:2000], angles[:2000], KNOWN)
+    state, _ = identified(held[:2000], angles[:2000], KNOWN)
     saved = json.dumps(state)
     once = step(state, 1.0, 1.0, 0.1, 0.2, 0.3, plan)
     assert json.dumps(state) == saved
@@ -110,10 +80,10 @@ def test_the_adaptation_rests_for_ten_filter_times(minute):
     held, angles, _ = minute
     for omega, samples in ((1.0, 1000), (2.0, 500)):
         settings = replace(KNOWN, filter_frequency=omega, initial=ModelParameters(a_th=0.5))
-        _, before = run(held[:samples], angles[:samples], settings)
+        _, before = identified(held[:samples], angles[:samples], settings)
         assert not before.adapting
         assert before.parameters == ModelParameters(a_th=0.5, theta0=TABLE_2.theta0)
-        _, after = run(held[: samples + 1], angles[: samples + 1], settings)
+        _, after = identified(held[: samples + 1], angles[: samples + 1], settings)
         assert after.adapting
         assert after.parameters.a_th != 0.5
 
@@ -124,7 +94,7 @@ def test_a_start_in_motion_biases_nothing_once_the_hold_is_over():
     # From the middle of the motion on: settled filters are wrong by up to .3 rad/s; after 10 s exp(-7) of it is left.
     from_rest, moving = slice(None), slice(5000, None)
     for part in (from_rest, moving):
-        usual, longer = (run(held[part], angles[part], own)[1].parameters for own in (KNOWN, late))
+        usual, longer = (identified(held[part], angles[part], own)[1].parameters for own in (KNOWN, late))
         assert usual.a_wx == pytest.approx(longer.a_wx, rel=5e-3)
         assert usual.a_th == pytest.approx(longer.a_th, rel=1e-3)
 
@@ -152,7 +122,7 @@ def test_an_hour_at_rest_leaves_the_estimate_usable_and_recovers_within_a_minute
 def test_standard_errors_cover_the_error_that_encoders_cause():
     held, angles, _ = record(200.0, multisines(seed=6, period=200.0))
     # A gain of 1e6 takes the pull of Omega(0) out, which no standard error knows of.
-    _, estimate = run(held, angles, IdentifierSettings(initial_gain=1e6, gain_limit=1e6))
+    _, estimate = identified(held, angles, IdentifierSettings(initial_gain=1e6, gain_limit=1e6))
     ratio = (np.array(estimate.parameters) - np.array(TRUTH)) / np.array(estimate.standard_errors)
     # Eleven numbers of about unit variance, with tails of a t distribution of ten degrees of freedom. (Over twenty
     # seeds the root mean square was .5 to 1.2, parameter by parameter.)
@@ -162,10 +132,10 @@ def test_standard_errors_cover_the_error_that_encoders_cause():
 
 def test_the_excitation_level_falls_when_the_rig_comes_to_rest(minute):
     held, angles, _ = minute
-    _, busy = run(held, angles, KNOWN)
+    _, busy = identified(held, angles, KNOWN)
     rest_held, rest_angles = np.tile([1.0, 1.0], (6_000, 1)), np.tile(angles[-1], (6_000, 1))
     short = replace(KNOWN, excitation_window=4.0)
-    _, idle = run(np.vstack([held, rest_held]), np.vstack([angles, rest_angles]), short)
+    _, idle = identified(np.vstack([held, rest_held]), np.vstack([angles, rest_angles]), short)
     # 60 s of rest are fifteen times the window: exp(-15) of the motion counts, (3e-4)^2 against a silence of 1e-2^2.
     assert min(busy.excitation) > 0.005
     assert max(idle.excitation) < 2e-3
@@ -184,6 +154,7 @@ def test_the_excitation_level_falls_when_the_rig_comes_to_rest(minute):
         ({"rest_angle": 4.0}, "pitch.rest_angle = 4.0 rad must lie in"),
         ({"motor_time_constant": -0.03}, "motor.time_constant = -0.03 s must lie in"),
         ({"initial": ModelParameters(k_x=nan)}, "initial.k_x = nan"),
+        ({"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
         ({"watched": (("dry_friction", "rotors"),)}, "watched axis 'rotors' must be one of pitch"),
         ({"watched": (("motor_lag", "pitch"),)}, "effect 'motor_lag' cannot be watched on pitch; choose of dry"),
     ],

@@ -23,6 +23,7 @@ from heli_plant.parameters import TABLE_2, PlantParameters
 
 H = 0.01
 ONE = ((1.0, 0.0), (0.0, 1.0))
+SETTINGS = IdentifierSettings(method=PREDICTION_ERROR, report_interval=0.5)
 
 
 def gathered(e, psi):
@@ -67,24 +68,16 @@ def test_before_any_sample_nothing_counts():
     assert shares(nothing_outside(2), ONE) == pytest.approx([1e-4, 1e-4])
 
 
-def identified(log, **settings):
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, report_interval=0.5, **settings))
-    rows = np.column_stack((log.voltages, log.angles)).tolist()
-    state = start_identifier(plan, *rows[0])
-    flags = []
-    for k, row in enumerate(rows[1:], 1):
-        state, output = identifier_step(state, *row, plan)
-        if k % 100 == 0 and k > 1000:
-            pairs = zip(output.parameters[:3], output.standard_errors[:3], strict=True)
-            flags += [determined(value, error, "") for value, error in pairs]
-    return state, output, flags
-
-
 def test_in_quiet_hover_nothing_is_called_determined():
     """60 s under the PID with a random torque and encoders: damping, stiffness and gain of the pitch."""
     log = flown(Addition("nothing"), PlantParameters(), PidSettings(), 0.15, 60.0)
-    _, output, flags = identified(log)
-    assert not any(flags)
+    plan, rows = prepare(SETTINGS), np.column_stack((log.voltages, log.angles)).tolist()
+    state = start_identifier(plan, *rows[0])
+    for k, row in enumerate(rows[1:], 1):
+        state, output = identifier_step(state, *row, plan)
+        if k % 100 == 0 and k > 1000:
+            for value, error in zip(output.parameters[:3], output.standard_errors[:3], strict=True):
+                assert not determined(value, error, "")
     assert output.standard_errors.k_z > 0.1 * abs(output.parameters.k_z)
 
 
@@ -114,7 +107,7 @@ def test_references_tell_the_gain_and_determine_it_and_agree_with_a_right_noise_
     log = flown(Addition("steps", 0.2, 0.1), PlantParameters(), PidSettings(), 0.15, 40.0)
     rows = np.column_stack((log.voltages, log.angles)).tolist()
     asked = [0.2 * (k // 600 % 2) for k in range(len(rows))]
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, report_interval=0.5))
+    plan = prepare(SETTINGS)
     silent = start_identifier(plan, *rows[0])
     state = start_identifier(plan, *rows[0], (asked[0], 0.0, asked[0]))
     for row, reference in zip(rows[1:], asked[1:], strict=True):

@@ -1,6 +1,5 @@
 """The running score: shows what is there, keeps quiet about what is not, and says when it cannot know."""
 
-from dataclasses import replace
 from math import exp
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import pytest
 import scipy.signal
 
 import heli_identifier
-from heli_identifier.online import WATCHABLE, IdentifierSettings, prepare, start, step
+from heli_identifier.online import WATCHABLE, IdentifierSettings, prepare
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.online.linear_algebra import outer
 from heli_identifier.online.moments import add_products, no_moments, weighted_blocks
@@ -32,7 +31,7 @@ from heli_plant.parameters import TABLE_2
 from heli_plant.plant import accelerations
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
-from tests.online_record import multisines, read, record
+from tests.online_record import identified, multisines, read, record
 
 INTERVAL = 0.2
 LOGS = Path(heli_identifier.__file__).parent / "demo_logs"
@@ -40,11 +39,7 @@ EVERY_PAIR = tuple((name, axis) for axis in WATCHABLE for name in WATCHABLE[axis
 
 
 def watched(held, angles, pairs, **settings):
-    plan = prepare(IdentifierSettings(watched=pairs, **settings))
-    rows = np.hstack([held, angles]).tolist()
-    state = start(plan, *rows[0])
-    for row in rows[1:]:
-        state, estimate = step(state, *row, plan)
+    _, estimate = identified(held, angles, IdentifierSettings(watched=pairs, **settings))
     return dict(zip(pairs, estimate.scores, strict=True))
 
 
@@ -210,15 +205,8 @@ def test_measured_logs_show_their_effect_and_nothing_else_so_surely(rig, shown):
 
 def test_scores_come_in_the_order_of_the_settings_and_change_no_estimate():
     held, angles, _ = record(60.0, paper_excitation(1))
-    rows = np.hstack([held, angles]).tolist()
     pairs = (("dry_friction", "travel"), ("rotor_mismatch", "pitch"), ("dry_friction", "pitch"))
-    results = []
-    for chosen in (pairs, pairs[::-1], ()):
-        plan = prepare(replace(IdentifierSettings(), watched=chosen))
-        state = start(plan, *rows[0])
-        for row in rows[1:]:
-            state, estimate = step(state, *row, plan)
-        results.append(estimate)
+    results = [identified(held, angles, IdentifierSettings(watched=chosen))[1] for chosen in (pairs, pairs[::-1], ())]
     # The columns of one axis change places with the order, and with them the order of sums.
     for one, other in zip(results[0].scores, results[1].scores[::-1], strict=True):
         assert tuple(one) == pytest.approx(tuple(other), rel=1e-6)
@@ -239,7 +227,5 @@ def test_for_prediction_errors_a_law_uses_nothing_of_the_newest_sample():
     for held in (True, False):
         d = discretised_rates(0.01, held)
         w = advance_watch(settled_watch(before, friction), moving, friction, d, held, f)
-        up, down = (
-            advance_watch(w, moved(moving, angle), friction, d, held, f).filtered for angle in (0.2, -0.2)
-        )
+        up, down = (advance_watch(w, moved(moving, angle), friction, d, held, f).filtered for angle in (0.2, -0.2))
         assert (up == down) == held
