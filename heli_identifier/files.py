@@ -101,13 +101,6 @@ def regular_bytes(path: Path, largest: float) -> bytes:
     OSError
         It is a folder, a device or a pipe, is larger than `largest`, or cannot be read.
     """
-    size = regular_size(path, largest)
-    with open(path, "rb") as file:
-        return file.read(size)  # a file that grows is read as far as it went, one of /proc without a size not at all
-
-
-def regular_size(path: Path, largest: float) -> int:
-    """Give the size [bytes] of a file that may be anything; the errors are those of :func:`regular_bytes`."""
     # Looked at before it is opened: a pipe without a writer would be waited for without end.
     status = path.stat()
     if not stat.S_ISREG(status.st_mode):
@@ -115,7 +108,8 @@ def regular_size(path: Path, largest: float) -> int:
         raise OSError(errno.EINVAL, f"it is {kind}", str(path))
     if status.st_size > largest * 1e6:
         raise OSError(errno.EFBIG, f"it has {status.st_size / 1e6:.4g} MB, more than {largest:g} MB", str(path))
-    return status.st_size
+    with open(path, "rb") as file:
+        return file.read(status.st_size)  # a file that grows is read as far as it went, one of /proc not at all
 
 
 @contextmanager

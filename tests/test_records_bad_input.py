@@ -8,7 +8,7 @@ import pytest
 from scipy.io import savemat
 
 from heli_identifier.errors import LogError
-from heli_identifier.records import LogFormat, demo_logs, opening, read_log
+from heli_identifier.records import LogFormat, demo_logs, read_log
 from heli_identifier.records.units import CONTRACT_HEADERS
 
 LINES = demo_logs("rig-c")[1][0].read_text().splitlines()
@@ -158,11 +158,3 @@ def test_a_matlab_vector_of_another_length_is_left_out_unless_it_is_a_signal(tmp
     log = read_log(tmp_path / "log.mat")
     assert list(log.extra) == ["counter"]
     assert log.notes == ("left out 'gains': not one number per sample",)
-
-
-def test_a_file_that_changes_while_it_is_read_is_refused(tmp_path, monkeypatch):
-    path = tmp_path / "log.mat"
-    savemat(path, matlab())
-    monkeypatch.setattr(opening, "apart", lambda *_: path.touch())
-    with pytest.raises(LogError, match="changed while it was read"):
-        read_log(path)

@@ -1,7 +1,5 @@
 """One measured log as a value: uniform time, SI units, the project's signs; and as the contract's CSV file."""
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from heli_identifier.errors import LogError
 from heli_identifier.files import write_atomically
 from heli_identifier.records.configuration import HIGHEST_VOLTAGE, RigConfiguration
-from heli_identifier.records.units import ANGLES, CONTRACT_HEADERS, SIGNALS
+from heli_identifier.records.units import ANGLES, CONTRACT_HEADERS, SIGNALS, header
 
 FARTHEST_TRAVEL = 1e4
 """Largest travel either way [rad]: 1600 turns, an hour of flight at half a turn a second."""
@@ -75,30 +73,25 @@ class Log:
         object.__setattr__(self, "references", {axis: _frozen(values) for axis, values in self.references.items()})
         object.__setattr__(self, "notes", tuple(self.notes))
         count = len(self.angles)
-        for name, shape, most, unit in (
-            ("voltages", (count, 2), HIGHEST_VOLTAGE, "V"),
-            ("angles", (count, 3), FARTHEST_TRAVEL, "rad"),
-        ):
-            values = getattr(self, name)
+        parts: dict[str, tuple[NDArray[np.float64], tuple[int, ...]]]
+        parts = {"voltages": (self.voltages, (count, 2)), "angles": (self.angles, (count, 3))}
+        parts |= {f"the {axis} reference": (values, (count,)) for axis, values in self.references.items()}
+        others = {f"column {name!r}": (values, (count,)) for name, values in self.extra.items()}
+        for what, (values, shape) in (parts | others).items():
             if values.shape != shape:
-                raise LogError(f"log {self.name}: {name} has shape {values.shape}, {shape} is needed.")
-            if not np.isfinite(values).all():
+                raise LogError(f"log {self.name}: {what} has shape {values.shape}, {shape} is needed.")
+            if what in parts and not np.isfinite(values).all():
                 row = int(np.argwhere(~np.isfinite(values))[0][0])
-                raise LogError(f"log {self.name}: {name} is not finite at sample {row}; leave that out.")
-            if max(values.max(initial=0.0), -values.min(initial=0.0)) > most:
-                reached = float(np.abs(values).max())
+                raise LogError(f"log {self.name}: {what} is not finite at sample {row}; leave that out.")
+        for what, most, unit in (("voltages", HIGHEST_VOLTAGE, "V"), ("angles", FARTHEST_TRAVEL, "rad")):
+            reached = float(np.abs(parts[what][0]).max(initial=0.0))
+            if reached > most:
                 raise LogError(
-                    f"log {self.name}: {name} reach {reached:.4g} {unit}, which no rig can (at most {most:g}); "
+                    f"log {self.name}: {what} reach {reached:.4g} {unit}, which no rig can (at most {most:g}); "
                     f"give them in {unit}."
                 )
-        for name, values in self.extra.items():
-            if values.shape != (count,):
-                raise LogError(f"log {self.name}: column {name!r} has shape {values.shape}, ({count},) is needed.")
-        for axis, values in self.references.items():
-            if axis not in ANGLES:
-                raise LogError(f"log {self.name}: {axis!r} is no axis; choose one of {', '.join(ANGLES)}.")
-            if values.shape != (count,) or not np.isfinite(values).all():
-                raise LogError(f"log {self.name}: the {axis} reference must be {count} finite values [rad].")
+        if wrong := [axis for axis in self.references if axis not in ANGLES]:
+            raise LogError(f"log {self.name}: {wrong[0]!r} is no axis; choose one of {', '.join(ANGLES)}.")
         if not (self.rate_hz > 0.0 and np.isfinite(self.rate_hz)):
             raise LogError(f"log {self.name}: rate_hz = {self.rate_hz} Hz must be positive.")
         if count < 2:
@@ -144,7 +137,7 @@ class Log:
         """
         if name not in SIGNALS:
             raise LogError(f"log {self.name}: {name!r} is no signal, choose one of {', '.join(SIGNALS)}.")
-        return (self.time, *self.voltages.T, *self.angles.T)[SIGNALS.index(name)]
+        return self.columns[header(name)]
 
 
 def write_log(log: Log, path: str | PathLike[str]) -> Path:
@@ -154,28 +147,19 @@ def write_log(log: Log, path: str | PathLike[str]) -> Path:
 
     Missing folders above the file are made; a LogError says that it cannot be written.
     """
+    import pandas
+
     references = {f"{axis}_reference [rad]": values for axis, values in log.references.items()}
-    columns = {**log.columns, **references, **log.extra}
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(columns)
-    # A missing value (NaN) of a further column is written as an empty cell, which reads back as NaN.
-    cells = (["" if value != value else value for value in column.tolist()] for column in columns.values())
-    rows.writerows(zip(*cells, strict=True))
+    # A missing value (NaN) of a further column becomes an empty cell, which reads back as NaN.
+    text = pandas.DataFrame({**log.columns, **references, **log.extra}).to_csv(index=False, lineterminator="\n")
     try:
-        return write_atomically(path, text.getvalue())
+        return write_atomically(path, text)
     except OSError as error:
         raise LogError(f"{path} cannot be written: {error.strerror}.") from error
 
 
 def _frozen(values: ArrayLike) -> NDArray[np.float64]:
-    """Return a copy that cannot be written to; C order, so that compiled loops see one array type only.
-
-    An array that is so already is returned itself: of a large log there is no room for a copy.
-    """
-    if isinstance(values, np.ndarray) and values.dtype == float and values.flags.c_contiguous:
-        if not values.flags.writeable and values.base is None:
-            return values
+    """Return a copy that cannot be written to; C order, so that compiled loops see one array type only."""
     array = np.array(values, dtype=float, order="C")
     array.flags.writeable = False
     return array

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 from heli_identifier.archives import ArchiveError, check_size
 from heli_identifier.errors import HELI_TOML, LogError
-from heli_identifier.files import draft_folder, regular_bytes, regular_size
+from heli_identifier.files import draft_folder, regular_bytes
 from heli_identifier.platform import NO_END, bound_process, end_with_parent
 from heli_identifier.records.binary import need, read_matlab, read_mdf, read_parquet, read_tdms, read_workbook
 from heli_identifier.records.configuration import LogFormat
@@ -64,23 +64,11 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
     Raises
     ------
     LogError
-        There is no such file, it is a folder, a device or a pipe, too large, changes meanwhile, or is no table.
+        There is no such file, it is a folder, a device or a pipe, too large, or is no table.
     """
     if path.is_dir():
         raise LogError(f"{path} is a folder; name the log files in it.")
-    packed = path.suffix.lower() == ".gz"
-    reader = _READERS.get(Path(path.stem if packed else path.name).suffix.lower())
     try:
-        if reader and not packed:
-            before = path.stat()
-            regular_size(path, format.largest_file)
-            with open(path, "rb") as file:
-                digest = hashlib.file_digest(file, "sha256").hexdigest()
-            table = _read_binary(reader, path, str(path), format)
-            after = path.stat()
-            if (before.st_size, before.st_mtime_ns, before.st_ino) != (after.st_size, after.st_mtime_ns, after.st_ino):
-                raise LogError(f"{path} changed while it was read; wait until it is complete, or copy it.")
-            return table, digest
         data = regular_bytes(path, format.largest_file)
     except FileNotFoundError:
         raise LogError(f"{path} does not exist; check the path.") from None
@@ -90,14 +78,20 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
             errno.EINVAL: "; save the log as a file and name that",
         }.get(error.errno or 0, "")
         raise LogError(f"{path} cannot be read: {error.strerror or error}{advice}.") from error
-    digest = hashlib.sha256(data).hexdigest()
-    if packed:
-        data = b"".join(_unpacked(data, path, format.largest_file))
+    digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
+    if name.endswith(".gz"):
+        data, name = b"".join(_unpacked(data, path, format.largest_file)), name.removesuffix(".gz")
+    reader = _READERS.get(Path(name).suffix)
     if reader is None:
         return read_text(data, str(path), format), digest
-    with draft_folder() as folder:
-        (folder / "log").write_bytes(data)
-        return _read_binary(reader, folder / "log", str(path), format), digest
+    with draft_folder() as folder:  # what is read is what was hashed, whatever happens to the file
+        copy = folder / f"log{Path(name).suffix}"
+        copy.write_bytes(data)
+        size = len(data)
+        del data
+        if reader.is_hardened:
+            return _read(reader, copy, str(path), format), digest
+        return apart(_read, (reader, copy, str(path), format), size, str(path)), digest
 
 
 def _unpacked(data: bytes, path: Path, largest: float) -> Iterator[bytes]:
@@ -115,13 +109,6 @@ def _unpacked(data: bytes, path: Path, largest: float) -> Iterator[bytes]:
         raise LogError(f"{path} is not unpacked: {error}.") from error
     except (OSError, EOFError, zlib.error) as error:
         raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
-
-
-def _read_binary(reader: _Reader, path: Path, file: str, format: LogFormat) -> Table:
-    if reader.is_hardened:
-        return _read(reader, path, file, format)
-    table: Table = apart(_read, (reader, path, file, format), path.stat().st_size, file)
-    return table
 
 
 def _read(reader: _Reader, path: Path, file: str, format: LogFormat) -> Table:
