@@ -47,19 +47,12 @@ def diagnosed(tmp_path_factory):
     return folder, done.stdout
 
 
-def test_a_diagnosis_leaves_its_four_files_and_nothing_else(diagnosed):
-    folder, _ = diagnosed
+def test_a_diagnosis_leaves_its_four_files_and_prints_its_document_and_finds_the_friction_of_rig_a(diagnosed):
+    folder, printed = diagnosed
     assert {path.name for path in folder.iterdir()} == RESULTS
     assert [path.name for path in folder.parent.iterdir()] == ["result"]
-
-
-def test_what_json_prints_is_the_document_and_nothing_else(diagnosed):
-    folder, printed = diagnosed
     assert json.loads(printed) == json.loads((folder / "diagnosis.json").read_text())
-
-
-def test_rig_a_has_dry_friction_on_the_pitch(diagnosed):
-    first = json.loads(diagnosed[1])["effects"][0]
+    first = json.loads(printed)["effects"][0]
     assert (first["name"], first["axis"]) == ("dry_friction", "pitch")
     # the bar of the project: within 15 % of the truth, .025
     assert first["coefficient"]["value"] == pytest.approx(0.025, rel=0.15)

@@ -34,6 +34,7 @@ from heli_identifier.cli.arguments import (
 )
 from heli_identifier.cli.terminal import (
     Progress,
+    answer,
     counted,
     note,
     note_written,
@@ -288,13 +289,8 @@ def fleet(
         write_atomically(draft / "fleet.html", tools.fleet_html(found, ran))
     for name, why in found.failures.items():
         warn(f"rig {name} is left out: {why}")
-    if json:
-        print_json(document)
-    else:
-        typer.secho(tools.fleet_sentence(found), bold=True)
-        for table in tools.fleet_tables(found):
-            print_table(table)
-        note_written(output, ("fleet.json", "fleet.html"))
+    written = (output, ("fleet.json", "fleet.html"))
+    answer(json, document, tools.fleet_tables(found), (), written, tools.fleet_sentence(found))
     if found.failures:
         raise typer.Exit(FAILED)
 

@@ -38,7 +38,7 @@ from heli_identifier.cli.arguments import (
     read_with_doubts,
     to_file,
 )
-from heli_identifier.cli.terminal import note, note_written, print_json, print_table, progress_bar, warn
+from heli_identifier.cli.terminal import answer, note, print_json, print_table, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.files import write_atomically
 from heli_identifier.provenance import from_command_line
@@ -213,13 +213,12 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
     errors = _off_the_log(result, log)
     first, last, low, high = result.values[0], result.values[-1], result.values.min(0), result.values.max(0)
     rows = _outputs(result, {"first": first, "last": last, "smallest": low, "largest": high})
-    if json:
-        print_json([row | ({"rms_error": errors[row["name"]]} if row["name"] in errors else {}) for row in rows])
-        return
-    if log is not None and errors:
+    if log is not None and errors and not json:
         said = ", ".join(f"{name.removeprefix('plant.')} {1e3 * value:.3g} mrad" for name, value in errors.items())
         typer.echo(f"RMS error of the plant against {log.path}: {said}")
-    _print_outputs(f"{result.time[-1]:g} s in steps of {result.time[1]:g} s", rows, everything)
+    document = [row | ({"rms_error": errors[row["name"]]} if row["name"] in errors else {}) for row in rows]
+    title = f"{result.time[-1]:g} s in steps of {result.time[1]:g} s"
+    answer(json, document, [_output_table(title, rows, everything)])
 
 
 def _off_the_log(result: Any, log: "hi.Log | None") -> dict[str, float]:
@@ -296,11 +295,9 @@ def _print_bands(bands: Any, _: Any, json: bool, everything: bool) -> None:
     widest = (bands.high - bands.low).max(axis=0)
     figures = {"last": bands.values[-1], "last_low": bands.low[-1], "last_high": bands.high[-1], "widest": widest}
     rows = _outputs(bands, figures)
-    if json:
-        print_json({"runs": bands.runs, "refused": len(bands.refused), "outputs": rows})
-    else:
-        title = f"{bands.runs} runs of {bands.time[-1]:g} s; 95 % of them lie between low and high"
-        _print_outputs(title, rows, everything)
+    title = f"{bands.runs} runs of {bands.time[-1]:g} s; 95 % of them lie between low and high"
+    document = {"runs": bands.runs, "refused": len(bands.refused), "outputs": rows}
+    answer(json, document, [_output_table(title, rows, everything)])
 
 
 def _outputs(result: Any, figures: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -308,15 +305,15 @@ def _outputs(result: Any, figures: Mapping[str, Any]) -> list[dict[str, Any]]:
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
-def _print_outputs(title: str, outputs: list[dict[str, Any]], everything: bool) -> None:
-    """Print figures of every output, of the finer ones if ``everything`` is wanted."""
+def _output_table(title: str, outputs: list[dict[str, Any]], everything: bool) -> "results.Table":
+    """Give figures of every output, of the finer ones if ``everything`` is wanted."""
     _, _, *figures = outputs[0]
     rows = [
         (row["name"], *(results.significant(row[key], 4) for key in figures), results.unit_text(row["unit"]))
         for row in outputs
         if everything or row["name"].count(".") == 1
     ]
-    print_table(results.Table(title, ("output", *(name.removeprefix("last_") for name in figures), "unit"), rows))
+    return results.Table(title, ("output", *(name.removeprefix("last_") for name in figures), "unit"), rows)
 
 
 # --- the plant -------------------------------------------------------------------------------------------------------
@@ -333,18 +330,14 @@ def effects(
     axes = sorted({entry.axis for entry in CATALOGUE})
     if axis and axis not in axes:
         raise ConfigurationError(f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
-    entries = [entry for entry in CATALOGUE if axis in ("", entry.axis)]
-    if json:
-        print_json([_effect_document(entry) for entry in entries])
-        return
-    rows = []
+    entries, rows = [entry for entry in CATALOGUE if axis in ("", entry.axis)], []
     for entry in entries:
         bounds = f"{entry.lower:g} to {entry.upper:g}"
         row = (entry.name, entry.axis, results.law_text(entry.law), results.unit_text(entry.unit), bounds)
         shapes = ", ".join(f"{shape.name} [{results.unit_text(shape.unit) or '1'}]" for shape in entry.shapes)
         rows.append((*row, shapes, entry.source) if verbose else row)
     columns = ("effect", "axis", "law", "unit of c", "range of c", *(("shapes", "source") if verbose else ()))
-    print_table(results.Table("Effects", columns, rows))
+    answer(json, [_effect_document(entry) for entry in entries], [results.Table("Effects", columns, rows)])
 
 
 def _effect_document(entry: Any) -> dict[str, Any]:
@@ -455,12 +448,8 @@ def _design_flight(
             f"no flight keeps the pitch within {limits[0]:g} rad and the elevation within {limits[1]:g} rad of the "
             "hover; widen the limits."
         )
-    if json:
-        print_json([one.document for one in ranked])
-        return
-    print_table(tools.flight_table(ranked))
-    if not gains:
-        note("no --controller given: the PID of the units flies with its default gains")
+    remarks = () if gains else ("no --controller given: the PID of the units flies with its default gains",)
+    answer(json, [one.document for one in ranked], [tools.flight_table(ranked)], remarks)
 
 
 def linearise(
@@ -484,13 +473,8 @@ def linearise(
         write_atomically(draft / "linear_model.mat", made.matlab_bytes())
         made.controller_parameters(origin).write(draft / "controller.json")
         results.write_figure(tools.step_figure(made.before.steps, made.after.steps), draft / "steps.svg")
-    if json:
-        print_json(document)
-        return
-    print_table(tools.margin_table(made))
-    for text in made.notes:
-        note(text)
-    note_written(output, ("linear_model.json", "linear_model.mat", "controller.json", "steps.svg"))
+    names = ("linear_model.json", "linear_model.mat", "controller.json", "steps.svg")
+    answer(json, document, [tools.margin_table(made)], made.notes, (output, names))
 
 
 def design_controller(
@@ -540,10 +524,4 @@ def design_controller(
             texts |= controller_sources(made.robust.settings)
         for name, text in texts.items():
             write_atomically(draft / name, text)
-    if json:
-        print_json(document)
-        return
-    print_table(tools.design_table(made))
-    for text in made.notes:
-        note(text)
-    note_written(output, tuple(texts))
+    answer(json, document, [tools.design_table(made)], made.notes, (output, texts))

@@ -161,6 +161,28 @@ def show(found: "results.Tabular", json: bool = False, intervals: bool = False) 
         warn(text)
 
 
+def answer(
+    json: bool,
+    document: Any,
+    tables: "Iterable[results.Table]",
+    remarks: Iterable[str] = (),
+    written: tuple[Path, Iterable[str]] | None = None,
+    heading: str = "",
+) -> None:
+    """Print a result as JSON, or as heading, tables, remarks, and which files were written into which folder."""
+    if json:
+        print_json(document)
+        return
+    if heading:
+        typer.secho(heading, bold=True)
+    for table in tables:
+        print_table(table)
+    for text in remarks:
+        note(text)
+    if written:
+        note_written(*written)
+
+
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
     """Show a bar on the error stream if that is a terminal."""
