@@ -72,7 +72,7 @@ def turned(x: float, y: float) -> float:
 def polynomial(n: int, x: float) -> float:
     coefficients = [1.0 / (i + 1) for i in range(n)]
     total = 0.0
-    for c in reversed(coefficients):
+    for c in coefficients[:]:
         total = total * x + c
     return total
 
@@ -107,7 +107,7 @@ def unrolled(n: int, x: float) -> float:
     total = x
     for i, (a, b) in enumerate(((x, 2.0), (total, 3.0))):
         total += a * b + i + n
-    return total if any(k > 3 for k in range(n)) else -total
+    return total if n > 3 else -total
 
 
 def parts_are_lists_of_their_own(n: int, x: float) -> float:
@@ -171,8 +171,8 @@ def test_a_function_in_c_has_the_bits_of_python(built, function):
     assert tried > 0.8 * len(cases)
 
 
-def uses_a_dict(x: float) -> float:
-    return {"a": x}["a"]
+def uses_complex_numbers(x: float) -> float:
+    return x + 1j
 
 
 def uses_hypot(x: float) -> float:
@@ -197,14 +197,15 @@ def unknown_name(x: float) -> float:
 
 
 def reads_behind_a_loop(x: float) -> float:
-    for y in (x, 2.0):
-        x += y
-    return y
+    for i in range(int(x)):
+        x += i
+    return i
 
 
 def two_kinds(x: float) -> float:
     y = Pair(x, x)
-    y = x
+    if x > 0.0:
+        y = x
     return y + 1.0
 
 
@@ -214,6 +215,10 @@ def changes_a_tuple(x: float) -> float:
     return p.a
 
 
+def decides_at_run_time(x: float) -> float:
+    return [1.0, 2.0][int(x) : int(x) + 1 : int(x)][0] if f"{x}" else 0.0
+
+
 def has_no_annotation(x):
     return x
 
@@ -221,14 +226,15 @@ def has_no_annotation(x):
 @pytest.mark.parametrize(
     "function, reason",
     [
-        (uses_a_dict, "Dict has no translation"),
+        (uses_complex_numbers, "1j has no counterpart in C"),
         (uses_hypot, "differs from that of C libraries in the last bit"),
         (uses_sum, "rounds differently from Python 3.12 on"),
         (uses_power, "write a product"),
         (uses_with, "statement With"),
         (unknown_name, "nowhere"),
-        (reads_behind_a_loop, "the name y is not known here"),
-        (two_kinds, "once Pair and once float"),
+        (reads_behind_a_loop, "name 'i' is not defined"),
+        (decides_at_run_time, "a text that is made at run time"),
+        (two_kinds, "once float and once Pair"),
         (changes_a_tuple, "NamedTuples have _replace"),
         (has_no_annotation, "needs an annotation"),
     ],

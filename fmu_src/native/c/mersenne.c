@@ -61,12 +61,12 @@ static uint32_t draw(Twister *t)
 Floats phases(Space *space, int64_t seed, int64_t count)
 {
     const double full = 2.0 * 3.141592653589793;
-    const Floats drawn = new_Floats(space, count);
+    Floats drawn = new_Floats(space, count);
     Twister twister;
     seed_array(&twister, (uint32_t)seed);
     for (int64_t k = 0; k < count; k++) {
         const uint32_t a = draw(&twister) >> 5, b = draw(&twister) >> 6;
-        drawn.at[k] = 0.0 + (full - 0.0) * ((a * 67108864.0 + b) * (1.0 / 9007199254740992.0));
+        drawn.at[drawn.count++] = 0.0 + (full - 0.0) * ((a * 67108864.0 + b) * (1.0 / 9007199254740992.0));
     }
     return drawn;
 }

@@ -8,9 +8,10 @@ One definition per equation stays: the functions are read from the project's own
 :mod:`heli_plant.laws` composes of the effects' laws.
 """
 
-from .body import Untranslatable, quoted
+from .body import Untranslatable
 from .program import Translation, Unit, header, parts_of, persistence, source
 from .types import BOOL, INT, CType, Struct, choose
+from .values import quoted
 
 __all__ = [
     "BOOL", "INT", "CType", "Struct", "Translation", "Unit", "Untranslatable", "choose", "header",

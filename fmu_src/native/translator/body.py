@@ -1,17 +1,19 @@
-"""One function while it is translated: expressions in C, their conversions, its lines, variables and scopes.
+"""One function while it is translated: its lines, its variables, conversions of its values, and its branches and loops.
 
-Types of variables are found by translating the function again and again, until no assignment widens a type any more.
-The text of the last pass is the translation.
+Every assignment makes a variable of its own in C. Where two branches meet, or a loop begins again, a variable that they
+have both set becomes one variable that both assign to. What the types of results and of growing lists are is found by
+translating the function again until none widens any more.
 """
 
 from __future__ import annotations
 
 import ast
+import dataclasses
+import inspect
 import re
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from types import FunctionType
 from typing import Any, NoReturn
 
 from ...errors import BuildError
@@ -24,6 +26,7 @@ from .types import (
     NUMBERS,
     TEXT,
     UNKNOWN,
+    Choice,
     CType,
     Function,
     Listing,
@@ -31,19 +34,12 @@ from .types import (
     NoType,
     Row,
     Struct,
+    annotated,
     element,
     fields,
     joined,
 )
-
-UNKNOWN_VALUE: Any = object()
-"""``constant`` of an expression whose value is not known when it is translated."""
-
-_RESERVED = set(
-    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
-    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true "
-    "false space".split()
-)
+from .values import Expr, Run, known_items, literal, type_of, unwrapped
 
 
 class Untranslatable(BuildError):
@@ -54,100 +50,12 @@ class Untranslatable(BuildError):
         self.file, self.line, self.reason = file, line, reason
 
 
-@dataclass
-class Expr:
-    """An expression in C.
+@dataclasses.dataclass
+class Loop:
+    """A loop in C: the variables that it carries from turn to turn, their types, and the widest ones assigned."""
 
-    Attributes
-    ----------
-    type : CType
-    code : str
-        C text, in parentheses if it has an operator; empty for a tuple that is only its ``items`` so far.
-    items : list of Expr or None
-        Elements of a tuple that has not been put into a struct.
-    constant : object
-        The value, where it is known.
-    as_float : str
-        C text of the same number as a double, where it was a double before Python made an int of it.
-    pointer : bool
-        ``code`` is a pointer to the value.
-    """
-
-    type: CType
-    code: str = ""
-    items: list[Expr] | None = None
-    constant: Any = UNKNOWN_VALUE
-    as_float: str = ""
-    pointer: bool = False
-
-    @property
-    def text(self) -> str:
-        """The text of the value."""
-        return f"(*{self.code})" if self.pointer else self.code
-
-    @property
-    def bare(self) -> str:
-        """The text without parentheses around all of it, as it stands behind an assignment."""
-        depth = 0
-        for place, letter in enumerate(self.text):
-            depth += (letter == "(") - (letter == ")")
-            if depth == 0:
-                return self.text[1:-1] if letter == ")" and place == len(self.text) - 1 and place else self.text
-        return self.text
-
-    def field(self, name: str) -> str:
-        """Return the text of a field of this struct."""
-        return f"{self.code}{'->' if self.pointer else '.'}{name}"
-
-    @property
-    def is_simple(self) -> bool:
-        """Whether the text may be repeated: a name, a path or a literal."""
-        return self.items is None and re.fullmatch(r"(\w|->|\.)+", self.code) is not None
-
-
-def row(items: list[Expr]) -> Expr:
-    """Return a tuple that is not yet in a struct."""
-    return Expr(Row(tuple(item.type for item in items)), items=items)
-
-
-def c_name(name: str) -> str:
-    """Return the name in C of a variable of Python."""
-    return f"{name}_" if name in _RESERVED else name
-
-
-def quoted(text: str) -> str:
-    """Return a string of C."""
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
-
-
-HANDLERS: dict[type, Callable[[Body, Any], Any]] = {}
-"""What translates each kind of syntax node; the modules beside this one fill it."""
-
-
-def translates(*kinds: type) -> Callable[[Any], Any]:
-    """Say which syntax nodes a function translates."""
-
-    def keep(handler: Any) -> Any:
-        HANDLERS.update(dict.fromkeys(kinds, handler))
-        return handler
-
-    return keep
-
-
-def _stores(node: ast.AST, loops: bool = False) -> Iterator[str]:
-    """Yield the names that are stored below a node, without those of comprehensions; or those of loops alone."""
-    for part in ast.iter_child_nodes(node):
-        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store) and not loops and part.id != "_":
-            yield part.id
-        elif isinstance(part, ast.For) and loops:
-            yield from _stores(ast.Module([ast.Expr(part.target)], []))
-        if not isinstance(part, ast.comprehension):
-            yield from _stores(part, loops)
-
-
-def target_names(node: ast.AST) -> set[str]:
-    """Return the names that are stored in a statement or target, without those of comprehensions."""
-    return set(_stores(ast.Module([node], [])))  # type: ignore[list-item]
+    carried: dict[str, Expr]
+    kinds: dict[str, CType]
 
 
 class Body:
@@ -157,62 +65,42 @@ class Body:
     ----------
     program : Translation
         It translates the functions that are called and defines the types that are used.
-    names : mapping
-        Globals of the function.
+    function : FunctionType
     origin : tuple
         File of the function and the line before its first.
-    definition : ast.FunctionDef
     returns : CType or None
         Type of the result, where its annotation says it.
     """
 
     def __init__(
-        self, program: Any, names: Mapping[str, Any], origin: tuple[str, int], definition: ast.FunctionDef,
-        returns: CType | None,
-    ) -> None:  # fmt: skip
-        self.program, self.names, self.origin, self.definition = program, names, origin, definition
-        self.returns = self.hinted = returns
-        stored, targets = Counter(_stores(definition)), Counter(_stores(definition, loops=True))
-        self.assigned = set(stored)
-        self.loop_names = {name for name, count in targets.items() if stored[name] == count}
-        """Variables that loops alone assign to: each loop has its own."""
-        self.c_names = {name: c_name(name) for name in stored}
-        self.types: dict[str, CType] = {}
-        self.grown: set[str] = set()
-        """Variables that something is appended to."""
-        self.returned: CType = UNKNOWN
+        self, program: Any, function: FunctionType, origin: tuple[str, int], returns: CType | None
+    ) -> None:
+        self.program, self.function, self.origin, self.returns = program, function, origin, returns
+        self.returned: CType = returns or UNKNOWN
+        self.names: dict[str, Any] = {}
+        """What the function's global names stand for."""
+        self.codes: dict[ast.AST, Any] = {}
+        """Its expressions, ready to be evaluated."""
+        self.grown: dict[str, CType] = {}
+        """Types of the elements that are appended to a variable."""
+        self.stored: set[str] = set()
+        """Variables of which an element is changed, or to which one is appended: they are lists in C."""
+        self.needs_space = False
         self.begin()
 
     def begin(self) -> None:
         """Begin a pass."""
         self.lines: list[str] = []
-        self.depth, self.temporaries = 1, 0
-        self.scopes: list[dict[str, Expr]] = [{}]
-        self.declared: set[str] = set()
-        self.to_declare: set[str] = set()
-        """Variables that the assignment at hand declares."""
-        self.needs_space = False
-        self.callees: list[Any] = []
-        if self.hinted is None and self.returned != UNKNOWN:
-            self.returns = self.returned
-        self.returned = self.returns or UNKNOWN
+        self.depth, self.count = 1, 0
+        self.env: dict[str, Any] | None = {}
+        """Values of the variables; None behind a return."""
+        self.loops: list[Loop] = []
 
     # Lines
 
     def emit(self, line: str) -> None:
         """Add a line to the current block."""
         self.lines.append("    " * self.depth + line)
-
-    @contextmanager
-    def block(self, head: str = "", tail: str = "}") -> Iterator[None]:
-        """Add a block in braces."""
-        self.emit(f"{head} {{".lstrip())
-        self.depth += 1
-        self.scopes.append({})
-        yield
-        self.scopes.pop()
-        self.depth -= 1
-        self.emit(tail)
 
     @contextmanager
     def aside(self, apart: list[str], deeper: int = 1) -> Iterator[None]:
@@ -223,186 +111,456 @@ class Body:
         self.depth -= deeper
         self.lines = outer
 
-    def fresh(self) -> str:
-        """Return a name that no variable of Python has."""
-        self.temporaries += 1
-        return f"t_{self.temporaries}"
+    @contextmanager
+    def block(self, head: str) -> Iterator[None]:
+        """Add a block in braces."""
+        self.emit(f"{head} {{")
+        self.depth += 1
+        yield
+        self.depth -= 1
+        self.emit("}")
 
     def refuse(self, node: ast.AST, reason: str) -> NoReturn:
         """Refuse a form of Python."""
         file, before = self.origin
         raise Untranslatable(file, before + getattr(node, "lineno", 1), reason)
 
-    # Nodes
+    # Variables of C
 
-    def value(self, node: ast.AST) -> Any:
-        """Translate an expression, or a statement."""
-        handler = HANDLERS.get(type(node))
-        if handler is None:
-            what = "the statement " if isinstance(node, ast.stmt) else ""
-            self.refuse(node, f"{what}{type(node).__name__} has no translation to C: {ast.unparse(node)}")
-        try:
-            return handler(self, node)
-        except NoType as problem:
-            self.refuse(node, f"{problem}: {ast.unparse(node)}")
+    def fresh(self, name: str = "t") -> str:
+        """Return a name that is not taken."""
+        self.count += 1
+        return f"{name}_{self.count}"
 
-    def statements(self, nodes: list[ast.stmt]) -> None:
-        """Translate statements; variables are declared in the function's own block, where they are first stored."""
-        for node in nodes:
-            if nodes is self.definition.body:
-                self._declare(node)
-            self.value(node)
-
-    def _declare(self, node: ast.stmt) -> None:
-        new = target_names(node) - self.declared - self.loop_names
-        self.declared |= new
-        self.to_declare = new if isinstance(node, ast.Assign | ast.AnnAssign) else set()
-        for name in sorted((new - self.to_declare) & set(self.types)):
-            kind = self.types[name]
-            self.program.use(kind)
-            zero = "0" if (kind in NUMBERS and kind != DUAL) or kind == TEXT else "{0}"
-            self.emit(f"{kind.name} {self.c_names[name]} = {zero};")
-
-    # Variables
-
-    def widen(self, name: str, kind: CType) -> CType:
-        """Note that a variable holds values of ``kind`` as well; return its type."""
-        self.types[name] = joined(self.types.get(name, UNKNOWN), kind)
-        return self.types[name]
-
-    def bind(self, name: str, value: Expr) -> None:
-        """Let a name stand for an expression in the innermost scope."""
-        self.scopes[-1][name] = value
-
-    def lookup(self, name: str) -> Expr | None:
-        """Return what a name stands for: an expression that it is bound to, or a variable."""
-        for scope in reversed(self.scopes):
-            if name in scope:
-                return scope[name]
-        return Expr(self.types[name], self.c_names[name]) if name in self.types else None
-
-    # Values
-
-    def known(self, value: Any) -> Expr:
-        """Return a value of Python as an expression."""
-        if value is None:
-            return Expr(NOTHING, "0", constant=None)
-        if isinstance(value, bool):
-            return Expr(BOOL, "true" if value else "false", constant=value)
-        if isinstance(value, int):
-            return Expr(INT, str(value) if value >= 0 else f"({value})", constant=value)
-        if isinstance(value, float):
-            text = {"inf": "INFINITY", "-inf": "(-INFINITY)", "nan": "NAN"}.get(repr(value), repr(value))
-            return Expr(FLOAT, f"({text})" if text.startswith("-") else text, constant=value)
-        if isinstance(value, str):
-            return Expr(TEXT, quoted(value), constant=value)
-        if isinstance(value, tuple | list):
-            items = [self.known(item) for item in value]
-            return self.struct(type(value), items) if hasattr(value, "_fields") else row(items)
-        if callable(value):
-            return Expr(Function(value), constant=value)
-        raise NoType(f"a value {value!r} has no counterpart in C")
-
-    def struct(self, kind: type, values: list[Expr]) -> Expr:
-        """Return a struct made of the values of its fields."""
-        self.program.use(Struct(kind))
-        inner = ", ".join(
-            f".{name} = {self.as_type(value, wanted).bare}"
-            for (name, wanted), value in zip(fields(kind).items(), values, strict=True)
-        )
-        return Expr(Struct(kind), f"({kind.__name__}){{{inner}}}")
-
-    def kept(self, value: Expr, name: str = "") -> Expr:
-        """Return a value in a constant of C of its own."""
-        value = self.as_type(value, value.type)
-        name = name or self.fresh()
-        self.program.use(value.type)
-        self.emit(f"const {value.type.name} {name} = {value.bare};".replace("const const", "const"))
-        return Expr(value.type, name)
-
-    def simple(self, value: Expr) -> Expr:
-        """Return ``value`` so that its text may be repeated: kept in a constant if it is more than a name."""
-        if value.items is not None:
-            return row([self.simple(item) for item in value.items])
-        if value.is_simple or isinstance(value.type, Function) or value.constant is not UNKNOWN_VALUE:
-            return value
-        return self.kept(value)
-
-    def items_of(self, value: Expr) -> list[Expr] | None:
-        """Return the elements of a tuple of known length or a NamedTuple, else None."""
-        value = unwrapped(value)
-        if value.items is not None:
-            return value.items
-        kind = value.type
-        if isinstance(kind, Row):
-            value = self.simple(value)
-            return [Expr(one, value.field(f"x{i}")) for i, one in enumerate(kind.items)]
-        if isinstance(kind, Struct) and hasattr(kind.kind, "_fields"):
-            value = self.simple(value)
-            return [Expr(one, value.field(name)) for name, one in fields(kind.kind).items()]
-        return None
-
-    def unpacked(self, value: Expr, count: int) -> list[Expr]:
-        """Return ``count`` elements of a tuple or list."""
-        items = self.items_of(value)
-        if items is None and isinstance(value.type, Listing):
-            value = self.simple(value)
-            items = [Expr(value.type.item, f"{value.code}.at[{i}]") for i in range(count)]  # type: ignore[union-attr]
-        if items is None or len(items) != count:
-            raise NoType(f"{value.type.said} does not fit {count} variables")
-        return items
-
-    def new_list(self, kind: CType, count: str, name: str = "") -> str:
-        """Declare a list of ``count`` elements; return its name."""
+    def declare(self, kind: CType, name: str = "t", text: str = "") -> Expr:
+        """Declare a variable, with a value or without."""
+        made = self.fresh(name)
         self.program.use(kind)
-        self.needs_space = True
-        name = name or self.fresh()
-        self.emit(f"const {kind.name} {name} = new_{kind.name}(space, {count});")
-        return name
+        self.emit(f"{f'{kind.name} '.replace('* ', '*')}{made}{f' = {text}' if text else ''};")
+        return Expr(self, kind, made)
 
-    def as_type(self, value: Expr, wanted: CType) -> Expr:
-        """Return ``value`` as a value of type ``wanted``.
+    def opened(self, value: Expr) -> Any:
+        """Return a tuple of known length as a tuple of its elements."""
+        if not isinstance(value.type, Row):
+            return value
+        return tuple(self.opened(Expr(self, kind, value.path(f"x{i}"))) for i, kind in enumerate(value.type.items))
+
+    def kept(self, value: Any, name: str = "t") -> Any:
+        """Return ``value`` so that it may be used repeatedly: in a variable if it is more than a name."""
+        if isinstance(value, tuple) and not hasattr(value, "_fields"):
+            return tuple(self.kept(one, name) for one in value)
+        if isinstance(value, list):
+            return [self.kept(one, name) for one in value]
+        if not isinstance(value, Expr) or value.is_simple:
+            return value
+        return self.declare(value.type, name, value.bare)
+
+    def new_list(self, kind: CType, room: str, name: str = "t") -> Expr:
+        """Declare an empty list with room for some elements."""
+        self.needs_space = True
+        return self.declare(kind, name, f"new_{kind.name}(space, {room})")
+
+    def push(self, made: Expr, value: Any) -> None:
+        """Append a value to a list."""
+        self.needs_space = True
+        item = self.as_type(value, element(made.type))
+        self.emit(f"push_{made.type.name}(space, &{made.code}, {item.bare});")
+
+    # Conversions
+
+    def as_type(self, value: Any, wanted: CType) -> Expr:
+        """Return ``value`` as an expression of type ``wanted``.
 
         Raises
         ------
         NoType
             It cannot be one.
         """
-        have = value.type
-        if value.items is None and (have == wanted or wanted == UNKNOWN):
+        have = type_of(value)
+        if isinstance(value, Expr) and (have == wanted or wanted == UNKNOWN):
             return value
+        if have == UNKNOWN:  # an element of a list whose type a further pass knows
+            return Expr(self, wanted, value.code)
         self.program.use(wanted)
         if isinstance(wanted, Maybe):
-            if have == NOTHING:
-                return Expr(wanted, f"({wanted.name}){{0}}")
-            return Expr(wanted, f"({wanted.name}){{true, {self.as_type(value, wanted.item).bare}}}")
+            inner = "0" if have == NOTHING else f"true, {self.as_type(value, wanted.item).bare}"
+            return Expr(self, wanted, f"({wanted.name}){{{inner}}}")
         if isinstance(have, Maybe):
             return self.as_type(unwrapped(value), wanted)
         if wanted == DUAL and have in NUMBERS:
-            return Expr(DUAL, f"dual_of({self.as_type(value, FLOAT).bare})")
+            return Expr(self, DUAL, f"dual_of({self.as_type(value, FLOAT).bare})")
+        if have in (BOOL, INT, FLOAT, TEXT) and not isinstance(value, Expr) and have in (wanted, BOOL, INT):
+            return Expr(self, wanted, literal(float(value) if wanted == FLOAT else value))
         if wanted in (INT, FLOAT) and have in (BOOL, INT):
-            if wanted == FLOAT and isinstance(value.constant, int):
-                return self.known(float(value.constant))
-            float_before = value.as_float if wanted == FLOAT else ""
-            return Expr(wanted, float_before or f"({wanted.name}){value.text}")
-        if isinstance(wanted, Listing) and (have == Listing(UNKNOWN) or value.items == []):
-            return Expr(wanted, f"({wanted.name}){{0}}")
-        if isinstance(wanted, Row) and isinstance(have, Listing):
-            value = row(self.unpacked(value, len(wanted.items)))
-        items = self.items_of(value)
+            before = value.as_float if wanted == FLOAT else ""
+            return Expr(self, wanted, before or f"({wanted.name}){value.code}")
+        items = known_items(value)
         if items is not None and isinstance(wanted, Row) and len(items) == len(wanted.items):
-            inner = ", ".join(self.as_type(x, kind).bare for x, kind in zip(items, wanted.items, strict=True))
-            return Expr(wanted, f"({wanted.name}){{{inner}}}")
-        if items is not None and isinstance(wanted, Listing):
-            kind = element(row(items).type) if wanted.item == UNKNOWN else wanted.item
-            texts = [self.as_type(item, kind).bare for item in items]
-            name = self.new_list(Listing(kind), str(len(items)))
-            for i, text in enumerate(texts):
-                self.emit(f"{name}.at[{i}] = {text};")
-            return Expr(Listing(kind), name)
+            inner = ", ".join(self.as_type(one, kind).bare for one, kind in zip(items, wanted.items, strict=True))
+            return Expr(self, wanted, f"({wanted.name}){{{inner}}}")
+        if isinstance(wanted, Listing) and (items == [] or have == Listing(UNKNOWN)):
+            return Expr(self, wanted, f"({wanted.name}){{0}}")
+        if isinstance(wanted, Listing) and isinstance(have, Listing | Row):
+            made = self.new_list(wanted if wanted.item != UNKNOWN else Listing(element(have)), str(len(items or ())))
+            self.each(value, 0, lambda one: self.push(made, one))
+            return made
+        if isinstance(wanted, Row) and isinstance(have, Listing):
+            return self.as_type(self.unpacked(value, len(wanted.items)), wanted)
+        if items is not None and have == wanted and isinstance(wanted, Struct):
+            return self.made(wanted.kind, *items)
         raise NoType(f"{have.said} is given where {wanted.said} is needed")
 
+    def unpacked(self, value: Any, count: int) -> tuple[Any, ...]:
+        """Return ``count`` elements of a tuple or list."""
+        items = known_items(value)
+        if items is None and isinstance(type_of(value), Listing):
+            items = [self.item(value, i) for i in range(count)]
+        if items is None or len(items) != count:
+            raise NoType(f"{type_of(value).said} does not fit {count} variables")
+        return tuple(items)
 
-def unwrapped(value: Expr) -> Expr:
-    """Return the value inside of a value that may be None."""
-    return Expr(value.type.item, value.field("value")) if isinstance(value.type, Maybe) else value
+    def flat(self, shape: Any, value: Any) -> list[Any]:
+        """Return the values that the names of a target take, in order."""
+        if shape == 0:
+            return [value]
+        parts = self.unpacked(value, len(shape))
+        return [one for own, part in zip(shape, parts, strict=True) for one in self.flat(own, part)]
+
+    def truth(self, value: Any) -> Any:
+        """Return whether ``value`` counts as true."""
+        if not isinstance(value, Expr):
+            return bool(value)
+        if isinstance(value.type, Maybe):
+            return self.both(Expr(self, BOOL, value.path("some")), lambda: unwrapped(value))
+        if value.type in (INT, FLOAT):
+            return Expr(self, BOOL, f"({value.code} != 0)")
+        if isinstance(value.type, Listing):
+            return Expr(self, BOOL, f"({value.path('count')} > 0)")
+        if value.type != BOOL:
+            raise NoType(f"{value.type.said} has no truth value in C")
+        return value
+
+    # Decisions of Python's
+
+    def opposite(self, value: Any) -> Any:
+        """``not value``."""
+        test = self.truth(value)
+        return Expr(self, BOOL, f"(!{test.code})") if isinstance(test, Expr) else not test
+
+    def both(self, first: Any, second: Callable[[], Any]) -> Any:
+        """``first and second``, of conditions."""
+        return self.choose(first, lambda: self.truth(second()), lambda: False)
+
+    def either(self, first: Any, second: Callable[[], Any]) -> Any:
+        """``first or second``: the value that decides."""
+        if type_of(first) == BOOL:
+            return self.choose(first, lambda: True, lambda: self.truth(second()))
+        first = self.kept(first)
+        return self.choose(first, lambda: unwrapped(first), second)
+
+    def is_one(self, value: Any, other: Any) -> Any:
+        """``value is None``."""
+        if other is not None:
+            raise NoType("`is` has a translation for None only")
+        if isinstance(value, Expr) and isinstance(value.type, Maybe):
+            return Expr(self, BOOL, f"(!{value.path('some')})")
+        return value is None
+
+    def is_among(self, value: Any, items: Any) -> Any:
+        """``value in items``."""
+        found: Any = False
+        for item in items:
+            found = self.either(found, lambda item=item: value == item)  # type: ignore[misc]
+        return found
+
+    def choose(self, test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
+        """``yes if test else no``; each is computed only where it is chosen."""
+        test = self.truth(test)
+        if not isinstance(test, Expr):
+            return yes() if test else no()
+        parts: tuple[list[str], list[str]] = [], []
+        values = []
+        for lines, value in zip(parts, (yes, no), strict=True):
+            with self.aside(lines):
+                values.append(value())
+        kinds = [type_of(value) for value in values]
+        if not any(parts) and all(kind in (*NUMBERS, TEXT) for kind in kinds):
+            kind = joined(*kinds)
+            first, second = (self.as_type(value, kind).code for value in values)
+            if kind == BOOL and second == "false":
+                return Expr(self, BOOL, f"({test.code} && {first})")
+            if kind == BOOL and first == "true":
+                return Expr(self, BOOL, f"({test.code} || {second})")
+            return Expr(self, kind, f"({test.code} ? {first} : {second})")
+        return self.branched(test, parts, [{"t": value} for value in values])["t"]  # type: ignore[index]
+
+    # Branches and loops
+
+    def branched(
+        self, test: Expr, parts: tuple[list[str], list[str]], ends: list[dict[str, Any] | None]
+    ) -> dict[str, Any] | None:
+        """Add ``if`` and ``else``, which end with these variables; return those behind both."""
+        live = [end for end in ends if end is not None]
+        both = live[0] if live else None
+        if len(live) == 2:
+            shared = [name for name in live[0] if name in live[1]]
+            both = {name: self._merged(name, live[0][name], live[1][name], parts) for name in shared}
+        self.emit(f"if ({test.bare}) {{")
+        self.lines += parts[0]
+        if parts[1]:
+            self.emit("} else {")
+            self.lines += parts[1]
+        self.emit("}")
+        return both
+
+    def _merged(self, name: str, a: Any, b: Any, parts: tuple[list[str], list[str]]) -> Any:
+        """Return one value for two branches, which assign it to a variable unless they agree."""
+        if a is b or (not isinstance(a, Expr | tuple) and type(a) is type(b) and repr(a) == repr(b)):
+            return a
+        if isinstance(a, Expr) and isinstance(b, Expr) and (a.type, a.code) == (b.type, b.code):
+            return a
+        if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b) and not hasattr(a, "_fields"):
+            return tuple(self._merged(name, *each, parts) for each in zip(a, b, strict=True))
+        kind = joined(type_of(a), type_of(b))
+        made = self.declare(kind, name)
+        for lines, value in zip(parts, (a, b), strict=True):
+            with self.aside(lines):
+                self.emit(f"{made.code} = {self.as_type(value, kind).bare};")
+        return self.opened(made)
+
+    def repeat(self, head: str, assigned: Collection[str], turn: Callable[[], None]) -> None:
+        """Add a loop whose body ``turn`` translates; it assigns to variables, some of which live before it."""
+        assert self.env is not None
+        before = self.env
+        first = {name: before[name] for name in sorted(before.keys() & set(assigned))}
+        kinds, wider = {name: type_of(value) for name, value in first.items()}, None
+        start = self.count
+        while kinds != wider:
+            kinds, self.count, lines = wider or kinds, start, list[str]()
+            carried = {name: Expr(self, kind, self.fresh(name)) for name, kind in kinds.items()}
+            opened = {name: self.opened(made) for name, made in carried.items()}
+            self.loops.append(Loop(carried, dict(kinds)))
+            self.env = {**before, **opened}
+            with self.aside(lines):
+                turn()
+                self.commit()
+            wider = self.loops.pop().kinds
+        for name, made in carried.items():
+            self.program.use(made.type)
+            self.emit(f"{made.type.name} {made.code} = {self.as_type(first[name], made.type).bare};")
+        self.emit(f"{head} {{")
+        self.lines += lines
+        self.emit("}")
+        self.env = {**before, **opened}
+
+    def commit(self) -> None:
+        """Assign what the innermost loop carries into its next turn, or out of it."""
+        if self.env is None:
+            return
+        loop, texts = self.loops[-1], {}
+        own = {made.code for made in loop.carried.values()}
+        for name, made in loop.carried.items():
+            value = self.env[name]
+            loop.kinds[name] = joined(loop.kinds[name], type_of(value))
+            if loop.kinds[name] != made.type:
+                continue  # the loop is translated again
+            new = self.as_type(value, made.type)
+            if new.code == made.code:
+                continue
+            if own & set(re.findall(r"\w+", new.code)):
+                new = self.declare(made.type, name, new.bare)
+            texts[made.code] = new.bare
+        for code, text in texts.items():
+            self.emit(f"{code} = {text};")
+
+    def each(self, over: Any, shape: Any, take: Callable[..., Any], assigned: Collection[str] = ()) -> None:
+        """Let ``take`` see every element: unrolled where they are known one by one, else in a loop."""
+        items = known_items(over)
+        if items is not None:
+            for item in items:
+                take(*self.flat(shape, item))
+            return
+        run, k = self.run(over), self.fresh("k")
+        count = self.kept(Expr(self, INT, run.count)).code
+        self.repeat(
+            f"for (int64_t {k} = 0; {k} < {count}; {k}++)", assigned,
+            lambda: take(*map(self.kept, self.flat(shape, run.at(k)))),
+        )  # fmt: skip
+
+    # Tuples and lists
+
+    def run(self, over: Any) -> Run:
+        """Return what a loop in C runs over."""
+        if isinstance(over, Run):
+            return over
+        kind = type_of(unwrapped(over))
+        known = known_items(over)
+        if known is not None:
+            kind = Listing(element(Row(tuple(map(type_of, known)))))
+            over = self.as_type(tuple(known), kind)
+        if not isinstance(kind, Listing):
+            raise NoType(f"a loop cannot run over {kind.said}")
+        sequence = self.kept(unwrapped(over))
+        return Run(sequence.path("count"), lambda k: self.item(sequence, Expr(self, INT, k)))
+
+    def collect(self, fill: Callable[[Callable[[Any], None]], None], room: str = "0") -> Any:
+        """Return what ``fill`` puts: a tuple where no loop or condition is in between, else a list."""
+        values: list[Any] = []
+        lines: list[str] = []
+        outer = deepest = self.depth
+
+        def see(value: Any) -> None:
+            nonlocal deepest
+            deepest = max(deepest, self.depth)
+            values.append(value)
+
+        with self.aside(lines, 0):
+            fill(see)
+        if deepest == outer:
+            self.lines += lines
+            return tuple(values)
+        made = self.new_list(Listing(element(Row(tuple(map(type_of, values))))), room)
+        fill(lambda value: self.push(made, value))
+        return made
+
+    def collected(self, over: Any) -> Any:
+        """Return a new tuple or list of the same elements."""
+        room = "0" if known_items(over) is not None else self.run(over).count
+        return self.collect(lambda put: self.each(over, 0, put), room)
+
+    def columns(self, rows: Any) -> Run:
+        """``zip(*rows)`` of a list of lists."""
+        over = self.run(rows)
+        size = over.at("0").path("count")
+
+        def column(k: str) -> Any:
+            return self.collected(Run(over.count, lambda i: self.item(over.at(i), Expr(self, INT, k))))
+
+        return Run(f"({over.count} > 0 ? {size} : 0)", column)
+
+    def display(self, *parts: tuple[bool, Any]) -> Any:
+        """Return ``(a, *b)``: of known length unless a list is among its parts."""
+
+        def fill(put: Callable[[Any], None]) -> None:
+            for is_starred, one in parts:
+                if is_starred:
+                    self.each(one, 0, put)
+                else:
+                    put(one)
+
+        return self.collect(fill)
+
+    def item(self, value: Any, index: Any) -> Any:
+        """``value[index]``; a part of a list is a list of its own."""
+        value = unwrapped(value)
+        if isinstance(value, dict):
+            return value[index]
+        bounds = (index.start, index.stop, index.step) if isinstance(index, slice) else (index,)
+        items = known_items(value)
+        if items is not None and not any(isinstance(bound, Expr) for bound in bounds):
+            return tuple(items[index]) if isinstance(index, slice) else items[index]
+        if items is not None:
+            value = self.as_type(tuple(items), Listing(element(Row(tuple(map(type_of, items))))))
+        value = self.kept(value)
+        if not isinstance(value.type, Listing):
+            raise NoType(f"{value.type.said} has no elements")
+        places = [self.place(value, bound) for bound in bounds]
+        if not isinstance(index, slice):
+            return self.opened(Expr(self, value.type.item, f"{value.path('at')}[{places[0]}]"))
+        self.needs_space = True
+        first, beyond, step = places[0] or "0", places[1] or value.path("count"), places[2] or "1"
+        return Expr(self, value.type, f"part_of_{value.type.name}(space, {value.code}, {first}, {beyond}, {step})")
+
+    def place(self, value: Expr, index: Any) -> str:
+        """Return an index as C counts it: a negative one counts from the end."""
+        if index is None:
+            return ""
+        if isinstance(index, int) and index < 0:
+            return f"{value.path('count')} - {-index}"
+        return self.as_type(index, INT).bare
+
+    # Functions and classes of the project
+
+    def call(self, function: Any, *given: Any, **named: Any) -> Any:
+        """Call a function of the project, which is translated for the types of its arguments."""
+        function = inspect.unwrap(function)
+        bound = inspect.signature(function).bind(*given, **named)
+        bound.apply_defaults()
+        values = []
+        for value, hint in zip(bound.arguments.values(), parameter_types(function).values(), strict=True):
+            kind = type_of(value)
+            is_own = hint is None or (kind, hint) == (DUAL, FLOAT)
+            values.append(value if isinstance(kind, Function) else self.as_type(value, kind if is_own else hint))  # type: ignore[arg-type]
+        unit = self.program.function(function, tuple(map(type_of, values)))
+        self.needs_space = self.needs_space or unit.needs_space
+        texts = ["space"] if unit.needs_space else []
+        texts += [self._passed(value) for value in values if isinstance(value, Expr)]
+        text = f"{unit.name}({', '.join(texts)})"
+        if unit.result == NOTHING:
+            self.emit(f"{text};")
+            return None
+        return self.opened(self.declare(unit.result, function.__name__.strip("_"), text))
+
+    def _passed(self, value: Expr) -> str:
+        """Return an argument as C passes it: a struct by its address."""
+        if not isinstance(value.type, Struct):
+            return value.bare
+        if value.code.startswith("(*"):
+            return value.code[2:-1]
+        return f"&{value.code if re.fullmatch(r'[a-zA-Z_][^(){}]*', value.code) else self.kept(value).code}"
+
+    def made(self, kind: type, *given: Any, **named: Any) -> Expr:
+        """Make a struct: ``PlantState(...)``."""
+        bound = inspect.signature(kind).bind(*given, **named)
+        for field in dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ():
+            if field.default_factory is not dataclasses.MISSING:
+                bound.arguments.setdefault(field.name, field.default_factory())
+        bound.apply_defaults()
+        inner = [f".{name} = {self.as_type(bound.arguments[name], own).bare}" for name, own in fields(kind).items()]
+        return self._checked(self.declare(Struct(kind), kind.__name__.lower(), f"{{{', '.join(inner)}}}"))
+
+    def replaced(self, old: Expr, **new: Any) -> Expr:
+        """``old._replace(...)``: a copy of a struct with other values in some fields."""
+        assert isinstance(old.type, Struct)
+        kinds = fields(old.type.kind)
+        texts = {name: self.as_type(value, kinds[name]).bare for name, value in new.items()}
+        made = self.declare(old.type, "t", old.bare)
+        for name, text in texts.items():
+            self.emit(f"{made.path(name)} = {text};")
+        return self._checked(made)
+
+    def _checked(self, made: Expr) -> Expr:
+        """Let a value check itself, where it does."""
+        check = getattr(made.type.kind, "__post_init__", None)  # type: ignore[union-attr]
+        if check is not None:
+            self.call(check, made)
+        return made
+
+    def chosen(self, which: Expr, given: tuple[Any, ...]) -> Any:
+        """Call the function that an index chooses, among those that take as many arguments."""
+        if not isinstance(which.type, Choice):
+            raise NoType(f"{which.type.said} is no function")
+        given = self.kept(given)
+        made = self.declare(FLOAT, "t", "0.0")
+        with self.block(f"switch ({which.bare})"):
+            for index, function in enumerate(which.type.functions):
+                if len(inspect.signature(function).parameters) == len(given):
+                    with self.block(f"case {index}:"):
+                        self.emit(f"{made.code} = {self.as_type(self.call(function, *given), FLOAT).bare};")
+                        self.emit("break;")
+        return made
+
+
+def parameter_types(function: FunctionType) -> dict[str, CType | None]:
+    """Return the type of each parameter as its annotation says it; None where there is none that C has."""
+    return {name: annotation(function, name) for name in inspect.signature(function).parameters}
+
+
+def annotation(function: FunctionType, name: str) -> CType | None:
+    """Return the type of a parameter, or of ``return``, as its annotation says it; None where it says none."""
+    hint = function.__annotations__.get(name, inspect.Parameter.empty)
+    try:
+        hint = eval(hint, function.__globals__) if isinstance(hint, str) else hint  # our own source
+        return None if hint is inspect.Parameter.empty else annotated(hint)
+    except (NameError, NoType):
+        return None

@@ -11,11 +11,10 @@ from pathlib import Path
 from textwrap import dedent, fill
 from threading import Lock
 from types import FunctionType
-from typing import Any, get_type_hints
+from typing import Any
 
-from . import statements
-from .body import Body, Expr, Untranslatable, c_name
-from .calls import parameter_types
+from .body import Body, Untranslatable, annotation, parameter_types
+from .statements import translate
 from .types import (
     BOOL,
     DUAL,
@@ -27,19 +26,26 @@ from .types import (
     Function,
     Listing,
     Maybe,
-    NoType,
     Row,
     Struct,
-    annotated,
     fields,
 )
+from .values import Callee, Expr
 
-_MOST_PASSES = 20
+_RESERVED = set(
+    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
+    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true "
+    "false space".split()
+)
 _LOCK = Lock()
 """Python 3.11 loses count of its recursion where two threads parse at once (CPython issue 106905)."""
 
 _WIDTH = 118
-assert statements  # it fills the handlers
+
+
+def c_name(name: str) -> str:
+    """Return the name in C of a parameter of Python."""
+    return f"{name}_" if name in _RESERVED else name
 
 
 @dataclass(eq=False)
@@ -120,7 +126,7 @@ class Translation:
 
     def function(self, function: Any, arguments: tuple[CType, ...]) -> Unit:
         """Return the translation of ``function`` for these argument types."""
-        key = inspect.unwrap(function), arguments
+        key = function, arguments
         if key not in self.units:
             self.units[key] = self._translated(*key)
         return self.units[key]
@@ -130,24 +136,19 @@ class Translation:
         unit = Unit(self._name(function, DUAL in arguments), function, list(zip(names, arguments, strict=True)))
         for kind in arguments:
             self.use(kind)
-        hinted = None if DUAL in arguments else _result(function)
+        hinted = None if DUAL in arguments else annotation(function, "return")
         if function in self.externals:
             unit.name, unit.needs_space, unit.result = self.externals[function], True, hinted or NOTHING
             self.use(unit.result)
             return unit
         origin = ("/".join(Path(function.__code__.co_filename).parts[-3:]), function.__code__.co_firstlineno - 1)
-        body = Body(self, function.__globals__, origin, definition_of(function), hinted)
-        for _ in range(_MOST_PASSES):
-            before = dict(body.types), body.returned, set(body.grown)
-            body.begin()
-            _parameters(body, unit)
-            body.statements(body.definition.body)
-            if (body.types, body.returned, body.grown) == before:
-                break
-        else:
-            raise Untranslatable(origin[0], origin[1] + 1, f"the types of {function.__name__} do not settle")
+        body = Body(self, function, origin, hinted)
+        given = {name: _parameter(body, name, kind) for name, kind in unit.parameters}
+        translate(body, function, definition_of(function), given)
         unit.result = body.returns or (NOTHING if body.returned == UNKNOWN else body.returned)
-        unit.lines, unit.callees, unit.needs_space = body.lines, body.callees, body.needs_space
+        unit.lines, unit.needs_space = body.lines, body.needs_space
+        called = set(re.findall(r"\w+(?=\()", "\n".join(body.lines)))
+        unit.callees = [other for other in self.units.values() if other.name in called]
         return unit
 
     def _name(self, function: Any, differentiated: bool) -> str:
@@ -193,50 +194,30 @@ def definition_of(function: FunctionType) -> ast.FunctionDef:
     return tree
 
 
-def _result(function: FunctionType) -> CType | None:
-    """Return the type of the result as its annotation says it."""
-    try:
-        hint = get_type_hints(function).get("return", UNKNOWN)
-        return None if hint is UNKNOWN else annotated(hint)
-    except (NameError, NoType, TypeError):
-        return None
-
-
-def _parameters(body: Body, unit: Unit) -> None:
-    """Let the parameters' names stand for what C passes; one that is assigned to becomes a variable."""
-    for name, kind in unit.parameters:
-        value = Expr(kind, c_name(name), pointer=isinstance(kind, Struct))
-        if isinstance(kind, Function):
-            value = body.known(kind.function)
-        if name not in body.assigned:
-            body.bind(name, value)
-            continue
-        wanted = body.widen(name, kind)
-        body.c_names[name] = f"{name}_now"
-        body.declared.add(name)
-        body.emit(f"{wanted.name} {name}_now = {body.as_type(value, wanted).bare};")
+def _parameter(body: Body, name: str, kind: CType) -> Any:
+    """Return what a parameter's name stands for."""
+    if isinstance(kind, Function):
+        return Callee(body, kind.function)
+    text = c_name(name)
+    return body.opened(Expr(body, kind, f"(*{text})" if isinstance(kind, Struct) else text))
 
 
 # Text
 
-_LIST = """static inline {list} new_{list}(Space *space, int64_t count)
+_LIST = """static inline {list} new_{list}(Space *space, int64_t room)
 {{
-    return ({list}){{count, space_take(space, count, sizeof({item}))}};
-}}
-
-/* A copy with room for more: 4, 8, 16, ... elements. */
-static inline {list} growable_{list}(Space *space, {list} old)
-{{
-    {list} list = {{old.count, space_take(space, room_for(old.count + 1), sizeof({item}))}};
-    for (int64_t i = 0; i < old.count; i++)
-        list.at[i] = old.at[i];
-    return list;
+    return ({list}){{0, room, space_take(space, room, sizeof({item}))}};
 }}
 
 static inline void push_{list}(Space *space, {list} *list, {item} value)
 {{
-    if (is_full(list->count))
-        *list = growable_{list}(space, *list);
+    if (list->count == list->room) {{
+        {list} more = new_{list}(space, list->room > 0 ? 2 * list->room : 4);
+        for (int64_t i = 0; i < list->count; i++)
+            more.at[i] = list->at[i];
+        more.count = list->count;
+        *list = more;
+    }}
     list->at[list->count++] = value;
 }}
 
@@ -244,8 +225,8 @@ static inline void push_{list}(Space *space, {list} *list, {item} value)
 static inline {list} part_of_{list}(Space *space, {list} list, int64_t first, int64_t beyond, int64_t step)
 {{
     {list} part = new_{list}(space, range_count(first, beyond < list.count ? beyond : list.count, step));
-    for (int64_t i = 0; i < part.count; i++)
-        part.at[i] = list.at[first + i * step];
+    for (; part.count < part.room; part.count++)
+        part.at[part.count] = list.at[first + part.count * step];
     return part;
 }}
 """
@@ -262,7 +243,7 @@ def _wrapped(line: str) -> str:
 
 def _type_text(kind: CType) -> str:
     """Return the definition of a type."""
-    parts = [("count", INT), *parts_of(kind)] if isinstance(kind, Listing) else parts_of(kind)
+    parts = [("count", INT), ("room", INT), *parts_of(kind)] if isinstance(kind, Listing) else parts_of(kind)
     members = "".join(f"    {inner.name} {name};\n" for name, inner in parts)
     return f"typedef struct {{\n{members}}} {kind.name};\n".replace(" at[i];", " *at;")
 
@@ -336,7 +317,7 @@ def _both_ways(kind: CType) -> str:
             count = ["write_int64_t(bytes, &x->count);"]
             if verb == "read":
                 room = f"space_take(bytes->space, x->count, sizeof({kind.item.name}))"
-                count = ["read_count(bytes, &x->count);", f"x->at = {room};"]
+                count = ["read_count(bytes, &x->count);", "x->room = x->count;", f"x->at = {room};"]
             each = f"for (int64_t i = 0; i < x->count; i++) {lines[0]}"
             if kind.item in (FLOAT, INT):
                 each = f"{verb}_bytes(bytes, x->at, (size_t)x->count * sizeof *x->at);"

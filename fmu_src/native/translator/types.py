@@ -6,7 +6,7 @@
     str                         const char *          literals and settings; compared, never changed
     NamedTuple, dataclass       struct of the same name and fields
     tuple of known length       struct Row...         fields x0, x1, ...
-    list, tuple[T, ...]         struct {count, at}    elements in the unit's own memory
+    list, tuple[T, ...]         struct {count, room, at}    elements in the unit's own memory
     T | None                    struct {some, value}
     a function                  nothing: the called function is made for it, as a template is
 
@@ -149,6 +149,11 @@ def element(sequence: CType) -> CType:
     for item in sequence.items:
         out = joined(out, item)
     return out
+
+
+def listed(kind: CType) -> CType:
+    """Return the type as a list, its elements as lists as well."""
+    return Listing(listed(element(kind))) if isinstance(kind, Row | Listing) else kind
 
 
 @cache

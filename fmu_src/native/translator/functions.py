@@ -1,0 +1,183 @@
+"""What functions of Python's own do with values that are known at run time only.
+
+``sum`` of floats is refused: from Python 3.12 on it compensates rounding, which no C library does. ``math.hypot`` is
+refused: CPython's differs from the C library's in the last bit. The step path has functions of its own for both.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable
+from typing import Any
+
+from .body import Body
+from .types import BOOL, DUAL, FLOAT, INT, NoType, joined
+from .values import Expr, Run, known_items, type_of, unwrapped
+
+_MATHEMATICS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log2 sqrt copysign".split()
+_DERIVED = ("sin", "cos", "tan", "tanh", "exp", "log", "sqrt")
+_POWER = "a power may differ in the last bit from library to library; write a product"
+_REFUSED: dict[Any, str] = {
+    math.hypot: "math.hypot of CPython differs from that of C libraries in the last bit; use linear_algebra.hypotenuse",
+    sum: "sum() rounds differently from Python 3.12 on; use linear_algebra.total, or add in a loop",
+    math.fsum: "math.fsum has no counterpart in C",
+    pow: _POWER,
+    math.pow: _POWER,
+}
+
+
+def _mathematical(name: str) -> Callable[..., Expr]:
+    def translate(body: Body, *given: Any) -> Expr:
+        given = tuple(map(unwrapped, given))
+        if type_of(given[0]) != DUAL:
+            return Expr(body, FLOAT, f"{name}({', '.join(body.as_type(value, FLOAT).bare for value in given)})")
+        if name not in _DERIVED:
+            raise NoType(f"the function {name} has no derivative here; there are those of {_DERIVED}")
+        return Expr(body, DUAL, f"dual_{name}({given[0].bare})")
+
+    return translate
+
+
+def _refused(reason: str) -> Callable[..., Expr]:
+    def translate(body: Body, *given: Any) -> Expr:
+        raise NoType(reason)
+
+    return translate
+
+
+def _whole(name: str) -> Callable[..., Expr]:
+    """``floor``, ``ceil`` and ``round``: an int, which has no minus zero; a step is flat wherever it has a slope."""
+
+    def translate(body: Body, x: Any) -> Expr:
+        x = unwrapped(x)
+        text = x.path("value") if type_of(x) == DUAL else body.as_type(x, FLOAT).bare
+        return Expr(body, INT, f"(int64_t){name}({text})", f"({name}({text}) + 0.0)")
+
+    return translate
+
+
+def _abs(body: Body, x: Any) -> Expr:
+    x = unwrapped(x)
+    if type_of(x) == INT:
+        raise NoType("abs of an int has no translation")
+    return Expr(body, DUAL, f"dual_abs({x.bare})") if type_of(x) == DUAL else _mathematical("fabs")(body, x)
+
+
+def _extreme(name: str) -> Callable[..., Any]:
+    """``max`` and ``min`` of several numbers, or of the elements of one list: the first of equal values."""
+
+    def translate(body: Body, *values: Any) -> Any:
+        if len(values) > 1:
+            kind = functools.reduce(joined, map(type_of, values))
+            which = f"{name}_{'float' if kind == FLOAT else 'int'}"
+            whole = body.as_type(values[0], kind)
+            for value in values[1:]:
+                whole = Expr(body, kind, f"{which}({whole.bare}, {body.as_type(value, kind).bare})")
+            return whole
+        items = known_items(values[0])
+        if items is not None:
+            return translate(body, *items) if len(items) > 1 else items[0]
+        run = body.run(values[0])
+        best = body.declare(type_of(run.at("0")), "best", "0")
+        k = body.fresh("k")
+        with body.block(f"for (int64_t {k} = 0; {k} < {run.count}; {k}++)"):
+            item = body.kept(run.at(k))
+            with body.block(f"if ({k} == 0 || {item.code} {'>' if name == 'max' else '<'} {best.code})"):
+                body.emit(f"{best.code} = {item.code};")
+        return best
+
+    return translate
+
+
+def _len(body: Body, value: Any) -> Any:
+    items = known_items(value)
+    return Expr(body, INT, unwrapped(value).path("count")) if items is None else len(items)
+
+
+def _range(body: Body, *bounds: Any) -> Any:
+    if all(isinstance(bound, int) for bound in bounds):
+        return tuple(range(*bounds))
+    first, beyond, step = bounds if len(bounds) == 3 else (*((0, *bounds) if len(bounds) == 1 else bounds), 1)
+    if not isinstance(step, int) or {type_of(first), type_of(beyond)} != {INT}:
+        raise NoType("range needs ints, and a step that is written out")
+    if not isinstance(first, Expr) and (first, step) == (0, 1):
+        return Run(beyond.bare, lambda k: Expr(body, INT, k))
+    start = body.kept(body.as_type(first, INT)).code
+    count = f"range_count({start}, {body.as_type(beyond, INT).bare}, {step})"
+    return Run(count, lambda k: Expr(body, INT, f"({start} + {step} * {k})" if step != 1 else f"({start} + {k})"))
+
+
+def _zip(body: Body, *given: Any, strict: bool = False) -> Any:
+    known = [known_items(one) for one in given]
+    if all(items is not None for items in known):
+        return tuple(zip(*known, strict=strict))
+    runs = [body.run(one) for one in given]
+    count = runs[0].count
+    for other in runs[1:] if not strict else []:
+        count = f"min_int({count}, {other.count})"
+    return Run(count, lambda k: tuple(run.at(k) for run in runs))
+
+
+def _enumerate(body: Body, over: Any) -> Any:
+    items = known_items(over)
+    if items is not None:
+        return tuple(enumerate(items))
+    run = body.run(over)
+    return Run(run.count, lambda k: (Expr(body, INT, k), run.at(k)))
+
+
+def _map(body: Body, function: Callable[..., Any], *given: Any) -> Any:
+    both = _zip(body, *given)
+    if not isinstance(both, Run):
+        return tuple(function(*one) for one in both)
+    return Run(both.count, lambda k: function(*both.at(k)))
+
+
+def _reduce(body: Body, function: Callable[..., Any], over: Any, start: Any) -> Any:
+    """``reduce(f, xs, start)`` of floats: a loop, from left to right."""
+    if known_items(over) is not None:
+        return functools.reduce(function, known_items(over) or (), start)
+    total = body.declare(FLOAT, "total", body.as_type(start, FLOAT).bare)
+
+    def add(item: Any) -> None:
+        body.emit(f"{total.code} = {body.as_type(function(total, item), FLOAT).bare};")
+
+    body.each(over, 0, add)
+    return total
+
+
+def _is_new(over: Any) -> bool:
+    """Whether this is a list that no variable of Python's changes."""
+    return isinstance(over, Expr) and over.code.startswith("t_")
+
+
+def _int(body: Body, x: Any) -> Expr:
+    return Expr(body, INT, f"(int64_t){unwrapped(x).code}")
+
+
+STAGED: dict[Any, Callable[..., Any]] = {
+    **{getattr(math, name): _mathematical(name) for name in _MATHEMATICS},
+    **{function: _refused(reason) for function, reason in _REFUSED.items()},
+    math.floor: _whole("floor"),
+    math.ceil: _whole("ceil"),
+    round: _whole("rint"),
+    math.isfinite: lambda body, x: Expr(body, BOOL, f"isfinite({body.as_type(x, FLOAT).bare})"),
+    abs: _abs,
+    float: lambda body, x: body.as_type(x, FLOAT),
+    int: _int,
+    max: _extreme("max"),
+    min: _extreme("min"),
+    len: _len,
+    range: _range,
+    zip: _zip,
+    enumerate: _enumerate,
+    map: _map,
+    functools.reduce: _reduce,
+    tuple: lambda body, over: over if _is_new(over) else body.collected(over),
+    list: Body.collected,
+    slice: lambda body, *bounds: slice(*bounds),
+    dataclasses.replace: Body.replaced,
+}
+"""What stands in the place of a function of Python's own; the first argument is the function in translation."""

@@ -1,0 +1,251 @@
+"""Values while a function is translated: Python's own where they are known, expressions in C where they are not.
+
+Python evaluates the function's expressions (:mod:`.rewriting`), so that an expression in C has Python's operators: each
+gives the expression in C of its result. C has the same operators for floats, so that sums and products are rounded in
+the same order. Where the two differ, a function of ``arithmetic.h`` does what Python does: ``%``, ``//``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from types import FunctionType
+from typing import Any
+
+from .types import (
+    BOOL,
+    DUAL,
+    FLOAT,
+    INT,
+    NOTHING,
+    NUMBERS,
+    TEXT,
+    CType,
+    Function,
+    Listing,
+    Maybe,
+    NoType,
+    Row,
+    Struct,
+    element,
+    fields,
+    joined,
+)
+
+_DUALS = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
+
+
+class Expr:
+    """An expression in C.
+
+    Attributes
+    ----------
+    body : Body
+        The function that it stands in.
+    type : CType
+    code : str
+        C text, in parentheses if it has an operator.
+    as_float : str
+        C text of the same number as a double, where it was a double before Python made an int of it.
+    """
+
+    __slots__ = ("as_float", "body", "code", "type")
+
+    def __init__(self, body: Any, kind: CType, code: str, as_float: str = "") -> None:
+        self.body, self.type, self.code, self.as_float = body, kind, code, as_float
+
+    @property
+    def bare(self) -> str:
+        """The text without parentheses around all of it, as it stands behind an assignment."""
+        depth = 0
+        for place, letter in enumerate(self.code):
+            depth += (letter == "(") - (letter == ")")
+            if depth == 0:
+                return self.code[1:-1] if letter == ")" and place == len(self.code) - 1 and place else self.code
+        return self.code
+
+    @property
+    def is_simple(self) -> bool:
+        """Whether the text may be repeated: a name or a path."""
+        return re.fullmatch(r"\(\*\w+\)|\w+((->|\.)\w+)*", self.code) is not None
+
+    def path(self, name: str) -> str:
+        """Return the text of a field."""
+        return f"{self.code[2:-1]}->{name}" if self.code.startswith("(*") else f"{self.code}.{name}"
+
+    def __getattr__(self, name: str) -> Any:
+        if isinstance(self.type, Maybe):
+            return getattr(unwrapped(self), name)
+        if isinstance(self.type, Struct):
+            if name in fields(self.type.kind):
+                return self.body.opened(Expr(self.body, fields(self.type.kind)[name], self.path(name)))
+            if name == "_replace":
+                return partial(self.body.replaced, self)
+            method = getattr(self.type.kind, name, None)
+            if isinstance(method, FunctionType):
+                return partial(self.body.call, method, self)
+        raise AttributeError(f"{self.type.said} has no field {name}")
+
+    def __iter__(self) -> Any:
+        items = known_items(self)
+        if items is None:
+            raise NoType(f"{self.type.said} has no length that is known here")
+        return iter(items)
+
+    def __call__(self, *given: Any) -> Any:
+        """Call the function that it chooses."""
+        return self.body.chosen(self, given)
+
+    def __bool__(self) -> bool:
+        raise NoType("this is known at run time only")
+
+    def __format__(self, form: str) -> str:
+        raise NoType("a text that is made at run time has no translation to C")
+
+    def __neg__(self) -> Any:
+        number = unwrapped(self)
+        if number.type not in (INT, FLOAT, DUAL):
+            raise NoType(f"{number.type.said} is no number")
+        return Expr(
+            self.body, number.type, f"dual_neg({number.bare})" if number.type == DUAL else f"(-{number.code})"
+        )
+
+
+def _operator(symbol: str, function: Callable[..., Any], is_swapped: bool = False) -> Callable[[Any, Any], Any]:
+    def apply(self: Expr, other: Any) -> Any:
+        return function(self.body, symbol, *((other, self) if is_swapped else (self, other)))
+
+    return apply
+
+
+def unwrapped(value: Any) -> Any:
+    """Return the value inside of a value that may be None."""
+    if isinstance(value, Expr) and isinstance(value.type, Maybe):
+        return value.body.opened(Expr(value.body, value.type.item, value.path("value")))
+    return value
+
+
+def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
+    """Return the sum, difference, product, quotient or remainder of two numbers; the sum of two lists, a list again."""
+    a, b = unwrapped(a), unwrapped(b)
+    kinds = type_of(a), type_of(b)
+    if symbol == "*" and isinstance(a, tuple | list):
+        one = body.kept(a[0])
+        return body.collected(Run(body.as_type(b, INT).bare, lambda _: one))
+    if symbol == "+" and any(isinstance(kind, Listing) for kind in kinds):
+        return body.display((True, a), (True, b))
+    if not set(kinds) <= set(NUMBERS):
+        raise NoType("the operands are no numbers")
+    if symbol == "**":
+        if isinstance(a, float) and a == 2.0 and kinds[1] == INT:
+            return Expr(body, FLOAT, f"ldexp(1.0, (int){b.code})")
+        raise NoType("a power other than 2.0**n may differ in the last bit from library to library; write a product")
+    kind = joined(joined(*kinds), FLOAT if symbol == "/" else INT)
+    left, right = body.as_type(a, kind), body.as_type(b, kind)
+    if kind == DUAL and symbol in _DUALS:
+        return Expr(body, DUAL, f"dual_{_DUALS[symbol]}({left.bare}, {right.bare})")
+    if symbol in ("//", "%"):
+        function = {"int //": "floor_div", "int %": "floor_mod", "float %": "float_mod"}
+        name = function.get(f"{kind.said} {symbol}")
+        if not name:
+            raise NoType(f"{symbol} of {kind.said} has no translation; use floor(a / b)")
+        return Expr(body, kind, f"{name}({left.bare}, {right.bare})")
+    return Expr(body, kind, f"({left.code} {symbol} {right.code})")
+
+
+def relation(body: Any, symbol: str, a: Any, b: Any) -> Expr:
+    """Return the comparison of two numbers or texts."""
+    a, b = unwrapped(a), unwrapped(b)
+    kind = joined(type_of(a), type_of(b))
+    a, b = body.as_type(a, kind), body.as_type(b, kind)
+    if kind == TEXT:
+        return Expr(body, BOOL, f"(strcmp({a.bare}, {b.bare}) {symbol} 0)")
+    if kind not in NUMBERS:
+        raise NoType("only numbers and texts can be compared")
+    if kind == DUAL and symbol in ("==", "!="):  # slopes count as well
+        return Expr(body, BOOL, f"({'!' if symbol == '!=' else ''}dual_equal({a.bare}, {b.bare}))")
+    if kind == DUAL:
+        return Expr(body, BOOL, f"({a.path('value')} {symbol} {b.path('value')})")
+    return Expr(body, BOOL, f"({a.code} {symbol} {b.code})")
+
+
+for _name, _symbol in dict(add="+", sub="-", mul="*", truediv="/", floordiv="//", mod="%", pow="**").items():
+    setattr(Expr, f"__{_name}__", _operator(_symbol, arithmetic))
+    setattr(Expr, f"__r{_name}__", _operator(_symbol, arithmetic, is_swapped=True))
+for _name, _symbol in dict(lt="<", le="<=", gt=">", ge=">=", eq="==", ne="!=").items():
+    setattr(Expr, f"__{_name}__", _operator(_symbol, relation))
+
+
+@dataclass
+class Run:
+    """What a loop in C runs over: ``count`` elements, that at place k is ``at(k)``."""
+
+    count: str
+    at: Callable[[str], Any]
+
+
+@dataclass(frozen=True)
+class Callee:
+    """A function of the project, which is translated where it is called, or a class, whose calls make structs."""
+
+    body: Any
+    function: Any
+
+    def __call__(self, *given: Any, **named: Any) -> Any:
+        """Call it."""
+        call = self.body.made if isinstance(self.function, type) else self.body.call
+        return call(self.function, *given, **named)
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "_make":
+            return lambda values: self(*self.body.unpacked(values, len(fields(self.function))))
+        return getattr(self.function, name)
+
+
+def type_of(value: Any) -> CType:
+    """Return the type in C of a value.
+
+    Raises
+    ------
+    NoType
+        There is none.
+    """
+    if isinstance(value, Expr):
+        return value.type
+    if isinstance(value, Callee):
+        return Function(value.function)
+    if hasattr(value, "_fields"):
+        return Struct(type(value))
+    if isinstance(value, tuple | list):
+        known = Row(tuple(map(type_of, value)))
+        return Listing(element(known)) if isinstance(value, list) else known
+    plain: dict[type, CType] = {bool: BOOL, int: INT, float: FLOAT, str: TEXT, type(None): NOTHING}
+    if type(value) not in plain:
+        raise NoType(f"a value {value!r} has no counterpart in C")
+    return plain[type(value)]
+
+
+def known_items(value: Any) -> list[Any] | None:
+    """Return the elements of a tuple of known length or a NamedTuple, else None."""
+    value = unwrapped(value)
+    if isinstance(value, Expr) and isinstance(value.type, Struct):
+        names = getattr(value.type.kind, "_fields", None)
+        return [getattr(value, name) for name in names] if names else None
+    return None if isinstance(value, Expr | Run) or value is None else list(value)
+
+
+def literal(value: Any) -> str:
+    """Return a number, text or truth value of Python in C."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return quoted(value)
+    text = {"inf": "INFINITY", "-inf": "(-INFINITY)", "nan": "NAN"}.get(repr(value), repr(value))
+    return f"({text})" if text.startswith("-") else text
+
+
+def quoted(text: str) -> str:
+    """Return a string of C."""
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
