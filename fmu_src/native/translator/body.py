@@ -134,10 +134,13 @@ class Body:
 
     def declare(self, kind: CType, name: str = "t", text: str = "") -> Expr:
         """Declare a variable, with a value or without."""
-        made = self.fresh(name)
-        self.program.use(kind)
-        self.emit(f"{f'{kind.name} '.replace('* ', '*')}{made}{f' = {text}' if text else ''};")
-        return Expr(self, kind, made)
+        made = Expr(self, kind, self.fresh(name))
+        self._begin(made, text)
+        return made
+
+    def _begin(self, made: Expr, text: str) -> None:
+        self.program.use(made.type)
+        self.emit(f"{f'{made.type.name} '.replace('* ', '*')}{made.code}{f' = {text}' if text else ''};")
 
     def opened(self, value: Expr) -> Any:
         """Return a tuple of known length as a tuple of its elements."""
@@ -346,8 +349,7 @@ class Body:
                 self.commit()
             wider = self.loops.pop().kinds
         for name, made in carried.items():
-            self.program.use(made.type)
-            self.emit(f"{made.type.name} {made.code} = {self.as_type(first[name], made.type).bare};")
+            self._begin(made, self.as_type(first[name], made.type).bare)
         self.emit(f"{head} {{")
         self.lines += lines
         self.emit("}")

@@ -135,6 +135,25 @@ def _map(body: Body, function: Callable[..., Any], *given: Any) -> Any:
     return Run(both.count, lambda k: function(*both.at(k)))
 
 
+def _decided(wanted: bool) -> Callable[..., Any]:
+    """``all`` and ``any``: of a tuple of conditions by ``and`` or ``or``, of a list in a loop."""
+
+    def translate(body: Body, over: Any) -> Any:
+        items = known_items(over)
+        join = body.both if wanted else body.either
+        if items is not None:
+            return functools.reduce(lambda sofar, item: join(sofar, lambda: item), items, wanted)
+        found = body.declare(BOOL, "found", str(wanted).lower())
+
+        def take(item: Any) -> None:
+            body.emit(f"{found.code} = {body.as_type(join(found, lambda: item), BOOL).bare};")
+
+        body.each(over, 0, take)
+        return found
+
+    return translate
+
+
 def _reduce(body: Body, function: Callable[..., Any], over: Any, start: Any) -> Any:
     """``reduce(f, xs, start)`` of floats: a loop, from left to right."""
     if known_items(over) is not None:
@@ -175,6 +194,8 @@ STAGED: dict[Any, Callable[..., Any]] = {
     enumerate: _enumerate,
     map: _map,
     functools.reduce: _reduce,
+    all: _decided(True),
+    any: _decided(False),
     tuple: lambda body, over: over if _is_new(over) else body.collected(over),
     list: Body.collected,
     slice: lambda body, *bounds: slice(*bounds),
