@@ -42,47 +42,14 @@ def tabulated_torque(x: float, first: float, spacing: float, y: Torques) -> floa
         The :data:`KNOTS` torques [rad/s^2].
     """
     s = (x - first) / spacing
-    if s < 1.0:
-        return y[0] if s <= 0.0 else cubic(s, 2.0 * y[0] - y[1], y[0], y[1], y[2])
-    if s < 2.0:
-        return cubic(s - 1.0, y[0], y[1], y[2], y[3])
-    if s < 3.0:
-        return cubic(s - 2.0, y[1], y[2], y[3], y[4])
-    if s < 4.0:
-        return cubic(s - 3.0, y[2], y[3], y[4], y[5])
-    if s < 5.0:
-        return cubic(s - 4.0, y[3], y[4], y[5], y[6])
-    if s < 6.0:
-        return cubic(s - 5.0, y[4], y[5], y[6], y[7])
-    if s < 7.0:
-        return cubic(s - 6.0, y[5], y[6], y[7], y[8])
-    if s < 8.0:
-        return cubic(s - 7.0, y[6], y[7], y[8], y[9])
-    if s < 9.0:
-        return cubic(s - 8.0, y[7], y[8], y[9], y[10])
-    if s < 10.0:
-        return cubic(s - 9.0, y[8], y[9], y[10], y[11])
-    if s < 11.0:
-        return cubic(s - 10.0, y[9], y[10], y[11], y[12])
-    if s < 12.0:
-        return cubic(s - 11.0, y[10], y[11], y[12], y[13])
-    if s < 13.0:
-        return cubic(s - 12.0, y[11], y[12], y[13], y[14])
-    if s < 14.0:
-        return cubic(s - 13.0, y[12], y[13], y[14], y[15])
-    if s < 15.0:
-        return cubic(s - 14.0, y[13], y[14], y[15], y[16])
-    if s < 16.0:
-        return cubic(s - 15.0, y[14], y[15], y[16], y[17])
-    if s < 17.0:
-        return cubic(s - 16.0, y[15], y[16], y[17], y[18])
-    if s < 18.0:
-        return cubic(s - 17.0, y[16], y[17], y[18], y[19])
-    if s < 19.0:
-        return cubic(s - 18.0, y[17], y[18], y[19], y[20])
-    if s < 20.0:
-        return cubic(s - 19.0, y[18], y[19], y[20], 2.0 * y[20] - y[19])
-    return y[20]
+    if s <= 0.0:
+        return y[0]
+    ends = (2.0 * y[0] - y[1], *y, 2.0 * y[-1] - y[-2])
+    # numba knows no strict
+    for k, (before, left, right, behind) in enumerate(zip(ends, ends[1:], ends[2:], ends[3:])):  # noqa: B905
+        if s < k + 1.0:
+            return cubic(s - k, before, left, right, behind)
+    return y[-1]
 
 
 def cubic(s: float, before: float, left: float, right: float, behind: float) -> float:
@@ -92,33 +59,14 @@ def cubic(s: float, before: float, left: float, right: float, behind: float) -> 
 
 
 def table_variable(
-    number: float,
-    first: float,
-    time: float,
-    pitch: float,
-    elevation: float,
-    travel: float,
-    pitch_rate: float,
-    elevation_rate: float,
-    travel_rate: float,
-    mu_sum: float,
-    mu_diff: float,
-) -> float:
+    number: float, first: float, time: float, pitch: float, elevation: float, travel: float, pitch_rate: float,
+    elevation_rate: float, travel_rate: float, mu_sum: float, mu_diff: float,
+) -> float:  # fmt: skip
     """Return the variable of a table by its number in :data:`VARIABLES`; the travel within one turn from ``first``."""
-    if number < 1.5:
-        return pitch
-    if number < 2.5:
-        return elevation
-    if number < 3.5:
-        return travel - tau * floor((travel - first) / tau)
-    if number < 4.5:
-        return pitch_rate
-    if number < 5.5:
-        return elevation_rate
-    if number < 6.5:
-        return travel_rate
-    if number < 7.5:
-        return mu_sum
-    if number < 8.5:
-        return mu_diff
+    if 2.5 <= number < 3.5:
+        travel = travel - tau * floor((travel - first) / tau)
+    motion = (pitch, elevation, travel, pitch_rate, elevation_rate, travel_rate, mu_sum, mu_diff)
+    for k, value in enumerate(motion):
+        if number < k + 1.5:
+            return value
     return time
