@@ -9,19 +9,17 @@
     next_step_time(time, p)                 when a law steps next [s], infinity if none does
     law_alone(entry)                        one law with c = 1, as a function of the motion alone
 
-No law is written again here. The text of each function is made from the laws' own texts: a law's expression stands
-behind the question whether its coefficient is other than zero, arguments that are parameters are read from ``p``.
-``switched_on`` answers once for a step whether an axis has any effect at all. To the sum on an axis belongs its
-tabulated torque (:mod:`heli_plant.tabulated_torque`) where it has one.
+No law is written again here. In the text of each function the call of a law stands behind the question whether its
+coefficient is other than zero; arguments that are parameters are read from ``p``. ``switched_on`` answers once for a
+step whether an axis has any effect at all. To the sum on an axis belongs its tabulated torque
+(:mod:`heli_plant.tabulated_torque`) where it has one.
 """
 
-import ast
-import inspect
 import linecache
-import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import cache
+from math import inf
 from types import FunctionType
 from typing import Any
 
@@ -39,37 +37,18 @@ _TABLED = ("time", *(name for name in VARIABLES if name != "time"))
 """Arguments of :func:`heli_plant.tabulated_torque.table_variable` behind number and first value."""
 
 _CALLED: dict[str, Any] = {
-    **vars(math), "saturate": saturate, "table_variable": table_variable, "tabulated_torque": tabulated_torque,
+    "inf": inf, "saturate": saturate, "table_variable": table_variable, "tabulated_torque": tabulated_torque,
+    **{f"law_{entry.function.__name__}": entry.function for entry in CATALOGUE},
 }  # fmt: skip
 """What the functions below call."""
 
 
-class _InPlace(ast.NodeTransformer):
-    """Names replaced by what they stand for, constants of a module by their values."""
-
-    def __init__(self, values: Mapping[str, str], constants: Mapping[str, Any]) -> None:
-        self.values, self.constants = values, constants
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        if node.id in self.values:
-            return ast.parse(self.values[node.id], mode="eval").body
-        constant = self.constants.get(node.id)
-        return ast.Constant(constant) if isinstance(constant, float) else node
-
-
-def _expression(entry: Effect, given: tuple[str, ...]) -> str:
-    """Give what a law returns; its arguments are ``given``, or parameters, or follow from others.
-
-    A call of the law instead would take a fifth longer to compile, and in a unit to run.
-    """
-    values = {name: f"p.{name}" for name in entry.arguments} | {name: name for name in given}
-    values |= {shape.name: f"p.{shape.field}" for shape in entry.shapes}
-    values |= {"c": f"p.{entry.field}", "rate": f"{entry.axis}_rate"}
-    values |= {"horizontal_elevation": "elevation + p.horizontal_offset"}
-    law: Any = entry.function
-    _, statement = ast.parse(inspect.getsource(law)).body[0].body  # type: ignore[attr-defined]
-    in_place = _InPlace({name: values[name] for name in entry.arguments}, law.__globals__)
-    return ast.unparse(in_place.visit(statement.value))
+def _call(entry: Effect, given: tuple[str, ...]) -> str:
+    """Give the call of a law; its arguments are ``given``, or parameters, or follow from others."""
+    known = {name: name for name in given} | {shape.name: f"p.{shape.field}" for shape in entry.shapes}
+    known |= {"c": f"p.{entry.field}", "rate": f"{entry.axis}_rate"}
+    known |= {"horizontal_elevation": "elevation + p.horizontal_offset"}
+    return f"law_{entry.function.__name__}({', '.join(known.get(name, f'p.{name}') for name in entry.arguments)})"
 
 
 def _function(name: str, arguments: Iterable[str], lines: Iterable[str], doc: str) -> FunctionType:
@@ -87,7 +66,7 @@ def _sum(name: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], doc
     """Make a function that adds the laws of ``entries`` that are on, and what ``further`` lines add."""
     lines = ["total = 0.0"]
     for entry in entries:
-        lines.append(f"if p.{entry.field} != 0.0: total = total + ({_expression(entry, arguments)})")
+        lines.append(f"if p.{entry.field} != 0.0: total = total + {_call(entry, arguments)}")
     lines.extend(further)
     return _function(name, (*arguments, "p"), (*lines, "return total"), doc)
 
@@ -97,7 +76,7 @@ def _chain(name: str, first: str, entries: tuple[Effect, ...], arguments: tuple[
     value = first.partition(" ")[0]
     lines = [first] if first != value else []
     for entry in entries:
-        lines.append(f"if p.{entry.field} != 0.0: {value} = {_expression(entry, (*arguments, value))}")
+        lines.append(f"if p.{entry.field} != 0.0: {value} = {_call(entry, (*arguments, value))}")
     return _function(name, (*arguments, "p"), (*lines, f"return {value}"), doc)
 
 
@@ -189,7 +168,7 @@ def law_alone(entry: Effect) -> FunctionType:
     """Return a law as a function of the motion, or of nu and time at THRUST: c and k_z are 1, shapes have defaults."""
     values = {shape.field: shape.default for shape in entry.shapes} | {entry.field: 1.0, "k_z": 1.0}
     given = ("nu", "time") if entry.place == THRUST else _MOTION
-    line = re.sub(r"\bp\.(\w+)", lambda found: repr(values.get(found[1], 0.0)), _expression(entry, given))
+    line = re.sub(r"\bp\.(\w+)", lambda found: repr(values.get(found[1], 0.0)), _call(entry, given))
     return _function(f"{entry.field}_alone", given, [f"return 0.0 + ({line})"], f"Return {entry.law} with c = 1.")
 
 
