@@ -1,7 +1,9 @@
-"""Building units: content, determinism, parameters, and what a unit may hold."""
+"""Building units: the rules of FMI, content, determinism, parameters, and what a unit may hold."""
 
 import ast
+import math
 import re
+import subprocess
 import sys
 import zipfile
 from xml.etree import ElementTree
@@ -9,18 +11,37 @@ from xml.etree import ElementTree
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmu_src import UNITS, BuildError, build, unit_class
+from fmu_src import UNITS, BuildError, build, problem_with, unit_class
+from fmu_src.description import base_exponents, unit_definitions
+from fmu_src.variables import parameter
 from fmu_src.vendoring import content_hash, needed_sources, renamed
+from tests.fmi_rules import findings
+
+FUNCTIONS = """
+GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment EnterInitializationMode
+ExitInitializationMode Terminate Reset GetReal GetInteger GetBoolean GetString SetReal SetInteger SetBoolean SetString
+GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate
+GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus
+GetIntegerStatus GetBooleanStatus GetStringStatus
+""".split()
+"""Every function that FMI 2.0.4 asks a co-simulation FMU to export (sections 2.1 and 4.2)."""
 
 
-def description(path):
+def start_values(path):
     with zipfile.ZipFile(path) as archive:
-        return ElementTree.fromstring(archive.read("modelDescription.xml"))
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    return {variable.get("name"): variable[0].get("start") for variable in root.iter("ScalarVariable")}
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_fmpy_validate_finds_nothing(fmus, unit):
+def test_a_unit_breaks_no_rule_and_its_binary_exports_every_function(fmus, unit, tmp_path):
     assert validate_fmu(str(fmus[unit])) == []
+    assert findings(fmus[unit]) == []
+    with zipfile.ZipFile(fmus[unit]) as archive:
+        binary = archive.extract(f"binaries/linux64/{unit}.so", tmp_path)
+    symbols = subprocess.run(["nm", "-D", "--defined-only", binary], capture_output=True, text=True, check=True)
+    exported = {line.split()[-1] for line in symbols.stdout.splitlines()}
+    assert {f"fmi2{name}" for name in FUNCTIONS} <= exported
 
 
 @pytest.mark.parametrize("unit", UNITS)
@@ -29,66 +50,70 @@ def test_a_rebuild_is_the_same_bytes(fmus, unit, tmp_path):
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_a_unit_holds_icon_documentation_licence_and_both_binaries(fmus, unit):
+def test_a_unit_holds_its_page_a_licence_and_sources_that_import_only_each_other_and_the_standard_library(fmus, unit):
     with zipfile.ZipFile(fmus[unit]) as archive:
-        names = set(archive.namelist())
-        page = archive.read("documentation/index.html").decode()
-    assert {"model.png", "documentation/index.html", "documentation/licenses/pythonfmu.txt"} <= names
-    assert {f"binaries/linux64/{unit}.so", f"binaries/win64/{unit}.dll"} <= names
-    assert "Python" in page and all(variable.name in page for variable in unit_class(unit).variables)
-
-
-@pytest.mark.parametrize("unit", UNITS)
-def test_vendored_sources_import_only_their_own_hashed_names_and_the_standard_library(fmus, unit):
-    with zipfile.ZipFile(fmus[unit]) as archive:
-        sources = {name: archive.read(name).decode() for name in archive.namelist() if name.endswith(".py")}
+        files = {name: archive.read(name) for name in archive.namelist()}
+    page = files["documentation/index.html"].decode()
+    assert "runs on the interpreter of its host" in page
+    assert all(variable.name in page for variable in unit_class(unit).variables)
+    assert "documentation/licenses/pythonfmu.txt" in files
+    sources = {name: text.decode() for name, text in files.items() if name.endswith(".py")}
     own = {name.split("/")[1].removesuffix(".py") for name in sources}
     assert all(re.search(r"_[0-9a-f]{12}$", name) for name in own)
-    for name, text in sources.items():
+    for text in sources.values():
+        assert "strict=True" not in text  # zip's strict is Python 3.10
         for node in ast.walk(ast.parse(text, feature_version=(3, 9))):
-            modules = []
-            if isinstance(node, ast.Import):
-                modules = [alias.name for alias in node.names]
-            elif isinstance(node, ast.ImportFrom) and node.level == 0:
-                modules = [node.module]
-            for module in modules:
-                root = module.split(".")[0]
-                assert root in own or root in sys.stdlib_module_names, f"{name} imports {module}"
-    assert not any("strict=True" in text for text in sources.values())  # zip's strict is Python 3.10
+            modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            modules += [node.module] if isinstance(node, ast.ImportFrom) and node.level == 0 else []
+            assert {module.split(".")[0] for module in modules} <= own | sys.stdlib_module_names
 
 
-def test_parameters_become_start_values_and_change_hash_and_guid(fmus, tmp_path):
-    corrected = build("HelicopterPlant", tmp_path, {"effects.dry_friction.pitch": 0.025, "encoder.enabled": 1})
+def test_parameters_become_start_values_of_their_type_and_change_hash_and_guid(fmus, tmp_path):
+    given = {"effects.dry_friction.pitch": 0.025, "encoder.enabled": 1.0, "encoder.counts_pitch": 2048.0}
+    corrected = build("HelicopterPlant", tmp_path, given)
     assert validate_fmu(str(corrected)) == []
-    before, after = description(fmus["HelicopterPlant"]), description(corrected)
-    start = {v.get("name"): v[0].get("start") for v in after.iter("ScalarVariable")}
-    assert start["effects.dry_friction.pitch"] == "0.025"
-    assert start["encoder.enabled"] == "true"
-    assert before.get("guid") != after.get("guid")
-    with zipfile.ZipFile(fmus["HelicopterPlant"]) as a, zipfile.ZipFile(corrected) as b:
-        assert a.read("resources/slavemodule.txt") != b.read("resources/slavemodule.txt")
+    start = start_values(corrected)
+    assert [start[name] for name in given] == ["0.025", "true", "2048"]
+    changed = ("resources/slavemodule.txt", "modelDescription.xml")
+    with zipfile.ZipFile(fmus["HelicopterPlant"]) as one, zipfile.ZipFile(corrected) as other:
+        script, description = zip(*[(one.read(name), other.read(name)) for name in changed], strict=True)
+    assert script[0] != script[1]
+    assert description[0].partition(b"guid=")[2][:40] != description[1].partition(b"guid=")[2][:40]
 
 
 @pytest.mark.parametrize(
-    ("parameters", "message"),
+    ("unit", "parameters", "message"),
     [
-        ({"pitch.dampling": 1.0}, "no parameter 'pitch.dampling'; did you mean 'pitch.damping'"),
-        ({"motor.time_constant": -0.03}, "motor.time_constant = -0.03 s must lie in [0, 5] s"),
-        ({"effects.dry_friction.pitch": float("nan")}, "effects.dry_friction.pitch = nan"),
-        ({"encoder.counts_pitch": 0.5}, "encoder.counts_pitch = 0.5 must be a whole number"),
-        ({"v_front": 1.0}, "no parameter 'v_front'"),
-        ({"pitch.damping": "much"}, "pitch.damping = 'much'"),
+        ("HelicopterPlant", {"pitch.dampling": 1.0}, "no parameter 'pitch.dampling'; did you mean 'pitch.damping'"),
+        ("HelicopterPlant", {"motor.time_constant": -0.03}, "motor.time_constant = -0.03 s must lie in [0, 5] s"),
+        ("HelicopterPlant", {"v_front": 1.0}, "no parameter 'v_front'"),
+        ("HelicoperPlant", {}, "did you mean 'HelicopterPlant'"),
     ],
 )
-def test_a_bad_parameter_is_refused_by_name_value_and_bound_and_nothing_is_written(parameters, message, tmp_path):
+def test_a_bad_name_or_value_is_refused_and_nothing_is_written(unit, parameters, message, tmp_path):
     with pytest.raises(BuildError, match=re.escape(message)):
-        build("HelicopterPlant", tmp_path / "out", parameters)
+        build(unit, tmp_path / "out", parameters)
     assert not (tmp_path / "out").exists()
 
 
-def test_an_unknown_unit_is_refused_with_the_nearest_name(tmp_path):
-    with pytest.raises(BuildError, match="did you mean 'HelicopterPlant'"):
-        build("HelicoperPlant", tmp_path)
+DAMPING = parameter("pitch.damping", 0.06, "damping", "1/s", -10.0, 10.0)
+COUNTS, ENABLED = parameter("counts", 1, "", None, 0, 9), parameter("enabled", True, "")
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "said"),
+    [
+        *((DAMPING, bad, f"pitch.damping = {bad!r} 1/s must lie in [-10, 10] 1/s") for bad in (math.nan, math.inf, 11)),
+        (DAMPING, "much", "pitch.damping = 'much' 1/s must lie in [-10, 10] 1/s"),
+        (DAMPING, -10.0, None),
+        (COUNTS, 2.5, "counts = 2.5 must be a whole number"),
+        (COUNTS, 2.0, None),
+        (ENABLED, 0.5, "enabled = 0.5 must be 0 or 1"),
+        (ENABLED, 1.0, None),
+    ],
+)
+def test_a_value_is_good_or_its_problem_names_variable_value_bounds_and_unit(variable, value, said):
+    assert problem_with(variable, value) == said
 
 
 def test_a_build_that_fails_in_writing_leaves_what_was_there_and_no_part(tmp_path):
@@ -104,28 +129,25 @@ def test_a_module_that_needs_more_than_the_standard_library_is_refused():
         needed_sources("fmu_src.master.result")
 
 
-def test_every_structure_entry_points_at_its_variable(fmus):
-    for path in fmus.values():
-        root = description(path)
-        variables = root.findall("ModelVariables/ScalarVariable")
-        outputs = [index for index, v in enumerate(variables, 1) if v.get("causality") == "output"]
-        listed = [int(u.get("index")) for u in root.findall("ModelStructure/Outputs/Unknown")]
-        assert listed == outputs
-        for unknown in root.findall("ModelStructure/InitialUnknowns/Unknown"):
-            for known in (int(index) for index in unknown.get("dependencies").split()):
-                assert variables[known - 1].get("causality") == "parameter"
-
-
 def test_sources_of_different_content_have_different_names():
     sources = needed_sources("fmu_src.units.exciter")
     changed = {**sources, "heli_plant/motor.py": sources["heli_plant/motor.py"] + "\n# changed\n"}
-    assert content_hash(sources, {}) != content_hash(changed, {})
-    assert content_hash(sources, {}) != content_hash(sources, {"excitation.base": 0.25})
-    tag = content_hash(sources, {})
-    assert all(path.split("/")[0].endswith(tag) for path in renamed(sources, tag))
+    tags = {content_hash(sources, {}), content_hash(changed, {}), content_hash(sources, {"excitation.base": 0.25})}
+    assert len(tags) == 3
+    assert all(path.split("/")[0].endswith("_tag") for path in renamed(sources, "tag"))
 
 
-def test_values_are_brought_to_the_type_of_their_variable(tmp_path):
-    plant = build("HelicopterPlant", tmp_path, {"encoder.enabled": 1.0, "encoder.counts_pitch": 2048.0})
-    start = {v.get("name"): v[0].get("start") for v in description(plant).iter("ScalarVariable")}
-    assert (start["encoder.enabled"], start["encoder.counts_pitch"]) == ("true", "2048")
+@pytest.mark.parametrize(
+    ("name", "exponents"),
+    [
+        ("rad/s^2/V", {"rad": 1, "s": 1, "kg": -1, "m": -2, "A": 1}),  # V = kg m^2 s^-3 A^-1
+        ("1/(V s)", {"s": 2, "kg": -1, "m": -2, "A": 1}),
+        ("N.m.s", {"kg": 1, "m": 2, "s": -1}),
+        ("V s/rad", {"kg": 1, "m": 2, "s": -2, "A": -1, "rad": -1}),
+    ],
+)
+def test_names_of_units_resolve_to_base_units_and_radians_are_shown_in_degrees(name, exponents):
+    assert base_exponents(name) == exponents
+    with pytest.raises(BuildError, match="furlong"):
+        base_exponents("furlong/s")
+    assert float(unit_definitions(["rad"])[0].find("DisplayUnit").get("factor")) == math.degrees(1.0)

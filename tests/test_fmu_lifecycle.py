@@ -1,32 +1,37 @@
-"""Every unit under a real host: each test runs the real binary in a process of its own."""
+"""Every unit under real hosts, each in a process of its own: one with fmpy, a bare interpreter, a program in C."""
 
+import ast
 import json
 import os
+import shutil
+import socket
 import subprocess
 import sys
+import sysconfig
+import zipfile
 from pathlib import Path
 
 import pytest
 
 from fmu_src import UNITS, build, unit_class
 from fmu_src.native import NATIVE_UNITS, build_native
+from tests.c_hosts import HOSTS, compiled, described, written_log
 from tests.native_builds import needs_a_compiler
 
-LOG_ROWS = 400
 SAVED = [unit for unit in UNITS if unit_class(unit).saves_state]
 """Units that depend on nothing outside; test_fmu_rig_link.py tests the life of the one that does."""
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    """A log of 4 s in which every signal moves."""
-    path = tmp_path_factory.mktemp("log") / "log.csv"
-    rows = ["time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"]
-    for k in range(LOG_ROWS):
-        t = 0.01 * k
-        rows.append(f"{t:.2f},{1 + t / 7},{1 - t / 9},{t / 11},{-t / 13},{t * t / 17}")
-    path.write_text("\n".join(rows) + "\n")
-    return path
+    """A log in which every signal moves."""
+    return written_log(tmp_path_factory.mktemp("log"))
+
+
+def free_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
 
 
 def parameters(unit, log):
@@ -40,14 +45,17 @@ def parameters(unit, log):
             "solver.step": 0.004,
         },
         "FollowingPlant": {"effects.input_delay.rotors": 0.034},
-        "AdaptiveIdentifier": {"adaptation.hold_time": 0.2, "report.interval": 0.1},
-        "PidController": {"reference.step_pitch": 0.2, "reference.step_time": 0.5},
+        "AdaptiveIdentifier": {
+            "method": "prediction_error", "watch.pitch": "dry_friction", "adaptation.hold_time": 0.2,
+            "report.interval": 0.1,
+        },
+        "PidController": {"reference.step_pitch": 0.2, "reference.step_time": 0.5, "travel.enabled": True},
         "StateFeedback": {"sample.time": 0.03, "gain.front.pitch": 3.0, "integral.rear.elevation": 2.0},
-        "Exciter": {"excitation.experiment": 2},
+        "Exciter": {"excitation.experiment": 3},
         "LogPlayer": {"log.path": str(log)},
-        "RigLink": {"link.port": 0},
-        "Corrector": {"window": 4.0},
-    }[unit]
+        "RigLink": {"link.port": free_port()},  # a given one: with 0 every instance shows another
+        "Corrector": {"window": 4.0, "keeping.bandwidth": 7.0},
+    }[unit]  # fmt: skip
 
 
 DRIVE = """
@@ -75,29 +83,22 @@ def drive(first, last):
     "unit", [pytest.param(u, marks=[] if u == "HelicopterPlant" else [pytest.mark.slow]) for u in SAVED]
 )
 def test_a_hundred_instances_one_after_another_give_the_same(fmus, in_host, log, unit):
-    same = in_host(
-        DRIVE
-        + """
+    script = """
 seen = []
 for k in range(100):
     unit.fresh(parameters)
     seen.append(drive(0, 3))
     unit.free()
 answer(all(one == seen[0] for one in seen))
-""",
-        fmus[unit],
-        json.dumps(parameters(unit, log)),
-    )
-    assert same
+"""
+    assert in_host(DRIVE + script, fmus[unit], json.dumps(parameters(unit, log)))
 
 
 @pytest.mark.parametrize("unit", SAVED)
-def test_a_rollback_repeats_bit_for_bit_in_place_and_through_bytes_into_a_new_instance(fmus, in_host, log, unit):
-    seen = in_host(
-        DRIVE
-        + """
+def test_rollback_state_in_bytes_reset_and_another_instance_give_the_same_bits(fmus, in_host, log, unit):
+    script = """
 unit.fresh(parameters)
-drive(0, 60)
+start = drive(0, 60)
 state = unit.slave.getFMUState()
 raw = unit.slave.serializeFMUstate(state)
 first = drive(60, 120)
@@ -106,64 +107,20 @@ again = drive(60, 120)
 unit.slave.freeFMUState(state)
 unit.free()
 unit.fresh(parameters)
-other = unit.slave.deSerializeFMUstate(raw)
-unit.slave.setFMUState(other)
+unit.slave.setFMUState(unit.slave.deSerializeFMUstate(raw))
 through_bytes = drive(60, 120)
-answer([first == again, first == through_bytes, first[0] != first[-1], unit.log])
-""",
-        fmus[unit],
-        json.dumps(parameters(unit, log)),
-    )
-    assert seen == [True, True, True, []]
-
-
-@pytest.mark.parametrize("unit", SAVED)
-def test_reset_starts_anew_and_two_instances_do_not_disturb_each_other(fmus, in_host, log, unit):
-    same = in_host(
-        DRIVE
-        + """
-unit.fresh(parameters)
-first = drive(0, 40)
 unit.slave.reset()
 unit.start(parameters)
-after_reset = drive(0, 40)
-alone = unit
-other = Unit(sys.argv[1]).fresh(parameters)
-alone.slave.reset()
-alone.start(parameters)
-interleaved = []
-for k in range(40):
+alone, other, interleaved = unit, Unit(sys.argv[1]).fresh(parameters), []
+for k in range(60):
     unit = alone
     interleaved += drive(k, k + 1)
     unit = other
     drive(k, k + 1)
-answer([first == after_reset, first == interleaved])
-""",
-        fmus[unit],
-        json.dumps(parameters(unit, log)),
-    )
-    assert same == [True, True]
-
-
-@pytest.mark.parametrize("unit", ["HelicopterPlant", "AdaptiveIdentifier"])
-def test_a_nan_input_is_discarded_with_its_name_and_the_unit_lives_on(fmus, in_host, log, unit):
-    statuses, texts = in_host(
-        DRIVE
-        + """
-unit.fresh(parameters)
-before = drive(0, 5)
-unit.set(inputs[0], float("nan"))
-bad = [unit.step(0.06, 0.01), unit.step(0.06, 0.01), unit.step(0.06, 0.01)]
-same = unit.shown() == before[-1]
-unit.set(inputs[0], 0.1)
-good = unit.step(0.06, 0.01)
-answer([[bad, same, good], [[s, c, m] for s, c, m in unit.log]])
-""",
-        fmus[unit],
-        json.dumps(parameters(unit, log)),
-    )
-    assert statuses == [[2, 2, 2], True, 0]
-    assert all(status == 2 and category == "logStatusDiscard" and "= nan" in text for status, category, text in texts)
+answer([first == again, first == through_bytes, start == interleaved, first[0] != first[-1], alone.log, other.log])
+"""
+    seen = in_host(DRIVE + script, fmus[unit], json.dumps(parameters(unit, log)))
+    assert seen == [True, True, True, True, [], []]
 
 
 def test_two_builds_of_the_plant_in_one_process_keep_their_own_parameters(fmus, in_host, tmp_path):
@@ -187,26 +144,37 @@ answer([a.get("pitch_rate", "pitch.gain"), b.get("pitch_rate", "pitch.gain")])
 
 
 def test_all_units_run_side_by_side_in_one_process(fmus, in_host, log):
-    statuses = in_host(
-        """
-import json
+    script = """
 units = [Unit(path) for path in sys.argv[2:]]
 given = {"log.path": sys.argv[1], "link.port": 0}
 for unit in units:
     unit.fresh({name: value for name, value in given.items() if name in unit.variables})
 answer([unit.step(0.01 * k, 0.01) for k in range(20) for unit in units])
-""",
-        log,
-        *fmus.values(),
-    )
-    assert statuses == [0] * 20 * len(UNITS)
+"""
+    assert in_host(script, log, *fmus.values()) == [0] * 20 * len(UNITS)
 
 
-def digests(python, log, fmus, folder):
-    """What every unit shows after each of 1000 steps in a bare interpreter, as a digest by its name."""
-    script = Path(__file__).parent / "hosts" / "bare_host.py"
+@pytest.mark.parametrize("unit", UNITS)
+def test_what_a_unit_refuses_among_random_calls_has_no_effect(fmus, log, tmp_path, unit):
+    """Calls of FMI, allowed and not: no crash, and a second instance gets the accepted calls alone."""
+    order = {"parameters": parameters(unit, log), "runs": 25, "calls": 80, "seed": 16}
+    (tmp_path / "order.json").write_text(json.dumps(order))
     done = subprocess.run(
-        [str(python), "-I", str(script), "--steps", "1000", str(log), *map(str, fmus.values())],
+        [sys.executable, str(HOSTS / "random_calls.py"), str(fmus[unit]), "order.json"],
+        cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False,
+        env={**os.environ, "PYTHONPATH": str(HOSTS)},
+    )  # fmt: skip
+    assert done.returncode == 0, f"the host ended with {done.returncode}: {done.stderr[-2000:]}"
+    found = json.loads(done.stdout.strip().splitlines()[-1])
+    assert found["wrong"] == []
+    assert found["refused"] > 125
+    assert found["accepted"] > 200
+
+
+def bare(python, log, fmus, folder, *options):
+    """What units show in an interpreter without site packages, a line each."""
+    done = subprocess.run(
+        [str(python), "-I", str(HOSTS / "bare_host.py"), *options, str(log), *map(str, fmus)],
         capture_output=True, text=True, timeout=300, cwd=folder, env={"PATH": os.environ["PATH"]}, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
@@ -215,7 +183,8 @@ def digests(python, log, fmus, folder):
 
 @pytest.fixture(scope="module")
 def digests_here(fmus, log, tmp_path_factory):
-    return digests(sys.executable, log, fmus, tmp_path_factory.mktemp("here"))
+    """What every unit shows after each of 1000 steps, as a digest behind its name."""
+    return bare(sys.executable, log, fmus.values(), tmp_path_factory.mktemp("here"), "--steps", "1000")
 
 
 @pytest.mark.parametrize(
@@ -224,58 +193,47 @@ def digests_here(fmus, log, tmp_path_factory):
 )
 def test_the_units_show_the_same_bits_on_a_bare_interpreter_elsewhere(fmus, log, digests_here, tmp_path, version):
     """No site packages, another working directory: the vendored sources and the standard library are enough."""
-    candidates = [
-        *Path.home().glob(f".pyenv/versions/{version}.*/bin/python{version}"),
-        Path(f"/usr/bin/python{version}"),
-    ]
+    here = Path.home().glob(f".pyenv/versions/{version}.*/bin/python{version}")
+    candidates = [*here, Path(f"/usr/bin/python{version}")]
     python = next((path for path in candidates if path.is_file()), None)
     if python is None:
         pytest.skip(f"this machine has no Python {version}")
-    assert digests(python, log, fmus, tmp_path) == digests_here
+    assert bare(python, log, fmus.values(), tmp_path, "--steps", "1000") == digests_here
 
 
 @pytest.mark.slow
 def test_the_native_twins_show_the_bits_of_the_bare_interpreters(log, digests_here, tmp_path):
     needs_a_compiler()
-    twins = {unit: build_native(unit, tmp_path) for unit in NATIVE_UNITS}
-    assert digests(sys.executable, log, twins, tmp_path) == [
-        line for line in digests_here if line.split()[0] in NATIVE_UNITS
-    ]
+    twins = [build_native(unit, tmp_path) for unit in NATIVE_UNITS]
+    expected = [line for line in digests_here if line.split()[0] in NATIVE_UNITS]
+    assert bare(sys.executable, log, twins, tmp_path, "--steps", "1000") == expected
 
 
-@pytest.mark.parametrize("unit", ["HelicopterPlant", "AdaptiveIdentifier"])
-def test_time_that_repeats_or_jumps_is_discarded_and_the_unit_lives_on(fmus, in_host, log, unit):
-    bad, same, good, said = in_host(
-        DRIVE
-        + """
-unit.fresh(parameters)
-before = drive(0, 5)
-bad = [unit.step(0.05, 0.01), unit.step(0.0, 0.01), unit.step(7.0, 0.01), unit.step(-1.0, 0.01)]
-same = unit.shown() == before[-1]
-good = unit.step(0.06, 0.01)
-answer([bad, same, good, [m for s, c, m in unit.log]])
-""",
-        fmus[unit],
-        json.dumps(parameters(unit, log)),
-    )
-    assert (bad, same, good) == ([2, 2, 2, 2], True, 0)
-    assert all("time must neither repeat nor jump" in text for text in said)
+@pytest.fixture(scope="module")
+def c_host(tmp_path_factory):
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("this machine has no C compiler")
+    target = tmp_path_factory.mktemp("host") / "c_host"
+    return compiled([compiler], [HOSTS / "c_host.c"], target, "-O1", "-Wall", "-Wextra", "-Werror")
 
 
-@pytest.mark.parametrize("unit", ["HelicopterPlant", "AdaptiveIdentifier"])
-def test_a_step_of_days_is_discarded_at_once(fmus, in_host, log, unit):
-    bad, said = in_host(
-        DRIVE
-        + """
-unit.fresh(parameters)
-drive(0, 5)
-bad = [unit.step(0.06, 1e6)]
-if bad == [0]:  # the identifier takes its samples with the step after
-    bad = [unit.step(0.06 + 1e6, 0.01)]
-answer([bad, [m for s, c, m in unit.log]])
-""",
-        fmus[unit],
-        json.dumps(parameters(unit, log)),
-    )
-    assert bad == [2]
-    assert "at most 100000 are taken" in said[-1]
+@pytest.mark.parametrize("unit", [unit for unit in UNITS if unit not in ("RigLink", "Corrector")])
+def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, c_host, log, tmp_path, unit):
+    """Without Python but for the interpreter's library, which is preloaded."""
+    library = Path(sysconfig.get_config_var("LIBDIR") or "", sysconfig.get_config_var("INSTSONAME") or "")
+    if not library.is_file() or library.suffix == ".a":
+        pytest.skip("this Python has no shared library")
+    with zipfile.ZipFile(fmus[unit]) as archive:
+        archive.extractall(tmp_path)
+    guid, text, references = described(tmp_path)
+    binary, resources = tmp_path / f"binaries/linux64/{unit}.so", (tmp_path / "resources").as_uri()
+    done = subprocess.run(
+        [str(c_host), str(binary), resources, guid, text, str(log), *references],
+        capture_output=True, text=True, timeout=300, check=False,
+        env={"PATH": os.environ["PATH"], "LD_PRELOAD": str(library), "PYTHONHOME": sys.base_prefix},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    (shown,) = bare(sys.executable, log, [fmus[unit]], tmp_path)
+    expected = [float(number) for number in ast.literal_eval(shown.partition(" ")[2])]
+    assert [float(line) for line in done.stdout.split()] == expected

@@ -7,6 +7,7 @@ import pytest
 
 from fmu_src import Refusal
 from fmu_src.units.log_player import LogPlayer, read_recording
+from tests.unit_calls import initialised
 
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
 ROWS = ["4.00,1,2,.1,.2,.3", "4.01,3,4,.4,.5,.6", "4.02,5,-5,.7,.8,.9"]
@@ -19,13 +20,7 @@ def write(tmp_path, *lines):
 
 
 def playing(path, start=0.0):
-    unit = LogPlayer(instance_name="player", resources="")
-    unit.set_string([unit.references["log.path"]], [path])
-    unit.set_real([unit.references["log.start"]], [start])
-    unit.setup_experiment(0.0)
-    unit.enter_initialization_mode()
-    unit.exit_initialization_mode()
-    return unit
+    return initialised(LogPlayer, {"log.path": path, "log.start": start})
 
 
 def test_row_k_shows_at_its_own_time_counted_from_the_first_row_and_holds(tmp_path):

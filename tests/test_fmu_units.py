@@ -7,31 +7,19 @@ from fmu_src.units.adaptive_identifier import AdaptiveIdentifier
 from fmu_src.units.exciter import Exciter
 from fmu_src.units.helicopter_plant import HelicopterPlant
 from fmu_src.units.pid_controller import PidController
+from fmu_src.units.rig_link import RigLink
 from heli_identifier.online import IdentifierSettings, ModelParameters, prepare, start, step
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
 from heli_plant.parameters import TABLE_2
 from tests.simulated import closed_loop
+from tests.unit_calls import got, initialised, put
 
 
 def started(kind, **parameters):
-    """A unit after initialisation; parameters by their name with __ for the dot."""
-    unit = kind(instance_name="unit", resources="")
-    for name, value in parameters.items():
-        put(unit, name.replace("__", "."), value)
-    unit.setup_experiment(0.0)
-    unit.enter_initialization_mode()
-    unit.exit_initialization_mode()
+    """A unit after a good initialisation; parameters by their name with __ for the dot."""
+    unit = initialised(kind, {name.replace("__", "."): value for name, value in parameters.items()})
     assert unit.log_queue == []
     return unit
-
-
-def put(unit, name, value):
-    reference = unit.references[name]
-    getattr(unit, f"set_{unit.variables[reference].type.lower()}")([reference], [value])
-
-
-def got(unit, *names):
-    return unit.get_real([unit.references[name] for name in names])
 
 
 @pytest.mark.parametrize("experiment", [1, 2])
@@ -56,17 +44,6 @@ def test_an_exciter_without_experiment_holds_its_base():
     unit = started(Exciter, excitation__experiment=0, excitation__base=0.25)
     unit.do_step(0.0, 7.0)
     assert got(unit, "v_front", "v_rear") == [0.25, 0.25]
-
-
-def test_a_multisine_band_upside_down_is_refused_with_its_bounds():
-    unit = Exciter(instance_name="unit", resources="")
-    put(unit, "excitation.experiment", 3)
-    put(unit, "multisine.lowest", 5.0)
-    unit.setup_experiment(0.0)
-    unit.enter_initialization_mode()
-    unit.exit_initialization_mode()
-    assert "multisine.highest" in unit.log_queue[-1].msg
-    assert not unit.do_step(0.0, 0.01)
 
 
 def test_the_controller_starts_at_its_trim_and_adds_the_excitation_within_its_limit():
@@ -185,23 +162,6 @@ def test_a_watched_effects_score_is_the_librarys_and_survives_a_saved_state():
     )
 
 
-@pytest.mark.parametrize(
-    ("listed", "said"),
-    [
-        ("dry_frictoin", "effect 'dry_frictoin' cannot be watched on pitch"),
-        ("dry_friction,constant_torque,rotor_mismatch,quadratic_drag", "names 4 effects; at most 3"),
-    ],
-)
-def test_an_effect_that_cannot_be_watched_is_refused_by_name(listed, said):
-    unit = AdaptiveIdentifier(instance_name="unit", resources="")
-    put(unit, "watch.pitch", listed)
-    unit.setup_experiment(0.0)
-    unit.enter_initialization_mode()
-    unit.exit_initialization_mode()
-    assert said in unit.log_queue[-1].msg
-    assert not unit.do_step(0.0, 0.01)
-
-
 def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_the_papers():
     flight = closed_loop(TABLE_2, 45.0, 1)
     said = {}
@@ -217,10 +177,33 @@ def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_th
     assert said["prediction_error"] == []
 
 
-def test_the_identifier_refuses_a_method_that_does_not_exist():
-    unit = AdaptiveIdentifier(instance_name="unit", resources="")
-    put(unit, "method", "kalman")
-    unit.setup_experiment(0.0)
-    unit.enter_initialization_mode()
-    unit.exit_initialization_mode()
-    assert "method 'kalman' must be one of adaptation, prediction_error" in unit.log_queue[-1].msg
+@pytest.mark.parametrize(
+    ("kind", "parameters", "said"),
+    [
+        (Exciter, {"excitation.experiment": 3, "multisine.lowest": 5.0}, "multisine.highest"),
+        (AdaptiveIdentifier, {"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
+        (AdaptiveIdentifier, {"watch.pitch": "dry_frictoin"}, "effect 'dry_frictoin' cannot be watched on pitch"),
+        (
+            AdaptiveIdentifier,
+            {"watch.pitch": "dry_friction,constant_torque,rotor_mismatch,quadratic_drag"},
+            "names 4 effects; at most 3",
+        ),
+        (RigLink, {"link.address": "0.0.0.0"}, "would hear every network"),
+        (RigLink, {"link.address": "192.0.2.1"}, "cannot be listened on"),  # TEST-NET-1, no machine's own
+        (RigLink, {"link.address": "rig.example.org"}, "numeric address"),
+        (RigLink, {"link.layout": "pitch"}, "lacks v_front"),
+        (RigLink, {"link.sender": "somebody"}, "numeric address"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused_with_the_reason_and_no_step_is_taken(kind, parameters, said):
+    unit = initialised(kind, parameters)
+    assert said in unit.log_queue[-1].msg
+    assert not unit.do_step(0.0, 0.01)
+
+
+@pytest.mark.parametrize("kind", [HelicopterPlant, AdaptiveIdentifier])
+def test_a_step_of_days_is_refused_at_once(kind):
+    unit = initialised(kind)
+    taken = unit.do_step(0.0, 1e6)
+    assert not (taken and unit.do_step(1e6, 0.01))  # the identifier takes its samples with the step after
+    assert "at most 100000 are taken" in unit.log_queue[-1].msg
