@@ -8,16 +8,17 @@ a row of an unnamed matrix is called as MATLAB calls it: ``ans(4,:)``.
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.records.configuration import LogFormat
+from heli_identifier.records.table import Column, Table
 from heli_identifier.records.units import (
     ANGLES,
     COMBINED,
     NAMED,
     REFERENCES,
     SIGNALS,
+    STAMP,
     VOLTAGES,
     factor_to_si,
     header,
@@ -32,18 +33,8 @@ _INDEX = re.compile(r"\((\d+,:|:,\d+)\)$")
 _LISTED = 20  # headers that a message shows of a file that has hundreds
 
 
-@dataclass(frozen=True)
-class Column:
-    """Place and meaning of one signal: which column of the file, its unit there, and the factor to SI without sign."""
-
-    signal: str
-    index: int
-    unit: str
-    factor: float
-
-
-def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> list[Column]:
-    """Find the six signals and the references among the headers of a file.
+def find_columns(table: Table, format: LogFormat) -> list[Column]:
+    """Find the six signals and the references among the columns of a file.
 
     Returns
     -------
@@ -54,8 +45,10 @@ def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> list[C
     Raises
     ------
     LogError
-        If a signal has no column or several, two signals have the same one, or a unit is missing or unknown.
+        If a signal has no column or several, two signals have the same one, a unit is missing or unknown, or the
+        columns differ in length, as only vectors of MATLAB can.
     """
+    file, headers = table.file, table.headers
     named = {**format.columns, **{f"{axis}_reference": name for axis, name in format.references.items()}}
     places = {
         signal: _called(named[signal].strip(), headers) if signal in named else _alike(signal, headers)
@@ -66,12 +59,11 @@ def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> list[C
     )
     signals = ("time", *(COMBINED if summed else VOLTAGES), *ANGLES)
     wanted = (*signals, *(signal for signal in REFERENCES if signal in named))
-    missing = [named.get(signal, header(signal)) for signal in wanted if not places[signal]]
-    if missing:
+    if missing := [signal for signal in wanted if not places[signal]]:
         taken = {index for signal in wanted for index in places[signal]}
         unused = [text for index, text in enumerate(headers) if index not in taken]
-        section = "[log.columns]" if not all(places[signal] for signal in signals) else "[log.references]"
-        raise LogError(_missing(file, missing, headers, unused, section))
+        section = "[log.columns]" if missing[0] in signals else "[log.references]"
+        raise LogError(_missing(file, [named.get(one, header(one)) for one in missing], headers, unused, section))
     columns, unknown = list[Column](), dict[str, str]()
     for signal in (*wanted, *(signal for signal in REFERENCES if signal not in named and len(places[signal]) == 1)):
         index, *others = places[signal]
@@ -86,11 +78,11 @@ def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> list[C
                 f"{file}: column {headers[index]!r} is taken for {owner} and for {signal}; name the "
                 f"column of each under [log.columns] of {HELI_TOML}."
             )
-        stated = format.units.get(signal) or name_and_unit(headers[index])[1]
         axis = signal.removesuffix("_reference")
-        if stated is None and axis != signal:
-            stated = format.units.get(axis)
-        unit = understood(signal, stated) if stated is not None else None
+        stated = format.units.get(signal) or name_and_unit(headers[index])[1]
+        if stated is None:
+            stated = STAMP if signal == "time" and table.holds_stamps(index) else format.units.get(axis)
+        unit = understood(signal, stated or "")
         if unit is not None:
             columns.append(Column(signal, index, unit, factor_to_si(signal, unit, format.counts_per_turn(axis))))
         elif signal in wanted:
@@ -101,6 +93,13 @@ def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> list[C
             f"{file}, {'; '.join(unknown.values())}; set {', '.join(unknown)} under [log.units] of {HELI_TOML} to the "
             f"unit in which the file holds {'it' if len(unknown) == 1 else 'them'}."
         )
+    lengths = {headers[column.index]: len(table.columns[column.index]) for column in columns}
+    (time, count), *_ = lengths.items()
+    for text, length in lengths.items():
+        if length != count:
+            raise LogError(
+                f"{file}: {text!r} has {length} samples, {time!r} has {count}; save vectors of one length."
+            )
     return columns
 
 

@@ -92,18 +92,14 @@ def named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
     A name that files in several folders share is preceded by as many folders as make it unique. Names that are still
     equal then, as of one file given twice or of computed logs, are numbered.
     """
-    names = [log.name for log in logs]
-    for name in {name for name, times in Counter(names).items() if times > 1}:
-        shared = [index for index, log in enumerate(logs) if log.name == name]
-        folders = {logs[index].path: _folders(logs[index]) for index in shared}
-        depth = next(d for d in count() if len({above[:d] for above in folders.values()}) == len(set(folders.values())))
-        for index in shared:
-            names[index] = "/".join((*reversed(folders[logs[index].path][:depth]), name))
-    times_given: Counter[str] = Counter()
-    for index, name in enumerate(names):
+    named, times_given = list[Log](), Counter[str]()
+    for log in logs:
+        above = {_folders(other) for other in logs if other.name == log.name}
+        depth = next(d for d in count() if len({folders[:d] for folders in above}) == len(above))
+        name = "/".join((*reversed(_folders(log)[:depth]), log.name))
         times_given[name] += 1
-        names[index] = name if times_given[name] == 1 else f"{name} ({times_given[name]})"
-    return tuple(replace(log, name=name) if log.name != name else log for log, name in zip(logs, names, strict=True))
+        named.append(replace(log, name=name if times_given[name] == 1 else f"{name} ({times_given[name]})"))
+    return tuple(named)
 
 
 def common_configuration(logs: Sequence[Log]) -> RigConfiguration | None:
@@ -151,7 +147,9 @@ def check_apart(training: Sequence[Log], held_out: Sequence[Log] = ()) -> None:
         with another log by its samples, see :func:`.overlap.shared_flight`.
     """
     for (first, one), (second, other) in combinations(enumerate((*training, *held_out)), 2):
-        same = _share_samples(one, other)
+        margin = 0.5 * one.step  # stretches that follow each other share no sample, whatever rounding says
+        overlap = one.start + margin < other.start + other.duration and other.start + margin < one.start + one.duration
+        same = overlap and one.sha256 == other.sha256 != ""
         flight = None if same or second < len(training) else shared_flight(one, other)
         if not same and flight is None:
             continue
@@ -178,13 +176,13 @@ def counted_once(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, .
     kept, notes = list[Log](), list[str]()
     for log in sorted(training, key=lambda log: -log.duration):
         shared = ((own, flight) for own in kept if (flight := shared_flight(own, log)))
-        if (found := next(shared, None)) is None:
+        if found := next(shared, None):
+            notes.append(
+                f"{_called(log)} is left out: {found[1][2]:.0f} s of it are the same flight as {_called(found[0])}, "
+                "and what is counted twice seems twice as certain"
+            )
+        else:
             kept.append(log)
-            continue
-        notes.append(
-            f"{_called(log)} is left out: {found[1][2]:.0f} s of it are the same flight as {_called(found[0])}, and "
-            "what is counted twice seems twice as certain"
-        )
     return tuple(log for log in training if log in kept), tuple(notes)
 
 
@@ -203,12 +201,6 @@ def excitation_notes(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[
                     f"deviation of {own:.2g} V, that of the training logs {usual:.2g} V. It says little on {axes}"
                 )
     return tuple(notes)
-
-
-def _share_samples(one: Log, other: Log) -> bool:
-    margin = 0.5 * one.step  # stretches that follow each other share no sample, whatever rounding says
-    overlap = one.start + margin < other.start + other.duration and other.start + margin < one.start + one.duration
-    return overlap and one.sha256 == other.sha256 != ""
 
 
 def _called(log: Log) -> str:

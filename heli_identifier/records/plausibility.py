@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
-from heli_identifier.records.columns import Column
 from heli_identifier.records.configuration import HIGHEST_VOLTAGE
 from heli_identifier.records.log import FARTHEST_TRAVEL
+from heli_identifier.records.table import Column
 from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = 2.5 * np.pi
@@ -137,51 +137,39 @@ def check_plausible(
     LogError
         Names every such signal, its value, the bound, the unit in which it was read and the other units.
     """
-    beyond, remedies = [], []
+    farthest = {signal: float(np.abs(own).max()) for signal, own in values.items()}
+    farthest |= dict.fromkeys(COMBINED, max(farthest[signal] for signal in VOLTAGES))  # which were taken apart
+    second = max(1, round(rate_hz))
+    turned = float(np.abs(values["travel"][second:] - values["travel"][:-second]).max(initial=0.0))
+    beyond, remedies, clip = list[str](), list[str](), ""
     for column in columns:
-        if column.signal not in values:  # sum or difference of the voltages, which were taken apart
-            pair = np.concatenate([values[signal] for signal in VOLTAGES])
-            what, most, bound = "gives voltages up to", float(np.abs(pair).max()), HIGHEST_VOLTAGE
-        else:
-            what, most, bound = _extent(column.signal, values[column.signal], rate_hz)
+        signal, unit = column.signal, SI_UNIT[column.signal]
+        what, most = "gives voltages up to" if signal in COMBINED else "reaches", farthest[signal]
+        bound = HIGHEST_VOLTAGE if unit == "V" else FARTHEST_TRAVEL if signal == "travel" else POSSIBLE_ANGLE
+        if signal == "travel" and most <= bound:
+            what, most, bound = "turns within a second by", turned, POSSIBLE_SPEED
         if most > bound:
-            unit = SI_UNIT[column.signal]
-            beyond.append(f"{column.signal} {what} {most:.4g} {unit} when read in {column.unit} (at most {bound:.3g})")
-            others = " or ".join(
-                f'"{name}"' for name in known_units(column.signal) if name != column.unit and name in _ASKED_FOR
-            )
-            remedies.append(f"{column.signal} = {others}")
+            beyond.append(f"{signal} {what} {most:.4g} {unit} when read in {column.unit} (at most {bound:.3g})")
+            others = [f'"{name}"' for name in known_units(signal) if name != column.unit and name in _ASKED_FOR]
+            remedies.append(f"{signal} = {' or '.join(others)}")
+            if unit == "V":
+                clip = "; if these are commands before the amplifiers' limit, set clip = true under [log] there"
     if beyond:
-        commands = "; if these are commands before the amplifiers' limit, set clip = true under [log] there"
-        voltage = any(SI_UNIT[remedy.split(" ")[0]] == "V" for remedy in remedies)
         raise LogError(
             f"{file}: {', '.join(beyond)}, which no rig can; state the unit, {', '.join(remedies)}, under [log.units] "
-            f"of {HELI_TOML}{commands if voltage else ''}."
+            f"of {HELI_TOML}{clip}."
         )
-
-
-def _extent(signal: str, values: NDArray[np.float64], rate_hz: float) -> tuple[str, float, float]:
-    """Give what a signal does, how far it goes and how far it can go."""
-    if signal == "travel":
-        farthest = float(np.abs(values).max())
-        if farthest > FARTHEST_TRAVEL:
-            return "reaches", farthest, FARTHEST_TRAVEL
-        second = max(1, round(rate_hz))
-        turned = np.abs(values[second:] - values[:-second]).max(initial=0.0)
-        return "turns within a second by", float(turned), POSSIBLE_SPEED
-    bound = HIGHEST_VOLTAGE if signal in (*VOLTAGES, *COMBINED) else POSSIBLE_ANGLE
-    return "reaches", float(np.abs(values).max()), bound
 
 
 def describe_values(voltages: NDArray[np.float64], angles: NDArray[np.float64], limit: float) -> tuple[str, ...]:
     """Describe unusual voltages [V], shape (N, 2), at the amplifiers' ``limit`` [V], and angles [rad], shape (N, 3)."""
     notes = []
-    for name, values in zip(VOLTAGES, voltages.T, strict=True):
-        if max(values.max(), -values.min()) > limit * (1.0 + 1e-9):
-            beyond = np.abs(values) > limit * (1.0 + 1e-9)
+    for name, size in zip(VOLTAGES, np.abs(voltages).T, strict=True):
+        beyond = size > limit * (1.0 + 1e-9)
+        if beyond.any():
             notes.append(
-                f"{name} exceeds +-{limit:g} V in {beyond.sum()} of {len(values)} samples (up to "
-                f"{np.abs(values).max():.3g} V) and is kept unchanged"
+                f"{name} exceeds +-{limit:g} V in {beyond.sum()} of {len(size)} samples (up to {size.max():.3g} V) and "
+                "is kept unchanged"
             )
     if np.abs(voltages[:, 0] - voltages[:, 1]).max() < SAME_VOLTAGE:
         notes.append(

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
@@ -10,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError, printable
-from heli_identifier.records.columns import Column, find_columns, name_and_unit
+from heli_identifier.records.columns import find_columns
 from heli_identifier.records.configuration import CONTRACT, LogFormat, RigConfiguration
 from heli_identifier.records.log import Log
 from heli_identifier.records.opening import open_table
 from heli_identifier.records.plausibility import check_plausible, describe_values, unwrap_angle
-from heli_identifier.records.table import Table, read_stamps
+from heli_identifier.records.table import Column, Table
 from heli_identifier.records.timing import find_sampling
-from heli_identifier.records.units import ANGLES, COMBINED, REFERENCES, SI_UNIT, STAMP, VOLTAGES
+from heli_identifier.records.units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
 
 _Signals = dict[str, NDArray[np.float64]]
 
@@ -54,8 +53,7 @@ def read_log(
     format = format.format if isinstance(format, RigConfiguration) else format
     file = Path(path)
     table, sha256 = open_table(file, format)
-    columns = find_columns(table.headers, _with_stamps(table, format), table.file)
-    _check_lengths(table, columns)
+    columns = find_columns(table, format)
     start, end = (format.start if start is None else start), (format.end if end is None else end)
     kept, notes = _cut(table, columns[0], start, end)
     values = {column.signal: table.numbers(column, kept) for column in columns}
@@ -90,30 +88,6 @@ def read_log(
         start=float(time[0]),
         configuration=configuration,
     )
-
-
-def _with_stamps(table: Table, format: LogFormat) -> LogFormat:
-    """Give the format with time stamps as the unit of a time whose unit is not stated and whose cells hold stamps."""
-    name = format.columns.get("time", "time").lower()
-    for header, values in zip(table.headers, table.columns, strict=True):
-        plain, unit = name_and_unit(header)
-        called = unit is None and name in (plain.lower(), header.lower())
-        if "time" not in format.units and called and values.dtype.kind in "OM" and len(values):
-            if np.isfinite(read_stamps(values[:1])).all():
-                return replace(format, units={**format.units, "time": STAMP})
-    return format
-
-
-def _check_lengths(table: Table, columns: Sequence[Column]) -> None:
-    """Refuse signals of different length, which only a MATLAB file can hold."""
-    first = columns[0].index
-    for column in columns:
-        length, count = len(table.columns[column.index]), len(table.columns[first])
-        if length != count:
-            raise LogError(
-                f"{table.file}: {table.headers[column.index]!r} has {length} samples, "
-                f"{table.headers[first]!r} has {count}; save vectors of one length."
-            )
 
 
 def _cut(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:

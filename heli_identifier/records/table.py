@@ -12,13 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
-from heli_identifier.records.columns import Column
 from heli_identifier.records.units import STAMP
 
 _LONGEST = 60  # characters of a cell that a message shows
 _WHOLE = 1e-6  # what a whole number may be off, as a print or an interpolation leaves it
 _BLANKS = re.compile(r"\s+(?![\[(])")  # a unit in brackets belongs to the name before it
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Column:
+    """Place and meaning of one signal: which column of the file, its unit there, and the factor to SI without sign."""
+
+    signal: str
+    index: int
+    unit: str
+    factor: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +99,11 @@ class Table:
                 f"{HELI_TOML}."
             )
         return values * column.factor
+
+    def holds_stamps(self, index: int) -> bool:
+        """Whether a column holds time stamps, by its first cell."""
+        values = self.columns[index]
+        return values.dtype.kind in "OM" and len(values) > 0 and bool(np.isfinite(read_stamps(values[:1])).all())
 
     def instants(self, column: Column) -> NDArray[np.float64]:
         """Give the whole time column [s], shape (N,), with NaN where a cell holds no instant."""
