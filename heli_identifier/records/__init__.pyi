@@ -1,68 +1,30 @@
-from .configuration import (
-    CONFIGURATION_NAME,
-    CONTRACT,
-    ControllerConfiguration,
-    Geometry,
-    LogFormat,
-    RigConfiguration,
-    Weights,
-    check_given,
-    read_configuration,
-)
-from .data_set import (
-    DEMO_RIGS,
-    check_apart,
-    check_excitation,
-    check_moving,
-    common_configuration,
-    counted_once,
-    demo_logs,
-    excitation_notes,
-    named_apart,
-    read_data_set,
-    read_logs,
-)
-from .guess import Guess, guess
-from .log import Log, write_log
-from .overlap import shared_flight
-from .reading import read_log
-from .response import suspicions
-from .template import write_template
-from .timing import GAP_STEPS, LOWEST_RATE_HZ
-from .units import CONTRACT_HEADERS, factor_to_si, understood
-
-__all__ = [
-    "CONFIGURATION_NAME",
-    "CONTRACT",
-    "CONTRACT_HEADERS",
-    "ControllerConfiguration",
-    "DEMO_RIGS",
-    "GAP_STEPS",
-    "Geometry",
-    "Guess",
-    "LOWEST_RATE_HZ",
-    "Log",
-    "LogFormat",
-    "RigConfiguration",
-    "Weights",
-    "check_apart",
-    "check_excitation",
-    "check_given",
-    "check_moving",
-    "common_configuration",
-    "counted_once",
-    "demo_logs",
-    "excitation_notes",
-    "factor_to_si",
-    "guess",
-    "named_apart",
-    "read_configuration",
-    "read_data_set",
-    "read_log",
-    "read_logs",
-    "shared_flight",
-    "suspicions",
-    "understood",
-    "write_log",
-    "write_template",
-]
+from .configuration import CONFIGURATION_NAME as CONFIGURATION_NAME
+from .configuration import CONTRACT as CONTRACT
+from .configuration import ControllerConfiguration as ControllerConfiguration
+from .configuration import Geometry as Geometry
+from .configuration import LogFormat as LogFormat
+from .configuration import RigConfiguration as RigConfiguration
+from .configuration import check_given as check_given
+from .configuration import read_configuration as read_configuration
+from .data_set import DEMO_RIGS as DEMO_RIGS
+from .data_set import check_apart as check_apart
+from .data_set import check_excitation as check_excitation
+from .data_set import check_moving as check_moving
+from .data_set import common_configuration as common_configuration
+from .data_set import counted_once as counted_once
+from .data_set import demo_logs as demo_logs
+from .data_set import excitation_notes as excitation_notes
+from .data_set import named_apart as named_apart
+from .data_set import read_data_set as read_data_set
+from .data_set import read_logs as read_logs
+from .guess import guess as guess
+from .log import Log as Log
+from .log import write_log as write_log
+from .overlap import shared_flight as shared_flight
+from .reading import read_log as read_log
+from .response import suspicions as suspicions
+from .template import write_template as write_template
+from .timing import GAP_STEPS as GAP_STEPS
+from .units import CONTRACT_HEADERS as CONTRACT_HEADERS
+from .units import factor_to_si as factor_to_si
+from .units import understood as understood

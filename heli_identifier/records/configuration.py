@@ -303,7 +303,7 @@ def _keys(kind: Any, *without: str, **others: Any) -> dict[str, Any]:
     return {one.name: types[one.name] for one in fields(kind) if one.name not in without} | others
 
 
-_KEYS: dict[str, Any] = {
+KEYS: dict[str, Any] = {
     "rig": _keys(
         RigConfiguration, "format", "controller", "geometry",
         voltage_limit=float, encoder_counts=dict.fromkeys(ANGLES, int), effects=dict[str, Any],
@@ -329,7 +329,7 @@ def _section(name: str, keys: Mapping[str, Any]) -> Any:
     return msgspec.defstruct(name, entries, frozen=True, forbid_unknown_fields=True)
 
 
-_FILE = _section("File", _KEYS)
+_FILE = _section("File", KEYS)
 
 
 def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
@@ -362,7 +362,7 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
         found = msgspec.to_builtins(msgspec.convert(content, _FILE))
     except msgspec.ValidationError as error:
         raise ConfigurationError(f"{path}: {_explained(str(error), content)}") from error
-    rig, log, controller, geometry = (found.get(section, {}) for section in _KEYS)
+    rig, log, controller, geometry = (found.get(section, {}) for section in KEYS)
     counts = rig.pop("encoder_counts", {})
     try:
         log |= {"voltage_limit": rig.pop("voltage_limit")} if "voltage_limit" in rig else {}
@@ -417,7 +417,7 @@ def _explained(problem: str, content: Mapping[str, Any]) -> str:
     section = key.split(".") if key else []
     if "unknown field" in what:
         name = what.partition("`")[2].removesuffix("`")
-        known = reduce(getitem, section, _KEYS)
+        known = reduce(getitem, section, KEYS)
         advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
         written = name if re.fullmatch(r"[\w-]+", name) else repr(name)
         return f"key {'.'.join([*section, written])} is unknown{advice}"
