@@ -18,8 +18,8 @@ from heli_identifier.cli.arguments import split_logs
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import RigConfiguration, demo_logs, write_log
 from heli_identifier.results import run_figure
-from heli_identifier.results.folder import check_free_run, unit_run
 from heli_identifier.results.parameters import plant_values, read_parameters
+from heli_identifier.results.unit import check_free_run, unit_run
 from heli_identifier.results.words import meaning
 from heli_identifier.tools.identification import NAMES
 from heli_plant.effects import CATALOGUE

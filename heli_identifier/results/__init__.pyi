@@ -57,7 +57,7 @@ __all__ = [
 from .checking import Check, check
 from .comparing import Comparison, compare
 from .documents import document_text, plain, read_document, with_ends
-from .folder import RESULTS, build, check_free_run, whole_folder, write_results
+from .folder import whole_folder
 from .looking import Look, diagnosis_lines, look
 from .parameters import (
     PLANT,
@@ -69,8 +69,8 @@ from .parameters import (
     plant_values,
     read_parameters,
 )
-from .report import notebook_view, page
-from .simulation import LogSource, Simulation, played, several, simulate, started
+from .report import RESULTS, notebook_view, page, write_results
+from .simulation import LogSource, Simulation, several, simulate, started
 from .svg import COLOURS, Axes, figure, run_figure, side_by_side, thinned, write_figure
 from .tables import (
     Table,
@@ -78,6 +78,7 @@ from .tables import (
     diagnosis_summary,
     diagnosis_tables,
 )
+from .unit import build, check_free_run, played
 from .words import (
     effect_name,
     law_text,

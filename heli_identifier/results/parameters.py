@@ -14,13 +14,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier import tracing
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
 from heli_identifier.results.documents import damaged, document_text, plain, read_document
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import unit_text, with_interval
-from heli_identifier.tracing import Diagnosis, DiagnosisSettings, ErrorFigure, Use, helicopter
+from heli_identifier.tracing import Diagnosis, ErrorFigure, Use
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
 from heli_plant.parameters import BY_FIELD, BY_NAME, PARAMETERS, PlantParameters, from_names
@@ -381,7 +382,8 @@ def drawn_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[di
         errors = {name: e.standard_error for name, e in parameters.values.items() if e.standard_error}
         moves = random.standard_normal((count, len(errors))) * list(errors.values())
         return [_kept({n: parameters.values[n].value + d for n, d in zip(errors, move, strict=True)}) for move in moves]
-    rig = helicopter(DiagnosisSettings(), [np.zeros((1, 3))], [np.full((1, 2), known.operating_point_v)])
+    at = np.full((1, 2), known.operating_point_v)
+    rig = tracing.helicopter(tracing.DiagnosisSettings(), [np.zeros((1, 3))], [at])
     variances, axes = np.linalg.eigh(known.matrix)
     moves = random.standard_normal((count, len(known.names))) @ (axes * np.sqrt(np.maximum(variances, 0.0))).T
     drawn = []

@@ -1,19 +1,24 @@
-"""report.html: what a laboratory reads in ten seconds, on one page that fetches nothing, and the details folded behind.
+"""The files of a diagnosis; report.html is one page that fetches nothing, read in ten seconds, with details folded.
 
 First the verdict, a card per axis, measured and predicted motion, what is in the plant, what was left out, and the one
 experiment that would settle most. The same parts, without their page, are what a notebook shows.
 """
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from scipy.signal import welch
 
+from heli_identifier.files import write_atomically
 from heli_identifier.results import tables, words
+from heli_identifier.results.documents import document_text
+from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.svg import Axes, figure
 from heli_identifier.results.tables import GAIN_OF
+from heli_identifier.results.unit import build, check_free_run
 from heli_identifier.results.words import (
     AHEAD,
     effect_name,
@@ -46,6 +51,9 @@ from heli_plant.effects import AXES
 from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameters import BY_FIELD
 
+RESULTS = ("diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu")
+"""Files of a diagnosis."""
+
 TEMPLATES = Environment(
     loader=PackageLoader("heli_identifier.results"), autoescape=True, undefined=StrictUndefined, auto_reload=False
 )
@@ -63,6 +71,29 @@ USES = {
 
 WEIGHTS = {"gain": 4, "effect": 2, "bound": 1}
 """What an experiment is worth that settles a gain, a found or possible effect, an effect that is not testable."""
+
+
+def write_results(diagnosis: Diagnosis, rig: str, folder: Path) -> None:
+    """Write the four files of a diagnosis into ``folder``.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    rig : str
+        What the report calls the rig.
+    folder : Path
+
+    Raises
+    ------
+    IdentifierError
+        The corrected unit does not reach the reported free run.
+    """
+    parameters = corrected_parameters(diagnosis)
+    check_free_run(build(PLANT, folder, parameters), diagnosis)
+    parameters.write(folder / "parameters.json")
+    write_atomically(folder / "report.html", report_page(diagnosis, rig))
+    write_atomically(folder / "diagnosis.json", document_text(diagnosis.to_dict()))
+
 
 def report_page(diagnosis: Diagnosis, rig: str) -> str:
     """Give the text of report.html; ``rig`` is what it calls the rig."""

@@ -1,7 +1,6 @@
 """A simulation from Python: the plant of a parameter set under voltages, or under the voltages of a log."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -10,14 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.errors import ConfigurationError, LogError, require_positive
-from heli_identifier.files import draft_folder
-from heli_identifier.records import Log, named_apart, read_log, write_log
+from heli_identifier.records import Log, named_apart, read_log
 from heli_identifier.results.documents import plain
 from heli_identifier.results.parameters import PlantSource, plant_of
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import significant
 from heli_identifier.tracing import record_start
-from heli_plant.effects import AXES
 from heli_plant.simulation import simulate as simulate_plant
 from heli_plant.state import PlantState, rest_state
 
@@ -28,14 +25,6 @@ SIGNALS = ("v_front", "v_rear", "pitch", "elevation", "travel")
 """Columns of a simulation: voltages [V], angles [rad]."""
 
 STATES = PlantState._fields
-
-START = {
-    **{axis: f"initial.{axis}" for axis in AXES},
-    **{f"{axis}_rate": f"initial.{axis}_rate" for axis in AXES},
-    "nu_front": "initial.v_front",
-    "nu_rear": "initial.v_rear",
-}
-"""Parameters of the plant's unit that take its start state, by the state's fields."""
 
 LogSource = Log | str | PathLike[str]
 """A log, or the file of one with the contract's columns; `read_log` reads others."""
@@ -126,14 +115,6 @@ def simulate(
         raise ConfigurationError(f"voltages of shape {voltages.shape} must be finite and of shape (N, 2).")
     states, angles = simulate_plant(voltages, step, start or rest_state(plant), plant)
     return Simulation(np.arange(len(voltages), dtype=np.float64) * step, voltages, angles, states)
-
-
-@contextmanager
-def played(log: Log, start: Mapping[str, float]) -> Iterator[dict[str, Any]]:
-    """Give the parameters by which a LogPlayer plays a log while the block runs, and a plant starts in a state."""
-    with draft_folder() as folder:
-        path = str(write_log(log, folder / "log.csv"))
-        yield {"player.log.path": path, **{f"plant.{name}": start[field] for field, name in START.items()}}
 
 
 def several(logs: LogSource | Sequence[LogSource]) -> tuple[Log, ...]:
