@@ -14,12 +14,11 @@ import secrets
 import shutil
 import stat
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path
-from typing import IO
 
 from heli_identifier.platform import NO_WAIT, machine, process_runs
 from heli_identifier.signals import deferred, undone
@@ -113,13 +112,6 @@ def regular_bytes(path: Path, largest: float) -> bytes:
 
 
 @contextmanager
-def draft_file(folder: Path) -> Iterator[tuple[Path, IO[bytes]]]:
-    """Give path and file object of a new file in ``folder``; it is removed unless the block renames it."""
-    with _draft(folder, lambda path: path.touch(exist_ok=False)) as path, open(path, "wb") as file:
-        yield path, file
-
-
-@contextmanager
 def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
     """Give a new folder within ``folder``, by default that of temporary files; it is removed when the block ends.
 
@@ -129,7 +121,16 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
         The folder cannot be made; it names the folder in which.
     """
     # the place of temporary files is looked for by writing one, and in vain where the disk is full
-    with _draft(Path(tempfile.gettempdir() if folder is None else folder), lambda path: path.mkdir(0o700)) as path:
+    parent = Path(tempfile.gettempdir() if folder is None else folder)
+    sweep(parent)
+    path = parent / f"{PREFIX}{machine()}-{os.getpid()}-{secrets.token_hex(8)}"
+    with ExitStack() as stack:
+        with deferred():  # a signal would leave the folder between its birth and the block
+            try:
+                path.mkdir(0o700)
+            except OSError as error:
+                raise OSError(error.errno, error.strerror, str(parent)) from error
+            stack.enter_context(undone(lambda: shutil.rmtree(path, ignore_errors=True)))
         yield path
 
 
@@ -144,8 +145,7 @@ def sweep(folder: Path) -> None:
     for name in drafts:
         process = name.removeprefix(beginning).partition("-")[0]
         if process.isdecimal() and not process_runs(int(process)):
-            with suppress(OSError):  # somebody else's, or gone meanwhile
-                _remove(folder / name)
+            shutil.rmtree(folder / name, ignore_errors=True)  # it may be somebody else's, or gone meanwhile
 
 
 def _is_standard_output(present: os.stat_result) -> bool:
@@ -174,31 +174,9 @@ def _write_through(target: Path, present: os.stat_result, data: bytes) -> None:
 def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
     """Write a draft in the same folder, because a rename is atomic only within one file system, and rename it."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    with draft_file(target.parent) as (draft, file):
+    with draft_folder(target.parent) as folder:
+        draft = folder / "draft"
+        draft.write_bytes(data)
         if present is not None:
             draft.chmod(stat.S_IMODE(present.st_mode))
-        file.write(data)
-        file.close()  # Windows replaces no file that is open
         draft.replace(target)
-
-
-@contextmanager
-def _draft(folder: Path, make: Callable[[Path], object]) -> Iterator[Path]:
-    """Make a draft; signals wait meanwhile, which would leave it between its birth and this block."""
-    sweep(folder)
-    path = folder / f"{PREFIX}{machine()}-{os.getpid()}-{secrets.token_hex(8)}"
-    with ExitStack() as stack:
-        with deferred():
-            try:
-                make(path)
-            except OSError as error:
-                raise OSError(error.errno, error.strerror, str(folder)) from error
-            stack.enter_context(undone(lambda: _remove(path)))
-        yield path
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        path.unlink(missing_ok=True)

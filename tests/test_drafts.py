@@ -27,8 +27,7 @@ def test_processes_that_sweep_one_folder_leave_each_other_s_drafts_alone(tmp_pat
 
 
 @pytest.mark.usefixtures("interruptible")
-@pytest.mark.parametrize("make", [files.draft_file, files.draft_folder])
-def test_ctrl_c_while_a_draft_is_made_leaves_none(tmp_path, monkeypatch, make):
+def test_ctrl_c_while_a_draft_is_made_leaves_none(tmp_path, monkeypatch):
     remove = files.undone
 
     def interrupted(undo):
@@ -36,6 +35,6 @@ def test_ctrl_c_while_a_draft_is_made_leaves_none(tmp_path, monkeypatch, make):
         return remove(undo)
 
     monkeypatch.setattr(files, "undone", interrupted)
-    with pytest.raises(KeyboardInterrupt), make(tmp_path):
+    with pytest.raises(KeyboardInterrupt), files.draft_folder(tmp_path):
         pytest.fail("the signal was lost")
     assert os.listdir(tmp_path) == []

@@ -1,9 +1,13 @@
-"""A file is written whole or not at all."""
+"""A file is written whole or not at all; drafts of processes that work in one folder, or are asked to end."""
 
+import os
+import signal
 from contextlib import contextmanager
+from multiprocessing import get_context
 
 import pytest
 
+from heli_identifier import files
 from heli_identifier.files import write_atomically
 
 
@@ -42,3 +46,34 @@ def test_a_folder_in_the_file_s_place_stays_and_no_draft_remains(tmp_path):
     with pytest.raises(OSError, match="it is a folder"):
         write_atomically(tmp_path / "taken", "text")
     assert [file.name for file in tmp_path.iterdir()] == ["taken"]
+
+
+def drafts_made(folder, count):
+    """Make ``count`` drafts after each other."""
+    for _ in range(count):
+        with files.draft_folder(folder) as draft:
+            assert draft.is_dir()
+
+
+def test_processes_that_sweep_one_folder_leave_each_other_s_drafts_alone(tmp_path):
+    processes = [get_context("spawn").Process(target=drafts_made, args=(tmp_path, 500)) for _ in range(3)]
+    for process in processes:
+        process.start()
+    for process in processes:
+        process.join()
+    assert [process.exitcode for process in processes] == [0, 0, 0]
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_ctrl_c_while_a_draft_is_made_leaves_none(tmp_path, monkeypatch):
+    remove = files.undone
+
+    def interrupted(undo):
+        signal.raise_signal(signal.SIGINT)
+        return remove(undo)
+
+    monkeypatch.setattr(files, "undone", interrupted)
+    with pytest.raises(KeyboardInterrupt), files.draft_folder(tmp_path):
+        pytest.fail("the signal was lost")
+    assert os.listdir(tmp_path) == []

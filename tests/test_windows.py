@@ -14,7 +14,7 @@ import os, sys, time
 from pathlib import Path
 
 from heli_identifier.errors import LogError
-from heli_identifier.files import draft_file, draft_folder, sweep, write_atomically
+from heli_identifier.files import draft_folder, sweep, write_atomically
 from heli_identifier.platform import machine
 from heli_identifier.records import opening
 
@@ -33,12 +33,10 @@ if __name__ == "__main__":
     write_atomically(folder / "a.txt", "old")
     write_atomically(folder / "a.txt", "θ")
     assert (folder / "a.txt").read_bytes() == "θ".encode()
-    for make in (draft_file, draft_folder):
-        with make(folder) as made:
-            path = made[0] if make is draft_file else made
-            sweep(folder)
-            assert path.exists()
-        assert os.listdir(folder) == ["a.txt"]
+    with draft_folder(folder) as draft:
+        sweep(folder)
+        assert draft.exists()
+    assert os.listdir(folder) == ["a.txt"]
     (folder / f".heli-draft-{machine()}-{2**22 + 1}-left").mkdir()  # above the largest number of a process
     sweep(folder)
     assert os.listdir(folder) == ["a.txt"]
