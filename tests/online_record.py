@@ -45,8 +45,8 @@ def identified(voltages, angles, settings, state=None):
     """State and output of the identifier after a record; without ``state`` its first row is sample 0."""
     plan, rows = prepare(settings), np.hstack([voltages, angles]).tolist()
     if state is None:
-        state, rows = start(plan, *rows[0]), rows[1:]
+        state, rows = start(plan, rows[0]), rows[1:]
     output = output_of(state, plan)
     for row in rows:
-        state, output = step(state, *row, plan)
+        state, output = step(state, row, plan)
     return state, output

@@ -97,11 +97,11 @@ def test_the_identifier_bridges_a_longer_communication_step_by_straight_lines():
     fed(unit, [k * 0.02 for k in range(500)], 0.02)
     plan = prepare(IdentifierSettings(hold_time=1.0))
     points = [tuple(map(float, motion(k * 0.02))) for k in range(500)]
-    state = start(plan, *points[0])
+    state = start(plan, points[0])
     for before, now in zip(points[:-1], points[1:], strict=True):
         between = (before[0], before[1], *(a + 0.5 * (b - a) for a, b in zip(before[2:], now[2:], strict=True)))
-        state, _ = step(state, *between, plan)
-        state, estimate = step(state, *now, plan)
+        state, _ = step(state, between, plan)
+        state, estimate = step(state, now, plan)
     # the share of a point k H between two others is .5 to rounding, which the regression hardly notices
     assert got(unit, *ModelParameters._fields) == pytest.approx(estimate.parameters, rel=1e-6, abs=1e-9)
 
@@ -144,9 +144,9 @@ def test_a_watched_effects_score_is_the_librarys_and_survives_a_saved_state():
         watched=(("dry_friction", "pitch"), ("quadratic_thrust", "pitch"), ("cable_stiffness", "travel")),
     )
     plan = prepare(settings)
-    state = start(plan, *map(float, motion(0.0)))
+    state = start(plan, tuple(map(float, motion(0.0))))
     for k in range(1, 3000):
-        state, estimate = step(state, *map(float, motion(k * 0.01)), plan)
+        state, estimate = step(state, tuple(map(float, motion(k * 0.01))), plan)
     shown = got(unit, "score.pitch[1]", "score.pitch[2]", "score.travel[1]")
     assert shown == [score.score for score in estimate.scores]
     assert any(score != 0.0 for score in shown)

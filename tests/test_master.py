@@ -75,10 +75,10 @@ def test_the_plant_hears_the_exciter_without_delay_and_is_the_offline_plant(open
 def test_the_identifier_shows_at_each_point_what_the_library_knows_from_the_samples_before_it(open_loop):
     plan = prepare(IdentifierSettings(hold_time=2.0))
     samples = open_loop.columns("exciter.v_front", "exciter.v_rear", *ANGLES)
-    state = start(plan, *samples[0])
+    state = start(plan, samples[0])
     expected = [output_of(state, plan).parameters]
     for sample in samples[1:-1]:
-        state, estimate = step(state, *sample, plan)
+        state, estimate = step(state, sample, plan)
         expected.append(estimate.parameters)
     names = [f"identifier.{name}" for name in estimate.parameters._fields]
     assert np.array_equal(open_loop.columns(*names)[1:], np.array(expected))

@@ -181,9 +181,9 @@ def exact_record():
 def regressions(held, angles, omega=1.0):
     """(y, phi) of pitch with known and with free theta0, elevation and travel, arrays over the samples."""
     f, rows = discretise(omega, 0.7, H, LAG), []
-    s = settled_signals(tuple(held[0].tolist()), tuple(angles[0].tolist()), LIMIT)
+    s = settled_signals((*held[0].tolist(), *angles[0].tolist()), LIMIT)
     for v, q in zip(held[1:].tolist(), angles[1:].tolist(), strict=True):
-        s = advance_signals(s, tuple(v), tuple(q), H, LAG, LIMIT, f)
+        s = advance_signals(s, (*v, *q), H, LAG, LIMIT, f)
         pitches = pitch_regression(s, TABLE_2.theta0, f), pitch_regression(s, None, f)
         rows.append((*pitches, elevation_regression(s, f), travel_regression(s, f)))
     return [(np.array([row[i][0] for row in rows]), np.array([row[i][1] for row in rows])) for i in range(4)]

@@ -71,9 +71,9 @@ def test_a_step_does_not_touch_the_state_it_was_given(minute):
     plan = prepare(KNOWN)
     state, _ = identified(held[:2000], angles[:2000], KNOWN)
     saved = json.dumps(state)
-    once = step(state, 1.0, 1.0, 0.1, 0.2, 0.3, plan)
+    once = step(state, (1.0, 1.0, 0.1, 0.2, 0.3), plan)
     assert json.dumps(state) == saved
-    assert step(state, 1.0, 1.0, 0.1, 0.2, 0.3, plan) == once
+    assert step(state, (1.0, 1.0, 0.1, 0.2, 0.3), plan) == once
 
 
 def test_the_adaptation_rests_for_ten_filter_times(minute):
@@ -106,9 +106,9 @@ def test_an_hour_at_rest_leaves_the_estimate_usable_and_recovers_within_a_minute
     held = np.vstack([excited, np.tile([1.0, 1.0], (72_000, 1)), excited[:1200]])
     _, angles = simulate(held, h, start_state(TABLE_2.theta0, 0.17, 0.0, *held[0]), TABLE_2)
     rows, errors = np.hstack([held, read(angles)]).tolist(), {}
-    state = start(plan, *rows[0])
+    state = start(plan, rows[0])
     for k, row in enumerate(rows[1:], 1):
-        state, estimate = step(state, *row, plan)
+        state, estimate = step(state, row, plan)
         if k in (5_999, 77_999, 79_199):
             errors[k] = np.abs(relative(estimate.parameters))
     before, at_end_of_pause, minute_later = errors.values()

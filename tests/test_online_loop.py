@@ -72,9 +72,9 @@ def test_in_quiet_hover_nothing_is_called_determined():
     """60 s under the PID with a random torque and encoders: damping, stiffness and gain of the pitch."""
     log = flown(Addition("nothing"), PlantParameters(), PidSettings(), 0.15, 60.0)
     plan, rows = prepare(SETTINGS), np.column_stack((log.voltages, log.angles)).tolist()
-    state = start_identifier(plan, *rows[0])
+    state = start_identifier(plan, rows[0])
     for k, row in enumerate(rows[1:], 1):
-        state, output = identifier_step(state, *row, plan)
+        state, output = identifier_step(state, row, plan)
         if k % 100 == 0 and k > 1000:
             for value, error in zip(output.parameters[:3], output.standard_errors[:3], strict=True):
                 assert not determined(value, error, "")
@@ -86,13 +86,12 @@ def test_after_long_rest_with_fast_forgetting_the_estimate_returns_and_gamma_kee
     limit = 100.0
     plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.3, gain_limit=limit, initial_gain=limit))
     count = 2.0 * np.pi / 4096
-    state = start_identifier(plan, 0.5, 0.5, 0.0, 0.1, 0.0)
+    state = start_identifier(plan, (0.5, 0.5, 0.0, 0.1, 0.0))
     rng = np.random.default_rng(2)
     flips = (rng.random((6_000, 3)) < 0.002).cumsum(axis=0) % 2 * count
     for pitch, elevation, travel in flips.tolist():
-        state, output = identifier_step(
-            state, 0.5 + 3.0 * pitch, 0.5 - 3.0 * pitch, pitch, 0.1 + elevation, travel, plan
-        )
+        now = 0.5 + 3.0 * pitch, 0.5 - 3.0 * pitch, pitch, 0.1 + elevation, travel
+        state, output = identifier_step(state, now, plan)
     for axis in (state.axes[0].estimate, state.axes[1].estimate):
         spectrum = np.linalg.eigvalsh(np.array(gain_matrix(axis.factor, len(axis.omega)))[:-2, :-2])
         assert spectrum[0] > 0.0
@@ -108,11 +107,11 @@ def test_references_tell_the_gain_and_determine_it_and_agree_with_a_right_noise_
     rows = np.column_stack((log.voltages, log.angles)).tolist()
     asked = [0.2 * (k // 600 % 2) for k in range(len(rows))]
     plan = prepare(SETTINGS)
-    silent = start_identifier(plan, *rows[0])
-    state = start_identifier(plan, *rows[0], (asked[0], 0.0, asked[0]))
+    silent = start_identifier(plan, rows[0])
+    state = start_identifier(plan, rows[0], (asked[0], 0.0, asked[0]))
     for row, reference in zip(rows[1:], asked[1:], strict=True):
-        state, output = identifier_step(state, *row, plan, (reference, 0.0, reference))
-        silent, unasked = identifier_step(silent, *row, plan)
+        state, output = identifier_step(state, row, plan, (reference, 0.0, reference))
+        silent, unasked = identifier_step(silent, row, plan)
     assert output.parameters == unasked.parameters  # a second opinion moves no estimate
     assert (unasked.instruments, unasked.instrument_errors, unasked.contradicted) == ((0.0,) * 3, (0.0,) * 3, False)
     # 3.5 standard errors: once in 2000 for a normal estimate.

@@ -174,14 +174,14 @@ def test_a_saved_state_continues_to_the_same_bits(method):
     log_ = closed_loop(TABLE_2, 20.0, 0)
     samples = np.hstack((log_.voltages, log_.angles)).tolist()
     rows = [(*sample, (0.1 * (k > 900), 0.0, 0.0)) for k, sample in enumerate(samples)]
-    state = start(plan, *rows[0])
+    state = start(plan, rows[0][:5], rows[0][5])
     for *row, references in rows[1:1500]:
-        state, _ = step(state, *row, plan, references)
+        state, _ = step(state, row, plan, references)
     again = thawed_state(json.loads(json.dumps(frozen_state(state))), IdentifierState)
     assert again == state
     for *row, references in rows[1500:]:
-        state, output = step(state, *row, plan, references)
-        again, output_again = step(again, *row, plan, references)
+        state, output = step(state, row, plan, references)
+        again, output_again = step(again, row, plan, references)
     assert output == output_again
 
 
@@ -202,20 +202,20 @@ def test_a_log_at_500_hz_is_taken_every_10_ms_with_the_mean_of_its_voltages():
     plan_fast = prepare(IdentifierSettings(method=PREDICTION_ERROR, sample_time=0.002))
     plan = prepare(IdentifierSettings(method=PREDICTION_ERROR))
     means = fast.reshape(300, 5, 2).mean(axis=1)
-    state_fast, state = start(plan_fast, *fast[0], *angles[0]), start(plan, *means[0], *angles[0])
+    state_fast, state = start(plan_fast, (*fast[0], *angles[0])), start(plan, (*means[0], *angles[0]))
     for k in range(1, 1496):
-        state_fast, output_fast = step(state_fast, *fast[k], *angles[k], plan_fast)
+        state_fast, output_fast = step(state_fast, (*fast[k], *angles[k]), plan_fast)
         if k % 5 == 0:
-            state, output = step(state, *means[k // 5], *angles[k], plan)
+            state, output = step(state, (*means[k // 5], *angles[k]), plan)
     # The same sums in another order.
     assert output_fast.parameters == pytest.approx(output.parameters, rel=1e-6, abs=1e-9)
 
 
 def test_without_noise_and_excitation_gamma_stays_positive_and_a_forgotten_gain_is_no_divisor():
     plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.1))
-    state = start(plan, 0.5, 0.5, -0.1, 0.1, 0.0)
+    state = start(plan, (0.5, 0.5, -0.1, 0.1, 0.0))
     for _ in range(2000):
-        state, output = step(state, 0.5, 0.5, -0.1, 0.1, 0.0, plan)
+        state, output = step(state, (0.5, 0.5, -0.1, 0.1, 0.0), plan)
     for axis in (axis.estimate for axis in state.axes):
         assert np.linalg.eigvalsh(gain_matrix(axis.factor, len(axis.omega)))[0] > 0.0
     assert np.isfinite(output.parameters).all()
@@ -225,7 +225,7 @@ def test_without_noise_and_excitation_gamma_stays_positive_and_a_forgotten_gain_
     forgotten = pitch._replace(estimate=pitch.estimate._replace(omega=omega))
     state = state._replace(axes=(forgotten, *others))
     for _ in range(2 * plan.report_samples):
-        state, _ = step(state, 0.5, 0.5, -0.1, 0.1, 0.0, plan)
+        state, _ = step(state, (0.5, 0.5, -0.1, 0.1, 0.0), plan)
     assert all(isfinite(value) for value in state.axes[0].estimate.omega)
 
 

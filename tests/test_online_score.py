@@ -139,10 +139,10 @@ def test_rates_for_the_laws_come_without_delay():
     held, angles, states = record(40.0, paper_excitation(1), encoders=False)
     plan = prepare(IdentifierSettings())
     f, d = plan.filter, discretised_rates(0.01, held=False)
-    s = settled_signals(tuple(held[0]), tuple(angles[0]), 5.0)
+    s = settled_signals((*held[0], *angles[0]), 5.0)
     state, found = settled_watch(s, ()), []
     for v, q in zip(held[1:].tolist(), angles[1:].tolist(), strict=True):
-        s = advance_signals(s, v, tuple(q), 0.01, 0.08, 5.0, f)
+        s = advance_signals(s, (*v, *q), 0.01, 0.08, 5.0, f)
         state = advance_watch(state, s, (), d, False, f)
         found.append(rate(state.rates[0], s.angles[0], s.angles_1[0], s.angles_2[0], d, False))
     error = np.array(found)[200:] - states[201:, 3]
@@ -220,9 +220,9 @@ def test_for_prediction_errors_a_law_uses_nothing_of_the_newest_sample():
     f, friction = prepare(IdentifierSettings()).filter, (candidate("dry_friction", "pitch"),)
 
     def moved(s, pitch):
-        return advance_signals(s, (1.0, 1.0), (pitch, 0.1, 0.0), 0.01, 0.08, 5.0, f)
+        return advance_signals(s, (1.0, 1.0, pitch, 0.1, 0.0), 0.01, 0.08, 5.0, f)
 
-    before = settled_signals((1.0, 1.0), (0.0, 0.1, 0.0), 5.0)
+    before = settled_signals((1.0, 1.0, 0.0, 0.1, 0.0), 5.0)
     moving = moved(before, 0.02)
     for held in (True, False):
         d = discretised_rates(0.01, held)

@@ -328,7 +328,7 @@ def prepare_follower(settings: FollowSettings) -> Follower:
 
 def start_following(plan: Follower, now: Sample) -> FollowState:
     """Return the state at sample 0."""
-    state = start(plan.identifier, now.v_front, now.v_rear, now.pitch, now.elevation, now.travel)
+    state = start(plan.identifier, now[:5])
     return FollowState(state, start_correcting(plan.corrector, now), before_samples(plan.identifier))
 
 
@@ -346,9 +346,7 @@ def follow(state: FollowState, now: Sample, plan: Follower) -> tuple[FollowState
         tuple([getattr(said.standard_errors, field) for field in HEARD]),
     )
     corrector, output = correct(state.corrector, now, report, plan.corrector)
-    identifier, estimates = step(
-        state.identifier, now.v_front, now.v_rear, now.pitch, now.elevation, now.travel, plan.identifier
-    )
+    identifier, estimates = step(state.identifier, now[:5], plan.identifier)
     return FollowState(identifier, corrector, estimates), FollowOutput(output, estimates)
 
 

@@ -1,8 +1,8 @@
 """The on-line identifier of all three axes, as a pure step.
 
     plan = prepare(settings)
-    state = start(plan, v_front, v_rear, pitch, elevation, travel)                          sample 0
-    state, output = step(state, v_front, v_rear, pitch, elevation, travel, plan)            samples 1, 2, ...
+    state = start(plan, now)                            sample 0
+    state, output = step(state, now, plan)              samples 1, 2, ...
 
 Sample k holds the angles at t_k = k h and the voltages held over [t_k, t_k + h). The output for sample k uses
 nothing later than its angles. The adaptation rests for the first 10/omega_f. By then the effect of the unknown motion
@@ -27,6 +27,7 @@ from .settings import Plan
 from .signals import (
     Angles,
     LagState,
+    Sample,
     Signals,
     advance_lag,
     advance_signals,
@@ -53,18 +54,10 @@ Rows = tuple[tuple[float, ...], ...]
 """Combinations of the Omega of one axis."""
 
 
-def start(
-    plan: Plan,
-    v_front: float,
-    v_rear: float,
-    pitch: float,
-    elevation: float,
-    travel: float,
-    references: Angles = NO_REFERENCES,
-) -> IdentifierState:
-    """Return the state at sample 0, filters and motors settled at it; voltages [V], angles and references [rad]."""
+def start(plan: Plan, now: Sample, references: Angles = NO_REFERENCES) -> IdentifierState:
+    """Return the state at sample 0, which is ``now``, filters and motors settled at it; references [rad]."""
     settings, h = plan.settings, plan.sample_time
-    signals = settled_signals((v_front, v_rear), (pitch, elevation, travel), settings.voltage_limit)
+    signals = settled_signals(now, settings.voltage_limit)
     watch = settled_watch(signals, plan.candidates) if plan.candidates else None
     lag = settled_lag(signals, h, settings.motor_time_constant) if plan.estimates_lag else None
     z_1, z_2, z_3 = _regressors(signals, lag, watch, plan)
@@ -79,7 +72,7 @@ def start(
 
 def before_samples(plan: Plan) -> IdentifierOutput:
     """Return what is known before the first sample: the initial estimate, and how uncertain Gamma(0) makes it."""
-    return output_of(start(plan, 0.0, 0.0, 0.0, 0.0, 0.0), plan)._replace(parameters=plan.settings.initial)
+    return output_of(start(plan, (0.0, 0.0, 0.0, 0.0, 0.0)), plan)._replace(parameters=plan.settings.initial)
 
 
 def _first_axis(which: int, z: tuple[float, ...], voltage: float, plan: Plan) -> Axis:
@@ -103,36 +96,21 @@ def _regressors(signals: Signals, lag: LagState | None, watch: WatchState | None
 
 
 def step(
-    state: IdentifierState,
-    v_front: float,
-    v_rear: float,
-    pitch: float,
-    elevation: float,
-    travel: float,
-    plan: Plan,
-    references: Angles = NO_REFERENCES,
+    state: IdentifierState, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> tuple[IdentifierState, IdentifierOutput]:
-    """Take in the next sample; voltages [V], angles and, where there are any, the controller's references [rad].
-
-    Returns
-    -------
-    state : IdentifierState
-    output : IdentifierOutput
-    """
+    """Take in the next sample and, where there are any, the controller's references [rad]."""
     samples, before, every, settings = state.samples + 1, state.signals, plan.every, plan.settings
     if every > 1:
         limit = settings.voltage_limit
         sum_front, sum_rear = state.voltages
         if samples % every > 0:
-            sums = sum_front + saturate(v_front, limit), sum_rear + saturate(v_rear, limit)
+            sums = sum_front + saturate(now[0], limit), sum_rear + saturate(now[1], limit)
             state = state._replace(samples=samples, voltages=sums)
             return state, output_of(state, plan)
         before = before._replace(voltages=(sum_front / every, sum_rear / every))
     h, assumed, f = plan.sample_time, settings.motor_time_constant, plan.filter
     lag, watch = state.lag, state.watch
-    signals = advance_signals(
-        before, (v_front, v_rear), (pitch, elevation, travel), h, assumed, settings.voltage_limit, f
-    )
+    signals = advance_signals(before, now, h, assumed, settings.voltage_limit, f)
     if lag is not None:
         lag = advance_lag(lag, before, signals, h, f)
     if watch is not None:
@@ -229,10 +207,6 @@ def _rows(which: int, axis: AxisState, plan: Plan) -> Rows:
     return (*[(*row, 0.0) for row in rows], slope)
 
 
-Sample = tuple[float, float, float, float, float]
-"""Front and rear voltage [V]; pitch, elevation, travel [rad]."""
-
-
 class Sampled(NamedTuple):
     """State of the identifier; times [s] of sample 0 and of the communication point before; what was read there."""
 
@@ -244,8 +218,7 @@ class Sampled(NamedTuple):
 
 def begin_sampling(time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES) -> Sampled:
     """Return what is remembered after sample 0, which is ``now`` at ``time`` [s], with its ``references`` [rad]."""
-    v_front, v_rear, pitch, elevation, travel = now
-    return Sampled(start(plan, v_front, v_rear, pitch, elevation, travel, references), time, time, now)
+    return Sampled(start(plan, now, references), time, time, now)
 
 
 def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
@@ -260,14 +233,12 @@ def take_sample(
     """Take in the next sample, which is due up to ``time`` [s], at which ``now`` and the ``references`` are read."""
     period = plan.settings.sample_time
     due = sampled.first + (sampled.state.samples + 1) * period
-    v_front, v_rear, pitch, elevation, travel = now
     if due < time - _EARLY * period:
-        v_front, v_rear, pitch_0, elevation_0, travel_0 = sampled.previous
         share = (due - sampled.before) / (time - sampled.before)
-        pitch = pitch_0 + share * (pitch - pitch_0)
-        elevation = elevation_0 + share * (elevation - elevation_0)
-        travel = travel_0 + share * (travel - travel_0)
-    return step(sampled.state, v_front, v_rear, pitch, elevation, travel, plan, references)
+        last = sampled.previous
+        pitch, elevation, travel = [a + share * (b - a) for a, b in zip(last[2:], now[2:], strict=True)]
+        now = last[0], last[1], pitch, elevation, travel
+    return step(sampled.state, now, plan, references)
 
 
 def take_samples(

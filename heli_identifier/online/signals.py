@@ -47,6 +47,9 @@ from .state_filter import FilterCoefficients, Pair, filter_lagged, filter_line, 
 Angles = tuple[float, float, float]
 """Pitch, elevation and travel [rad]."""
 
+Sample = tuple[float, float, float, float, float]
+"""Front and rear voltage [V]; pitch, elevation, travel [rad]."""
+
 
 class Signals(NamedTuple):
     """Everything remembered about the signals at t_k.
@@ -71,10 +74,10 @@ class Signals(NamedTuple):
     thrust_f: Pair
 
 
-def settled_signals(voltages: Pair, angles: Angles, limit: float) -> Signals:
+def settled_signals(now: Sample, limit: float) -> Signals:
     """Return the signals at t_0 as if sample 0 had lasted for ever: filters and motors in steady state."""
-    front, rear = saturate(voltages[0], limit), saturate(voltages[1], limit)
-    pitch, elevation, travel = angles
+    v_front, v_rear, pitch, elevation, travel = now
+    front, rear, angles = saturate(v_front, limit), saturate(v_rear, limit), (pitch, elevation, travel)
     sine, cosine = sin(pitch), cos(pitch)
     return Signals(
         (front, rear), (front, rear), angles, angles, angles,
@@ -83,22 +86,20 @@ def settled_signals(voltages: Pair, angles: Angles, limit: float) -> Signals:
     )  # fmt: skip
 
 
-def advance_signals(
-    s: Signals, voltages: Pair, angles: Angles, h: float, lag: float, limit: float, f: FilterCoefficients
-) -> Signals:
-    """Return the signals at t_(k+1), whose sample is given, from those at t_k.
+def advance_signals(s: Signals, now: Sample, h: float, lag: float, limit: float, f: FilterCoefficients) -> Signals:
+    """Return the signals at t_(k+1), whose sample is ``now``, from those at t_k.
 
-    ``voltages`` [V] and ``angles`` [rad]; ``h`` and the motors' ``lag`` T [s]; the voltages' bound ``limit`` [V].
+    ``h`` and the motors' ``lag`` T [s]; the voltages' bound ``limit`` [V].
     """
-    (front, rear), (nu_front, nu_rear) = s.voltages, s.lagged
-    (pitch_0, elevation_0, travel_0), (pitch, elevation, travel) = s.angles, angles
+    v_front, v_rear, pitch, elevation, travel = now
+    (front, rear), (nu_front, nu_rear), (pitch_0, elevation_0, travel_0) = s.voltages, s.lagged, s.angles
     sine_0, cosine_0, sine, cosine = sin(pitch_0), cos(pitch_0), sin(pitch), cos(pitch)
     total, lagged_total = front + rear, nu_front + nu_rear
     rate_product = (pitch - pitch_0) * (travel - travel_0) / (h * h)
     return Signals(
-        (saturate(voltages[0], limit), saturate(voltages[1], limit)),
+        (saturate(v_front, limit), saturate(v_rear, limit)),
         (lagged(nu_front, front, h, lag), lagged(nu_rear, rear, h, lag)),
-        angles,
+        (pitch, elevation, travel),
         s.angles,
         s.angles_1,
         filter_line(s.pitch_f, pitch_0, pitch, f),

@@ -344,16 +344,15 @@ def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
     The history has a row for every evaluation of the standard errors.
     """
     plan = prepare(settings)
-    samples = np.column_stack((log.voltages, log.angles)).tolist()
+    samples = list(zip(*np.column_stack((log.voltages, log.angles)).T.tolist(), strict=True))
     rest = np.zeros(len(samples))
     asked = list(zip(*(log.references.get(axis, rest).tolist() for axis in AXES), strict=True))
-    v_front, v_rear, pitch, elevation, travel = samples[0]
-    state = start(plan, v_front, v_rear, pitch, elevation, travel, asked[0])
+    state = start(plan, samples[0], asked[0])
     every = max(1, round(settings.report_interval / settings.sample_time))
     time, parameters, errors = [], [], []
     output = output_of(state, plan)
-    for k, (v_front, v_rear, pitch, elevation, travel) in enumerate(samples[1:], start=1):
-        state, output = step(state, v_front, v_rear, pitch, elevation, travel, plan, asked[k])
+    for k, now in enumerate(samples[1:], start=1):
+        state, output = step(state, now, plan, asked[k])
         if (k % every == 0 and output.adapting) or k == len(samples) - 1:
             time.append(k * settings.sample_time)
             parameters.append(tuple(output.parameters))
