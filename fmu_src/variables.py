@@ -110,11 +110,12 @@ def problem_with(variable: Variable, value: object) -> str | None:
     """Return what is wrong with ``value`` for ``variable`` (name, value, bounds, unit), or None if it is good."""
     if variable.type in ("Real", "Integer"):
         low, high = variable.bounds
-        if not isinstance(value, (int, float)) or not low <= value <= high:
-            unit = f" {variable.unit}" if variable.unit else ""
-            return f"{variable.name} = {value!r}{unit} must lie in [{low:.6g}, {high:.6g}]{unit}"
-        if variable.type == "Integer" and value != int(value):
-            return f"{variable.name} = {value!r} must be a whole number"
+        unit = f" {variable.unit}" if variable.unit else ""
+        within, whole = f"in [{low:.6g}, {high:.6g}]{unit}", variable.type == "Integer"
+        if not isinstance(value, (int, float)) or (whole and low <= value <= high and value != int(value)):
+            return f"{variable.name} = {value!r} must be a {'whole ' if whole else ''}number {within}"
+        if not low <= value <= high:
+            return f"{variable.name} = {value!r}{unit} must lie {within}"
     elif variable.type == "Boolean" and value not in (True, False):
         return f"{variable.name} = {value!r} must be 0 or 1"
     elif variable.type == "String" and not isinstance(value, str):

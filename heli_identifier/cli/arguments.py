@@ -8,7 +8,6 @@ import os
 import re
 from collections.abc import Collection, Iterable, Sequence
 from itertools import pairwise
-from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -256,9 +255,6 @@ def in_scenario(
     return values
 
 
-_WANTED = {"Real": "a number", "Integer": "a whole number", "Boolean": "0 or 1"}
-
-
 def unit_value(unit: str, name: str, text: str, label: str) -> Value:
     """Give ``text`` as a value of the parameter ``name`` of a unit; ``label`` is its name on the command line.
 
@@ -273,21 +269,12 @@ def unit_value(unit: str, name: str, text: str, label: str) -> Value:
         raise ConfigurationError(f"--set {label}: the {unit} has no parameter {name!r}{did_you_mean(name, known)}")
     variable = known[name]._replace(name=label)
     value = text if variable.type == "String" else _number_or_text(text)
-    if isinstance(value, str):
-        wrong = variable.type != "String"
-    else:
-        wrong = variable.type == "Integer" and isfinite(value) and not value.is_integer()
-    if wrong:
-        bounds = f" in [{variable.minimum:.6g}, {variable.maximum:.6g}]" if variable.maximum is not None else ""
-        unit_of_it = f" {variable.unit}" if variable.unit else ""
-        raise ConfigurationError(f"{label} = {value!r} must be {_WANTED[variable.type]}{bounds}{unit_of_it}.")
+    if problem := fmu_src.problem_with(variable, value):
+        raise ConfigurationError(f"{problem}.")
     if isinstance(value, str) and not value.isprintable():
         raise ConfigurationError(
             f"{label} = {value!r} holds a character that is no text in XML; a model description cannot state it."
         )
-    problem = fmu_src.problem_with(variable, value)
-    if problem is not None:
-        raise ConfigurationError(f"{problem}.")
     return value
 
 
