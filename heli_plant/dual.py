@@ -9,9 +9,8 @@ whether its factor is zero is then computed, and has its slope. (Wengert, A simp
 program, Communications of the ACM 7(8), 1964.)
 """
 
-from __future__ import annotations
-
 import math
+import operator
 from collections.abc import Callable, Sequence
 from functools import cache
 from types import FunctionType
@@ -29,64 +28,43 @@ class Dual:
     def __init__(self, value: float, slope: Any) -> None:
         self.value, self.slope = value, slope
 
-    def __add__(self, other: Dual | float) -> Dual:
-        b = _dual(other)
-        return Dual(self.value + b.value, self.slope + b.slope)
-
-    __radd__ = __add__
-
-    def __neg__(self) -> Dual:
+    def __neg__(self) -> "Dual":
         return Dual(-self.value, -self.slope)
 
-    def __sub__(self, other: Dual | float) -> Dual:
-        b = _dual(other)
-        return Dual(self.value - b.value, self.slope - b.slope)
-
-    def __rsub__(self, other: float) -> Dual:
-        return -self + other
-
-    def __mul__(self, other: Dual | float) -> Dual:
-        b = _dual(other)
-        return Dual(self.value * b.value, self.slope * b.value + self.value * b.slope)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Dual | float) -> Dual:
-        b = _dual(other)
-        value = self.value / b.value
-        return Dual(value, (self.slope - value * b.slope) / b.value)
-
-    def __rtruediv__(self, other: float) -> Dual:
-        return _dual(other) / self
-
-    def __abs__(self) -> Dual:
+    def __abs__(self) -> "Dual":
         return -self if self.value < 0.0 else self
 
     def __floor__(self) -> int:
         """Give the floor of the value; it is flat wherever it has a slope."""
         return math.floor(self.value)
 
-    def __lt__(self, other: Dual | float) -> bool:
-        return self.value < _dual(other).value
-
-    def __le__(self, other: Dual | float) -> bool:
-        return self.value <= _dual(other).value
-
-    def __gt__(self, other: Dual | float) -> bool:
-        return self.value > _dual(other).value
-
-    def __ge__(self, other: Dual | float) -> bool:
-        return self.value >= _dual(other).value
-
     def __eq__(self, other: object) -> bool:
-        b = _dual(other)  # type: ignore[arg-type]
+        b = _dual(other)
         return self.value == b.value and bool(np.all(self.slope == b.slope))
 
     __hash__ = None  # type: ignore[assignment]
 
 
-def _dual(x: Dual | float) -> Dual:
+def _dual(x: Any) -> Dual:
     return x if isinstance(x, Dual) else Dual(x, 0.0)
+
+
+def _quotient(a: Dual, b: Dual) -> Dual:
+    value = a.value / b.value
+    return Dual(value, (a.slope - value * b.slope) / b.value)
+
+
+_OPERATIONS: dict[str, Callable[[Dual, Dual], Dual]] = {
+    "add": lambda a, b: Dual(a.value + b.value, a.slope + b.slope),
+    "sub": lambda a, b: Dual(a.value - b.value, a.slope - b.slope),
+    "mul": lambda a, b: Dual(a.value * b.value, a.slope * b.value + a.value * b.slope),
+    "truediv": _quotient,
+}
+for _name, _operation in _OPERATIONS.items():
+    setattr(Dual, f"__{_name}__", lambda a, b, done=_operation: done(a, _dual(b)))
+    setattr(Dual, f"__r{_name}__", lambda b, a, done=_operation: done(_dual(a), b))
+for _compare in (operator.lt, operator.le, operator.gt, operator.ge):
+    setattr(Dual, f"__{_compare.__name__}__", lambda a, b, holds=_compare: holds(a.value, _dual(b).value))
 
 
 def _lifted(function: Callable[[float], float], slope: Callable[[float, float], float]) -> Callable[[Any], Any]:
