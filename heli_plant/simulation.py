@@ -11,9 +11,9 @@ A record has ``time`` (N,) [s], ``inputs`` (N, 2) [V], ``angles`` (N, 3) [rad], 
 state at its first sample.
 """
 
-from functools import lru_cache
 from math import cos, sin
-from typing import Any, NamedTuple
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -89,14 +89,13 @@ def simulate(
     return states, angles
 
 
-class _Alone(NamedTuple):
-    """A record of which nothing was measured."""
-
-    step: float
-    time: Array
-    inputs: Array
-    angles: Array
-    start: Array
+def _pushed(state: PlantState, angles: Any, rates: Any) -> PlantState:
+    """Return ``state`` with numbers added to its angles [rad] and rates [rad/s], three of each."""
+    return PlantState(
+        state.pitch + angles[0], state.elevation + angles[1], state.travel + angles[2],
+        state.pitch_rate + rates[0], state.elevation_rate + rates[1], state.travel_rate + rates[2],
+        state.nu_front, state.nu_rear, state.bending, state.bending_rate, state.mass_position, state.cable_rest,
+    )  # fmt: skip
 
 
 def _filter(
@@ -108,56 +107,31 @@ def _filter(
         carry[0], carry[1], carry[2], carry[3], carry[4], carry[5],
         carry[6], carry[7], carry[8], carry[9], carry[10], carry[11],
     )  # fmt: skip
-    d1, d2, d3, c1, c2, c3 = carry[12], carry[13], carry[14], carry[15], carry[16], carry[17]
-    n1, n2, n3 = carry[18], carry[19], carry[20]
-    half = 0.5 * h * h
+    d, c, n = carry[12:15], carry[15:18], carry[18:21]  # changed in place
+    b, x, w = np.empty(3), np.empty(3), np.empty(3)
     for k in range(first, last):
-        i = k - first
-        pitch, elevation, travel = measured_angles(state)
-        e1, e2, e3 = angles[k, 0] - pitch - n1, angles[k, 1] - elevation - n2, angles[k, 2] - travel - n3
-        innovations[i, 0], innovations[i, 1], innovations[i, 2] = e1, e2, e3
-        state = PlantState(
-            state.pitch + gains[0, 0] * e1, state.elevation + gains[1, 0] * e2, state.travel + gains[2, 0] * e3,
-            state.pitch_rate + gains[0, 1] * e1, state.elevation_rate + gains[1, 1] * e2,
-            state.travel_rate + gains[2, 1] * e3, state.nu_front, state.nu_rear, state.bending, state.bending_rate,
-            state.mass_position, state.cable_rest,
-        )  # fmt: skip
+        i, row = k - first, min(k, len(local) - 1)
+        e, read = innovations[i], measured_angles(state)
+        for a in range(3):
+            e[a] = angles[k, a] - read[a] - n[a]
+            x[a], w[a] = gains[a, 0] * e[a], gains[a, 1] * e[a]
+            d[a], c[a] = d[a] + gains[a, 2] * e[a], c[a] + gains[a, 3] * e[a]
+            b[a] = local[row, a]
+        state = _pushed(state, x, w)
         if i < len(motion):
-            motion[i, 0], motion[i, 1], motion[i, 2] = state.pitch, state.elevation, state.travel
-            motion[i, 3], motion[i, 4], motion[i, 5] = state.pitch_rate, state.elevation_rate, state.travel_rate
-        d1, d2, d3 = d1 + gains[0, 2] * e1, d2 + gains[1, 2] * e2, d3 + gains[2, 2] * e3
-        c1, c2, c3 = c1 + gains[0, 3] * e1, c2 + gains[1, 3] * e2, c3 + gains[2, 3] * e3
-        row = min(k, len(local) - 1)
-        b1, b2, b3 = local[row, 0], local[row, 1], local[row, 2]
+            for j in range(6):
+                motion[i, j] = state[j]
         for j in range(len(harmonics)):
             phase = harmonics[j, 1] * time[k]
-            wave = harmonics[j, 2] * sin(phase) + harmonics[j, 3] * cos(phase)
-            if harmonics[j, 0] < 0.5:
-                b1 += wave
-            elif harmonics[j, 0] < 1.5:
-                b2 += wave
-            else:
-                b3 += wave
-        t1, t2, t3 = d1 + b1, d2 + b2, d3 + b3
+            b[int(harmonics[j, 0])] += harmonics[j, 2] * sin(phase) + harmonics[j, 3] * cos(phase)
         state = advance(state, time, inputs, k, 0.0, h, p)
-        state = PlantState(
-            state.pitch + half * t1, state.elevation + half * t2, state.travel + half * t3,
-            state.pitch_rate + h * t1, state.elevation_rate + h * t2, state.travel_rate + h * t3,
-            state.nu_front, state.nu_rear, state.bending, state.bending_rate, state.mass_position, state.cable_rest,
-        )  # fmt: skip
-        d1, c1 = gains[0, 4] * d1 + gains[0, 5] * c1, gains[0, 6] * d1 + gains[0, 7] * c1
-        d2, c2 = gains[1, 4] * d2 + gains[1, 5] * c2, gains[1, 6] * d2 + gains[1, 7] * c2
-        d3, c3 = gains[2, 4] * d3 + gains[2, 5] * c3, gains[2, 6] * d3 + gains[2, 7] * c3
-        n1 = gains[0, 9] * (n1 + gains[0, 8] * e1)
-        n2 = gains[1, 9] * (n2 + gains[1, 8] * e2)
-        n3 = gains[2, 9] * (n3 + gains[2, 8] * e3)
-    carry[0], carry[1], carry[2], carry[3] = state.pitch, state.elevation, state.travel, state.pitch_rate
-    carry[4], carry[5], carry[6], carry[7] = state.elevation_rate, state.travel_rate, state.nu_front, state.nu_rear
-    carry[8], carry[9], carry[10], carry[11] = (
-        state.bending, state.bending_rate, state.mass_position, state.cable_rest
-    )  # fmt: skip
-    carry[12], carry[13], carry[14], carry[15], carry[16], carry[17] = d1, d2, d3, c1, c2, c3
-    carry[18], carry[19], carry[20] = n1, n2, n3
+        for a in range(3):
+            x[a], w[a] = 0.5 * h * h * (d[a] + b[a]), h * (d[a] + b[a])
+            d[a], c[a] = gains[a, 4] * d[a] + gains[a, 5] * c[a], gains[a, 6] * d[a] + gains[a, 7] * c[a]
+            n[a] = gains[a, 9] * (n[a] + gains[a, 8] * e[a])
+        state = _pushed(state, x, w)
+    for i in range(STATES):
+        carry[i] = state[i]
 
 
 def _accelerations(time: Any, inputs: Any, motion: Any, first: int, carry: Any, h: float, p: Any, out: Any) -> None:
@@ -201,18 +175,12 @@ def run_filter(
     if carry is None:
         start = rigid_start(PlantState(*(float(value) for value in record.start)), parameters)
         carry = np.concatenate((np.array(start, dtype=float), np.zeros(9)))
-    time, inputs, angles, gains, harmonics = map(
-        read_only, (record.time, record.inputs, record.angles, gains, harmonics)
-    )
     compiled(_filter)(
-        time, inputs, angles, first, last, carry, record.step, _record(parameters), gains,
-        read_only(np.atleast_2d(local)), harmonics, innovations, motion,
+        read_only(record.time), read_only(record.inputs), read_only(record.angles), first, last, carry, record.step,
+        parameter_record(parameters), read_only(gains), read_only(np.atleast_2d(local)), read_only(harmonics),
+        innovations, motion,
     )  # fmt: skip
     return carry
-
-
-_record = lru_cache(maxsize=1)(parameter_record)
-"""The parameter record of a set is kept, as many short runs follow on one another."""
 
 
 def run_alone(
@@ -222,7 +190,8 @@ def run_alone(
     if torque is None:
         return simulate(inputs, step, PlantState(*map(float, start)), parameters)[1]
     count = len(inputs)
-    record = _Alone(step, np.arange(count, dtype=np.float64) * step, inputs, np.zeros((count, 3)), start)
+    time, still_angles = np.arange(count) * step, np.zeros((count, 3))
+    record = SimpleNamespace(step=step, time=time, inputs=inputs, angles=still_angles, start=start)
     still, errors = np.zeros((3, 10)), np.empty((count, 3))
     run_filter(record, parameters, still, torque, np.empty((0, 4)), 0, count, None, errors, np.empty((0, 6)))
     return 0.0 - errors
