@@ -11,7 +11,8 @@ of a parameter or coefficient holds the true value.
 
 import io
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -36,16 +37,13 @@ Entry = tuple[str, str]
 BASE = ModelParameters._fields
 """Parameters of the simplified model, by the paper's symbols."""
 
-STAGES = ("before", "after", "noise_floor")
-
 UNKNOWN = "unknown"
 """Name of an entry for a torque that is no effect of the catalogue."""
 
-
-def error_column(axis: str, stage: str) -> str:
-    """Return the column of the 1 s prediction error [rad] of an axis at one of :data:`STAGES`."""
-    return f"{axis}_1s_{stage}_rad"
-
+ERRORS = {
+    f"{axis}_1s_{stage}_rad": (axis, stage) for axis in AXES for stage in ("before", "after", "noise_floor")
+}
+"""Columns of the 1 s prediction errors [rad]: their axis, and of what."""
 
 _TEXT, _NUMBER = pa.string(), pa.float64()
 _EFFECT = {
@@ -65,7 +63,7 @@ COLUMNS = {
     "held_out_nats": _NUMBER,
     **{f"{axis}_use": _TEXT for axis in AXES},
     **{column: _NUMBER for symbol in BASE for column in (symbol, f"{symbol}_se")},
-    **{error_column(axis, stage): _NUMBER for axis in AXES for stage in STAGES},
+    **dict.fromkeys(ERRORS, _NUMBER),
     "seconds": _NUMBER,
     "measures": pa.map_(_TEXT, _NUMBER),
     "true_kind": _TEXT,
@@ -117,20 +115,17 @@ def diagnosis_columns(diagnosis: Diagnosis) -> Row:
     row: Row = {
         "verdict": diagnosis.verdict.value,
         "effects": [_effect(found) for found in diagnosis.effects],
-        "possible": [
-            {"name": e.name, "axis": e.axis, "score": e.score, "in_plant": e.in_plant} for e in diagnosis.possible
-        ],
+        "possible": [{name: getattr(found, name) for name in _POSSIBLE} for found in diagnosis.possible],
         "closed_loop": diagnosis.closed_loop,
         "held_out_nats": diagnosis.held_out.gain.value,
         "seconds": diagnosis.seconds,
+        **{f"{axis}_use": diagnosis.axes[axis].use.value for axis in AXES},
     }
     for symbol in BASE:
         estimate = diagnosis.parameters_after[symbol]
         row[symbol], row[f"{symbol}_se"] = estimate.value, estimate.standard_error
-    for axis in AXES:
-        row[f"{axis}_use"] = diagnosis.axes[axis].use.value
-        for stage in STAGES:
-            row[error_column(axis, stage)] = getattr(diagnosis.axes[axis], stage).prediction_1s.value
+    for column, (axis, stage) in ERRORS.items():
+        row[column] = getattr(diagnosis.axes[axis], stage).prediction_1s.value
     return row
 
 
@@ -153,11 +148,10 @@ def truth_columns(truth: Truth | None) -> Row:
     """Return what is true; no columns where it is not known."""
     if truth is None:
         return {}
-    unknown = truth.unknown
     return {
         "true_kind": truth.kind,
-        "true_effects": [{"name": e.name, "axis": e.axis, "coefficient": e.coefficient} for e in truth.effects],
-        "true_unknown": {"axis": unknown.axis, "variable": unknown.variable} if unknown else None,
+        "true_effects": [asdict(effect) for effect in truth.effects],
+        "true_unknown": truth.unknown._asdict() if truth.unknown else None,
         **{f"true_{symbol}": truth.parameters[symbol] for symbol in BASE if symbol in truth.parameters},
     }
 
@@ -252,47 +246,41 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
+_VERDICTS: dict[str, tuple[str, RigVerdict]] = {
+    "shown": ("effects shown", RigVerdict.EFFECTS_SHOWN),
+    "adequate": ("model adequate", RigVerdict.MODEL_ADEQUATE),
+    "unknown": ("unknown effect", RigVerdict.UNKNOWN_EFFECT),
+}
+_JUDGED: dict[str, tuple[str, Callable[[Row], object]]] = {
+    "named_first": ("named first", named_first),
+    "false": ("with a false one", false_entries),
+    "recognised": ("unknown recognised", unknown_recognised),
+    "right": ("found as it is", right),
+}
+"""Titles of what is counted, and what counts."""
+
+
 def _counts(kind: str | None, rows: Sequence[Row]) -> dict[str, Any]:
-    verdicts = Counter(row["verdict"] for row in rows)
     judged = rows if kind is not None else []
     return {
         "kind": kind or "",
         "rigs": len(rows),
-        "shown": verdicts[RigVerdict.EFFECTS_SHOWN],
-        "adequate": verdicts[RigVerdict.MODEL_ADEQUATE],
-        "unknown": verdicts[RigVerdict.UNKNOWN_EFFECT],
-        "named_first": sum(named_first(row) for row in judged),
-        "false": sum(bool(false_entries(row)) for row in judged),
-        "recognised": sum(unknown_recognised(row) for row in judged),
-        "right": sum(right(row) for row in judged),
+        **{key: sum(row["verdict"] == verdict for row in rows) for key, (_, verdict) in _VERDICTS.items()},
+        **{key: sum(bool(hit(row)) for row in judged) for key, (_, hit) in _JUDGED.items()},
     }
-
-
-_VERDICTS = {
-    "rigs": "rigs",
-    "shown": "effects shown",
-    "adequate": "model adequate",
-    "unknown": "unknown effect",
-}
-_JUDGED = {
-    "named_first": "named first",
-    "false": "with a false one",
-    "recognised": "unknown recognised",
-    "right": "found as it is",
-}
 
 
 def campaign_tables(summary: dict[str, Any]) -> tuple[list[Table], list[str]]:
     """Give tables and sentences of a summary: what was found, and how much of it is true where that is known."""
     kinds, said = summary["kinds"], []
     judged = any(kind["kind"] for kind in kinds)
-    keys = _VERDICTS | (_JUDGED if judged else {})
-    rows = [
-        (kind["kind"] or "truth not known", *(str(kind[k]) if kind["kind"] or k in _VERDICTS else "–" for k in keys))
-        for kind in kinds
-    ]
+    titles = {"rigs": "rigs"} | {key: title for key, (title, _) in (_VERDICTS | (_JUDGED if judged else {})).items()}
+    rows = []
+    for kind in kinds:
+        counts = ("–" if key in _JUDGED and not kind["kind"] else str(kind[key]) for key in titles)
+        rows.append((kind["kind"] or "truth not known", *counts))
     first = 0 if judged else 1
-    tables = [Table("Campaign", ("kind", *keys.values())[first:], [row[first:] for row in rows])]
+    tables = [Table("Campaign", ("kind", *titles.values())[first:], [row[first:] for row in rows])]
     if summary["effects"]:
         rows = [(name, str(count)) for name, count in summary["effects"]]
         tables.append(Table("Effects found", ("effect", "rigs"), rows))
