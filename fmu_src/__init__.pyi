@@ -1,7 +1,7 @@
 from .builder import UNITS, build, build_all, unit_class
 from .errors import BuildError, FmuError, MasterError, Refusal, WiringError
 from .units.signals import AXES
-from .variables import Value, Variable, problem_with
+from .variables import TYPES, Value, Variable, field_of, problem_with, with_fields
 from .wiring import CLOSED_LOOP, OPEN_LOOP, SCENARIOS, VOLTAGES, Connection, Scenario, scenario
 
 __all__ = [
@@ -9,6 +9,7 @@ __all__ = [
     "CLOSED_LOOP",
     "OPEN_LOOP",
     "SCENARIOS",
+    "TYPES",
     "UNITS",
     "VOLTAGES",
     "BuildError",
@@ -22,7 +23,9 @@ __all__ = [
     "WiringError",
     "build",
     "build_all",
+    "field_of",
     "problem_with",
     "scenario",
     "unit_class",
+    "with_fields",
 ]

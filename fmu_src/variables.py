@@ -74,8 +74,12 @@ def parameter(name, start, description, unit=None, low=None, high=None, tunable=
 
 def setting(defaults, name, field, description, unit=None, low=None, high=None) -> Variable:
     """Return a parameter that sets a field of ``defaults`` and starts from its value there."""
-    start = reduce(_part, field.split("."), defaults)
-    return parameter(name, start, description, unit, low, high, field=field)
+    return parameter(name, field_of(defaults, field), description, unit, low, high, field=field)
+
+
+def field_of(settings: Any, path: str) -> Any:
+    """Return the field of settings at a path as :class:`Variable` has it."""
+    return reduce(_part, path.split("."), settings)
 
 
 def _part(whole: Any, name: str) -> Any:

@@ -31,6 +31,7 @@ import numpy as np
 from control import StateSpace, append, ss
 from numpy.typing import ArrayLike, NDArray
 
+from fmu_src import TYPES, Variable, field_of, unit_class, with_fields
 from heli_identifier.online import Estimate
 from heli_identifier.results import ParameterSet
 from heli_identifier.tools.linearisation import LinearModel, OperatingPoint
@@ -46,9 +47,7 @@ from heli_plant.state_feedback import (
     FeedbackState,
     Rotors,
     eight,
-    entry_unit,
     feedback_step,
-    rows_of,
     start_feedback,
 )
 
@@ -83,27 +82,9 @@ LEAD = 1.0
 _NOTHING = 1e-12
 """Entry of a sampled matrix below which it is rounding."""
 
-_NAMES = {
-    "period": "sample.time", "delay": "sample.delay", "travel_enabled": "travel.enabled",
-    "pitch_limit": "travel.pitch_limit", "rate_time_constant": "rate.time_constant",
-}  # fmt: skip
-"""Parameters of the units that do not have the name of their field."""
-
-_UNITS = {
-    "proportional": "V/rad", "integral": "V/(rad s)", "derivative": "V s/rad", "trim": "V", "voltage_limit": "V",
-    "travel.proportional": "1", "travel.integral": "1/s", "travel.derivative": "s", "travel.enabled": "1",
-    "sample.time": "s", "sample.delay": "1", "front": "V", "rear": "V",
-}  # fmt: skip
-"""Of parameters by their names or the last part of it; angles are the rest."""
-
-
-def numbers_in(value: Any, before: str = "") -> dict[str, Any]:
-    """Return the numbers in named tuples and matrices by structured name, in order."""
-    found: dict[str, Any] = {}
-    for field, part in (value._asdict() if hasattr(value, "_asdict") else rows_of(value)).items():
-        name = before + _NAMES.get(field, field)
-        found |= numbers_in(part, f"{name}.") if isinstance(part, tuple) else {name: part}
-    return found
+def numbers_in(value: Any) -> list[Any]:
+    """Return the numbers in tuples of tuples, in order."""
+    return [number for part in value for number in numbers_in(part)] if isinstance(value, tuple) else [value]
 
 
 def filled(like: Any, numbers: Iterator[float]) -> Any:
@@ -114,7 +95,8 @@ def filled(like: Any, numbers: Iterator[float]) -> Any:
 
 def controller_settings(default: Controller, values: Mapping[str, float]) -> Controller:
     """Return a controller from parameters of its unit; what is missing is as in ``default``."""
-    found: Controller = filled(default, iter([values.get(name, own) for name, own in numbers_in(default).items()]))
+    fields = {own.field: TYPES[own.type](values[own.name]) for own in _declared(default) if own.name in values}
+    found: Controller = with_fields(default, fields)
     return found
 
 
@@ -123,20 +105,22 @@ def controller_parameters(settings: Settings, point: OperatingPoint, provenance:
 
     Those of a StateFeedback that are zero, and of a PID those of loops that are off, are left out.
     """
+    estimates = {
+        own.name: Estimate(float(field_of(settings, own.field)), None, own.unit or "1") for own in _declared(settings)
+    }
     held = {"reference.pitch": point.pitch, "reference.elevation": point.elevation}
-    values = numbers_in(settings) | held
+    estimates |= {name: Estimate(angle, None, "rad") for name, angle in held.items()}
     if isinstance(settings, PidSettings):
-        unit, off = CONTROLLER, ("rate.", *(() if settings.travel_enabled else ("travel.",)), "travel.pitch_limit")
-        values = {name: value for name, value in values.items() if not name.startswith(off)}
-    else:
-        unit, values = FEEDBACK, {name: value for name, value in values.items() if value}
-    estimates = {name: Estimate(float(value), None, _unit_of(name)) for name, value in values.items()}
-    return ParameterSet(unit, estimates, provenance=provenance)
+        off = ("rate.", *(() if settings.travel_enabled else ("travel.",)), "travel.pitch_limit")
+        kept = {name: own for name, own in estimates.items() if not name.startswith(off)}
+        return ParameterSet(CONTROLLER, kept, provenance=provenance)
+    return ParameterSet(FEEDBACK, {name: own for name, own in estimates.items() if own.value}, provenance=provenance)
 
 
-def _unit_of(name: str) -> str:
-    parts = name.split(".")
-    return entry_unit(*parts) if len(parts) == 3 else _UNITS.get(name) or _UNITS.get(parts[-1], "rad")
+def _declared(settings: Settings) -> list[Variable]:
+    """Parameters of a controller's unit that set a field of its settings."""
+    unit = unit_class(CONTROLLER if isinstance(settings, PidSettings) else FEEDBACK)
+    return [own for own in unit.variables if own.field]
 
 
 @lru_cache(maxsize=8)
@@ -158,7 +142,7 @@ def controller(settings: Settings, period: float) -> StateSpace:
     def after(row: list[float]) -> NDArray[np.float64]:
         memory = filled(empty, iter([*row[:n], *[0.0] * (size - n)]))
         memory, voltages = answered(free, memory, row[n : n + 3], row[n + 3 :], period)
-        return np.array([*list(numbers_in(memory).values())[:n], *voltages])
+        return np.array([*numbers_in(memory)[:n], *voltages])
 
     base = after([0.0] * (n + 6))
     slope = np.column_stack([after(row) - base for row in np.eye(n + 6).tolist()])
