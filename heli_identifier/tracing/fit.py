@@ -17,7 +17,7 @@ from scipy.special import ndtri, stdtrit
 
 from .likelihood import Likelihood, Point
 from .noise import physical
-from .rig import Coordinate, Parameters
+from .rig import Coordinate, Parameters, Rig
 from .sensitivity import Quadratic, linearise
 from .settings import (
     AIR_SCAN,
@@ -223,7 +223,7 @@ def fit(
     """
     rig = likelihood.rig
     if start is None:
-        first = rig.estimate(likelihood.records)
+        first = _plausible(rig, fields, rig.estimate(likelihood.records))
         some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
         beginning = replace(likelihood, records=some)
         start = _searched(beginning, fields, first, beginning.resting(first), ROUGHLY, AIR_SCANS)
@@ -232,6 +232,13 @@ def fit(
     point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
     least, scans = (ROUGHLY, 0) if value_only else (CONVERGED, AIR_SCANS)
     return _searched(likelihood, fields, point.parameters, point, least, scans)
+
+
+def _plausible(rig: Rig, fields: Sequence[str], parameters: Parameters) -> Parameters:
+    """Move the parameters to within :data:`.settings.FARTHEST` widths of their priors: a step is at most some."""
+    coordinates = [rig.coordinate(name, parameters) for name in fields]
+    x = [min(max(c.coordinate(rig.read(parameters, c.field)), -FARTHEST), FARTHEST) for c in coordinates]
+    return rig.assign(parameters, {c.field: c.value(own) for c, own in zip(coordinates, x, strict=True)})
 
 
 def _searched(
