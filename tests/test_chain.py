@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heli_identifier.chain import FAULTS, inspected, undone
+from heli_identifier.chain import FAULTS, find_events, inspected, undone, unslipped
 from heli_identifier.chain.inspection import jitter, quantum
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 from heli_identifier.tracing import diagnose, identify_plant
-from heli_identifier.tracing.events import find_events, unslipped
 from tests.blind.damage import DAMAGES
 from tests.blind.generator import make_rig, simulate_log
 

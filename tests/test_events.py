@@ -6,9 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from heli_identifier.chain import Event, find_events
+from heli_identifier.chain.events import passages, seconds_used
 from heli_identifier.records import Log
-from heli_identifier.tracing import DiagnosisSettings, Event, RigVerdict, diagnose, find_events
-from heli_identifier.tracing.events import passages, seconds_used
+from heli_identifier.tracing import DiagnosisSettings, RigVerdict, diagnose
 from heli_identifier.tracing.settings import SETTLING
 from tests.blind.field.draw import draw_field_rig
 from tests.blind.field.generator import fly_log

@@ -6,10 +6,25 @@ such as columns that are alike, is found by the functions of :mod:`.inspection`.
 """
 
 from . import backlash, drift, gain, late, low_pass
+from .events import SETTLING, Event, event_notes, find_events, passages, unslipped
 from .fault import Fault, undone
 from .inspection import BENDING, TIMING, Defect, inspected
 
 FAULTS: tuple[Fault, ...] = (*late.FAULTS, *low_pass.FAULTS, *drift.FAULTS, *backlash.FAULTS, *gain.FAULTS)
 """The catalogue of faults that are searched in the likelihood."""
 
-__all__ = ["BENDING", "Defect", "FAULTS", "Fault", "TIMING", "inspected", "undone"]
+__all__ = [
+    "BENDING",
+    "Defect",
+    "Event",
+    "FAULTS",
+    "Fault",
+    "SETTLING",
+    "TIMING",
+    "event_notes",
+    "find_events",
+    "inspected",
+    "passages",
+    "undone",
+    "unslipped",
+]

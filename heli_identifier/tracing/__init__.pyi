@@ -12,7 +12,6 @@ __all__ = [
     "DiagnosisSettings",
     "EffectCurve",
     "ErrorFigure",
-    "Event",
     "Fit",
     "FoundEffect",
     "HeldOutLikelihood",
@@ -33,7 +32,6 @@ __all__ = [
     "around",
     "coordinates_of",
     "diagnose",
-    "find_events",
     "find_references",
     "fit",
     "helicopter",
@@ -49,7 +47,6 @@ __all__ = [
 ]
 
 from .diagnose import diagnose
-from .events import find_events
 from .fit import Fit, around, fit
 from .held_out import Outcome, hold_to, log_likelihood
 from .helicopter import BASE, helicopter, plausible_range, record_start
@@ -72,7 +69,6 @@ from .result import (
     DiagnosisFile,
     EffectCurve,
     ErrorFigure,
-    Event,
     FoundEffect,
     HeldOutLikelihood,
     HeldOutSeries,

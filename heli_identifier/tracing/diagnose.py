@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from heli_identifier.chain import BENDING, TIMING
+from heli_identifier.chain import BENDING, TIMING, event_notes
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import (
@@ -22,7 +22,6 @@ from heli_identifier.records import (
     excitation_notes,
 )
 
-from .events import event_notes
 from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect, log_faults
 from .fit import Fit, covariance, fit
 from .held_out import Judge, compare

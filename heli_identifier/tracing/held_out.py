@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.special import chdtrc
 
+from heli_identifier.chain import Event
 from heli_identifier.records import Log
 
 from .fit import Fit, around, fit
@@ -37,7 +38,6 @@ from .result import (
     AxisReport,
     Determination,
     ErrorFigure,
-    Event,
     HeldOutLikelihood,
     HeldOutSeries,
     ParameterReport,

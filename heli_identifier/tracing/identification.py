@@ -24,11 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from heli_identifier.chain import FAULTS, Defect, inspected
+from heli_identifier.chain import FAULTS, Defect, Event, find_events, inspected, passages, unslipped
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log, check_excitation, check_moving, named_apart
 
-from .events import find_events, passages, unslipped
 from .findings import parameter_reports
 from .fit import Fit, covariance, fit, with_own_spread
 from .helicopter import helicopter
@@ -36,7 +35,7 @@ from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .records import averaged, records_of
 from .references import References, find_references
-from .result import Agreement, Event, FoundEffect, ParameterReport
+from .result import Agreement, FoundEffect, ParameterReport
 from .rig import Effect
 from .select import Selection, halves_agree, left_out_gain, select, shape_fields, with_shapes
 from .settings import CLOSE, MECHANICS, MISTAKE, SETTLING, DiagnosisSettings

@@ -16,6 +16,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.chain import Event
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import from_python
 from heli_identifier.records import Log
@@ -26,29 +27,6 @@ if TYPE_CHECKING:
     Number = float
 else:
     Number = float | None  # as a file may hold it
-
-EventKind = Literal["force", "slip"]
-
-
-@dataclass(frozen=True)
-class Event:
-    """A passage of a log in which something acts that is not the plant."""
-
-    log: str
-    """Name of the log."""
-    axis: str
-    """Pitch, elevation or travel."""
-    start: float
-    """Since the log's first sample [s]."""
-    end: float
-    start_in_file: float
-    """In the time of the log's file [s]."""
-    end_in_file: float
-    kind: EventKind
-    """`force` for a force from outside, `slip` for a step of the encoder's reading."""
-    size: float
-    """Largest unexplained acceleration [rad/s^2], or the step of a slip [rad]."""
-
 
 class RigVerdict(StrEnum):
     """The verdict on a rig; the value is the text that stands in diagnosis.json."""

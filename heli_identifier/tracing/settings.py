@@ -6,6 +6,7 @@ from math import log
 
 import numpy as np
 
+from heli_identifier.chain import SETTLING as SETTLING
 from heli_identifier.errors import require_positive
 from heli_identifier.online import Estimate
 from heli_identifier.records import Geometry, RigConfiguration, check_given
@@ -46,9 +47,6 @@ DRIFT = 0.02
 
 START = (0.003, 0.05)
 """Standard deviations [rad], [rad/s] of a log's start from the lines through its first .3 s, in the roughest air."""
-
-SETTLING = 2.0
-"""Start of a log [s] that its filter needs to settle, left out: five times the correlation time of the air."""
 
 REST_COUNTS, REST_TIME = 1.5, 0.5
 """An axis that stays within so many encoder counts for so long [s] says nothing about torques: it rests or sticks."""

@@ -17,22 +17,22 @@ Sources: Huber 1964; Savitzky and Golay 1964.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.signal import lfilter, savgol_filter
 from scipy.special import ndtri
 
 from heli_identifier.records import Log
 
-from .result import Event, EventKind
-from .settings import SETTLING
+from .fault import ANGLES, Array
 
-Array = NDArray[np.float64]
+EventKind = Literal["force", "slip"]
 
-AXES = ("pitch", "elevation", "travel")
+SETTLING = 2.0
+"""Start of a log [s] that its filter needs to settle, left out: five times the correlation time of the air."""
 
 THRESHOLD = 7.5
 """Residual over its scale from which a passage is an event: between the largest value in 20 hours of generated logs
@@ -61,6 +61,26 @@ RATE_WINDOW, NOISE_QUANTILE, NOISE_FACTOR = 0.1, 0.995, 3.0
 than this quantile of what differences exceed their neighbours' range by."""
 
 
+@dataclass(frozen=True)
+class Event:
+    """A passage of a log in which something acts that is not the plant."""
+
+    log: str
+    """Name of the log."""
+    axis: str
+    """Pitch, elevation or travel."""
+    start: float
+    """Since the log's first sample [s]."""
+    end: float
+    start_in_file: float
+    """In the time of the log's file [s]."""
+    end_in_file: float
+    kind: EventKind
+    """`force` for a force from outside, `slip` for a step of the encoder's reading."""
+    size: float
+    """Largest unexplained acceleration [rad/s^2], or the step of a slip [rad]."""
+
+
 def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
     """Find the events in logs of one rig.
 
@@ -84,7 +104,7 @@ def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
     found = [[np.split(part, ends) for part in _standardised(*of_axis)] for of_axis in joined]
     events = []
     for i, (log, record, slips) in enumerate(zip(logs, records, _slips(records), strict=True)):
-        for axis, name in enumerate(AXES):
+        for axis, name in enumerate(ANGLES):
             own: list[tuple[float, float, EventKind, float]] = [(at, at, "slip", size) for at, size in slips[axis]]
             for start, end, size in _forces(record.step, found[axis][0][i], found[axis][1][i]):
                 if not any(start - WINDOW <= at <= end + WINDOW for at, _ in slips[axis]):
@@ -109,7 +129,7 @@ def unslipped(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log, 
         angles = log.angles.copy()
         own = [event for event in events if event.kind == "slip" and event.log == log.name]
         for event in own:
-            angles[round(event.start * log.rate_hz) :, AXES.index(event.axis)] -= event.size
+            angles[round(event.start * log.rate_hz) :, ANGLES.index(event.axis)] -= event.size
             notes.append(
                 f"{log.name}: the reading of its {event.axis} slips by {1e3 * event.size:.3g} mrad at "
                 f"{event.start_in_file:.2f} s, and what follows was shifted back; fasten the encoder's coupling"
