@@ -77,4 +77,4 @@ static void advance(Model *model, Unit *unit, double time, double step)
     show(model, unit, time + step - unit->start_time);
 }
 
-const ModelFunctions MODEL = {sizeof(Model), initialise, advance, NULL, NULL}; /* outputs follow from the time */
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, NULL}; /* outputs follow from the time */

@@ -177,20 +177,12 @@ static void advance(Model *model, Unit *unit, double time, double step)
     model->sampled.previous = now;
 }
 
-static void write(const Model *model, Bytes *bytes)
+static void pass(Model *model, Bytes *bytes)
 {
-    write_bool(bytes, &model->sampling);
-    write_bool(bytes, &model->warned);
+    pass_bool(bytes, &model->sampling);
+    pass_bool(bytes, &model->warned);
     if (model->sampling)
-        write_Sampled(bytes, &model->sampled);
+        pass_Sampled(bytes, &model->sampled);
 }
 
-static void read(Model *model, Bytes *bytes)
-{
-    read_bool(bytes, &model->sampling);
-    read_bool(bytes, &model->warned);
-    if (model->sampling)
-        read_Sampled(bytes, &model->sampled);
-}
-
-const ModelFunctions MODEL = {sizeof(Model), initialise, advance, write, read};
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, pass};

@@ -97,42 +97,29 @@ const char *shortest(Space *space, double value)
     return write_shortest(space_take(space, NUMBER_SIZE, 1), value);
 }
 
-void write_bytes(Bytes *bytes, const void *from, size_t size)
-{
-    if (bytes->at && size)
-        memcpy(bytes->at + bytes->used, from, size);
-    bytes->used += size;
-}
-
 static const char NO_STATE[] = "these bytes are no state of this unit";
 
-void read_bytes(Bytes *bytes, void *to, size_t size)
+void pass_bytes(Bytes *bytes, void *x, size_t size)
 {
-    if (size > bytes->size - bytes->used)
+    if (bytes->reading && size > bytes->size - bytes->used)
         refuse(bytes->space, NO_STATE);
-    if (size)
-        memcpy(to, bytes->at + bytes->used, size);
+    if (bytes->at && size)
+        memcpy(bytes->reading ? x : bytes->at + bytes->used, bytes->reading ? bytes->at + bytes->used : x, size);
     bytes->used += size;
 }
 
-void write_bool(Bytes *bytes, const bool *x)
+void pass_bool(Bytes *bytes, bool *x)
 {
-    const unsigned char byte = *x;
-    write_bytes(bytes, &byte, 1);
-}
-
-void read_bool(Bytes *bytes, bool *x)
-{
-    unsigned char byte = 0;
-    read_bytes(bytes, &byte, 1);
+    unsigned char byte = bytes->reading ? 0 : *x;
+    pass_bytes(bytes, &byte, 1);
     if (byte > 1)
         refuse(bytes->space, NO_STATE);
     *x = byte;
 }
 
-void read_count(Bytes *bytes, int64_t *count)
+void pass_count(Bytes *bytes, int64_t *count)
 {
-    read_bytes(bytes, count, sizeof *count);
-    if (*count < 0 || (uint64_t)*count > bytes->size - bytes->used)
+    pass_bytes(bytes, count, sizeof *count);
+    if (bytes->reading && (*count < 0 || (uint64_t)*count > bytes->size - bytes->used))
         refuse(bytes->space, NO_STATE);
 }

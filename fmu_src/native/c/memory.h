@@ -48,39 +48,27 @@ void refuse(Space *space, const char *format, ...);
 const char *write_shortest(char text[NUMBER_SIZE], double value);
 const char *shortest(Space *space, double value);
 
-/* Elements that a growing list of ``count`` has room for: 4, 8, 16, ... */
-static inline int64_t room_for(int64_t count)
-{
-    int64_t room = 4;
-    while (room < count)
-        room *= 2;
-    return room;
-}
-
-/* Whether a list has to be moved before it grows. */
-static inline bool is_full(int64_t count)
-{
-    return count == 0 || (count >= 4 && (count & (count - 1)) == 0);
-}
-
-/* Bytes that a value is written to or read from. Without ``at`` writing only counts. */
+/* Bytes that a value passes to or, with ``reading``, comes from. Without ``at`` they are only counted. */
 typedef struct {
     unsigned char *at;
     size_t size, used;
+    bool reading;
     Space *space; /* for lists that are read */
 } Bytes;
 
-void write_bytes(Bytes *bytes, const void *from, size_t size);
-void read_bytes(Bytes *bytes, void *to, size_t size);
+/* The values of C itself pass as they are; a bool must be 0 or 1, a list has a byte an element at least. */
+void pass_bytes(Bytes *bytes, void *x, size_t size);
+void pass_bool(Bytes *bytes, bool *x);
+void pass_count(Bytes *bytes, int64_t *count);
 
-/* The values of C itself are written as they are; a bool must be 0 or 1, a list has a byte an element at least. */
-#define PLAIN(type) \
-    static inline void write_##type(Bytes *bytes, const type *x) { write_bytes(bytes, x, sizeof *x); } \
-    static inline void read_##type(Bytes *bytes, type *x) { read_bytes(bytes, x, sizeof *x); }
-PLAIN(double)
-PLAIN(int64_t)
-void write_bool(Bytes *bytes, const bool *x);
-void read_bool(Bytes *bytes, bool *x);
-void read_count(Bytes *bytes, int64_t *count);
+static inline void pass_double(Bytes *bytes, double *x)
+{
+    pass_bytes(bytes, x, sizeof *x);
+}
+
+static inline void pass_int64_t(Bytes *bytes, int64_t *x)
+{
+    pass_bytes(bytes, x, sizeof *x);
+}
 
 #endif

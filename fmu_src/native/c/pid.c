@@ -48,18 +48,11 @@ static void advance(Model *model, Unit *unit, double time, double step)
         model, unit, next.x1.x0 + values[REF_excitation_front].real, next.x1.x1 + values[REF_excitation_rear].real);
 }
 
-static void write(const Model *model, Bytes *bytes)
+static void pass(Model *model, Bytes *bytes)
 {
-    write_bool(bytes, &model->running);
+    pass_bool(bytes, &model->running);
     if (model->running)
-        write_PidState(bytes, &model->state);
+        pass_PidState(bytes, &model->state);
 }
 
-static void read(Model *model, Bytes *bytes)
-{
-    read_bool(bytes, &model->running);
-    if (model->running)
-        read_PidState(bytes, &model->state);
-}
-
-const ModelFunctions MODEL = {sizeof(Model), initialise, advance, write, read};
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, pass};

@@ -62,14 +62,9 @@ static void advance(Model *model, Unit *unit, double time, double step)
     plant_publish(model, unit);
 }
 
-static void write(const Model *model, Bytes *bytes)
+static void pass(Model *model, Bytes *bytes)
 {
-    write_PlantMemory(bytes, &model->memory);
+    pass_PlantMemory(bytes, &model->memory);
 }
 
-static void read(Model *model, Bytes *bytes)
-{
-    read_PlantMemory(bytes, &model->memory);
-}
-
-const ModelFunctions MODEL = {sizeof(Model), initialise, advance, write, read};
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, pass};

@@ -229,4 +229,4 @@ static void advance(Model *model, Unit *unit, double time, double step)
     show(model, unit, time + step);
 }
 
-const ModelFunctions MODEL = {sizeof(Model), initialise, advance, NULL, NULL}; /* outputs follow from the time */
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, NULL}; /* outputs follow from the time */

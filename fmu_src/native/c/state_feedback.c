@@ -49,18 +49,11 @@ static void advance(Model *model, Unit *unit, double time, double step)
     values[REF_v_rear].real = model->held.v_rear;
 }
 
-static void write(const Model *model, Bytes *bytes)
+static void pass(Model *model, Bytes *bytes)
 {
-    write_bool(bytes, &model->running);
+    pass_bool(bytes, &model->running);
     if (model->running)
-        write_Held(bytes, &model->held);
+        pass_Held(bytes, &model->held);
 }
 
-static void read(Model *model, Bytes *bytes)
-{
-    read_bool(bytes, &model->running);
-    if (model->running)
-        read_Held(bytes, &model->held);
-}
-
-const ModelFunctions MODEL = {sizeof(Model), initialise, advance, write, read};
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, pass};

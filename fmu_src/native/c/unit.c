@@ -187,24 +187,28 @@ static Status refuse_step(Unit *unit, double time, double step)
 
 bool unit_is_untidy(const Unit *unit)
 {
-    return MODEL.write && unit->space.taken > 2 * unit->live + UNTIDY;
+    return MODEL.pass && unit->space.taken > 2 * unit->live + UNTIDY;
+}
+
+void unit_take_spare(Unit *unit)
+{
+    const Space old = unit->space;
+    unit->space = unit->spare;
+    unit->spare = old;
+    unit->live = unit->space.taken;
 }
 
 void unit_tidy(Unit *unit)
 {
-    const Space old = unit->space;
-    Bytes bytes = {NULL, 0, 0, &unit->spare};
+    Bytes bytes = {.space = &unit->spare};
     space_empty(&unit->spare);
-    MODEL.write(unit->model, &bytes);
-    bytes.size = bytes.used;
-    bytes.at = space_take(&unit->spare, (int64_t)bytes.size, 1);
+    MODEL.pass(unit->model, &bytes); /* how many there are */
+    bytes = (Bytes){.at = space_take(&unit->spare, (int64_t)bytes.used, 1), .size = bytes.used, .space = &unit->spare};
+    MODEL.pass(unit->model, &bytes);
     bytes.used = 0;
-    MODEL.write(unit->model, &bytes);
-    bytes.used = 0;
-    MODEL.read(unit->model, &bytes);
-    unit->space = unit->spare;
-    unit->spare = old;
-    unit->live = unit->space.taken;
+    bytes.reading = true;
+    MODEL.pass(unit->model, &bytes);
+    unit_take_spare(unit);
 }
 
 void unit_keep(Unit *unit)

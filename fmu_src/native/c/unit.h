@@ -36,13 +36,12 @@ typedef struct {
 typedef struct Unit Unit;
 typedef struct Model Model;
 
-/* What a model gives. The first two may refuse; then the model is as it was. Without a memory, the last two are NULL. */
+/* What a model gives. The first two may refuse; then the model is as it was. Without a memory, the last one is NULL. */
 typedef struct {
     size_t size; /* of Model */
     void (*initialise)(Model *model, Unit *unit);
     void (*advance)(Model *model, Unit *unit, double time, double step);
-    void (*write)(const Model *model, Bytes *bytes);
-    void (*read)(Model *model, Bytes *bytes);
+    void (*pass)(Model *model, Bytes *bytes); /* the memory to bytes, or back */
 } ModelFunctions;
 extern const ModelFunctions MODEL;
 
@@ -120,6 +119,7 @@ Status unit_prepare(Unit *unit, const char *call);
 /* Move what the model remembers to the spare space, which becomes the space, and take the rest back. */
 bool unit_is_untidy(const Unit *unit);
 void unit_tidy(Unit *unit);
+void unit_take_spare(Unit *unit); /* the spare space becomes the space, and the other way round */
 
 /* Keep the state as it is before the step, which is restored if the step is refused; a model that tidies up calls it. */
 void unit_keep(Unit *unit);

@@ -293,11 +293,11 @@ def source(translation: Translation, more: str = "") -> str:
 
 
 def persistence(roots: list[CType], translation: Translation) -> str:
-    """Return ``write_T`` and ``read_T`` of these types and of their parts: a value as bytes, and back."""
+    """Return ``pass_T`` of these types and of their parts: a value to bytes, or back."""
     for root in roots:
         translation.use(root)
     wanted = set(_all_parts(roots))
-    return "\n".join(_both_ways(kind) for kind in translation.types if kind in wanted)
+    return "\n".join(_passing(kind) for kind in translation.types if kind in wanted)
 
 
 def _all_parts(kinds: Iterable[CType]) -> Iterator[CType]:
@@ -306,22 +306,13 @@ def _all_parts(kinds: Iterable[CType]) -> Iterator[CType]:
         yield from _all_parts(inner for _, inner in parts_of(kind))
 
 
-def _both_ways(kind: CType) -> str:
-    out = ""
-    for verb, const in (("write", "const "), ("read", "")):
-        lines = [f"{verb}_{inner.name}(bytes, &x->{name});" for name, inner in parts_of(kind)]
-        if isinstance(kind, Maybe):
-            clear = [f"*x = ({kind.name}){{0}};"] if verb == "read" else []
-            lines = [*clear, lines[0], f"if (x->some) {lines[1]}"]
-        if isinstance(kind, Listing):
-            count = ["write_int64_t(bytes, &x->count);"]
-            if verb == "read":
-                room = f"space_take(bytes->space, x->count, sizeof({kind.item.name}))"
-                count = ["read_count(bytes, &x->count);", "x->room = x->count;", f"x->at = {room};"]
-            each = f"for (int64_t i = 0; i < x->count; i++) {lines[0]}"
-            if kind.item in (FLOAT, INT):
-                each = f"{verb}_bytes(bytes, x->at, (size_t)x->count * sizeof *x->at);"
-            lines = [*count, each]
-        text = "".join(f"    {line}\n" for line in lines)
-        out += f"static inline void {verb}_{kind.name}(Bytes *bytes, {const}{kind.name} *x)\n{{\n{text}}}\n"
-    return out
+def _passing(kind: CType) -> str:
+    lines = [f"pass_{inner.name}(bytes, &x->{name});" for name, inner in parts_of(kind)]
+    if isinstance(kind, Maybe):
+        lines[1] = f"if (x->some) {lines[1]}"
+    if isinstance(kind, Listing):
+        room = f"*x = ({kind.name}){{x->count, x->count, space_take(bytes->space, x->count, sizeof *x->at)}};"
+        each = f"for (int64_t i = 0; i < x->count; i++) {lines[0]}"
+        lines = ["pass_count(bytes, &x->count);", f"if (bytes->reading) {room}", each]
+    text = "".join(f"    {line}\n" for line in lines)
+    return f"static inline void pass_{kind.name}(Bytes *bytes, {kind.name} *x)\n{{\n{text}}}\n"
