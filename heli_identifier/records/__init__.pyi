@@ -7,6 +7,7 @@ from .configuration import RigConfiguration as RigConfiguration
 from .configuration import check_given as check_given
 from .configuration import read_configuration as read_configuration
 from .data_set import DEMO_RIGS as DEMO_RIGS
+from .data_set import LogSource as LogSource
 from .data_set import check_apart as check_apart
 from .data_set import check_excitation as check_excitation
 from .data_set import check_moving as check_moving
@@ -17,6 +18,7 @@ from .data_set import excitation_notes as excitation_notes
 from .data_set import named_apart as named_apart
 from .data_set import read_data_set as read_data_set
 from .data_set import read_logs as read_logs
+from .data_set import several as several
 from .guess import guess as guess
 from .log import Log as Log
 from .log import write_log as write_log

@@ -2,7 +2,7 @@
 
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import combinations, count
 from os import PathLike
@@ -17,6 +17,9 @@ from heli_identifier.records.overlap import shared_flight
 from heli_identifier.records.plausibility import SAME_VOLTAGE, STANDING_STILL, still
 from heli_identifier.records.reading import read_log
 from heli_identifier.records.units import ANGLES, VOLTAGES
+
+LogSource = Log | str | PathLike[str]
+"""A log, or the file of one with the contract's columns; `read_log` reads others."""
 
 DEMO_RIGS = ("rig-a", "rig-b", "rig-c")
 _DEMO_FOLDER = Path(__file__).resolve().parent.parent / "demo_logs"
@@ -34,6 +37,22 @@ def read_logs(
 ) -> tuple[Log, ...]:
     """Read several logs of one rig, each as `read_log` does, and make their names unique as `named_apart` does."""
     return named_apart([read_log(path, format, start, end) for path in paths])
+
+
+def several(logs: LogSource | Sequence[LogSource]) -> tuple[Log, ...]:
+    """Give one log or several, read where a path is given, as a tuple.
+
+    Raises
+    ------
+    LogError
+        A file cannot be read, or something is neither a log nor a path.
+    """
+    given = [logs] if isinstance(logs, Log | str | PathLike) or not isinstance(logs, Iterable) else list(logs)
+    for one in given:
+        if not isinstance(one, Log | str | PathLike):
+            raise LogError(f"a log is of type {type(one).__name__}; a Log, the path of one, or several are needed.")
+    own = tuple(one if isinstance(one, Log) else read_log(one) for one in given)
+    return own if all(isinstance(one, Log) for one in given) else named_apart(own)
 
 
 def read_data_set(

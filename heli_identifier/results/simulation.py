@@ -1,6 +1,5 @@
 """A simulation from Python: the plant of a parameter set under voltages, or under the voltages of a log."""
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -8,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heli_identifier.errors import ConfigurationError, LogError, require_positive
-from heli_identifier.records import Log, named_apart, read_log
+from heli_identifier.errors import ConfigurationError, require_positive
+from heli_identifier.records import Log, LogSource, several
 from heli_identifier.results.documents import plain
 from heli_identifier.results.parameters import PlantSource, plant_of
 from heli_identifier.results.tables import Table, Tabular
@@ -25,9 +24,6 @@ SIGNALS = ("v_front", "v_rear", "pitch", "elevation", "travel")
 """Columns of a simulation: voltages [V], angles [rad]."""
 
 STATES = PlantState._fields
-
-LogSource = Log | str | PathLike[str]
-"""A log, or the file of one with the contract's columns; `read_log` reads others."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,22 +111,6 @@ def simulate(
         raise ConfigurationError(f"voltages of shape {voltages.shape} must be finite and of shape (N, 2).")
     states, angles = simulate_plant(voltages, step, start or rest_state(plant), plant)
     return Simulation(np.arange(len(voltages), dtype=np.float64) * step, voltages, angles, states)
-
-
-def several(logs: LogSource | Sequence[LogSource]) -> tuple[Log, ...]:
-    """Give one log or several, read where a path is given, as a tuple.
-
-    Raises
-    ------
-    LogError
-        A file cannot be read, or something is neither a log nor a path.
-    """
-    given = [logs] if isinstance(logs, Log | str | PathLike) or not isinstance(logs, Iterable) else list(logs)
-    for one in given:
-        if not isinstance(one, Log | str | PathLike):
-            raise LogError(f"a log is of type {type(one).__name__}; a Log, the path of one, or several are needed.")
-    own = tuple(one if isinstance(one, Log) else read_log(one) for one in given)
-    return own if all(isinstance(one, Log) for one in given) else named_apart(own)
 
 
 def started(log: Log) -> PlantState:

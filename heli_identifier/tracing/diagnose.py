@@ -15,11 +15,13 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import (
     Geometry,
     Log,
+    LogSource,
     check_apart,
     check_excitation,
     common_configuration,
     counted_once,
     excitation_notes,
+    several,
 )
 
 from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect, log_faults
@@ -41,9 +43,9 @@ FAR = 3.0
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
 def diagnose(
-    logs: Log | Sequence[Log],
+    logs: LogSource | Sequence[LogSource],
     *,
-    held_out: Log | Sequence[Log],
+    held_out: LogSource | Sequence[LogSource],
     settings: DiagnosisSettings | None = None,
     progress: Progress | None = None,
 ) -> Diagnosis:
@@ -51,9 +53,9 @@ def diagnose(
 
     Parameters
     ----------
-    logs : Log or sequence of Log
+    logs : Log, path, or several
         Training logs: models are fitted to them and effects are searched in them.
-    held_out : Log or sequence of Log
+    held_out : Log, path, or several
         Further logs of the same rig, which decide nothing; errors are computed on them.
     settings : DiagnosisSettings, optional
         What is given of the rig; by default the configuration that all training logs were read with says it.
@@ -71,10 +73,11 @@ def diagnose(
         short.
     """
     began = perf_counter()
-    rig_of_logs = common_configuration((logs,) if isinstance(logs, Log) else logs)
+    training, kept = several(logs), several(held_out)
+    rig_of_logs = common_configuration(training)
     of_logs = DiagnosisSettings.from_rig(rig_of_logs) if rig_of_logs else DiagnosisSettings()
     settings, tell = settings or of_logs, progress or (lambda what, share: None)
-    training, kept, data_notes = _checked(logs, held_out)
+    training, kept, data_notes = _checked(training, kept)
     found = identify_plant(training, settings, kept, progress)
     after, null, rig = found.plant, found.selection.null, found.plant.likelihood.rig
     before = fit(null.likelihood, [n for n in null.fields if n != LAG_FIELD], null, {LAG_FIELD: 0.0})
@@ -137,10 +140,9 @@ def diagnose(
 
 
 def _checked(
-    logs: Log | Sequence[Log], held_out: Log | Sequence[Log]
+    training: tuple[Log, ...], kept: tuple[Log, ...]
 ) -> tuple[tuple[Log, ...], tuple[Log, ...], tuple[str, ...]]:
     """Training logs, each flight once, and held-out logs, if they can serve a diagnosis; what is to be said of them."""
-    training, kept = ((given,) if isinstance(given, Log) else tuple(given) for given in (logs, held_out))
     check_excitation(training)
     if not kept:
         raise LogError("no log is held out to compare models on; give at least one with held_out=.")
