@@ -11,19 +11,16 @@ import hashlib
 import io
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from functools import cache
 from importlib import import_module
 from importlib.metadata import distribution
 from importlib.resources import files
 from pathlib import Path
 from uuid import UUID, uuid5
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
 
-from .description import AUTHOR, LICENSE, VERSION, model_description, xml_text
+from .description import AUTHOR, LICENSE, VERSION, model_description, rendered, xml_text
 from .errors import BuildError, WiringError
 from .slave_base import SlaveBase
 from .variables import TYPES, Value, problem_with
@@ -175,17 +172,10 @@ def _guid(entries: Mapping[str, bytes]) -> str:
     return f"{{{uuid5(_NAMESPACE, digest.hexdigest())}}}"
 
 
-@cache
-def _pages() -> Environment:
-    loader = PackageLoader("fmu_src", "documentation")
-    return Environment(loader=loader, undefined=StrictUndefined, autoescape=True, trim_blocks=True)
-
-
 def index_html(unit: type[SlaveBase], start_values: Mapping[str, Value], host: str = "") -> str:
     """Return the page of a unit; ``start_values`` override those of its variables, ``host`` the text on the host."""
-    page = _pages().get_template(f"{unit.__name__}.html")
-    rows = _rows(unit, start_values)
-    return page.render(unit=unit, rows=rows, host=host, version=VERSION, author=AUTHOR, license=LICENSE)
+    rows, project = _rows(unit, start_values), {"version": VERSION, "author": AUTHOR, "license": LICENSE}
+    return rendered(f"{unit.__name__}.html", unit=unit, rows=rows, host=host, **project)
 
 
 def _rows(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> Iterator[tuple[str, ...]]:
@@ -201,7 +191,7 @@ def _rows(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> Iterator[
 
 def icon() -> bytes:
     """Return the icon of all units, a PNG: stand, arm, counterweight, body and two rotors."""
-    return files(__package__).joinpath("documentation", "icon.png").read_bytes()
+    return files(__package__).joinpath("templates", "icon.png").read_bytes()
 
 
 def zip_bytes(entries: Mapping[str, bytes]) -> bytes:

@@ -21,7 +21,6 @@ from scipy.io import savemat
 
 from fmu_src.errors import FmuError
 from fmu_src.master.instance import unpack
-from fmu_src.ssp import read_parameter_set, write_parameter_set
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import LogFormat, guess, read_configuration, read_log
 from heli_identifier.records.template import template_text
@@ -80,11 +79,6 @@ def _spreadsheet() -> bytes:
     return data.getvalue()
 
 
-def _parameter_set() -> bytes:
-    with tempfile.TemporaryDirectory() as folder:
-        return write_parameter_set("HelicopterPlant", {}, Path(folder) / "set.ssv").read_bytes()
-
-
 def _zipped(entries: dict[str, bytes]) -> bytes:
     data = io.BytesIO()
     with zipfile.ZipFile(data, "w") as file:
@@ -130,7 +124,6 @@ READERS: dict[str, Reader] = {
     "parameters.json": ("p.json", lambda path, _: read_parameters(path), (json.dumps(document()).encode(),)),
     "an FMU": ("it.fmu", _unit, (_zipped(ENTRIES),)),
     "a model description": ("d.xml", _description, (ENTRIES["modelDescription.xml"],)),
-    "a parameter set of SSP": ("set.ssv", lambda path, _: read_parameter_set(path), (_parameter_set(),)),
 }
 
 

@@ -5,8 +5,6 @@ from random import Random
 
 import pytest
 
-from fmu_src.errors import BuildError
-from fmu_src.ssp import read_parameter_set
 from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.records import guess, read_configuration, read_log
 from tests.fuzzing import LOG, READERS, complaint, tried
@@ -69,10 +67,3 @@ def test_a_key_that_is_no_word_is_unknown_in_one_sentence(tmp_path, key):
     with pytest.raises(ConfigurationError, match="is unknown") as refused:
         read_configuration(path)
     assert "\n" not in str(refused.value)
-
-
-def test_an_encoding_that_there_is_not_is_refused(tmp_path):
-    path = tmp_path / "set.ssv"
-    path.write_bytes(b'<?xml version="1.0" encoding="UT-8"?><a/>')
-    with pytest.raises(BuildError, match="unknown encoding"):
-        read_parameter_set(path)
