@@ -62,17 +62,9 @@ def begin(first: PlantState, p: PlantParameters) -> PlantMemory:
 
 
 def communicate(
-    memory: PlantMemory,
-    v_front: float,
-    v_rear: float,
-    mass_command: float,
-    time: float,
-    start_time: float,
-    step_size: float,
-    longest: float,
-    delay: float,
-    p: PlantParameters,
-) -> PlantMemory:
+    memory: PlantMemory, v_front: float, v_rear: float, mass_command: float, time: float, start_time: float,
+    step_size: float, longest: float, delay: float, p: PlantParameters,
+) -> PlantMemory:  # fmt: skip
     """Return the memory one communication step later.
 
     Parameters

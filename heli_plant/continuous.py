@@ -30,23 +30,9 @@ STATES = (
 
 
 def rates_of_change(
-    t: float,
-    th: float,
-    ep: float,
-    la: float,
-    w1: float,
-    w2: float,
-    w3: float,
-    nu_front: float,
-    nu_rear: float,
-    q: float,
-    w_q: float,
-    v_front: float,
-    v_rear: float,
-    mass_position: float,
-    cable_rest: float,
-    p: PlantParameters,
-) -> tuple[float, float, float, float, float, float, float, float, float, float]:
+    t: float, th: float, ep: float, la: float, w1: float, w2: float, w3: float, nu_front: float, nu_rear: float,
+    q: float, w_q: float, v_front: float, v_rear: float, mass_position: float, cable_rest: float, p: PlantParameters,
+) -> tuple[float, float, float, float, float, float, float, float, float, float]:  # fmt: skip
     """Return x' in the order of :data:`STATES`.
 
     Parameters

@@ -126,15 +126,9 @@ def thrust_torques(
 
 
 def general_accelerations(
-    pitch: float,
-    elevation: float,
-    pitch_rate: float,
-    elevation_rate: float,
-    travel_rate: float,
-    mu_diff: float,
-    mu_sum: float,
-    p: PlantParameters,
-) -> tuple[float, float, float]:
+    pitch: float, elevation: float, pitch_rate: float, elevation_rate: float, travel_rate: float,
+    mu_diff: float, mu_sum: float, p: PlantParameters,
+) -> tuple[float, float, float]:  # fmt: skip
     """Return (theta'', epsilon'', lambda'') [rad/s^2] of eq. (1)."""
     m11, m12, m13, m22, m23, m33 = mass_matrix(pitch, elevation, p)
     c1, c2, c3 = coriolis_torques(pitch, elevation, pitch_rate, elevation_rate, travel_rate, p)

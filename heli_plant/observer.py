@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 from .motor import saturate
 from .parameters import BY_FIELD, PlantParameters
+from .plant import measured_angles
 from .state import PlantState
 
 CORNER = 1.0
@@ -80,46 +81,23 @@ def observer_gains(bandwidth: float, h: float) -> ObserverGains:
 
 def predicted(state: PlantState, torque: Torque, h: float, g: ObserverGains) -> Kept:
     """Return what the plant's step has led to in ``h`` [s], with the unmodelled accelerations added and faded."""
-    half = 0.5 * h * h
-    return Kept(
-        state._replace(
-            pitch=state.pitch + half * torque.pitch,
-            elevation=state.elevation + half * torque.elevation,
-            travel=state.travel + half * torque.travel,
-            pitch_rate=state.pitch_rate + h * torque.pitch,
-            elevation_rate=state.elevation_rate + h * torque.elevation,
-            travel_rate=state.travel_rate + h * torque.travel,
-        ),
-        Torque(g.kept * torque.pitch, g.kept * torque.elevation, g.kept * torque.travel),
-    )
+    angles = [x + 0.5 * h * h * d for x, d in zip(state[:3], torque, strict=True)]
+    rates = [w + h * d for w, d in zip(state[3:6], torque, strict=True)]
+    return Kept(PlantState._make((*angles, *rates, *state[6:])), Torque(*(g.kept * d for d in torque)))
 
 
 def measured_against(
-    state: PlantState,
-    torque: Torque,
-    pitch: float,
-    elevation: float,
-    travel: float,
-    g_1: ObserverGains,
-    g_2: ObserverGains,
-    g_3: ObserverGains,
+    state: PlantState, torque: Torque, angles: tuple[float, float, float], gains: tuple[ObserverGains, ...]
 ) -> Kept:
     """Return state and unmodelled accelerations after a sample of the three angles [rad].
 
-    ``g_1``, ``g_2``, ``g_3``: gains of pitch, elevation and travel, whose encoder is finer (:data:`TRAVEL_BANDWIDTH`).
+    ``gains`` are those of pitch, elevation and travel, whose encoder is finer (:data:`TRAVEL_BANDWIDTH`).
     """
-    e_1, e_2, e_3 = pitch - state.pitch, elevation - (state.elevation + state.bending), travel - state.travel
-    return Kept(
-        state._replace(
-            pitch=state.pitch + g_1.angle * e_1,
-            elevation=state.elevation + g_2.angle * e_2,
-            travel=state.travel + g_3.angle * e_3,
-            pitch_rate=state.pitch_rate + g_1.rate * e_1,
-            elevation_rate=state.elevation_rate + g_2.rate * e_2,
-            travel_rate=state.travel_rate + g_3.rate * e_3,
-        ),
-        Torque(torque.pitch + g_1.torque * e_1, torque.elevation + g_2.torque * e_2, torque.travel + g_3.torque * e_3),
-    )
+    errors = [(y - x, g) for y, x, g in zip(angles, measured_angles(state), gains, strict=True)]
+    turned = [x + g.angle * e for x, (e, g) in zip(state[:3], errors, strict=True)]
+    rates = [w + g.rate * e for w, (e, g) in zip(state[3:6], errors, strict=True)]
+    torques = [d + g.torque * e for d, (e, g) in zip(torque, errors, strict=True)]
+    return Kept(PlantState._make((*turned, *rates, *state[6:])), Torque(*torques))
 
 
 class Correction(NamedTuple):

@@ -44,20 +44,9 @@ def ado_acceleration(elevation: float, mass_position: float, p: PlantParameters)
 
 
 def accelerations(
-    t: float,
-    th: float,
-    ep: float,
-    la: float,
-    w_th: float,
-    w_ep: float,
-    w_la: float,
-    mu_diff: float,
-    mu_sum: float,
-    mass_position: float,
-    cable_rest: float,
-    switches: tuple[bool, bool, bool],
-    p: PlantParameters,
-) -> tuple[float, float, float]:
+    t: float, th: float, ep: float, la: float, w_th: float, w_ep: float, w_la: float, mu_diff: float, mu_sum: float,
+    mass_position: float, cable_rest: float, switches: tuple[bool, bool, bool], p: PlantParameters,
+) -> tuple[float, float, float]:  # fmt: skip
     """Return (theta'', epsilon'', lambda'') [rad/s^2]: the chosen model, the ADO, the effects that are switched on.
 
     Parameters

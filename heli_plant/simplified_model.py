@@ -13,15 +13,9 @@ from .parameters import PlantParameters
 
 
 def simplified_accelerations(
-    pitch: float,
-    elevation: float,
-    pitch_rate: float,
-    elevation_rate: float,
-    travel_rate: float,
-    mu_diff: float,
-    mu_sum: float,
-    p: PlantParameters,
-) -> tuple[float, float, float]:
+    pitch: float, elevation: float, pitch_rate: float, elevation_rate: float, travel_rate: float,
+    mu_diff: float, mu_sum: float, p: PlantParameters,
+) -> tuple[float, float, float]:  # fmt: skip
     """Return (theta'', epsilon'', lambda'') [rad/s^2] at angles [rad], rates [rad/s] and thrust voltages [V]."""
     return (
         p.k_x * mu_diff - p.a_wx * pitch_rate - p.a_th * sin(pitch - p.theta0),

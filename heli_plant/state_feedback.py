@@ -125,14 +125,9 @@ def start_holding(pitch: float, elevation: float, travel: float, s: FeedbackSett
 
 
 def hold(
-    held: Held,
-    time: float,
-    step: float,
-    angles: Angles,
-    references: tuple[float, float, float],
-    added: Rotors,
+    held: Held, time: float, step: float, angles: Angles, references: tuple[float, float, float], added: Rotors,
     s: FeedbackSettings,
-) -> Held:
+) -> Held:  # fmt: skip
     """Take a sample if one is due at ``time`` [s] since the start; show at its end what a step of ``step`` [s] reaches.
 
     Voltages wait until the sampling instant after that of their angles, however short the step is.
@@ -147,14 +142,9 @@ def hold(
 
 
 def feedback_step(
-    state: FeedbackState,
-    pitch: float,
-    elevation: float,
-    travel: float,
-    references: tuple[float, float, float],
-    added: Rotors,
-    s: FeedbackSettings,
-) -> FeedbackState:
+    state: FeedbackState, pitch: float, elevation: float, travel: float, references: tuple[float, float, float],
+    added: Rotors, s: FeedbackSettings,
+) -> FeedbackState:  # fmt: skip
     """Return the state after a period; ``now`` in it is what the voltages of the next one are beside ``hover`` [V].
 
     Parameters

@@ -69,7 +69,8 @@ class FollowingPlant(HelicopterPlant):
             gains = observer_gains(bandwidth, step_size)
             if fresh > 0.5:
                 on_travel = observer_gains(TRAVEL_BANDWIDTH * bandwidth, step_size)
-                kept = measured_against(memory.state, torque, pitch, elevation, travel, gains, gains, on_travel)
+                angles = (pitch, elevation, travel)
+                kept = measured_against(memory.state, torque, angles, (gains, gains, on_travel))
                 memory, torque = memory._replace(state=kept.state), kept.torque
         memory = self._flown(memory, v_front, v_rear, time, step_size)
         if bandwidth > 0.0:

@@ -267,7 +267,7 @@ def miss_sample(observer: Observer, arrived: Voltages) -> Observer:
 def correct_observer(observer: Observer, angles: Angles, weight: Weight, plan: ObserverPlan) -> Observer:
     """Return the observer after the correction by a sample of the ``angles`` [rad]."""
     before, voltages = observer.instant, observer.voltages
-    kept, torque = measured_against(before.memory.state, before.torque, *angles, *weight.gains)
+    kept, torque = measured_against(before.memory.state, before.torque, angles, weight.gains)
     rows = [correct_sensitivity(*own) for own in zip(before.sensitivities, weight.gains, strict=True)]
     instant = Instant(before.memory._replace(state=kept), torque, tuple(rows))
     roughness = learn_roughness(observer.roughness, voltages, observer.gap.unseen > 0, plan.sample_time)
