@@ -30,7 +30,7 @@ from heli_identifier.cli.arguments import (
 from heli_identifier.cli.terminal import counted, note, note_written, print_diagnosis, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, IdentifierError, require_range
 from heli_identifier.files import write_atomically
-from heli_identifier.platform import unheard
+from heli_identifier.platform import end_with_parent, unheard
 from heli_identifier.provenance import from_command_line
 from heli_identifier.signals import undone
 
@@ -300,7 +300,9 @@ class Adviser:
                 with suppress(BrokenExecutor):  # its process has ended: another one is started
                     self.asked = self.pool.submit(order)
                     return
-            self.pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_end_with_parent)
+            self.pool = ProcessPoolExecutor(
+                1, mp_context=get_context("spawn"), initializer=end_with_parent, initargs=(os.getpid(),)
+            )
             self.asked = self.pool.submit(order)
 
     def look(self, wait: bool = False) -> str:
@@ -320,27 +322,15 @@ class Adviser:
                 )
             else:
                 self.sentence = advice.sentence
-                _write_advice(advice, self.folder)
+                write_atomically(self.folder / ADVICE, results.document_text(advice.document))
+                if advice.gains is not None:
+                    replace(advice.gains, provenance=from_command_line()).write(self.folder / GAINS)
         return self.sentence
 
     def close(self) -> None:
         """End the process; what it was asked is left."""
         if self.pool is not None:
             self.pool.shutdown(wait=False, cancel_futures=True)
-
-
-def _end_with_parent() -> None:
-    """Let a process that was started for a command end with it, however it ends."""
-    from heli_identifier.platform import end_with_parent
-
-    end_with_parent(os.getppid())
-
-
-def _write_advice(advice: "tools.Advice", folder: Path) -> None:
-    """Write how the margins stand, and the gains if any are offered."""
-    write_atomically(folder / ADVICE, results.document_text(advice.document))
-    if advice.gains is not None:
-        replace(advice.gains, provenance=from_command_line()).write(folder / GAINS)
 
 
 def controller_of(path: Path | None) -> "PidSettings | None":
