@@ -25,7 +25,7 @@ class Dual:
 
     __slots__ = ("slope", "value")
 
-    def __init__(self, value: float, slope: Any) -> None:
+    def __init__(self, value: Any, slope: Any) -> None:
         self.value, self.slope = value, slope
 
     def __neg__(self) -> "Dual":
@@ -67,28 +67,31 @@ for _compare in (operator.lt, operator.le, operator.gt, operator.ge):
     setattr(Dual, f"__{_compare.__name__}__", lambda a, b, holds=_compare: holds(a.value, _dual(b).value))
 
 
-def _lifted(function: Callable[[float], float], slope: Callable[[float, float], float]) -> Callable[[Any], Any]:
-    """Return a function of floats for duals as well; ``slope`` takes the argument and the function's value."""
+def _lifted(function: Callable[[float], float], slope: Callable[[float, float, Any], float]) -> Callable[[Any], Any]:
+    """Return a function of floats for duals as well."""
 
     def lifted(x: Any) -> Any:
         if not isinstance(x, Dual):
             return function(x)
         value = function(x.value)
-        return Dual(value, slope(x.value, value) * x.slope)
+        return Dual(value, slope(x.value, value, math) * x.slope)
 
     return lifted
 
 
-FUNCTIONS: dict[Callable[..., Any], Callable[..., Any]] = {
-    math.sin: _lifted(math.sin, lambda x, y: math.cos(x)),
-    math.cos: _lifted(math.cos, lambda x, y: -math.sin(x)),
-    math.tan: _lifted(math.tan, lambda x, y: 1.0 + y * y),
-    math.tanh: _lifted(math.tanh, lambda x, y: 1.0 - y * y),
-    math.exp: _lifted(math.exp, lambda x, y: y),
-    math.log: _lifted(math.log, lambda x, y: 1.0 / x),
-    math.sqrt: _lifted(math.sqrt, lambda x, y: 0.5 / y),
+SLOPES: dict[Callable[..., Any], Callable[[Any, Any, Any], Any]] = {
+    math.sin: lambda x, y, m: m.cos(x),
+    math.cos: lambda x, y, m: -m.sin(x),
+    math.tan: lambda x, y, m: 1.0 + y * y,
+    math.tanh: lambda x, y, m: 1.0 - y * y,
+    math.exp: lambda x, y, m: y,
+    math.log: lambda x, y, m: 1.0 / x,
+    math.sqrt: lambda x, y, m: 0.5 / y,
 }
-"""The functions of :mod:`math` that have a slope here."""
+"""The slope of each function of :mod:`math` that has one here, by its argument, its value and the functions of math."""
+
+FUNCTIONS = {function: _lifted(function, slope) for function, slope in SLOPES.items()}
+"""These functions for dual numbers."""
 
 
 @cache

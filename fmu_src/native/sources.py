@@ -73,7 +73,7 @@ def native_sources(
         )
     definition, model_header, model_source = _model(unit.__name__, exchange is not None)
     own = [*RUNTIME, f"fmi{fmi}.c", definition.adapter, *definition.files]
-    own += ["dual.h", exchange.adapter] if exchange is not None else []
+    own += [exchange.adapter] if exchange is not None else []
     variables = (*unit.variables, *(exchange.variables if exchange else ()))
     found = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in own}
     found |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}

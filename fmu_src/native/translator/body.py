@@ -16,6 +16,8 @@ from contextlib import contextmanager
 from types import FunctionType
 from typing import Any, NoReturn
 
+from heli_plant.dual import Dual
+
 from ...errors import BuildError
 from .types import (
     BOOL,
@@ -23,7 +25,6 @@ from .types import (
     FLOAT,
     INT,
     NOTHING,
-    NUMBERS,
     TEXT,
     UNKNOWN,
     Choice,
@@ -39,7 +40,7 @@ from .types import (
     fields,
     joined,
 )
-from .values import Expr, Run, known_items, literal, type_of, unwrapped
+from .values import Expr, Run, known_items, literal, relation, type_of, unwrapped
 
 
 class Untranslatable(BuildError):
@@ -143,7 +144,9 @@ class Body:
         self.emit(f"{f'{made.type.name} '.replace('* ', '*')}{made.code}{f' = {text}' if text else ''};")
 
     def opened(self, value: Expr) -> Any:
-        """Return a tuple of known length as a tuple of its elements."""
+        """Return a tuple of known length as a tuple of its elements, a dual number as one of its parts."""
+        if value.type == DUAL:
+            return Dual(Expr(self, FLOAT, value.path("value")), Expr(self, FLOAT, value.path("slope")))
         if not isinstance(value.type, Row):
             return value
         return tuple(self.opened(Expr(self, kind, value.path(f"x{i}"))) for i, kind in enumerate(value.type.items))
@@ -152,6 +155,8 @@ class Body:
         """Return ``value`` so that it may be used repeatedly: in a variable if it is more than a name."""
         if isinstance(value, tuple) and not hasattr(value, "_fields"):
             return tuple(self.kept(one, name) for one in value)
+        if isinstance(value, Dual):
+            return Dual(self.kept(value.value, name), self.kept(value.slope, name))
         if isinstance(value, list):
             return [self.kept(one, name) for one in value]
         if not isinstance(value, Expr) or value.is_simple:
@@ -190,8 +195,9 @@ class Body:
             return Expr(self, wanted, f"({wanted.name}){{{inner}}}")
         if isinstance(have, Maybe):
             return self.as_type(unwrapped(value), wanted)
-        if wanted == DUAL and have in NUMBERS:
-            return Expr(self, DUAL, f"dual_of({self.as_type(value, FLOAT).bare})")
+        if wanted == DUAL:
+            parts = (value.value, value.slope) if isinstance(value, Dual) else (value, 0.0)
+            return Expr(self, DUAL, f"(Dual){{{', '.join(self.as_type(part, FLOAT).bare for part in parts)}}}")
         if have in (BOOL, INT, FLOAT, TEXT) and not isinstance(value, Expr) and have in (wanted, BOOL, INT):
             return Expr(self, wanted, literal(float(value) if wanted == FLOAT else value))
         if wanted in (INT, FLOAT) and have in (BOOL, INT):
@@ -273,8 +279,12 @@ class Body:
         """``value in items``."""
         found: Any = False
         for item in items:
-            found = self.either(found, lambda item=item: value == item)  # type: ignore[misc]
+            found = self.either(found, lambda item=item: relation(self, "==", value, item))  # type: ignore[misc]
         return found
+
+    def compared(self, symbol: str, a: Any, b: Any) -> Any:
+        """Return the comparison of two values."""
+        return relation(self, symbol, a, b)
 
     def choose(self, test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
         """``yes if test else no``; each is computed only where it is chosen."""
@@ -287,7 +297,7 @@ class Body:
             with self.aside(lines):
                 values.append(value())
         kinds = [type_of(value) for value in values]
-        if not any(parts) and all(kind in (*NUMBERS, TEXT) for kind in kinds):
+        if not any(parts) and all(kind in (BOOL, INT, FLOAT, TEXT) for kind in kinds):
             kind = joined(*kinds)
             first, second = (self.as_type(value, kind).code for value in values)
             if kind == BOOL and second == "false":
@@ -324,6 +334,9 @@ class Body:
             return a
         if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b) and not hasattr(a, "_fields"):
             return tuple(self._merged(name, *each, parts) for each in zip(a, b, strict=True))
+        if isinstance(a, Dual) or isinstance(b, Dual):
+            (a, own), (b, other) = ((x.value, x.slope) if isinstance(x, Dual) else (x, 0.0) for x in (a, b))
+            return Dual(self._merged(name, a, b, parts), self._merged(name, own, other, parts))
         kind = joined(type_of(a), type_of(b))
         made = self.declare(kind, name)
         for lines, value in zip(parts, (a, b), strict=True):

@@ -10,14 +10,17 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable
+from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
+from heli_plant.dual import SLOPES, Dual
+
 from .body import Body
-from .types import BOOL, DUAL, FLOAT, INT, NoType, joined
-from .values import Expr, Run, known_items, type_of, unwrapped
+from .types import BOOL, FLOAT, INT, NoType, joined
+from .values import Expr, Run, known_items, relation, type_of, unwrapped
 
 _MATHEMATICS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log2 sqrt copysign".split()
-_DERIVED = ("sin", "cos", "tan", "tanh", "exp", "log", "sqrt")
 _POWER = "a power may differ in the last bit from library to library; write a product"
 _REFUSED: dict[Any, str] = {
     math.hypot: "math.hypot of CPython differs from that of C libraries in the last bit; use linear_algebra.hypotenuse",
@@ -29,13 +32,16 @@ _REFUSED: dict[Any, str] = {
 
 
 def _mathematical(name: str) -> Callable[..., Expr]:
-    def translate(body: Body, *given: Any) -> Expr:
-        given = tuple(map(unwrapped, given))
-        if type_of(given[0]) != DUAL:
+    def translate(body: Body, *given: Any) -> Any:
+        x = given[0]
+        if not isinstance(x, Dual):
             return Expr(body, FLOAT, f"{name}({', '.join(body.as_type(value, FLOAT).bare for value in given)})")
-        if name not in _DERIVED:
-            raise NoType(f"the function {name} has no derivative here; there are those of {_DERIVED}")
-        return Expr(body, DUAL, f"dual_{name}({given[0].bare})")
+        slope = SLOPES.get(getattr(math, name))
+        if slope is None:
+            raise NoType(f"the function {name} has no slope in heli_plant.dual")
+        value = body.kept(translate(body, x.value))
+        mathematics = SimpleNamespace(sin=partial(_mathematical("sin"), body), cos=partial(_mathematical("cos"), body))
+        return Dual(value, slope(x.value, value, mathematics) * x.slope)
 
     return translate
 
@@ -51,18 +57,18 @@ def _whole(name: str) -> Callable[..., Expr]:
     """``floor``, ``ceil`` and ``round``: an int, which has no minus zero; a step is flat wherever it has a slope."""
 
     def translate(body: Body, x: Any) -> Expr:
-        x = unwrapped(x)
-        text = x.path("value") if type_of(x) == DUAL else body.as_type(x, FLOAT).bare
+        text = body.as_type(x.value if isinstance(x, Dual) else x, FLOAT).bare
         return Expr(body, INT, f"(int64_t){name}({text})", f"({name}({text}) + 0.0)")
 
     return translate
 
 
-def _abs(body: Body, x: Any) -> Expr:
-    x = unwrapped(x)
-    if type_of(x) == INT:
+def _abs(body: Body, x: Any) -> Any:
+    if isinstance(x, Dual):
+        return body.choose(relation(body, "<", x.value, 0.0), lambda: -x, lambda: x)
+    if type_of(unwrapped(x)) == INT:
         raise NoType("abs of an int has no translation")
-    return Expr(body, DUAL, f"dual_abs({x.bare})") if type_of(x) == DUAL else _mathematical("fabs")(body, x)
+    return _mathematical("fabs")(body, x)
 
 
 def _extreme(name: str) -> Callable[..., Any]:

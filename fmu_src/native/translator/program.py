@@ -269,13 +269,13 @@ def header(translation: Translation, more: str = "") -> str:
     lists = "\n".join(
         _LIST.format(list=kind.name, item=kind.item.name) for kind in translation.types if isinstance(kind, Listing)
     )
-    duals = '#include "dual.h"\n' if any("Dual " in _type_text(kind) for kind in translation.types) else ""
+    duals = "typedef struct {\n    double value, slope;\n} Dual;\n" if "Dual " in types else ""
     external = [unit for unit in translation.units.values() if unit.name in translation.externals.values()]
     heads = "\n".join(_wrapped(f"{unit.head};") for unit in (*translation.entries, *external))
     return (
         "/* Translated from the Python sources of the unit; change those, not this file. */\n"
-        f'#ifndef MODEL_H\n#define MODEL_H\n\n#include "arithmetic.h"\n#include "memory.h"\n{duals}\n{types}\n{lists}\n'
-        f"{heads}\n\n{more}\n#endif\n"
+        '#ifndef MODEL_H\n#define MODEL_H\n\n#include "arithmetic.h"\n#include "memory.h"\n\n'
+        f"{duals}\n{types}\n{lists}\n{heads}\n\n{more}\n#endif\n"
     )
 
 

@@ -105,6 +105,9 @@ class _Rewriter(ast.NodeTransformer):
     visit_GeneratorExp = visit_ListComp
 
 
+_SYMBOLS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
+
+
 def _compared(a: ast.expr, op: ast.cmpop, b: ast.expr) -> ast.expr:
     """Return a comparison with the negative ones turned round."""
     positive: dict[type, ast.cmpop] = {ast.IsNot: ast.Is(), ast.NotIn: ast.In()}
@@ -112,4 +115,4 @@ def _compared(a: ast.expr, op: ast.cmpop, b: ast.expr) -> ast.expr:
         return _call("opposite", _compared(a, positive[type(op)], b))
     if isinstance(op, ast.Is | ast.In):
         return _call("is_one" if isinstance(op, ast.Is) else "is_among", a, b)
-    return ast.Compare(a, [op], [b])
+    return _call("compared", ast.Constant(_SYMBOLS[type(op)]), a, b)

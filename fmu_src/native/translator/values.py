@@ -7,12 +7,15 @@ the same order. Where the two differ, a function of ``arithmetic.h`` does what P
 
 from __future__ import annotations
 
+import operator
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from types import FunctionType
 from typing import Any
+
+from heli_plant.dual import Dual
 
 from .types import (
     BOOL,
@@ -34,7 +37,9 @@ from .types import (
     joined,
 )
 
-_DUALS = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
+_RELATIONS = {
+    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
+}  # fmt: skip
 
 
 class Expr:
@@ -106,16 +111,16 @@ class Expr:
 
     def __neg__(self) -> Any:
         number = unwrapped(self)
-        if number.type not in (INT, FLOAT, DUAL):
+        if number.type not in (INT, FLOAT):
             raise NoType(f"{number.type.said} is no number")
-        return Expr(
-            self.body, number.type, f"dual_neg({number.bare})" if number.type == DUAL else f"(-{number.code})"
-        )
+        return Expr(self.body, number.type, f"(-{number.code})")
 
 
-def _operator(symbol: str, function: Callable[..., Any], is_swapped: bool = False) -> Callable[[Any, Any], Any]:
+def _operator(symbol: str, is_swapped: bool = False) -> Callable[[Any, Any], Any]:
     def apply(self: Expr, other: Any) -> Any:
-        return function(self.body, symbol, *((other, self) if is_swapped else (self, other)))
+        if isinstance(other, Dual):
+            return NotImplemented
+        return arithmetic(self.body, symbol, *((other, self) if is_swapped else (self, other)))
 
     return apply
 
@@ -144,8 +149,6 @@ def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
         raise NoType("a power other than 2.0**n may differ in the last bit from library to library; write a product")
     kind = joined(joined(*kinds), FLOAT if symbol == "/" else INT)
     left, right = body.as_type(a, kind), body.as_type(b, kind)
-    if kind == DUAL and symbol in _DUALS:
-        return Expr(body, DUAL, f"dual_{_DUALS[symbol]}({left.bare}, {right.bare})")
     if symbol in ("//", "%"):
         function = {"int //": "floor_div", "int %": "floor_mod", "float %": "float_mod"}
         name = function.get(f"{kind.said} {symbol}")
@@ -155,27 +158,29 @@ def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
     return Expr(body, kind, f"({left.code} {symbol} {right.code})")
 
 
-def relation(body: Any, symbol: str, a: Any, b: Any) -> Expr:
-    """Return the comparison of two numbers or texts."""
+def relation(body: Any, symbol: str, a: Any, b: Any) -> Any:
+    """Return the comparison of two numbers or texts; equal dual numbers have the same slope as well."""
     a, b = unwrapped(a), unwrapped(b)
+    if isinstance(a, Dual) or isinstance(b, Dual):
+        a, b = (one if isinstance(one, Dual) else Dual(one, 0.0) for one in (a, b))
+        if symbol == "!=":
+            return body.opposite(relation(body, "==", a, b))
+        test = relation(body, symbol, a.value, b.value)
+        return body.both(test, lambda: relation(body, "==", a.slope, b.slope)) if symbol == "==" else test
+    if not isinstance(a, Expr) and not isinstance(b, Expr):
+        return _RELATIONS[symbol](a, b)
     kind = joined(type_of(a), type_of(b))
     a, b = body.as_type(a, kind), body.as_type(b, kind)
     if kind == TEXT:
         return Expr(body, BOOL, f"(strcmp({a.bare}, {b.bare}) {symbol} 0)")
     if kind not in NUMBERS:
         raise NoType("only numbers and texts can be compared")
-    if kind == DUAL and symbol in ("==", "!="):  # slopes count as well
-        return Expr(body, BOOL, f"({'!' if symbol == '!=' else ''}dual_equal({a.bare}, {b.bare}))")
-    if kind == DUAL:
-        return Expr(body, BOOL, f"({a.path('value')} {symbol} {b.path('value')})")
     return Expr(body, BOOL, f"({a.code} {symbol} {b.code})")
 
 
 for _name, _symbol in dict(add="+", sub="-", mul="*", truediv="/", floordiv="//", mod="%", pow="**").items():
-    setattr(Expr, f"__{_name}__", _operator(_symbol, arithmetic))
-    setattr(Expr, f"__r{_name}__", _operator(_symbol, arithmetic, is_swapped=True))
-for _name, _symbol in dict(lt="<", le="<=", gt=">", ge=">=", eq="==", ne="!=").items():
-    setattr(Expr, f"__{_name}__", _operator(_symbol, relation))
+    setattr(Expr, f"__{_name}__", _operator(_symbol))
+    setattr(Expr, f"__r{_name}__", _operator(_symbol, is_swapped=True))
 
 
 @dataclass
@@ -214,6 +219,8 @@ def type_of(value: Any) -> CType:
     """
     if isinstance(value, Expr):
         return value.type
+    if isinstance(value, Dual):
+        return DUAL
     if isinstance(value, Callee):
         return Function(value.function)
     if hasattr(value, "_fields"):
