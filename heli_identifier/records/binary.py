@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 
 from heli_identifier.archives import check_size, check_zip
 from heli_identifier.errors import LogError
+from heli_identifier.records.columns import Table, as_numbers
 from heli_identifier.records.configuration import LogFormat
-from heli_identifier.records.table import Table, as_numbers
 from heli_identifier.records.text import read_text
 
 _HDF5 = b"\x89HDF"

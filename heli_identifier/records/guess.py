@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.columns import name_and_unit, plain
+from heli_identifier.records.columns import Table, name_and_unit, plain, read_stamps
 from heli_identifier.records.configuration import CONTRACT, LogFormat
 from heli_identifier.records.opening import open_table
 from heli_identifier.records.plausibility import encoder_step
@@ -38,7 +38,6 @@ from heli_identifier.records.response import (
     find_responses,
     gains,
 )
-from heli_identifier.records.table import Table, read_stamps
 from heli_identifier.records.text import NUMBERED
 from heli_identifier.records.timing import check_extent
 from heli_identifier.records.units import ANGLES, COMBINED, STAMP, VOLTAGES, factor_to_si, understood

@@ -24,8 +24,8 @@ from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.files import draft_folder, regular_bytes
 from heli_identifier.platform import NO_END, bound_process, end_with_parent
 from heli_identifier.records.binary import need, read_matlab, read_mdf, read_parquet, read_tdms, read_workbook
+from heli_identifier.records.columns import Table
 from heli_identifier.records.configuration import LogFormat
-from heli_identifier.records.table import Table
 from heli_identifier.records.text import read_text
 
 PATIENCE, PATIENCE_PER_MB = 10.0, 0.1

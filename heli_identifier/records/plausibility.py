@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
+from heli_identifier.records.columns import Column
 from heli_identifier.records.configuration import HIGHEST_VOLTAGE
 from heli_identifier.records.log import FARTHEST_TRAVEL
-from heli_identifier.records.table import Column
 from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = 2.5 * np.pi

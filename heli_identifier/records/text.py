@@ -25,8 +25,8 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
+from heli_identifier.records.columns import Table, as_numbers, cells_of
 from heli_identifier.records.configuration import LogFormat
-from heli_identifier.records.table import Table, as_numbers, cells_of
 from heli_identifier.records.units import CONTRACT_HEADERS, SIGNALS, understood
 
 NUMBERED = "column {}"
