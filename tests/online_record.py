@@ -19,8 +19,8 @@ def multisines(seed, period, difference_rms=0.4, total_rms=0.9, base=1.0):
     """Multisines over the resonances of pitch (.13 Hz) and elevation (.26 Hz)."""
     return Excitation(
         base=base,
-        difference=Multisine(difference_rms, 0.03, 0.6, 12, period, seed, draws=1),
-        total=Multisine(total_rms, 0.15, 0.5, 12, period, seed + 1000, draws=1),
+        difference=Multisine(difference_rms, 0.03, 0.6, 12, period, seed),
+        total=Multisine(total_rms, 0.15, 0.5, 12, period, seed + 1000),
     )
 
 

@@ -74,11 +74,11 @@ def test_a_dependent_column_is_left_out():
 
 
 @settings(max_examples=20, deadline=None)
-@given(SEEDS, st.floats(1e-3, 5.0))
+@given(SEEDS, st.floats(1e-3, 1.0))
 def test_the_matrix_exponential_is_that_of_scipy(seed, scale):
     m = scale * np.random.default_rng(seed).standard_normal((4, 4))
     reference = scipy.linalg.expm(m)
-    # Squaring s times multiplies the rounding error by some 2^s; s <= 6 here.
+    # Squaring s times multiplies the rounding error by some 2^s; s <= 4 here, and 2 at most for a filter, h A.
     np.testing.assert_allclose(matrix_exponential(m.tolist()), reference, rtol=0, atol=1e-12 * np.abs(reference).max())
 
 

@@ -25,7 +25,7 @@ the regressors of the axes, nearly the same function.
 
 The tones f_i [Hz] are ``tones`` log-spaced frequencies between ``lowest`` and ``highest``, each moved to the nearest
 harmonic of 1/``period``, duplicates dropped (N <= ``tones``). The phases are uniform draws of ``random.Random(seed)``;
-of ``draws`` drawn sets the one of least crest factor is kept.
+of twenty drawn sets the one of least crest factor is kept.
 Source: Pintelon and Schoukens, System Identification, 2nd ed. 2012, section 2.3.
 """
 
@@ -51,6 +51,9 @@ _DETUNING = 0.77
 
 _EDGE = 1e-9
 """Fraction of a period by which an edge comes early: sample times k h are rounded, and an edge on one is taken."""
+
+_DRAWS = 20
+"""Sets of phases that are drawn."""
 
 _POINTS_PER_CYCLE = 8
 """Points per cycle of the highest tone on which the peak is searched: it is found to 4 % or better."""
@@ -100,8 +103,7 @@ class SquareChirp:
 class Multisine:
     """A random-phase multisine: root mean square over a period [V], band [Hz], number of tones asked for, period [s].
 
-    The same ``seed`` of the phases gives the same signal on every machine; of ``draws`` sets of phases that of least
-    crest factor is kept.
+    The same ``seed`` of the phases gives the same signal on every machine.
 
     Raises
     ------
@@ -115,7 +117,6 @@ class Multisine:
     tones: int = 12
     period: float = 90.0
     seed: int = 1
-    draws: int = 20
 
     def __post_init__(self) -> None:
         require_range("multisine.rms", self.rms, "V", lower=0.0)
@@ -124,7 +125,7 @@ class Multisine:
     @property
     def components(self) -> tuple[tuple[float, float], ...]:
         """Angular frequency [rad/s] and phase [rad] of each tone."""
-        return multisine_components(self.lowest, self.highest, self.tones, self.period, self.seed, self.draws)
+        return multisine_components(self.lowest, self.highest, self.tones, self.period, self.seed)
 
     def at(self, t: float) -> float:
         """Value [V] at time ``t`` [s]."""
@@ -234,9 +235,9 @@ def _harmonics(lowest: float, highest: float, tones: int, period: float) -> list
 
 @lru_cache(maxsize=32)
 def multisine_components(
-    lowest: float, highest: float, tones: int, period: float, seed: int, draws: int
+    lowest: float, highest: float, tones: int, period: float, seed: int
 ) -> tuple[tuple[float, float], ...]:
-    """Return angular frequency [rad/s] and phase [rad] of the tones; of ``draws`` sets that of least crest factor.
+    """Return angular frequency [rad/s] and phase [rad] of the tones, those of least crest factor.
 
     The search runs once per process for each signal. Parameters and errors are those of :class:`Multisine`.
     """
@@ -244,18 +245,17 @@ def multisine_components(
     require_range("multisine.highest", highest, "Hz", lower=lowest)
     require_range("multisine.tones", tones, "1", 1, 1000)
     require_positive("multisine.period", period, "s")
-    require_range("multisine.draws", draws, "1", 1, 1000)
     harmonics = _harmonics(lowest, highest, tones, period)
     count = len(harmonics)
     if count == 0:
         raise ConfigurationError(
             f"multisine.period = {period:g} s has no harmonic near {lowest:g} Hz: take at least {1.0 / lowest:g} s"
         )
-    drawn = phases(seed, draws * count)
+    drawn = phases(seed, _DRAWS * count)
     points = _POINTS_PER_CYCLE * harmonics[-1]
     least = inf
     best: tuple[tuple[float, float], ...] = ()
-    for k in range(draws):
+    for k in range(_DRAWS):
         own = drawn[k * count : (k + 1) * count]
         tried = tuple([(2.0 * pi * n / period, phase) for n, phase in zip(harmonics, own, strict=True)])
         peak = max(abs(_sum_of_sines(tried, period * i / points)) for i in range(points))

@@ -158,7 +158,7 @@ def _advance(
     if (count + 1) % plan.moment_samples == 0:
         estimate = observe_axis(estimate, count, plan)
     if count % plan.report_samples == which:
-        rows = _rows(which, estimate, plan)
+        rows = combinations(which, estimate, plan)
         estimate = evaluate_axis(estimate, rows, count, plan)
         if predictor is not None:
             # only what came from outside the loop counts
@@ -171,21 +171,15 @@ def _advance(
     return Axis(estimate, predictor, loop)
 
 
-def combinations(state: IdentifierState, plan: Plan) -> tuple[Rows, Rows, Rows]:
-    """Return, for pitch, elevation and travel, the rows j whose j^T Omega are what is reported, to first order."""
-    return (
-        _rows(_PITCH, state.axes[0].estimate, plan),
-        _rows(_ELEVATION, state.axes[1].estimate, plan),
-        _rows(_TRAVEL, state.axes[2].estimate, plan),
-    )
-
-
 _NOTHING = 1e-100
 """Value of a gain [rad/s^2/V] or torque [rad/s^2] that has been forgotten: the square of a smaller one may be zero."""
 
 
-def _rows(which: int, axis: AxisState, plan: Plan) -> Rows:
-    """Return the combinations of an axis: gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p) among them."""
+def combinations(which: int, axis: AxisState, plan: Plan) -> Rows:
+    """Return the rows j whose j^T Omega are what is reported of pitch (0), elevation or travel, to first order.
+
+    Gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p) are among them.
+    """
     own = plan.axes[which]
     n = own.gain + 1
     rows: Rows = tuple([tuple(unit_vector(i, n)) for i in range(n)])

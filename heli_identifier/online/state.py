@@ -139,8 +139,8 @@ def _scores_in_order(state: IdentifierState, gains: Gains, plan: Plan) -> tuple[
     """Return the scores in the order of the settings; coefficients times the axis' gain are divided by that gain."""
     ordered = [NOTHING] * len(plan.candidates)
     for axis, gain, own in zip(state.axes, gains, plan.axes, strict=True):
-        for i, (score, coefficient, visibility) in zip(own.watched, axis.estimate.scores, strict=True):
+        for i, (score, coefficient) in zip(own.watched, axis.estimate.scores, strict=True):
             if plan.candidates[i].times_gain and gain != 0.0:
                 score, coefficient = copysign(score, score * gain), coefficient / gain
-            ordered[i] = Score(score, coefficient, visibility)
+            ordered[i] = Score(score, coefficient)
     return tuple(ordered)

@@ -204,14 +204,13 @@ _LEAST_VISIBILITY = 0.01
 
 
 class Score(NamedTuple):
-    """Score [1], coefficient c (unit of the effect's) and visibility [1] of one watched effect."""
+    """Score [1] and coefficient c (unit of the effect's) of one watched effect."""
 
     score: float
     coefficient: float
-    visibility: float
 
 
-NOTHING = Score(0.0, 0.0, 0.0)
+NOTHING = Score(0.0, 0.0)
 """The score while nothing is known."""
 
 
@@ -267,14 +266,13 @@ def _score(
     own = bilinear_form(candidate, candidate)
     strengths = [weight * max(0.0, dot(own, block)) for weight, block in zip(weights, blocks, strict=True)]
     strength = total(strengths)
-    visibility = sqrt(strength / whole)
     left = min(freedom(strengths, min(taken, 1)), freedom(weights, taken))
-    if visibility < _LEAST_VISIBILITY or left < LEAST_FREEDOM:
-        return Score(0.0, 0.0, visibility)
+    if strength < _LEAST_VISIBILITY * _LEAST_VISIBILITY * whole or left < LEAST_FREEDOM:
+        return NOTHING
     coefficient = dot(bilinear_form(candidate, residual), moments) / strength
     explained = [e - coefficient * g for e, g in zip(residual, candidate, strict=True)]
     form = bilinear_form(candidate, explained)
     terms = [weight * dot(form, block) for weight, block in zip(weights, blocks, strict=True)]
     error = sqrt((1.0 + OVERLAP * taken / left) * variance_of_sum(terms)) / strength
     error = max(error, least / sqrt(strength))
-    return Score(coefficient / error if error > 0.0 else 0.0, coefficient, visibility)
+    return Score(coefficient / error if error > 0.0 else 0.0, coefficient)

@@ -66,10 +66,8 @@ def joint(states: Sequence[IdentifierState], plan: Plan) -> Together:
     """Combine prediction errors: final ``states``, standard errors evaluated there, of one prior, that of ``plan``."""
     omegas, informations = zip(*(_together(states, axis, plan) for axis in range(3)), strict=True)
     state = _with(states[-1], "omega", omegas)
-    rows = combinations(state, plan)
-    errors, ratios = zip(
-        *(_errors(states, a, omegas[a], informations[a], np.array(rows[a])) for a in range(3)), strict=True
-    )
+    rows = [np.array(combinations(a, state.axes[a].estimate, plan)) for a in range(3)]
+    errors, ratios = zip(*(_errors(states, a, omegas[a], informations[a], rows[a]) for a in range(3)), strict=True)
     output = output_of(_with(state, "standard_errors", errors), plan)
     scatter = output_of(_with(state, "standard_errors", ratios), plan).standard_errors._asdict()
     found = {

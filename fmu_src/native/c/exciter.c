@@ -6,7 +6,6 @@
 enum { NONE, EXPERIMENT_1, EXPERIMENT_2, MULTISINE };
 
 static const char *const CHANNELS[] = {"both", "difference", "total"};
-static const int64_t DRAWS = 20;
 
 /* A signal on the difference or on the sum of the voltages: the paper's, a multisine, or none. */
 typedef struct {
@@ -42,7 +41,7 @@ static Signal multisine(Unit *unit, double rms, int64_t seed)
     const double period = values[REF_multisine_period].real;
     const int64_t tones = (int64_t)values[REF_multisine_tones].real;
     return (Signal){
-        .tones = excitation_multisine_components(&unit->settled, lowest, highest, tones, period, seed, DRAWS),
+        .tones = excitation_multisine_components(&unit->settled, lowest, highest, tones, period, seed),
         .rms = rms};
 }
 
