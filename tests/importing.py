@@ -17,7 +17,7 @@ import pytest
 
 from fmu_src import CLOSED_LOOP
 
-HOSTS = Path(__file__).parent / "hosts" / "importers"
+HOST = Path(__file__).parent / "hosts" / "importer.py"
 STEPS, STEP = 10_000, 0.01
 PARAMETERS = {
     "plant.encoder.enabled": True,
@@ -60,13 +60,9 @@ def imported(host, order, steps, names, out):
     """Rows 1 .. steps of ``names`` as the importer shows them, shape (steps, len(names))."""
     libraries = os.pathsep.join([str(Path(sys.prefix) / "lib"), os.environ.get("LD_LIBRARY_PATH", "")])
     done = subprocess.run(
-        [sys.executable, str(HOSTS / f"{host}.py"), str(order), str(steps), str(STEP), str(out), *names],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        env={**os.environ, "LD_LIBRARY_PATH": libraries},
-        check=False,
-    )
+        [sys.executable, str(HOST), host, str(order), str(steps), str(STEP), str(out), *names],
+        capture_output=True, text=True, timeout=300, env={**os.environ, "LD_LIBRARY_PATH": libraries}, check=False,
+    )  # fmt: skip
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     return np.load(out)
 

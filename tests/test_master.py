@@ -9,6 +9,7 @@ import pytest
 
 from fmu_src import SCENARIOS, BuildError, MasterError, Scenario, WiringError
 from fmu_src.master import Result, run_apart
+from fmu_src.wiring import whole_steps
 from heli_identifier.online import IdentifierSettings, output_of, prepare, start, step
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_plant.communication import quantise
@@ -26,13 +27,13 @@ EXACT = 1e-12
 relative 1e-16 each, over 3000 steps of a stable plant."""
 
 
-def units(fmus, **names):
-    return {name: fmus[kind] for name, kind in names.items()}
+def files_of(scenario, fmus):
+    return {name: fmus[kind] for name, kind in SCENARIOS[scenario].units}
 
 
 @pytest.fixture(scope="module")
 def open_loop(fmus):
-    files = units(fmus, exciter="Exciter", plant="HelicopterPlant", identifier="AdaptiveIdentifier")
+    files = files_of("open_loop", fmus)
     return run_apart("open_loop", 30.0, H, {"identifier.adaptation.hold_time": 2.0}, files)
 
 
@@ -50,13 +51,9 @@ def log(tmp_path_factory):
 
 
 def test_in_real_time_no_step_is_taken_before_it_is_due(fmus):
-    files = units(fmus, exciter="Exciter", plant="HelicopterPlant", identifier="AdaptiveIdentifier")
+    files = files_of("open_loop", fmus)
     result = run_apart(replace(SCENARIOS["open_loop"], in_real_time=True), 0.5, 0.1, {}, files)
     assert result.seconds >= 0.4  # step k of 5 is due after k 0.1 s
-
-
-def test_time_is_the_step_number_times_the_step(open_loop):
-    assert np.array_equal(open_loop.time, np.arange(3001) * H)
 
 
 def test_the_exciter_shows_the_signal_of_t_k_at_t_k(open_loop):
@@ -109,7 +106,7 @@ def test_a_corrected_plant_under_a_log_is_the_offline_plant(fmus, log, effects):
         20.0,
         H,
         {"player.log.path": str(path), **given},
-        units(fmus, player="LogPlayer", plant="HelicopterPlant"),
+        files_of("plant_beside_log", fmus),
     )
     assert np.array_equal(result.columns("player.v_front", "player.v_rear"), held)
     _, angles = simulate(held, H, first, parameters)
@@ -119,7 +116,7 @@ def test_a_corrected_plant_under_a_log_is_the_offline_plant(fmus, log, effects):
 
 def test_encoders_show_whole_counts_of_the_same_motion(fmus, log):
     path, held = log
-    files = units(fmus, player="LogPlayer", plant="HelicopterPlant")
+    files = files_of("plant_beside_log", fmus)
     order = {"player.log.path": str(path), "plant.encoder.enabled": True}
     seen = run_apart("plant_beside_log", 5.0, H, order, files).columns(*ANGLES)
     states, angles = simulate(held[:501], H, rest_state(TABLE_2), TABLE_2)
@@ -128,9 +125,7 @@ def test_encoders_show_whole_counts_of_the_same_motion(fmus, log):
 
 
 def test_the_controllers_voltages_hold_one_step_after_the_angles_that_they_follow_from(fmus):
-    files = units(
-        fmus, exciter="Exciter", controller="PidController", plant="HelicopterPlant", identifier="AdaptiveIdentifier"
-    )
+    files = files_of("closed_loop", fmus)
     order = {
         "controller.reference.step_pitch": 0.2,
         "controller.reference.step_time": 1.0,
@@ -151,9 +146,7 @@ def test_the_controllers_voltages_hold_one_step_after_the_angles_that_they_follo
 
 
 def test_the_closed_loop_follows_a_pitch_step(fmus):
-    files = units(
-        fmus, exciter="Exciter", controller="PidController", plant="HelicopterPlant", identifier="AdaptiveIdentifier"
-    )
+    files = files_of("closed_loop", fmus)
     order = {"controller.reference.step_pitch": 0.2, "exciter.excitation.experiment": 0}
     pitch = run_apart("closed_loop", 60.0, H, order, files).column("plant.pitch")
     # the integral's closed-loop pole is near k_i/k_p = .5 1/s: 55 s after the step nothing is left of it
@@ -162,7 +155,7 @@ def test_the_closed_loop_follows_a_pitch_step(fmus):
 
 def test_a_long_communication_step_keeps_the_inner_step(fmus, log):
     path, held = log
-    files = units(fmus, player="LogPlayer", plant="HelicopterPlant")
+    files = files_of("plant_beside_log", fmus)
     seen = run_apart("plant_beside_log", 19.8, 0.03, {"player.log.path": str(path)}, files)
     # the voltage of t_k holds over .03 s, three inner steps of .01 s each
     stretched = np.repeat(held[:1981:3], 3, axis=0)[:1981]
@@ -176,7 +169,7 @@ def test_results_read_back_from_csv_to_the_bit(open_loop, tmp_path):
     header = path.read_text().splitlines()[0].split(",")
     assert header[:3] == ["time [s]", "exciter.v_front [V]", "exciter.v_rear [V]"]
     back = np.loadtxt(path, delimiter=",", skiprows=1)
-    assert np.array_equal(back, np.column_stack([open_loop.time, open_loop.values]))
+    assert np.array_equal(back, np.column_stack([np.arange(3001) * H, open_loop.values]))  # k H, not a running sum
 
 
 def test_an_unknown_output_is_refused_with_the_nearest_name():
@@ -197,13 +190,13 @@ def test_an_unknown_output_is_refused_with_the_nearest_name():
     ],
 )
 def test_a_bad_parameter_is_refused_by_name(fmus, order, error, message):
-    files = units(fmus, exciter="Exciter", plant="HelicopterPlant", identifier="AdaptiveIdentifier")
+    files = files_of("open_loop", fmus)
     with pytest.raises(error, match=message):
         run_apart("open_loop", 1.0, H, order, files)
 
 
 def test_a_unit_that_fails_in_a_step_is_named_with_call_and_time(fmus):
-    files = units(fmus, exciter="Exciter", plant="HelicopterPlant", identifier="AdaptiveIdentifier")
+    files = files_of("open_loop", fmus)
     # damping of -10 1/s grows as exp(10 t): the angle leaves the identifier's range, 1e4 rad, within 2 s
     order = {"plant.pitch.damping": -10.0, "plant.pitch.stiffness": -100.0}
     with pytest.raises(MasterError, match=r"identifier.setReal at t = [0-9.]+ s answered discard: .*pitch = "):
@@ -218,7 +211,7 @@ def test_a_unit_that_fails_in_a_step_is_named_with_call_and_time(fmus):
 )
 def test_a_duration_that_is_no_whole_number_of_steps_is_refused(duration, step, message):
     with pytest.raises(WiringError, match=message):
-        run_apart("open_loop", duration, step)
+        whole_steps(duration, step)
 
 
 def test_a_missing_fmu_and_one_too_many_are_refused(fmus, tmp_path):
@@ -252,12 +245,6 @@ def test_units_run_below_any_folder_but_one_whose_name_they_misread(tmp_path, mo
         run_apart("open_loop", 0.1, H)
 
 
-def test_a_unit_without_an_fmu_is_built_afresh_from_the_project():
-    order = {"plant.pitch.gain": 0.2}
-    result = run_apart("open_loop", 0.1, H, order)
-    assert "identifier.a_wx" in result.names
-
-
 def test_an_unknown_unit_in_a_scenario_of_ones_own_is_a_build_error():
     with pytest.raises(BuildError, match="no unit is called 'Nothing'"):
         run_apart(Scenario("own", "", (("a", "Nothing"),), ()), 1.0)
@@ -270,7 +257,7 @@ def test_a_child_that_dies_is_reported_with_its_code(monkeypatch):
 
 
 def test_the_progress_bar_goes_to_the_error_stream_and_reaches_its_end(fmus, capfd):
-    files = units(fmus, exciter="Exciter", plant="HelicopterPlant", identifier="AdaptiveIdentifier")
+    files = files_of("open_loop", fmus)
     run_apart("open_loop", 1.0, H, {}, files, progress=True)
     out, err = capfd.readouterr()
     assert out == ""
