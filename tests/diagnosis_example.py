@@ -66,56 +66,60 @@ def figure(value):
 def axis_reports(series):
     """Reports whose free run after is that of the series; the other figures are made up."""
     squares = np.concatenate([(s.log.angles - s.free_run_after) ** 2 for s in series])
-    run = [figure(float(np.sqrt(column.mean()))) for column in squares.T]
+    change = {"ahead_200ms": ErrorFigure(0.0, -0.02, 0.02), "prediction_1s": ErrorFigure(-0.6, -0.65, -0.55)}
     reports = {}
-    for index, axis in enumerate(AXES):
+    for axis, column in zip(AXES, squares.T, strict=True):
         stable = axis != "travel"  # nothing pulls it back
-        near = figure(6e-4), figure(7e-4)
-        after = AxisError(*near, figure(2e-3), figure(4e-3), run[index] if stable else None)
-        before = AxisError(*near, figure(5e-3), figure(1.3e-2), figure(3e-2) if stable else None)
-        floor = AxisError(*near, figure(1.9e-3), figure(3.6e-3))
-        white, use = {"before": 1e-9, "after": 0.4}, (Use.PREDICTION if axis == "travel" else Use.CONTROL)
-        why = "k_y is not determined: its interval is ± .1" if axis == "travel" else "references agree"
+        near, run = (figure(6e-4), figure(7e-4)), figure(float(np.sqrt(column.mean())))
         reports[axis] = AxisReport(
-            before, after, floor, figure(0.15), figure(0.07), white, 3e-3, 2.5, 6e-4, use, why,
-            {"ahead_200ms": ErrorFigure(0.0, -0.02, 0.02), "prediction_1s": ErrorFigure(-0.6, -0.65, -0.55)},
-        )  # fmt: skip
+            before=AxisError(*near, figure(5e-3), figure(1.3e-2), figure(3e-2) if stable else None),
+            after=AxisError(*near, figure(2e-3), figure(4e-3), run if stable else None),
+            noise_floor=AxisError(*near, figure(1.9e-3), figure(3.6e-3)),
+            angle_stays=figure(0.15),
+            rate_stays=figure(0.07),
+            whiteness_p={"before": 1e-9, "after": 0.4},
+            air=3e-3,
+            air_rate=2.5,
+            encoder_noise=6e-4,
+            use=Use.CONTROL if stable else Use.PREDICTION,
+            why="references agree" if stable else "k_y is not determined: its interval is ± .1",
+            change=change,
+        )
     return reports
+
+
+def estimate(parameters, name):
+    """A parameter with an error of a hundredth."""
+    value = getattr(parameters, name)
+    return Estimate(value, 0.01 * abs(value), BY_FIELD[name].unit)
 
 
 def determinations(parameters):
     """What the gains rest on: two from outside, one not determined."""
-    found = {}
-    for name in ("k_x", "k_z", "k_y"):
-        value = Estimate(getattr(parameters, name), 0.01 * abs(getattr(parameters, name)), BY_FIELD[name].unit)
-        sure = name != "k_y"
-        found[name] = ParameterReport(
-            value,
-            Determination.OUTSIDE if sure else Determination.NOT_DETERMINED,
-            0.8 if sure else 0.0,
-            value if sure else None,
-            False,
-            (0.1, 1.0),
-            "references alone give the same" if sure else "its interval is ± .1",
-            "" if sure else "Lean the pitch by 10 degrees for 5 s either way.",
-        )
-    return found
+    sure, rest = (Determination.OUTSIDE, 0.8), ((0.1, 1.0), "references alone give the same")
+    found = {name: estimate(parameters, name) for name in ("k_x", "k_z", "k_y")}
+    reports = {name: ParameterReport(own, *sure, own, False, *rest) for name, own in found.items()}
+    reports["k_y"] = ParameterReport(
+        found["k_y"], Determination.NOT_DETERMINED, 0.0, None, False, (0.1, 1.0), "its interval is ± .1",
+        "Lean the pitch by 10 degrees for 5 s either way.",
+    )  # fmt: skip
+    return reports
 
 
 def estimates(parameters):
-    """The simplified model's parameters with errors of a hundredth, and the lag, which is given."""
-    found = {
-        name: Estimate(getattr(parameters, name), 0.01 * abs(getattr(parameters, name)), BY_FIELD[name].unit)
-        for name in ModelParameters._fields
-    }
+    """The simplified model's parameters with their errors, and the lag, which is given."""
+    found = {name: estimate(parameters, name) for name in ModelParameters._fields}
     return {**found, "T_m": Estimate(parameters.T_m, None, "s")}
+
+
+TURNS = np.linspace(0.0, 2.0 * np.pi, 20)
+WAVE = 0.01 * np.sin(TURNS)
+"""A torque that is periodic in the travel."""
 
 
 def found_effects():
     """One shown, one ambiguous with a shape, one periodic torque, one unknown curve."""
-    turns = np.linspace(0.0, 2.0 * np.pi, 20)
-    wave = 0.01 * np.sin(turns)
-    curve, band = np.column_stack((turns, wave)), np.column_stack((turns, wave - 1e-3, wave + 1e-3))
+    curve, band = np.column_stack((TURNS, WAVE)), np.column_stack((TURNS, WAVE - 1e-3, WAVE + 1e-3))
     bending = {"frequency": Estimate(3.1, 0.02, "Hz"), "damping": Estimate(0.05, None, "1")}
     return (
         FoundEffect(
@@ -140,8 +144,6 @@ def found_effects():
 def curves():
     x = np.linspace(-0.3, 0.3, 32)
     law = -FRICTION.value * np.sign(x)
-    turns = np.linspace(0.0, 2.0 * np.pi, 20)
-    wave = 0.01 * np.sin(turns)
     return (
         EffectCurve(
             "dry_friction", "pitch", "pitch rate", "rad/s", np.column_stack((x, law + 1e-3 * np.cos(40.0 * x))),
@@ -149,7 +151,7 @@ def curves():
         ),
         EffectCurve(
             "unknown", "travel", "travel", "rad", np.empty((0, 2)),
-            np.column_stack((turns, wave, wave - 1e-3, wave + 1e-3)),
+            np.column_stack((TURNS, WAVE, WAVE - 1e-3, WAVE + 1e-3)),
         ),
     )  # fmt: skip
 
@@ -158,18 +160,10 @@ def catalogue():
     """Every entry: the shown one, two that are not testable, the others not shown."""
     verdicts = []
     for number, entry in enumerate(CATALOGUE):
-        value = Estimate(1e-3, 1e-3, entry.unit)
         row = CatalogueVerdict(
-            entry.name,
-            entry.axis,
-            Verdict.NOT_SHOWN,
-            value,
-            1.0,
-            0.02 * (number + 1),
-            3e-3,
-            "score 1.0 nats, 8 needed",
-            "",
-        )
+            entry.name, entry.axis, Verdict.NOT_SHOWN, Estimate(1e-3, 1e-3, entry.unit), 1.0, 0.02 * (number + 1), 3e-3,
+            "score 1.0 nats, 8 needed", "",
+        )  # fmt: skip
         if (entry.name, entry.axis) == ("dry_friction", "pitch"):
             row = replace(row, verdict=Verdict.SHOWN, estimate=FRICTION, score=41.0)
         if entry.name == "inertial_coupling":
