@@ -99,13 +99,8 @@ def coriolis_torques(
     )
 
 
-def potential_energy(pitch: float, elevation: float, p: PlantParameters) -> float:
-    """Potential energy [J]; the counterweight's mass balances the arm, only the drops are left."""
-    return -GRAVITY * cos(elevation) * (counterweight(p) * p.d1 + p.m3 * p.d2 * cos(pitch))
-
-
 def gravity_torques(pitch: float, elevation: float, p: PlantParameters) -> tuple[float, float]:
-    """Gradient of :func:`potential_energy` by theta and epsilon [N m]; by lambda it is zero."""
+    """Gradient of the potential energy -g cos(eps) (m1 d1 + m3 d2 cos(theta)) by theta and epsilon [N m]."""
     return (
         GRAVITY * cos(elevation) * p.m3 * p.d2 * sin(pitch),
         GRAVITY * sin(elevation) * (counterweight(p) * p.d1 + p.m3 * p.d2 * cos(pitch)),

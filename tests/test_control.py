@@ -1,6 +1,6 @@
 """The controller: the corrected sign of the paper's law, stable and damped defaults, limits, filtered rates."""
 
-from math import exp, log
+from math import exp
 
 import control
 import numpy as np
@@ -40,10 +40,6 @@ def test_corrected_sign_is_stable_and_damped():
     poles = pitch_loop(1.0)
     assert max(poles.real) < -0.5
     assert min(-poles.real / np.abs(poles)) > 0.6
-
-
-def test_gains_on_pitch_are_the_papers():
-    assert PID.pitch == AxisGains(8.35, 4.25, 8.76)
 
 
 # --- the whole sampled loop, with one period of delay --------------------------------------------------------------
@@ -133,15 +129,6 @@ def test_travel_steps_to_its_reference_in_fifteen_seconds():
     assert np.abs(angles[:, 0]).max() < TRAVEL.pitch_limit and np.abs(voltages).max() < TRAVEL.voltage_limit
 
 
-def test_travel_turns_half_round_within_the_limits_of_pitch_and_voltage():
-    angles, voltages = fly(equilibrium(LEVEL, TRAVEL), (0.0, 0.2, np.pi), TRAVEL, 40.0)
-    assert abs(angles[-1, 2] - np.pi) < 0.02
-    # the pitch follows its clipped reference with the overshoot of its own loop, below a fifth
-    assert np.abs(angles[:, 0]).max() < 1.2 * TRAVEL.pitch_limit
-    assert np.abs(voltages).max() <= TRAVEL.voltage_limit
-    assert np.abs(angles[:, 1] - 0.2).max() < 0.02
-
-
 def test_paper_gains_step_the_pitch_with_their_known_overshoot():
     angles, _ = fly(equilibrium(LEVEL, PID), (0.2, 0.2, 0.0), PID, 20.0)
     overshoot, settling = overshoot_and_settling(angles[:, 0], 0.2)
@@ -154,10 +141,6 @@ def test_printed_sign_throws_the_helicopter_over():
     z = np.array([*rest_state(P), *start_pid(*rest_state(P)[:3]), 0.0, 0.0])
     angles, _ = fly(z, (P.theta0 + 0.02, 0.05, 0.0), printed, 5.0)
     assert np.abs(angles[:, 0]).max() > 1.5
-
-
-def test_default_trim_carries_the_arm_at_zero_elevation():
-    assert PID.trim == pytest.approx(P.a_1 / P.k_z, abs=0.05)
 
 
 # --- the law's parts -----------------------------------------------------------------------------------------------
@@ -214,17 +197,3 @@ def test_saturated_elevation_recovers_without_windup():
     angles, _ = fly(equilibrium(LEVEL, PID), (0.0, 0.6, 0.0), PID, 20.0)
     free, _ = overshoot_and_settling(angles[:, 1], 0.6)
     assert held < free + 0.3
-
-
-def test_travel_reference_is_clipped_to_the_pitch_limit():
-    still = start_pid(0.0, 0.2, 0.0)
-    state, _ = pid_step(still, 0.0, 0.2, 0.0, (0.0, 0.2, 50.0), H, TRAVEL)
-    # a travel reference far ahead demands a pitch of -.5 rad, so the pitch integrates an error of +.5 rad
-    assert state.integral_pitch == pytest.approx(H * TRAVEL.pitch_limit)
-
-
-def test_filter_of_the_rates_is_exact_over_a_period():
-    state, _ = pid_step(PidState(0, 0, 0, 0.1, 0.2, 0.3), 0.4, 0.2, 0.0, LEVEL, H, PID)
-    kept = exp(-H / PID.rate_time_constant)
-    assert state[3:] == pytest.approx((0.4 - 0.3 * kept, 0.2, 0.3 * kept))
-    assert log(kept) == pytest.approx(-H / PID.rate_time_constant)

@@ -1,9 +1,9 @@
-"""Every effect of the catalogue: its law, its sign, its value at rest, that off is off, and all ways of running it.
+"""Every effect of the catalogue: its sign, its value at rest, that off is off, interpreted and compiled.
 
-``LAWS`` is written from the published table of laws, independently of the code of the plant.
+The laws themselves are compared in :mod:`tests.test_effect_files`.
 """
 
-from math import cos, exp, sin, tan, tanh
+from math import cos, sin
 from types import SimpleNamespace
 
 import numpy as np
@@ -53,69 +53,6 @@ def added(s, p):
 
 
 RATE = {"pitch": "w_th", "elevation": "w_ep", "travel": "w_la"}
-
-
-def horizontal(s, p):
-    """Elevation from the horizontal arm."""
-    return s.ep + p.horizontal_offset
-
-
-def gravity(s, p):
-    """The arm's gravity [rad/s^2] with sine and cosine; for small angles it is a_e eps + a_1."""
-    return p.a_e * sin(horizontal(s, p)) + (p.a_1 - p.a_e * p.horizontal_offset) * cos(horizontal(s, p))
-
-
-LAWS = {
-    "dry_friction": lambda s, c, w, p: -c * tanh(w / 0.005),
-    "breakaway_friction": lambda s, c, w, p: -c * tanh(w / 0.005) * exp(-((w / 0.05) ** 2)),
-    "quadratic_drag": lambda s, c, w, p: -c * w * abs(w),
-    "constant_torque": lambda s, c, w, p: c,
-    "rotor_mismatch": lambda s, c, w, p: c * s.mu_sum,
-    "airspeed_thrust_loss_pitch": lambda s, c, w, p: -c * s.mu_sum * s.w_th,
-    "airspeed_thrust_loss_elevation": lambda s, c, w, p: -c * s.mu_sum * s.w_ep * cos(s.th),
-    "gyroscopic_coupling_pitch": lambda s, c, w, p: -c * s.mu_sum * s.w_ep,
-    "gyroscopic_coupling_elevation": lambda s, c, w, p: c * s.mu_sum * s.w_th,
-    "speed_stability": lambda s, c, w, p: c * s.w_la,
-    "rotor_drag_torque": lambda s, c, w, p: c * s.mu_sum * cos(s.th) * cos(horizontal(s, p)),
-    "thrust_tilt": lambda s, c, w, p: c * s.mu_sum * sin(s.th),
-    "translational_lift": lambda s, c, w, p: c * s.mu_sum * cos(s.th) * s.w_la**2,
-    "cable_stiffness": lambda s, c, w, p: -c * (s.la - s.cable_rest),
-    "inertial_coupling_elevation": lambda s, c, w, p: -c / 2 * sin(2 * horizontal(s, p)) * s.w_la**2,
-    "inertial_coupling_travel": lambda s, c, w, p: 2 * c * tan(horizontal(s, p)) * s.w_ep * s.w_la,
-    "large_angle_gravity": lambda s, c, w, p: c * (p.a_e * s.ep + p.a_1 - gravity(s, p)),
-    "pitch_gravity_coupling": lambda s, c, w, p: c * p.a_th * sin(s.th - p.theta0) * (1 - cos(horizontal(s, p))),
-    "ground_effect": lambda s, c, w, p: p.k_z * s.mu_sum * cos(s.th) * c * exp(-(s.ep + 0.5) / 0.15),
-    "moving_mass": lambda s, c, w, p: -c if s.t >= 30.0 else 0.0,
-}
-"""Added acceleration [rad/s^2] by name, or by name and axis; w is the axis's own rate, p holds Table 2."""
-
-
-# --- laws --------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("e", BY_AXIS, ids=by_id)
-@given(s=situations(), offset=st.floats(-0.3, 0.3))
-def test_effect_adds_its_law_to_its_axis_and_nothing_to_the_others(e, s, offset):
-    """Every law with a sine of the elevation uses the angle from the horizontal arm."""
-    c = 0.3 * e.upper
-    shapes = {"moving_mass_time": 30.0} if e.name == "moving_mass" else {}
-    p = on(e, c, horizontal_offset=offset, **shapes)
-    law = LAWS.get(e.field) or LAWS[e.name]
-    expected = law(s, c, getattr(s, RATE[e.axis]), p)
-    change = added(s, p)
-    # the difference of two sums of terms up to 30 rad/s^2
-    assert change.pop(e.axis) == pytest.approx(expected, rel=1e-12, abs=1e-13)
-    assert set(change.values()) == {0.0}
-
-
-@given(st.floats(-5, 5), st.floats(0, 100))
-def test_rotors_chain_follows_the_catalogues_laws(v, t):
-    rotor = {e.name: e for e in OF_ROTORS}
-    assert thrust_voltage(v, t, on(rotor["quadratic_thrust"], 0.1)) == pytest.approx(v + 0.1 * v * abs(v))
-    assert thrust_voltage(v, t, on(rotor["reverse_thrust_loss"], 0.6)) == pytest.approx(0.4 * v if v < 0 else v)
-    assert thrust_voltage(v, t, on(rotor["thrust_fade"], 0.001)) == pytest.approx((1 - 0.001 * t) * v)
-    left = motor_input(v, on(rotor["dead_zone"], 0.15))
-    assert left == pytest.approx(0.0 if abs(v) < 0.15 else v - 0.15 * np.sign(v), abs=1e-15)
 
 
 def test_motor_lag_is_a_longer_time_constant():
@@ -190,13 +127,6 @@ def test_friction_and_drag_never_add_power(e, s, share):
     assert added(s, on(e, share * e.upper))[e.axis] * getattr(s, RATE[e.axis]) <= 0.0
 
 
-@pytest.mark.parametrize("e", [e for e in BY_AXIS if e.name == "airspeed_thrust_loss"], ids=by_id)
-@given(s=situations())
-def test_lift_lost_to_airspeed_damps_while_the_rotors_pull(e, s):
-    s.mu_sum = abs(s.mu_sum)
-    assert added(s, on(e, 0.1))[e.axis] * getattr(s, RATE[e.axis]) <= 1e-15  # rounding of a difference
-
-
 @given(s=situations())
 def test_gyroscopic_coupling_turns_the_motion_without_adding_power(s):
     change = added(s, TABLE_2._replace(gyroscopic_coupling_pitch=0.05, gyroscopic_coupling_elevation=0.05))
@@ -257,12 +187,10 @@ def interpreted(V, start, p):
     return np.array(states)
 
 
-@pytest.mark.parametrize("e", [*CATALOGUE, None], ids=lambda e: e.field if e else "all")
-@pytest.mark.parametrize(
-    "general", [pytest.param(0.0, id="simplified"), pytest.param(1.0, id="general", marks=pytest.mark.slow)]
-)
-def test_compiled_record_moves_as_the_interpreted_steps(e, general):
-    p = (on(e, 0.2 * e.upper) if e else ALL_ON)._replace(general_model=general)
+@pytest.mark.parametrize("general", [0.0, 1.0])
+@pytest.mark.parametrize("every", [False, True])
+def test_compiled_record_moves_as_the_interpreted_steps(every, general):
+    p = (ALL_ON if every else TABLE_2)._replace(general_model=general)
     V = np.random.default_rng(7).uniform(-5.5, 5.5, (150, 2))
     batch, _ = simulate(V, h, START, p, mass_commands=np.full(150, 0.1))
     # the compiler may not reorder operations: only sines and exponentials of another library could differ, by roundings

@@ -1,60 +1,100 @@
-"""Motors: the exact lag of eq. (9) and the saturation."""
+"""Signals into and out of the plant: saturation, input delay, the exact lag of eq. (9), encoders."""
 
-from math import exp
+from math import pi
 
-import control
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import cont2discrete
 
-from heli_plant.motor import kept, lagged, saturate, toward
+from heli_plant.communication import EncoderCounts, quantise
+from heli_plant.compiled import compiled, parameter_record
+from heli_plant.motor import kept, lagged, mean_held, remember, saturate
+from heli_plant.parameters import TABLE_2
+from heli_plant.plant import arriving
 
-voltage = st.floats(-10.0, 10.0)
-positive = st.floats(1e-3, 1.0)
-
-
-def test_lag_is_the_step_response_of_a_first_order_system():
-    t = np.linspace(0.0, 0.5, 51)
-    expected = control.step_response(control.tf([1.0], [0.08, 1.0]), t).outputs
-    nu, mine = 0.0, [0.0]
-    for _ in t[1:]:
-        nu = lagged(nu, 1.0, 0.01, 0.08)
-        mine.append(nu)
-    # both are exact for a held voltage: only the rounding errors of fifty steps are left
-    np.testing.assert_allclose(mine, expected, atol=1e-14)
+voltage, angle = st.floats(-10.0, 10.0), st.floats(-20.0, 20.0)
+records = st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5)), min_size=1, max_size=40)
+H = 0.01
 
 
-def test_lag_is_scipys_zero_order_hold_discretisation():
-    A, B = np.array([[-1 / 0.08]]), np.array([[1 / 0.08]])
-    a, b, *_ = cont2discrete((A, B, np.eye(1), np.zeros((1, 1))), 0.01, "zoh")
-    assert kept(0.01, 0.08) == pytest.approx(a[0, 0], rel=1e-14)
-    assert lagged(0.7, -2.0, 0.01, 0.08) == pytest.approx(a[0, 0] * 0.7 + b[0, 0] * -2.0, rel=1e-14)
-
-
-@given(voltage, voltage, positive, positive)
-def test_two_half_steps_are_one_whole_step(nu, v, h, time_constant):
-    half = lagged(lagged(nu, v, h / 2, time_constant), v, h / 2, time_constant)
-    assert half == pytest.approx(lagged(nu, v, h, time_constant), abs=1e-13)
-
-
-@given(voltage, voltage, positive)
-def test_motor_without_a_lag_passes_the_voltage_through(nu, v, h):
+@given(voltage, voltage, st.floats(1e-3, 1.0), st.floats(1e-3, 1.0))
+def test_lag_is_scipys_zero_order_hold_discretisation(nu, v, h, T):
+    A, B = np.array([[-1 / T]]), np.array([[1 / T]])
+    a, b, *_ = cont2discrete((A, B, np.eye(1), np.zeros((1, 1))), h, "zoh")
+    assert kept(h, T) == pytest.approx(a[0, 0], rel=1e-9, abs=1e-14)  # scipy's matrix exponential at h/T up to 1000
+    assert lagged(nu, v, h, T) == pytest.approx(a[0, 0] * nu + b[0, 0] * v, rel=1e-9, abs=1e-9)
     assert lagged(nu, v, h, 0.0) == v
-
-
-@given(voltage, voltage, positive, positive)
-def test_lagged_voltage_stays_between_where_it_was_and_what_drives_it(nu, v, h, time_constant):
-    # only a rounding error beyond either end is possible
-    assert min(nu, v) - 1e-14 <= lagged(nu, v, h, time_constant) <= max(nu, v) + 1e-14
-
-
-def test_one_time_constant_leaves_the_share_one_over_e():
-    assert kept(0.08, 0.08) == exp(-1.0)
-    assert toward(1.0, 3.0, 0.25) == 2.5
 
 
 @given(voltage, st.floats(0.1, 8.0))
 def test_saturation_clips_both_ways_and_touches_nothing_within(v, limit):
     assert saturate(v, limit) == float(np.clip(v, -limit, limit))
+
+
+# --- encoders ----------------------------------------------------------------------------------------------------
+
+
+@given(angle, angle, st.sampled_from([360, 4096, 8192]))
+def test_reading_is_the_nearest_whole_count_and_never_turns_back(x, y, n):
+    read = quantise(x, n)
+    # plus the rounding error of an angle of up to 20 rad, which is 26e3 counts
+    assert abs(read - x) <= pi / n + 1e-14
+    assert read * n / (2 * pi) == pytest.approx(round(read * n / (2 * pi)), abs=1e-10)
+    assert quantise(min(x, y), n) <= quantise(max(x, y), n)
+    assert quantise(x, 0) == x
+
+
+def test_travel_has_twice_the_counts():
+    assert EncoderCounts() == (4096, 4096, 8192)
+
+
+# --- input delay -------------------------------------------------------------------------------------------------
+
+
+def delayed(record, k, delay):
+    """Voltages that arrive over step ``k`` of a record sampled every 10 ms."""
+    p = TABLE_2._replace(input_delay_rotors=delay)
+    return arriving([H * i for i in range(len(record))], record, k, H * k, H, p)
+
+
+@given(records, st.floats(0.0, 0.5))
+def test_mean_is_the_integral_of_the_held_voltage(record, delay):
+    """The reference is a sum over 2000 points of the window; at a jump it is off by up to 10 V / 2000."""
+    k = len(record) - 1
+    t = H * k - delay + H * (np.arange(2000) + 0.5) / 2000
+    held = np.array(record)[np.clip(np.floor(t / H).astype(int), 0, k)]
+    assert delayed(record, k, delay) == pytest.approx(tuple(held.mean(axis=0)), abs=0.02)
+
+
+@pytest.mark.parametrize("steps", [0, 1, 3, 7, 29])
+def test_delay_of_whole_steps_is_a_pure_shift_despite_rounding(steps):
+    """Times have rounding errors of 1e-16 s, so the neighbouring voltage enters with a share of 1e-14 at most."""
+    record = [tuple(pair) for pair in np.random.default_rng(0).uniform(-5, 5, (40, 2)).tolist()]
+    for k in range(40):
+        assert delayed(record, k, steps * H) == pytest.approx(record[max(k - steps, 0)], abs=1e-12)
+
+
+@given(records, st.floats(0.0, 0.1))
+def test_compiled_code_and_a_growing_history_give_what_the_whole_record_gives(record, delay):
+    """A unit keeps only the voltages that its delay can reach; a diagnosis has arrays of the whole record."""
+    p = parameter_record(TABLE_2._replace(input_delay_rotors=delay))
+    time, since, held = [H * i for i in range(len(record))], [], []
+    for k, pair in enumerate(record):
+        since, held = remember(since, held, H * k, *pair, delay)
+        expected = pytest.approx(delayed(record, k, delay), abs=1e-12)
+        assert mean_held(since, held, len(since) - 1, H * k - delay, H * (k + 1) - delay) == expected
+        assert compiled(arriving)(np.array(time), np.array(record), k, H * k, H, p) == expected
+
+
+def test_history_keeps_only_the_voltages_that_the_delay_reaches():
+    since, held = [], []
+    for k in range(1000):
+        since, held = remember(since, held, 0.01 * k, float(k), 0.0, 0.035)
+    assert len(since) == len(held) == 5  # three whole steps, the one that the delay reaches in part, the current one
+
+
+def test_repeated_step_discards_the_voltages_held_after_its_start():
+    since, held = remember([0.0, 0.01, 0.02], [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0)], 0.01, 9.0, 9.0, 1.0)
+    assert (since, held) == ([0.0, 0.01], [(1.0, 1.0), (9.0, 9.0)])

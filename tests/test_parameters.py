@@ -12,31 +12,15 @@ from heli_plant.errors import ParameterError
 from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked, from_names, to_names
 
 DESIGN = {
-    "dry_friction": "pitch elevation travel",
-    "breakaway_friction": "pitch elevation travel",
-    "quadratic_drag": "pitch elevation travel",
-    "constant_torque": "pitch travel",
-    "rotor_mismatch": "pitch",
-    "quadratic_thrust": "rotors",
-    "reverse_thrust_loss": "rotors",
-    "dead_zone": "rotors",
-    "motor_lag": "rotors",
-    "input_delay": "rotors",
-    "thrust_fade": "rotors",
-    "airspeed_thrust_loss": "pitch elevation",
-    "gyroscopic_coupling": "pitch elevation",
-    "rotor_drag_torque": "travel",
-    "thrust_tilt": "elevation",
-    "translational_lift": "elevation",
-    "cable_stiffness": "travel",
-    "inertial_coupling": "elevation travel",
-    "large_angle_gravity": "elevation",
-    "pitch_gravity_coupling": "pitch",
-    "speed_stability": "pitch",
-    "ground_effect": "elevation",
-    "arm_bending": "elevation",
-    "moving_mass": "elevation",
-}
+    "dry_friction": "pitch elevation travel", "breakaway_friction": "pitch elevation travel",
+    "quadratic_drag": "pitch elevation travel", "constant_torque": "pitch travel", "rotor_mismatch": "pitch",
+    "quadratic_thrust": "rotors", "reverse_thrust_loss": "rotors", "dead_zone": "rotors", "motor_lag": "rotors",
+    "input_delay": "rotors", "thrust_fade": "rotors", "airspeed_thrust_loss": "pitch elevation",
+    "gyroscopic_coupling": "pitch elevation", "rotor_drag_torque": "travel", "thrust_tilt": "elevation",
+    "translational_lift": "elevation", "cable_stiffness": "travel", "inertial_coupling": "elevation travel",
+    "large_angle_gravity": "elevation", "pitch_gravity_coupling": "pitch", "speed_stability": "pitch",
+    "ground_effect": "elevation", "arm_bending": "elevation", "moving_mass": "elevation",
+}  # fmt: skip
 """Names of all effects, which parameter sets and reports use, with the axes on which they act."""
 
 NOT_NEGATIVE = {
@@ -90,11 +74,6 @@ def test_each_parameter_is_refused_beyond_either_bound():
         for beyond in (row.minimum - 1.0, row.maximum + 1.0):
             with pytest.raises(ParameterError, match=row.name):
                 checked(TABLE_2._replace(**{row.field: beyond}))
-
-
-def test_motor_lag_may_not_make_the_time_constant_negative():
-    with pytest.raises(ParameterError, match=r"effects\.motor_lag\.rotors = -0\.01 s must not be negative"):
-        checked(TABLE_2._replace(T_m=0.04, motor_lag_rotors=-0.05))
 
 
 def test_unknown_name_is_refused_with_the_nearest_one():

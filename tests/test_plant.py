@@ -71,12 +71,6 @@ def test_motor_without_a_lag_acts_from_the_steps_start():
     assert (after.nu_front, after.nu_rear) == (-2.0, 2.0)
 
 
-def test_motors_vanishing_lag_is_no_lag():
-    """With T_m = 1 us the old voltage has decayed within the first microseconds of a step of 10 ms."""
-    none, tiny = (run(START, 0.5, 0.01, TABLE_2._replace(T_m=lag)) for lag in (0.0, 1e-6))
-    np.testing.assert_allclose(none, tiny, atol=1e-12)
-
-
 @given(voltage, voltage)
 def test_voltages_beyond_the_limit_act_as_the_limit(v_front, v_rear):
     clipped = [min(max(v, -5.0), 5.0) for v in (v_front, v_rear)]
@@ -87,12 +81,6 @@ def test_helicopter_at_rest_stays_at_rest():
     rest = rest_state(TABLE_2)
     # the elevation's balance holds to a rounding error, which oscillates and does not grow
     np.testing.assert_allclose(run(rest, 20.0, 0.01, TABLE_2, 0.0, 0.0), rest, atol=1e-15)
-
-
-def test_step_has_no_memory_of_its_own():
-    first = step(START, 1.0, 2.0, 0.0, 0.3, 0.01, SMOOTH)
-    step(first, -3.0, 1.0, 0.1, 0.0, 0.02, TABLE_2)
-    assert step(START, 1.0, 2.0, 0.0, 0.3, 0.01, SMOOTH) == first
 
 
 @pytest.mark.slow
@@ -146,11 +134,6 @@ def test_moving_mass_disturbs_the_general_model_alike():
 # --- bending -----------------------------------------------------------------------------------------------------
 
 BENDING = TABLE_2._replace(arm_bending_elevation=0.004, bending_frequency=3.0, bending_damping=0.05)
-
-
-def test_encoder_reads_the_rigid_elevation_plus_the_bending():
-    state = START._replace(bending=0.01)
-    assert measured_angles(state) == (START.pitch, START.elevation + 0.01, START.travel)
 
 
 def test_bent_arm_under_constant_lift_deflects_by_the_coefficient_times_the_voltage():

@@ -8,7 +8,6 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from heli_plant import plant
-from heli_plant.compiled import compiled, parameter_record
 from heli_plant.effects import AXES
 from heli_plant.errors import ParameterError
 from heli_plant.laws import switched_on
@@ -128,21 +127,6 @@ def test_the_compiled_plant_runs_as_the_interpreted_one():
         state = plant.step(state, v_front, v_rear, 0.0, k * 0.01, 0.01, THREE)
     assert np.array(state) == pytest.approx(states[-1], abs=1e-12)
     assert np.ptp(states[:, :3], axis=0).min() > 0.05  # all axes move
-
-
-@pytest.mark.slow
-def test_compiled_with_its_table_a_plant_without_one_has_the_same_bits():
-    """A diagnosis compiles the plant without tables where there are none, and with them where one axis has one."""
-    voltages, start = swing(TABLE_2)
-    empty = TABLE_2._replace(**{f"table_torque_{k}_pitch": 0.0 for k in range(1, KNOTS + 1)}, table_variable_pitch=9.0)
-    without, with_code = (simulate(voltages, 0.01, start, p)[1] for p in (TABLE_2, empty))
-    assert np.array_equal(without, with_code)
-
-
-def test_an_axis_without_a_table_has_nothing_to_add():
-    assert switched_on(TABLE_2) == (False, False, False)
-    assert switched_on(THREE) == (True, True, True)
-    assert compiled(switched_on)(parameter_record(TABLE_2)) == (False, False, False)
 
 
 def test_parameters_name_table_axis_and_place():
