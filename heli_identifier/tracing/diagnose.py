@@ -32,14 +32,10 @@ from .identification import FAULT_EFFECTS, Identification, Progress, identify_pl
 from .references import References
 from .result import DataEntry, Determination, Diagnosis, FoundEffect, HeldOutLikelihood, RigVerdict, Verdict
 from .select import Finding
-from .settings import KEPT, NAMED, SETTLING, DiagnosisSettings
+from .settings import KEPT, NAMED, SETTLING, SURE, DiagnosisSettings
 from .strangers import sign_notes, stranger_notes
 
 Array = NDArray[np.float64]
-
-FAR = 3.0
-"""Standard deviations from an expected value at which it is in doubt: one in four hundred is by chance."""
-
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
 def diagnose(
@@ -263,7 +259,7 @@ def _unexpected_notes(expected: Mapping[str, Estimate], after: Fit) -> list[str]
     for field, given in expected.items():
         value = float(getattr(after.parameters, field))
         distance = abs(value - given.value) / (given.standard_error or np.inf)
-        if distance > FAR:
+        if distance > SURE:
             notes.append(
                 f"rig.effects of heli.toml expects {field} = {given.value:.3g} ± {given.standard_error:.2g}, but the "
                 f"logs give {value:.3g}, {distance:.2g} standard deviations away. Check the entry; if it is right, the "
@@ -284,7 +280,7 @@ def _geometry_notes(
         i, j = fields.index(field), fields.index("k_y")
         spread = joint[i, i] / one**2 + joint[j, j] / other**2 - 2.0 * joint[i, j] / (one * other)
         ratio, beyond = abs(one / other), geometry.deviations(field, abs(one / other), sqrt(max(spread, 0.0)))
-        if beyond > FAR:
+        if beyond > SURE:
             notes.append(
                 f"the masses and lengths of heli.toml say that {field} is {low:.3g} to {high:.3g} times |k_y|; "
                 f"the logs say {ratio:.3g} times, {beyond:.2g} standard deviations beyond. Weigh and measure "

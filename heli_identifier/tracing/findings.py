@@ -37,7 +37,7 @@ from .result import (
 from .rig import Effect, Parameters
 from .score import Score
 from .select import Finding, Selection
-from .settings import CLOSE, CONTRADICTION, CURVE_BINS, DETERMINED, LEAST_VISIBILITY, MATTERS, NAMED, TIMED
+from .settings import CONTRADICTION, DETERMINED, KEPT, LEAST_VISIBILITY, MATTERS, NAMED, TIMED
 
 Array = NDArray[np.float64]
 
@@ -129,7 +129,7 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     around = selection.last.of_pinned(fitted.fields.index(LAG_FIELD))
     rivals = [e for e in around.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
     scores = around.scores([f.effect.field for f in selection.findings], among=[e.field for e in rivals])
-    alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > score - CLOSE)
+    alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > score - KEPT)
     effect = next(e for e in fitted.likelihood.rig.effects if e.field == LAG_FIELD)
     own = Score(LAG_FIELD, score, value.value, value.standard_error or 0.0, 1.0, {}, 0)
     return found_effect(Finding(effect, own, score, alternatives), fitted, C, {}, True)
@@ -286,7 +286,7 @@ def drawn_curves(fitted: Fit, C: Array, effects: Sequence[FoundEffect]) -> tuple
         parts = [rig.partial_residual(record, fitted.parameters, bare, effect) for record in fitted.likelihood.records]
         axis, variable, unit = parts[0][:3]
         x, y, law = (np.concatenate([part[k] for part in parts]) for k in (3, 4, 5))
-        bins = np.array_split(np.argsort(x), CURVE_BINS)
+        bins = np.array_split(np.argsort(x), 32)
         estimate = found.coefficient
         spread = 1.96 * abs((estimate.standard_error or 0.0) / estimate.value) if estimate and estimate.value else 0.0
         X, Y, g = (np.array([v[b].mean() for b in bins]) for v in (x, y, law))

@@ -19,19 +19,7 @@ from .likelihood import Likelihood, Point
 from .noise import physical
 from .rig import Coordinate, Parameters, Rig
 from .sensitivity import Quadratic, linearise
-from .settings import (
-    AIR_SCAN,
-    AIR_SCANS,
-    COARSE,
-    CONVERGED,
-    FARTHEST,
-    HALVINGS,
-    ITERATIONS,
-    LARGEST_STEP,
-    OWN_PRIOR,
-    ROUGHLY,
-    SCAN_GAIN,
-)
+from .settings import AIR_SCAN, COARSE, CONVERGED, FARTHEST, HALVINGS, ITERATIONS, LARGEST_STEP, OWN_PRIOR, ROUGHLY
 
 Array = NDArray[np.float64]
 
@@ -190,7 +178,7 @@ class _Search:
         before = self.point, self.e, self.motion, self.sigma, self.value
         self.point = replace(self.point, z=chosen)
         self.measure()
-        if self.value < before[4] - SCAN_GAIN:
+        if self.value < before[4] - ROUGHLY:
             return True
         self.point, self.e, self.motion, self.sigma, self.value = before
         return False
@@ -226,12 +214,11 @@ def fit(
         first = _plausible(rig, fields, rig.estimate(likelihood.records))
         some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
         beginning = replace(likelihood, records=some)
-        start = _searched(beginning, fields, first, beginning.resting(first), ROUGHLY, AIR_SCANS)
+        start = _searched(beginning, fields, first, beginning.resting(first), ROUGHLY)
         own = np.vstack((start.point.own, np.zeros((count - len(some), 4 * a))))
         start = replace(start, point=replace(start.point, own=own))
     point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
-    least, scans = (ROUGHLY, 0) if value_only else (CONVERGED, AIR_SCANS)
-    return _searched(likelihood, fields, point.parameters, point, least, scans)
+    return _searched(likelihood, fields, point.parameters, point, ROUGHLY if value_only else CONVERGED, not value_only)
 
 
 def _plausible(rig: Rig, fields: Sequence[str], parameters: Parameters) -> Parameters:
@@ -242,9 +229,9 @@ def _plausible(rig: Rig, fields: Sequence[str], parameters: Parameters) -> Param
 
 
 def _searched(
-    likelihood: Likelihood, fields: Sequence[str], at: Parameters, point: Point, least: float, scans: int
+    likelihood: Likelihood, fields: Sequence[str], at: Parameters, point: Point, least: float, scan: bool = True
 ) -> Fit:
-    """Fit from a point until F falls by less than ``least``, with so many scans of the air at the most.
+    """Fit from a point until F falls by less than ``least`` by a step, and by no ``scan`` of the air.
 
     ``at`` are the parameters that tell the signs of gains.
     """
@@ -254,9 +241,8 @@ def _searched(
     search = _Search(likelihood, coordinates, x, point)
     for _ in range(ITERATIONS):
         if not search.step(least):
-            if scans == 0 or not search.scan_air():
+            if not scan or not search.scan_air():
                 break
-            scans -= 1
     else:
         search.linearise()
     return Fit(

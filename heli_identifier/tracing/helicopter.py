@@ -23,10 +23,13 @@ from .rig import Coordinate, Effect, Record, Rig, Tables
 from .settings import (
     CATALOGUE_WIDTHS,
     CURVE_WIDTH,
+    DAMPING,
     GAIN_WIDTH,
     GROUND_CLEARANCE,
     LAG_WIDTH,
+    MOTION_WINDOW,
     TIMED,
+    WINDOW,
     DiagnosisSettings,
 )
 
@@ -225,14 +228,6 @@ _FLY: Mapping[str, str] = {
     "a_e": "Hover at three heights 10 degrees apart for 20 s each.",
 }
 """What to fly so that a parameter is determined."""
-
-DAMPING = (0.1, 0.1)
-"""Mean and standard deviation that instruments know of every damping [1/s]: sister rigs have .02 to .25."""
-
-WINDOW, MOTION_WINDOW = 0.6, 0.2
-"""Lengths [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz, .99 of a
-rate at 2 Hz."""
-
 
 def _smooth(values: Array, step: float, order: int = 0, window: float = WINDOW) -> Array:
     """Give the derivative of ``order`` of a signal (N, ...) by local cubics (Savitzky and Golay 1964)."""

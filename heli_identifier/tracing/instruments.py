@@ -42,22 +42,10 @@ from scipy.special import chdtri, fdtrc, stdtrit
 
 from heli_identifier.errors import LogError
 
-from .settings import BLOCK, SETTLING
+from .settings import AR_ORDER, BLOCK, CORNER, LAGUERRE_ORDER, LAGUERRE_POLE, SEEN_AT, SETTLING, WHITE_FLOOR
 
 Array = NDArray[np.float64]
 Rows = Sequence[NDArray[Any]]
-
-RATE = 25.0
-"""Everything is reduced to this rate [Hz], six times the corner of L."""
-CORNER = 20.0
-"""Corner of L [rad/s]: above the rig's motion, below where an encoder's quantisation rules p^2 y."""
-LAGUERRE_POLE, LAGUERRE_ORDER = 3.0, 8
-"""Pole [rad/s] and outputs of the bank: memory up to 5 s, a closed loop's."""
-AR_ORDER = 12
-"""Order of the whitening model, half a second: the correlation time of measured air."""
-WHITE_FLOOR = 1e-2
-"""Share of white noise taken to be in the residual: whitening stops 20 dB below the strongest band."""
-
 
 @dataclass(frozen=True)
 class Term:
@@ -188,8 +176,8 @@ def instruments(
         If a log is slower than 25 Hz.
     """
     for index, rate in enumerate(rates):
-        if rate < RATE * (1.0 - 1e-6):
-            raise LogError(f"log {index + 1}: its rate {rate:g} Hz must be at least {RATE:g} Hz for instruments.")
+        if rate < SEEN_AT * (1.0 - 1e-6):
+            raise LogError(f"log {index + 1}: its rate {rate:g} Hz must be at least {SEEN_AT:g} Hz for instruments.")
     inputs = [_reduce(s, rate) for s, rate in zip(signals, rates, strict=True)]
     banks = [_bank(_reduce(r, rate)) for r, rate in zip(references, rates, strict=True)]
     hats = _cross_fitted(inputs, banks)
@@ -263,7 +251,7 @@ def _judgement(axis: AxisInstruments, residuals: Sequence[Array]) -> Judgement:
 
 def _reduce(signal: Array, rate: float) -> Array:
     """Bring a signal of shape (N, n) or (N,) to 25 Hz, behind a zero-phase filter against aliasing."""
-    ratio = Fraction(RATE / rate).limit_denominator(400)
+    ratio = Fraction(SEEN_AT / rate).limit_denominator(400)
     if ratio == 1:
         return np.asarray(signal, dtype=float)
     return resample_poly(signal, ratio.numerator, ratio.denominator, axis=0, padtype="line")
@@ -275,7 +263,7 @@ def _filtered(signal: Array, order: int) -> Array:
     At 25 Hz itself the transform's p^2 would be 12 % too large at the corner, and so would every gain.
     """
     numerator, denominator = butter(3, CORNER, analog=True)
-    b, a = bilinear(np.r_[numerator, np.zeros(order)], denominator, 8 * RATE)
+    b, a = bilinear(np.r_[numerator, np.zeros(order)], denominator, 8 * SEEN_AT)
     fine = resample_poly(signal - signal[:1], 8, 1, axis=0, padtype="line")
     return lfilter(b, a, fine, axis=0)[::8]
 
@@ -288,8 +276,8 @@ def _columns(terms: Sequence[Term], signals: Array) -> Array:
 def _bank(references: Array) -> Array:
     """Laguerre outputs of every reference, shape (N, 8 m): sqrt(2 a)/(p + a) ((p - a)/(p + a))^i."""
     a = LAGUERRE_POLE
-    outputs = [lfilter(*bilinear([np.sqrt(2.0 * a)], [1.0, a], RATE), references - references[:1], axis=0)]
-    through = bilinear([1.0, -a], [1.0, a], RATE)
+    outputs = [lfilter(*bilinear([np.sqrt(2.0 * a)], [1.0, a], SEEN_AT), references - references[:1], axis=0)]
+    through = bilinear([1.0, -a], [1.0, a], SEEN_AT)
     for _ in range(LAGUERRE_ORDER - 1):
         outputs.append(lfilter(*through, outputs[-1], axis=0))
     return np.hstack(outputs)
@@ -298,7 +286,7 @@ def _bank(references: Array) -> Array:
 def _cross_fitted(signals: Sequence[Array], banks: Sequence[Array]) -> tuple[Array, ...]:
     """s_hat of every log by the K of the others; of a single log's halves by the K of the other half."""
     if len(signals) == 1:
-        n, gap = len(signals[0]) // 2, round(BLOCK * RATE / 2.0)
+        n, gap = len(signals[0]) // 2, round(BLOCK * SEEN_AT / 2.0)
         ends = [(slice(0, n), slice(n + gap, None)), (slice(n, None), slice(0, max(n - gap, 0)))]
         halves = [_predicted(signals[0][own], banks[0][own], [signals[0][far]], [banks[0][far]]) for own, far in ends]
         return (np.vstack(halves),)
@@ -324,11 +312,11 @@ def _predicted(signals: Array, bank: Array, others: Sequence[Array], banks: Sequ
 
 def _blocks(kept: Rows) -> tuple[Array, ...]:
     """Give each sample its block of 4 s; -1 at the start, where left out, and for a whitening filter after that."""
-    numbers, first, length = [], 0, round(BLOCK * RATE)
+    numbers, first, length = [], 0, round(BLOCK * SEEN_AT)
     for keep in kept:
         own = first + np.arange(len(keep)) // length
         gone = np.convolve(~keep, np.ones(AR_ORDER + 12), "full")[: len(keep)] > 0
-        gone[: round(SETTLING * RATE)] = gone[-AR_ORDER:] = True  # filters from rest; what resampling adds at the end
+        gone[: round(SETTLING * SEEN_AT)] = gone[-AR_ORDER:] = True  # from rest, and resampling
         first = int(own[-1]) + 1
         numbers.append(np.where(gone, -1, own))
     return tuple(numbers)

@@ -30,18 +30,12 @@ from .noise import SHAPES, AxisFilter, filters, gains, physical
 from .references import CHANNELS, Controller
 from .result import ErrorFigure
 from .rig import Parameters, Record, Rig
-from .settings import DRAWS, PIECE, SEGMENT, SETTLING, SMOOTHING, SPACING
+from .settings import BLOCK, DRAWS, FLOWN, ROUND, SETTLED, SETTLING, SMOOTHING, SPACING
 
 Array = NDArray[np.float64]
 
 HORIZONS: Mapping[str, float] = {"ahead_100ms": 0.1, "ahead_200ms": 0.2, "prediction_1s": 1.0, "prediction_2s": 2.0}
 """How far ahead [s] each figure looks."""
-
-FLOWN, ROUND = 3.0, 0.2
-"""Lengths [s] of the stretches that plant and controller fly again, and of the blocks in which their loop is closed."""
-
-SETTLED = 1e-4
-"""Change of the voltages [V] at which a block is found."""
 
 FROM_FILTER = ("ahead_100ms", "ahead_200ms")
 """Figures that start from the filter's state; the others start from the smoothed motion."""
@@ -280,13 +274,13 @@ def _states(model, record, offset, at, e, carry=None, first=0) -> Array:
 def made_by_itself(model: Model, record: Record, offset: Array, seed: int = 0) -> Run | None:
     """Let a plant make a record of its own, and run its filter along it; None if it runs away everywhere.
 
-    The record is made in pieces of :data:`.settings.PIECE` s under the measured inputs, each begun at the rig's own
+    The record is made in pieces of SETTLING + BLOCK = 6 s under the measured inputs, each begun at the rig's own
     motion: in another air these inputs no longer hold the plant where it was, and the errors ahead depend on where it
     is. Pieces that run away from the rig by half a turn are left out.
     """
     h, a, N = record.step, len(model.rig.axes), record.samples
     random = np.random.default_rng(seed)
-    first, length = round(SETTLING / h), min(round(PIECE / h), N - round(SETTLING / h))
+    first, length = round(SETTLING / h), min(round((SETTLING + BLOCK) / h), N - round(SETTLING / h))
     firsts = np.arange(first, N - length + 1, length)
     torque = offset + model.torque(h, N, random)
     minus, blank = np.zeros_like(record.angles), replace(record, angles=np.zeros_like(record.angles))
@@ -331,7 +325,7 @@ def segment_means(values: Sequence[Array], spacings: Sequence[float]) -> Array:
     totals, lengths = [], []
     for own, apart in zip(values, spacings, strict=True):
         if len(own):
-            starts = np.arange(0, len(own), max(1, round(SEGMENT / apart)))
+            starts = np.arange(0, len(own), max(1, round(BLOCK / apart)))
             totals.append(np.add.reduceat(own, starts, axis=0))
             lengths.append(np.diff([*starts, len(own)]).astype(float))
     total, length = np.concatenate(totals), np.concatenate(lengths)

@@ -29,31 +29,14 @@ from scipy.special import fdtrc
 
 from heli_identifier.records import Log
 
+from .settings import ADDED_R2, AS_GOOD, EXACT, OUTSIDE_SHARE, POLES, ROWS, SATURATED_SHARE, STILL_RATE
+
 Array = NDArray[np.float64]
 CHANNELS: Mapping[str, tuple[float, tuple[str, ...], tuple[int, ...]]] = {
     "v_front - v_rear": (-1.0, ("pitch", "travel"), (0, 2)),
     "v_front + v_rear": (1.0, ("elevation",), (1,)),
 }
 """Each channel of the voltages: sign of the rear one, the axes it answers, their columns among the angles."""
-STILL_RATE = 0.05
-"""A reference is still while it moves by less than this share of its range in a second: a smoothed step's tail."""
-ADDED_R2 = 0.01
-"""What the outputs' past may add to a reference's own past; feedback in disguise adds .1 to 1."""
-LOOP_R2 = 0.02
-"""What the angles' innovations must tell of the voltages where a controller flies."""
-OUTSIDE_SHARE = 0.2
-"""Least share of the outside in a channel: below it a small error of the gains is a large one of r."""
-SATURATED_SHARE = 0.1
-"""Most samples at the voltages' limit, where r has to be interpolated."""
-ROWS = 800
-"""Samples of a log that enter the L1 regression: its equations are exact, more of them only cost time."""
-POLES = (2.0, 6.0, 12.0, 25.0, 50.0)
-"""Rates of derivative filters [1/s] from which a law is searched."""
-EXACT, AS_GOOD = 0.0001, 3.0
-"""Innovation, but for the largest tenth, over the voltages' steps below which a law is the controller's own; how many
-times larger than in its own log it may be in another one that the same controller flew."""
-
-
 @dataclass(frozen=True)
 class Controller:
     """The law of one channel as recovered from one log."""
@@ -172,7 +155,7 @@ def feedback(log: Log) -> bool:
     told = np.hstack([innovations[lags:], _past(innovations, lags)])
     own, now = _past(voltages, lags)[lags:], voltages[2 * lags :]
     found = [_added_r2(now[:, i], own, told) for i in range(2)]
-    return any(added > LOOP_R2 and chance < 1e-4 for added, chance in found)
+    return any(added > ADDED_R2 and chance < 1e-4 for added, chance in found)
 
 
 def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True) -> str | None:

@@ -23,7 +23,7 @@ from .fit import Fit, fit
 from .result import Agreement
 from .rig import Effect
 from .score import Score, Scores
-from .settings import CLOSE, HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, REFITTED, ROUNDS, SCAN_GAIN
+from .settings import HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, REFITTED, ROUGHLY, ROUNDS
 
 _NOT: Mapping[str, float] = {}
 
@@ -173,7 +173,7 @@ class _Search:
             stretch = factor
             while 0.1 < stretch < 20.0:
                 other = self.refit([*kept, *new], shapes, stretch)
-                if other.value > following.value - CLOSE:
+                if other.value > following.value - KEPT:
                     break
                 following, stretch = other, factor * stretch
         without = self.fitted if len(kept) == len(self.selected) else self.refit(kept)
@@ -192,7 +192,7 @@ class _Search:
         around = self.around
         if any(abs(around.value(n, self.selected) - size) > 0.02 * abs(size) for n, size in around.undone.items()):
             other = self.refit(self.selected)
-            if other.value < self.fitted.value - SCAN_GAIN:
+            if other.value < self.fitted.value - ROUGHLY:
                 self.take(self.selected, other)
                 return True
         return False
@@ -288,7 +288,7 @@ def _alternatives(around: Scores, name: str, selected: Sequence[str], own: Score
     others = [other for other in selected if other != name]
     found = []
     for rival, score in around.scores(others).items():
-        if rival in selected or score.score < own.score - CLOSE:
+        if rival in selected or score.score < own.score - KEPT:
             continue
         if around.scores([*others, rival], among=[name])[name].score < KEPT:
             found.append(around.effects[rival])

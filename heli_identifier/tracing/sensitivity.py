@@ -26,15 +26,11 @@ from scipy.signal import lfilter
 from .likelihood import Likelihood, Move, Point, without
 from .noise import SHAPES, AxisFilter, error_dynamics, filters, physical, slope_of_colour, start_response
 from .rig import Coordinate, Record
-from .settings import BLOCK, CHUNK, HUBER, SEEN_AT
+from .settings import BLOCK, CHUNK, HUBER, NOISE_STEP, SEEN_AT
 
 Array = NDArray[np.float64]
 Rows = tuple[NDArray[np.intp], Array]
 """Coordinates (k,), and derivatives by them (k, n)."""
-
-NOISE_STEP = 0.02
-"""Width of a finite difference of the air's parameters, in their coordinates."""
-
 
 @dataclass(frozen=True, eq=False)
 class Quadratic:

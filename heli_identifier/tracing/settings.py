@@ -62,12 +62,28 @@ HUBER = 3.0
 """Innovation in standard deviations beyond which its loss is linear: one touch of a hand must not decide. It costs
 .3 % of a Gaussian sample's information."""
 
+# --- sensitivities (sensitivity.py) ---
+
+SEEN_AT = 25.0
+"""Rate [Hz] of sensitivities to torques, of the search for unknown torques and of the instruments: ten times the
+fastest motion of a bench. Innovations keep the rate of the records."""
+
+CHUNK = 20000
+"""Samples that are linearised at a time: memory does not grow with the length of a log."""
+
+BLOCK = 4.0
+"""Length [s] of the blocks whose scores make a dispersion, and of the segments of a bootstrap: ten times the
+correlation time of the air."""
+
+NOISE_STEP = 0.02
+"""Width of a finite difference of the air's parameters, in their coordinates."""
+
 # --- the fit (fit.py) ---
 
 LARGEST_STEP = 1.5
 """Largest step of a parameter in widths of its prior: the model is trusted no farther."""
 
-CONVERGED, ROUGHLY = 0.01, 0.3
+CONVERGED, ROUGHLY = 0.01, 0.5
 """Fall of the objective [nats] below which a fit has converged, a seventh of a standard error; and its beginning,
 and one of which the value alone is asked for."""
 
@@ -85,18 +101,14 @@ AIR_SCAN = tuple(
 that swirls, with and without torque at rest. Gauss-Newton alone stays in local optima of the air on two thirds of the
 rigs in calm air."""
 
-AIR_SCANS = 2
-"""Most scans of one fit."""
-
 COARSE = 60.0
 """Length of flight [s] that a scan and the beginning of a first fit look at: the air is the same in all logs."""
-
-SCAN_GAIN = 0.5
-"""Fall of F [nats] that makes a fit go on from another air."""
 
 OWN_PRIOR = (2.0, 0.01, 0.003)
 """Degrees of freedom, and sizes of what is known beforehand of the spread of the logs' torques [rad/s^2] and gains: a
 good supply repeats itself to .3 %."""
+
+# --- the helicopter (helicopter.py) ---
 
 LAG_WIDTH = 0.04
 """Width [s] of the prior of the motors' lag: half of the lag that is given."""
@@ -117,10 +129,18 @@ MECHANICS = 1.0 / 3.0
 GROUND_CLEARANCE = 0.02
 """The ground lies so far [rad] below the lowest elevation in the logs."""
 
+WINDOW, MOTION_WINDOW = 0.6, 0.2
+"""Lengths [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz, .99 of a
+rate at 2 Hz."""
+
+DAMPING = (0.1, 0.1)
+"""Mean and standard deviation that instruments know of every damping [1/s]: sister rigs have .02 to .25."""
+
 # --- names (score.py, select.py) ---
 
 KEPT = 3.0
-"""Score [nats] at which an effect enters the model and below which it leaves: worth having, not established."""
+"""Score [nats] at which an effect enters the model and below which it leaves: worth having, not established. What
+differs by less is not told apart: odds of 20 to 1."""
 
 NAMED = 8.0
 """Score [nats] that establishes an effect, a standard score of 4: chance reaches it on one of 30 000 entries, so on one
@@ -129,9 +149,6 @@ in 500 rigs over the whole catalogue."""
 REFITTED = 6.0
 """Score [nats] that a refit has to leave of what the quadratic form establishes, and that establishes an effect that
 every rig has, of which only the size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
-
-CLOSE = 3.0
-"""Difference [nats] below which two laws are not told apart: odds of 20 to 1."""
 
 LEAST_VISIBILITY = 0.01
 """Share of an effect's signature, beside the fitted parameters, below which it is not testable."""
@@ -166,7 +183,50 @@ UNKNOWN_SHARE = 0.25
 """Share of what the named effects of an axis carry that an unknown torque beside them must carry: laws are
 idealisations, none is exact."""
 
-# --- what a parameter rests on (determination.py) ---
+# --- what moved the rig from outside (references.py) ---
+
+STILL_RATE = 0.05
+"""A reference is still while it moves by less than this share of its range in a second: a smoothed step's tail."""
+
+ADDED_R2 = 0.01
+"""What the outputs' past may add to a reference's own past: feedback in disguise adds .1 to 1. And what the angles'
+innovations tell of the voltages where a controller flies."""
+
+OUTSIDE_SHARE = 0.2
+"""Least share of the outside in a channel: below it a small error of the gains is a large one of r."""
+
+SATURATED_SHARE = 0.1
+"""Most samples at the voltages' limit, where r has to be interpolated."""
+
+ROWS = 800
+"""Samples of a log that enter the L1 regression: its equations are exact, more of them only cost time."""
+
+POLES = (2.0, 6.0, 12.0, 25.0, 50.0)
+"""Rates of derivative filters [1/s] from which a law is searched."""
+
+EXACT, AS_GOOD = 0.0001, 3.0
+"""Innovation, but for the largest tenth, over the voltages' steps below which a law is the controller's own; how many
+times larger than in its own log it may be in another one that the same controller flew."""
+
+# --- instruments (instruments.py) ---
+
+CORNER = 20.0
+"""Corner of L [rad/s]: above the rig's motion, below where an encoder's quantisation rules p^2 y."""
+
+LAGUERRE_POLE, LAGUERRE_ORDER = 3.0, 8
+"""Pole [rad/s] and outputs of the bank: memory up to 5 s, a closed loop's."""
+
+AR_ORDER = 12
+"""Order of the whitening model, half a second: the correlation time of measured air."""
+
+WHITE_FLOOR = 1e-2
+"""Share of white noise taken to be in the residual: whitening stops 20 dB below the strongest band."""
+
+# --- what a parameter rests on (findings.py) ---
+
+SURE = 3.0
+"""Standard errors beyond which a value is not where it is expected: one in four hundred is by chance."""
+
 
 DETERMINED = 0.35
 """Half-width of a 95 % interval over the gain above which a gain is not determined: a controller's margin of 3 dB. Of
@@ -180,20 +240,6 @@ MATTERS = 0.05
 """Share of a gain below which instruments contradict nothing: their derivatives are good to some per cent, and half a
 decibel matters to no controller."""
 
-CURVE_BINS = 32
-"""Bins of equal population of an effect's curve."""
-
-SEEN_AT = 25.0
-"""Rate [Hz] at which sensitivities to torques are taken and unknown torques are searched: ten times the fastest motion
-of a bench. Innovations keep the rate of the records."""
-
-CHUNK = 20000
-"""Samples that are linearised at a time: memory does not grow with the length of a log."""
-
-BLOCK = 4.0
-"""Length [s] of the blocks whose scores make the dispersion: ten times the correlation time of the air."""
-
-
 # --- logs that do not fit the others (strangers.py) ---
 
 LEAST_ZERO = 0.2
@@ -204,8 +250,15 @@ MISTAKE, ALIEN = 20.0, 2.5
 """Nats by which a mirror image has to be likelier; ratio of a log's innovations to the others' beyond which it is of
 another rig: the air of one room hardly makes a ratio of two."""
 
-CERTAIN_SIGN = 3.0
-"""Standard errors from zero at which a sign is beyond chance: one gain in a thousand is by chance."""
+OUTLYING, FEWEST = 3.5, 3
+"""Robust standard deviations from the median that make an outlier, the bound of Iglewicz and Hoaglin; logs of which one
+can be told to differ from the others."""
+
+OTHER_GAIN = 0.06
+"""Logarithm of a gain's ratio from which a log is of another rig: four times what a supply drifts from log to log."""
+
+LEAST_STIFFNESS = 0.1
+"""Stiffness a_e [1/s^2] below which the arm is balanced everywhere, and its zero shows in no torque."""
 
 # --- before and after (prediction.py, held_out.py) ---
 
@@ -215,13 +268,12 @@ SPACING = 0.25
 SMOOTHING = 0.4
 """Length [s] of the local cubic that gives a start's angles and rates: it keeps .99 of a motion at 1 Hz."""
 
-SEGMENT, DRAWS = 5.0, 1000
-"""Length [s] of the segments of a bootstrap, beyond every horizon and the memory of the air, and how often they are
-drawn: the ends of a 95 % interval are then known to a twentieth of its width."""
+FLOWN, ROUND, SETTLED = 3.0, 0.2, 1e-4
+"""Lengths [s] of the stretches that plant and controller fly again, and of the blocks in which their loop is closed,
+and the change of the voltages [V] at which a block is found."""
 
-PIECE = 6.0
-"""Length [s] of a record that a plant makes of itself: the filter settles, two seconds are predicted, and another air
-has not yet carried the rig elsewhere."""
+DRAWS = 1000
+"""Draws of a bootstrap: the ends of a 95 % interval are then known to a twentieth of its width."""
 
 WHITE_TIME = 1.0
 """Time [s] of the lags of a test for whiteness: beyond it the filter has taken for air what a plant lacks."""

@@ -43,26 +43,12 @@ from .fit import Fit
 from .noise import error_dynamics
 from .records import record_of
 from .rig import Record
-from .settings import ALIEN, CERTAIN_SIGN, HUBER, LEAST_ZERO, MISTAKE
+from .settings import ALIEN, FEWEST, HUBER, LEAST_STIFFNESS, LEAST_ZERO, MISTAKE, OTHER_GAIN, OUTLYING, ROUNDS, SURE
 
 Array = NDArray[np.float64]
 LeftOut = Mapping[str, Sequence[tuple[float, float]]]
 
 ELEVATION = 1
-
-OUTLYING, FEWEST = 3.5, 3
-"""Robust standard deviations from the median that make an outlier, the bound of Iglewicz and Hoaglin; logs of which one
-can be told to differ from the others."""
-
-OTHER_GAIN = 0.06
-"""Logarithm of a gain's ratio from which a log is of another rig: four times what a supply drifts from log to log."""
-
-LEAST_STIFFNESS = 0.1
-"""Stiffness a_e [1/s^2] below which the arm is balanced everywhere, and its zero shows in no torque."""
-
-ROUNDS, SETTLED = 4, 0.01
-"""Rounds of fit and shift, as the fit to logs of different zeros is wrong; change [rad] that needs no further one."""
-
 
 def aligned(
     training: Sequence[Log], held_out: Sequence[Log], fitted: Callable[[Sequence[Log]], Fit], left_out: LeftOut
@@ -82,7 +68,7 @@ def aligned(
     for _ in range(ROUNDS):
         moved = zero + _zeros(null, logs, left_out)
         moved = np.where(_outlying(moved), moved, 0.0)
-        if np.allclose(moved, zero, rtol=0.0, atol=SETTLED):
+        if np.allclose(moved, zero, rtol=0.0, atol=0.05 * LEAST_ZERO):
             break
         zero = moved
         logs = tuple(_shifted(log, z) if z else log for log, z in zip(given, zero, strict=True))
@@ -241,6 +227,6 @@ def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
 
 def _sign(estimate: Estimate) -> int:
     """Give -1 or 1 where a sign is beyond chance, else 0."""
-    if abs(estimate.value) <= CERTAIN_SIGN * (estimate.standard_error or 0.0):
+    if abs(estimate.value) <= SURE * (estimate.standard_error or 0.0):
         return 0
     return 1 if estimate.value > 0.0 else -1
