@@ -72,9 +72,11 @@ class Event:
     start: float
     """Since the log's first sample [s]."""
     end: float
+    """Since the log's first sample [s]."""
     start_in_file: float
     """In the time of the log's file [s]."""
     end_in_file: float
+    """In the time of the log's file [s]."""
     kind: EventKind
     """`force` for a force from outside, `slip` for a step of the encoder's reading."""
     size: float

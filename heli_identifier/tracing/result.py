@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 else:
     Number = float | None  # as a file may hold it
 
+
 class RigVerdict(StrEnum):
     """The verdict on a rig; the value is the text that stands in diagnosis.json."""
 
@@ -227,12 +228,14 @@ class AxisError:
     """Root-mean-square errors of one model on one axis of the held-out logs [rad]."""
 
     ahead_100ms: ErrorFigure
-    """From the filter's state."""
+    """.1 s ahead of the filter's state."""
     ahead_200ms: ErrorFigure
+    """.2 s ahead of it."""
     prediction_1s: ErrorFigure
-    """From the smoothed state under the measured voltages: in closed loop these answer the air, and the figure decides
-    nothing."""
+    """1 s ahead of the smoothed state under the measured voltages: in closed loop these answer the air, and the figure
+    decides nothing."""
     prediction_2s: ErrorFigure
+    """2 s ahead of it."""
     free_run: ErrorFigure | None = None
     """None where the axis is not stable."""
     closed_loop_3s: ErrorFigure | None = None
@@ -244,12 +247,15 @@ class AxisReport:
     """One axis before and after on the held-out logs."""
 
     before: AxisError
+    """Of the simplified model."""
     after: AxisError
+    """Of the corrected plant."""
     noise_floor: AxisError
     """That of the corrected plant on records that it made itself; zero where none could be computed."""
     angle_stays: ErrorFigure
     """1 s error [rad] of a prediction that knows no model: a model has to beat it."""
     rate_stays: ErrorFigure
+    """The same, of a rate that stays."""
     whiteness_p: Mapping[str, Number]
     """Ljung-Box p value of the innovations, `before` and `after`."""
     air: Number
@@ -274,8 +280,9 @@ class HeldOutLikelihood:
     seconds: float
     """Length of the held-out logs [s]."""
     before: Number
-    """[nats/s]."""
+    """Under the model before [nats/s]."""
     after: Number
+    """Under the corrected plant [nats/s]."""
     gain: ErrorFigure
     """After less before [nats], all held-out logs together, with its 95 % interval."""
     chi2: Mapping[str, tuple[Number, int]] = field(default_factory=dict)
@@ -303,14 +310,18 @@ class HeldOutSeries:
     free_run_before: Array
     """Shape (N, 3): angles [rad], simulated from ``start`` under the voltages."""
     free_run_after: Array
+    """The same of the corrected plant."""
     start: Mapping[str, float]
     """Start state by the fields of the plant's state, so that the FMU repeats the run."""
     residual_before: Array
     """Shape (n, 3): innovations under the air and over the scales of the plant after, every ``residual_step`` [s]:
     under its own air the plant before would look white, since that has taken what it lacks for air."""
     residual_after: Array
+    """The same of the corrected plant."""
     residual_step: float
+    """[s]."""
     events: tuple[Event, ...] = ()
+    """Passages of this log in which something other than the plant acts."""
     stretches: Mapping[str, Array] = field(default_factory=dict)
     """Shape (n, 3): of a flight under a controller what the models "before" and "after" predict in stretches of
     ``stretch`` [s], each begun at the measured motion, every ``residual_step`` [s]: with the controller where it is
