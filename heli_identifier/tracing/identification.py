@@ -37,7 +37,7 @@ from .references import References, find_references
 from .result import Agreement, FoundEffect, ParameterReport
 from .rig import Effect
 from .select import Selection, halves_agree, left_out_gain, select, shape_fields, with_shapes
-from .settings import KEPT, MECHANICS, SETTLING, DiagnosisSettings
+from .settings import KEPT, MECHANICS, MISTAKE, SETTLING, DiagnosisSettings
 from .strangers import aligned
 from .unknown import search_unknown
 
@@ -126,6 +126,7 @@ def identify_plant(
     null, training, kept, notes = aligned(
         used[:count], used[count:], lambda own: _null(Likelihood(rig, records_of(own, rig, left_out))), left_out
     )
+    _refuse_scaled(null, defects)
     tell("searching the catalogue", 0.3)
     candidates = (*(e for e in rig.candidates if e.family not in imitated), *FAULT_EFFECTS)
     selection, unknown = select(null, candidates), tuple[FoundEffect, ...]()
@@ -155,6 +156,33 @@ def _null(likelihood: Likelihood) -> Fit:
         if name in found.fields and value < 0.0:
             found = min(found, fit(likelihood, found.fields, found, {name: -value}), key=lambda own: own.value)
     return with_own_spread(found)
+
+
+def _refuse_scaled(null: Fit, defects: Sequence[Defect]) -> None:
+    """Refuse logs whose angle is as many times too large as its steps are: gravity and thrust turn with the true one.
+
+    Raises
+    ------
+    LogError
+        Divided by that, the logs are likelier by more than :data:`.settings.MISTAKE` nats, the change of unit allowed.
+    """
+    axes = null.likelihood.rig.axes
+    for defect in defects:
+        if defect.name != "counts":
+            continue
+        scale = np.where(np.array(axes) == defect.channel, 1.0 / defect.ratio, 1.0)
+        begin, scaled = null.likelihood.rig.begin, [own.angles * scale for own in null.likelihood.records]
+        records = tuple(
+            replace(own, angles=angles, start=begin(angles, own.inputs, own.step))
+            for own, angles in zip(null.likelihood.records, scaled, strict=True)
+        )
+        counted = sum(float(own.weights[:, axes.index(defect.channel)].sum()) for own in records)
+        other = fit(replace(null.likelihood, records=records), null.fields, null)
+        if other.value + counted * np.log(defect.ratio) < null.value - MISTAKE:
+            raise LogError(
+                f"the {defect.channel} is {defect.ratio:.3g} times too large: its steps say so, and so do the other "
+                "axes. Mend its unit or its factor."
+            )
 
 
 def _not_worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:
