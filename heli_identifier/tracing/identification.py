@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from heli_identifier.chain import FAULTS, Defect, Event, find_events, inspected, passages, unslipped
+from heli_identifier.errors import LogError
 from heli_identifier.records import Log, check_excitation, check_moving, named_apart
 
 from .findings import parameter_reports
