@@ -25,7 +25,7 @@ Sources: B. D. O. Anderson and J. B. Moore, Optimal Control: Linear Quadratic Me
 course's Q and R are diagonal, those of the default by Bryson's rule.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import control
@@ -72,9 +72,6 @@ AIR_RATE = 2.5
 
 MOTOR_NOISE = 0.01
 """Intensity of the noise on the motors' states [V^2 s]: their lag is no better known, and the filter stays regular."""
-
-_USED: Mapping[str, tuple[int, ...]] = {"pitch": (0, 1, 3, 4, 6, 7), "travel": tuple(range(8))}
-"""States of a design: without the travel and its rate where the pitch is controlled."""
 
 
 def retuned(
@@ -189,21 +186,15 @@ def gains(
     ConfigurationError
         The Riccati equations have no stabilising solution.
     """
-    w, used, sampled = aim.weights, list(_USED[other]), bool(system.dt)
-    angles = [0, 1, 2] if other == "travel" else [0, 1]
-    chosen = [1, 2 if other == "travel" else 0]
+    w, sampled = aim.weights, bool(system.dt)
+    # without the travel and its rate where the pitch is controlled
+    used, angles, chosen = (range(8), (0, 1, 2), (1, 2)) if other == "travel" else ((0, 1, 3, 4, 6, 7), (0, 1), (1, 0))
     A, B, C = system.A[np.ix_(used, used)], system.B[used], system.C[np.ix_(angles, used)]
     S = system.C[np.ix_(chosen, used)]
     n, h = len(used), float(system.dt) if sampled else 1.0
-    scale = h if sampled else 1.0
     rated = [w.pitch, w.elevation, w.travel, w.pitch_rate, w.elevation_rate, w.travel_rate, 0.0, 0.0]
-    Q = np.diag([*np.array(rated)[used], *([w.elevation_integral, w.other_integral] if integral else [])]) * scale
-    R = np.eye(2) * w.voltage * effort * scale
-    whole, drive = A, B
-    if integral:
-        z = np.eye(2) if sampled else np.zeros((2, 2))
-        whole = np.block([[A, np.zeros((n, 2))], [h * S, z]])
-        drive = np.vstack((B, np.zeros((2, 2))))
+    Q = np.diag([*np.array(rated)[used], *([w.elevation_integral, w.other_integral] if integral else [])]) * h
+    R = np.eye(2) * w.voltage * effort * h
     rates = [used.index(3 + axis) for axis in angles]
     intensity = [2.0 * aim.air[axis] ** 2 / AIR_RATE for axis in angles] + [MOTOR_NOISE] * 2
     noise = np.eye(n)[:, [*rates, n - 2, n - 1]]
@@ -211,7 +202,7 @@ def gains(
     V, counts = np.eye(len(angles)), C / aim.encoder_noise  # angles in units of their noise: well conditioned
     try:
         solve, estimate = (control.dlqr, control.dlqe) if sampled else (control.lqr, control.lqe)
-        found, cost, poles = solve(whole, drive, Q, R)
+        found, cost, poles = solve(A, B, Q, R, integral_action=h * S if integral else None)
         filtered, _, errors = estimate(A, noise, counts, W, V)
         steady = np.linalg.solve(
             np.block([[A - (np.eye(n) if sampled else 0.0), B], [S, np.zeros((2, 2))]]),
@@ -234,11 +225,7 @@ def gains(
     if integral:
         K_z = np.asarray(found)[:, n:]
         N = N - K_z @ np.linalg.solve(cost[n:, n:], cost[n:, :n] @ steady[:n])
-    K, L = np.zeros((2, 8)), np.zeros((8, 3))
+    K, L, F, G = (np.zeros(shape) for shape in ((2, 8), (8, 3), (8, 8), (8, 2)))
     K[:, used], L[np.ix_(used, angles)] = feedback, filtered / aim.encoder_noise
-    kept = np.zeros((8, 8))
-    kept[np.ix_(used, used)] = A
-    driven = np.zeros((8, 2))
-    driven[used] = B
-    predicts = control.ss(kept, driven, system.C[:, :8], np.zeros((3, 2)), system.dt)
-    return K, K_z, L, N, predicts
+    F[np.ix_(used, used)], G[used] = A, B
+    return K, K_z, L, N, control.ss(F, G, system.C[:, :8], np.zeros((3, 2)), system.dt)
