@@ -169,11 +169,6 @@ def test_what_cannot_be_designed_is_refused_in_one_sentence(change, said):
         )
 
 
-def test_singular_weights_are_refused():
-    with pytest.raises(ConfigurationError, match=r"weights\.voltage = 0.* must lie"):
-        replace(AIM.weights, voltage=0.0)
-
-
 def test_the_corrected_script_has_the_identified_gains():
     """With K_f, J_p and J_lambda of the corrected script the course's own equations give k_x, k_z and k_y."""
     point = operating_point(TABLE_2, 0.0, 0.1)

@@ -21,7 +21,6 @@ from heli_identifier.tools.experiment import (
     separation_warning,
 )
 from heli_identifier.tools.flight import additions, flight_outlooks
-from heli_identifier.tools.loop import controller_settings
 from heli_plant.control import PidSettings
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
@@ -142,16 +141,6 @@ def test_in_closed_loop_no_proposal_departs_by_more_than_the_limits():
     assert outlooks
     assert all(one.pitch_departure <= 0.2 and one.elevation_departure <= 0.06 for one in outlooks)
     assert len(outlooks) < len(list(additions()))  # steps of .2 and .1 rad go beyond
-
-
-def test_the_controller_that_flies_has_the_gains_it_is_given():
-    given = controller_settings(
-        PidSettings(voltage_limit=4.0), {"pitch.proportional": 6.0, "rate.time_constant": 0.02}
-    )
-    default = PidSettings()
-    assert given == default._replace(
-        pitch=default.pitch._replace(proportional=6.0), rate_time_constant=0.02, voltage_limit=4.0
-    )
 
 
 @pytest.mark.parametrize(

@@ -66,11 +66,6 @@ def test_the_plant_stays_at_its_operating_point(pitch):
     assert np.abs(states[:, 5] - point.travel_rate).max() < 2e-8
 
 
-def test_a_point_that_the_motors_cannot_hold_is_refused():
-    with pytest.raises(ConfigurationError, match="V, the motors take 5 V"):
-        operating_point(TABLE_2, 0.0, 1.5)
-
-
 def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
     pitch, p = 0.1, TABLE_2
     point = operating_point(p, pitch, 0.2)
@@ -103,16 +98,6 @@ def test_sampling_the_continuous_system_gives_the_sampled_one():
     assert (continuous.dt, sampled.dt) == (0, H)
 
 
-def test_the_linear_model_names_its_signals_for_python_control():
-    system = linear_system(TABLE_2, operating_point(TABLE_2))
-    assert isinstance(system, control.StateSpace)
-    assert system.input_labels == ["v_front", "v_rear"]
-    assert system.output_labels == ["pitch", "elevation", "travel"]
-    # at rest 1 V of difference holds k_x / (a_th cos(theta0)) of pitch; 1e-4 rad/s is slow against its .8 rad/s
-    slope = TABLE_2.a_th * np.cos(TABLE_2.theta0)
-    assert abs(system["pitch", "v_front"](1e-4j)) == pytest.approx(TABLE_2.k_x / slope, rel=1e-6)
-
-
 @pytest.mark.parametrize("bending", [0.0, 0.01])
 def test_small_motion_of_the_plant_is_that_of_the_linear_model(bending):
     plant = TABLE_2._replace(arm_bending_elevation=bending, quadratic_thrust_rotors=0.1)
@@ -130,12 +115,6 @@ def test_small_motion_of_the_plant_is_that_of_the_linear_model(bending):
         x = model.A @ x + model.B @ move
     # second order in the motion, which stays below 1e-4 rad
     assert np.abs(angles - still - path).max() < 1e-7
-
-
-def test_friction_that_sticks_is_left_out_of_the_linear_model():
-    point, slid = operating_point(AFTER), AFTER._replace(dry_friction_pitch=0.0)
-    stuck, free = (linear_system(plant, point).A for plant in (AFTER, slid))
-    assert np.array_equal(stuck, free)
 
 
 def test_a_plant_without_motor_lag_is_refused():
@@ -186,17 +165,6 @@ def test_the_phase_margin_and_crossover_are_those_of_python_control():
     assert found.crossover == pytest.approx(crossover, rel=0.01)
 
 
-def test_margins_of_many_plants_at_once_are_those_of_each_alone():
-    models = [model_at(plant, 0.1, 0.2) for plant in (AFTER, *drawn_plants(parameter_set(), 3))]
-    omega = frequencies(H)
-    plants = np.array([plant_response(model, omega) for model in models])
-    together = margins_over(plants, controller_response(PID, H, omega), omega)
-    for number, model in enumerate(models):
-        for axis, alone in margins(model, PID).items():
-            # one plant by itself is solved by other BLAS calls
-            assert together[axis][number] == pytest.approx(alone, rel=1e-9)
-
-
 def test_a_point_that_no_allowed_plant_can_hold_is_refused():
     # Two draws of a spring that is known to a hundred times its stiffness: both lie far from any that 5 V can hold.
     values = plant_values(AFTER, {"a_e": Estimate(AFTER.a_e, 100.0 * AFTER.a_e, "1/s^2")})
@@ -244,15 +212,6 @@ def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
     assert np.abs(simulated.angle[:100]).max() < 1e-9
     # the square of a motion of 1e-3 rad
     assert np.abs(simulated.angle[100:] - linear).max() < 2e-6
-
-
-def test_a_step_response_begins_later_by_the_input_delay():
-    point = operating_point(TABLE_2, 0.0, 0.1)
-    late = TABLE_2._replace(input_delay_rotors=0.045)
-    prompt, delayed = (step_response(plant, point, PID, "pitch", duration=4.0) for plant in (TABLE_2, late))
-    # half of the voltage of a period arrives in the one that is four periods later, the other half in the next
-    moved = [float(r.time[np.abs(r.angle) > 1e-9][0]) for r in (prompt, delayed)]
-    assert moved[1] - moved[0] == pytest.approx(0.04)
 
 
 def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay():

@@ -188,7 +188,9 @@ def gains(
     """
     w, sampled = aim.weights, bool(system.dt)
     # without the travel and its rate where the pitch is controlled
-    used, angles, chosen = (range(8), (0, 1, 2), (1, 2)) if other == "travel" else ((0, 1, 3, 4, 6, 7), (0, 1), (1, 0))
+    used, angles, chosen = [0, 1, 3, 4, 6, 7], [0, 1], [1, 0]
+    if other == "travel":
+        used, angles, chosen = [*range(8)], [0, 1, 2], [1, 2]
     A, B, C = system.A[np.ix_(used, used)], system.B[used], system.C[np.ix_(angles, used)]
     S = system.C[np.ix_(chosen, used)]
     n, h = len(used), float(system.dt) if sampled else 1.0
