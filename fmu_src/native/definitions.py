@@ -7,37 +7,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from heli_identifier.online import (
-    WATCHABLE,
-    Candidate,
-    IdentifierSettings,
-    Sampled,
-    before_samples,
-    begin_sampling,
-    candidate,
-    default_settings,
-    determined,
-    is_closed,
-    is_due,
-    prepare,
-    take_sample,
-)
-from heli_identifier.online.excitation import (
-    SquareChirp,
-    check_bounds,
-    combined,
-    multisine_components,
-    multisine_value,
-    paper_channels,
-    phases,
-)
+from heli_identifier import online
+from heli_identifier.online import excitation
 from heli_plant import communication, continuous, control, laws, motor, state, state_feedback
 from heli_plant.parameters import PlantParameters
 
 from ..slave_base import SlaveBase
-from ..units.adaptive_identifier import AdaptiveIdentifier
-from ..units.helicopter_plant import HelicopterPlant
-from ..units.pid_controller import PidController
+from ..units import adaptive_identifier, helicopter_plant, pid_controller
 from ..units.state_feedback import StateFeedback
 from ..variables import Variable
 from .translator import choose, quoted
@@ -67,14 +43,9 @@ class Exchange:
     @property
     def variables(self) -> tuple[Variable, ...]:
         """The states and their derivatives."""
-        rates = tuple(
-            state._replace(
-                name=f"der({state.name})",
-                unit=per_second(state.unit),
-                nominal=None,
-                description=f"derivative of {state.name}",
-            )
-            for state in self.states
+        rates = (
+            Variable(f"der({x.name})", "local", f"derivative of {x.name}", unit=per_second(x.unit))
+            for x in self.states
         )
         return (*self.states, *rates)
 
@@ -94,7 +65,7 @@ class Definition:
     adapter : str
         File in C that connects the translated functions with the unit's variables.
     entries : tuple
-        Functions that the adapter calls; one with unannotated parameters stands in a tuple with the functions for them.
+        Functions that the adapter calls; one with unannotated parameters stands in a tuple with the types for them.
     settings : mapping
         Structs that are filled from variables: for each field, by its path, the variable's name.
     memory : tuple of types
@@ -132,16 +103,11 @@ def paths(unit: type[SlaveBase]) -> dict[str, str]:
 def plant_twin() -> Definition:
     """HelicopterPlant."""
     entries = (
-        communication.begin,
-        communication.communicate,
-        communication.is_finite,
-        communication.shown,
-        state.start_state,
-        (laws.motor_time_constant, PlantParameters),
-        (laws.input_delay, PlantParameters),
+        *(communication.begin, communication.communicate, communication.is_finite, communication.shown),
+        *(state.start_state, (laws.motor_time_constant, PlantParameters), (laws.input_delay, PlantParameters)),
     )
     settings: dict[type, dict[str, str]] = {
-        PlantParameters: paths(HelicopterPlant),
+        PlantParameters: paths(helicopter_plant.HelicopterPlant),
         communication.EncoderCounts: {axis: f"encoder.counts_{axis}" for axis in communication.EncoderCounts._fields},
     }
     return Definition(
@@ -167,9 +133,9 @@ def plant_exchange() -> Exchange:
 
 def identifier_twin() -> Definition:
     """AdaptiveIdentifier; the law of every effect that can be watched becomes a function of its own."""
-    watchable = [candidate(name, axis) for axis, names in WATCHABLE.items() for name in names]
+    watchable = [online.candidate(name, axis) for axis, names in online.WATCHABLE.items() for name in names]
     functions = tuple(dict.fromkeys(one.law for one in watchable))
-    choose(Candidate, "law", functions)
+    choose(online.Candidate, "law", functions)
     rows = "\n".join(
         f"    {{{quoted(one.name)}, {quoted(one.axis)}, {functions.index(one.law)}, {one.in_rotors:d}, "
         f"{one.times_gain:d}}},"
@@ -181,25 +147,20 @@ def identifier_twin() -> Definition:
         f"}} Watchable;\n\nstatic const Watchable CANDIDATES[] = {{\n{rows}\n}};\n"
     )
     entries = (
-        is_due,
-        take_sample,
-        begin_sampling,
-        before_samples,
-        prepare,
-        default_settings,
-        determined,
-        is_closed,
-        (IdentifierSettings.__post_init__, IdentifierSettings),
+        *(online.is_due, online.take_sample, online.begin_sampling, online.before_samples),
+        *(online.prepare, online.default_settings, online.is_closed, adaptive_identifier.shown),
+        (online.IdentifierSettings.__post_init__, online.IdentifierSettings),
     )
-    externals = {candidate: "find_candidate"}
-    settings: dict[type, dict[str, str]] = {IdentifierSettings: paths(AdaptiveIdentifier)}
-    return Definition("identifier.c", entries, settings, (Sampled,), externals, table)
+    settings: dict[type, dict[str, str]] = {online.IdentifierSettings: paths(adaptive_identifier.AdaptiveIdentifier)}
+    return Definition(
+        "identifier.c", entries, settings, (online.Sampled,), {online.candidate: "find_candidate"}, table
+    )
 
 
 def controller_twin() -> Definition:
     """PidController."""
     entries = (control.pid_step, control.start_pid, control.risen, motor.saturate)
-    return Definition("pid.c", entries, {control.PidSettings: paths(PidController)}, (control.PidState,))
+    return Definition("pid.c", entries, {control.PidSettings: paths(pid_controller.PidController)}, (control.PidState,))
 
 
 def state_feedback_twin() -> Definition:
@@ -213,14 +174,11 @@ def state_feedback_twin() -> Definition:
 def exciter_twin() -> Definition:
     """Exciter."""
     entries = (
-        (SquareChirp.at, SquareChirp),
-        paper_channels,
-        multisine_components,
-        multisine_value,
-        check_bounds,
-        combined,
+        (excitation.SquareChirp.at, excitation.SquareChirp),
+        *(excitation.paper_channels, excitation.multisine_components, excitation.multisine_value),
+        *(excitation.check_bounds, excitation.combined),
     )
-    return Definition("exciter.c", entries, externals={phases: "phases"}, files=("mersenne.c",))
+    return Definition("exciter.c", entries, externals={excitation.phases: "phases"}, files=("mersenne.c",))
 
 
 DEFINITIONS: dict[str, Callable[[], Definition]] = {

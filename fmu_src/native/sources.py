@@ -12,7 +12,7 @@ from ..errors import BuildError
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
 from ..variables import LARGEST, Value, Variable
 from .definitions import DEFINITIONS, Definition, Exchange, reference
-from .translator import BOOL, INT, CType, Struct, Translation, header, parts_of, persistence, quoted, source
+from .translator import Struct, Translation, header, persistence, quoted, source
 
 RUNTIME = ("arithmetic.h", "memory.h", "memory.c", "unit.h", "unit.c", "values.c", "state.c", "exchange.c", "fmi.h")
 """Files in C that every unit has."""
@@ -106,21 +106,9 @@ def variables_header(variables: Sequence[Variable], definition: Definition) -> s
     text = f'{_GENERATED}#ifndef VARIABLES_H\n#define VARIABLES_H\n\n#include "model.h"\n#include "unit.h"\n\n'
     text += f"enum {{\n{names}\n}};\n\n"
     for kind, paths in definition.settings.items():
-        lines = "".join(
-            f"    x->{path} = {_converted(Struct(kind), path, f'values[{reference(name)}].real')};\n"
-            for path, name in paths.items()
-        )
+        lines = "".join(f"    x->{path} = values[{reference(name)}].real;\n" for path, name in paths.items())
         text += f"static inline void set_{kind.__name__}({kind.__name__} *x, const Value *values)\n{{\n{lines}}}\n\n"
     return f"{text}#endif\n"
-
-
-def _converted(kind: CType, path: str, text: str) -> str:
-    """Return the number of a variable as the type of a field."""
-    first, _, rest = path.partition(".")
-    found = dict(parts_of(kind))[first]
-    if rest:
-        return _converted(found, rest, text)
-    return f"{text} != 0.0" if found == BOOL else f"(int64_t){text}" if found == INT else text
 
 
 def variables_source(

@@ -95,6 +95,24 @@ _SETTINGS = (
 )
 
 
+def shown(estimate: IdentifierOutput, is_in_closed_loop: bool):
+    """Return the outputs in their order, but for the scores."""
+    pairs = zip(estimate.parameters, estimate.standard_errors, strict=True)
+    return (
+        *estimate.parameters,
+        *estimate.standard_errors,
+        *estimate.sigma,
+        *estimate.excitation,
+        *(float(determined(*pair, unit)) for pair, (_, unit, _) in zip(pairs, _ESTIMATED, strict=True)),
+        *estimate.lag,
+        *estimate.feedback,
+        float(is_in_closed_loop),
+        *estimate.instruments,
+        *estimate.instrument_errors,
+        float(estimate.contradicted),
+    )
+
+
 class AdaptiveIdentifier(SlaveBase):
     """Samples its inputs every ``sample.time`` [s], independent of the communication step."""
 
@@ -155,22 +173,7 @@ class AdaptiveIdentifier(SlaveBase):
 
     def _show(self, estimate: IdentifierOutput) -> None:
         closed = is_closed(estimate.feedback)
-        pairs = zip(estimate.parameters, estimate.standard_errors, strict=True)
-        self.show(
-            (
-                *estimate.parameters,
-                *estimate.standard_errors,
-                *estimate.sigma,
-                *estimate.excitation,
-                *(float(determined(*pair, unit)) for pair, (_, unit, _) in zip(pairs, _ESTIMATED, strict=True)),
-                *estimate.lag,
-                *estimate.feedback,
-                float(closed),
-                *estimate.instruments,
-                *estimate.instrument_errors,
-                float(estimate.contradicted),
-            )
-        )
+        self.show(shown(estimate, closed))
         if closed and not self.warned and not self.plan.predicting:
             self.warned = True
             self.log(

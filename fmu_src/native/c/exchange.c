@@ -36,10 +36,8 @@ void exchange_refresh(Unit *unit)
     const double *states = EXCHANGE->state(unit->model);
     double rates[MOST];
     EXCHANGE->rates(unit->model, unit, unit->exchange ? law_time(unit) : unit->reached - unit->start_time, rates);
-    for (size_t i = 0; i < EXCHANGE->states; i++) {
-        unit->values[EXCHANGE->first_state + i].real = states[i];
-        unit->values[EXCHANGE->first_state + EXCHANGE->states + i].real = rates[i];
-    }
+    unit_show(unit, EXCHANGE->first_state, states, EXCHANGE->states);
+    unit_show(unit, EXCHANGE->first_state + EXCHANGE->states, rates, EXCHANGE->states);
     if (unit->exchange)
         EXCHANGE->show(unit->model, unit);
     unit->stale = false;

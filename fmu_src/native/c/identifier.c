@@ -64,36 +64,13 @@ static int watched_on(Unit *unit, int axis, List_Row_s_s *list)
 
 static void show(Model *model, Unit *unit, const IdentifierOutput *output)
 {
-    const double *estimates = &output->parameters.a_wx, *errors = &output->standard_errors.a_wx;
-    for (int i = 0; i < PARAMETERS; i++) {
-        unit->values[REF_a_wx + i].real = estimates[i];
-        unit->values[REF_standard_error_a_wx + i].real = errors[i];
-        const char *physical = VARIABLES[REF_a_wx + i].physical_unit;
-        unit->values[REF_determined_a_wx + i].real = settings_determined(estimates[i], errors[i], physical);
-    }
-    const double sigma[AXES] = {output->sigma.x0, output->sigma.x1, output->sigma.x2};
-    const double feedback[AXES] = {output->feedback.x0, output->feedback.x1, output->feedback.x2};
-    const double excitation[AXES] = {output->excitation.x0, output->excitation.x1, output->excitation.x2};
     const bool closed = loop_is_closed(output->feedback);
-    int64_t next = 0;
-    for (int axis = 0; axis < AXES; axis++) {
-        unit->values[REF_sigma_pitch + axis].real = sigma[axis];
-        unit->values[REF_excitation_pitch + axis].real = excitation[axis];
-        unit->values[REF_feedback_pitch + axis].real = feedback[axis];
-        for (int slot = 0; slot < model->watched[axis] && next < output->scores.count; slot++)
+    const Row52 shown = adaptive_identifier_shown(output, closed);
+    unit_show(unit, REF_a_wx, &shown.x0, sizeof shown / sizeof shown.x0);
+    for (int64_t axis = 0, next = 0; axis < AXES; axis++) {
+        for (int64_t slot = 0; slot < model->watched[axis] && next < output->scores.count; slot++)
             unit->values[SCORES[axis] + slot].real = output->scores.at[next++].score;
     }
-    unit->values[REF_motor_lag].real = output->lag.value;
-    unit->values[REF_standard_error_motor_lag].real = output->lag.standard_error;
-    unit->values[REF_closed_loop].real = closed;
-    const double gains[AXES] = {output->instruments.x0, output->instruments.x1, output->instruments.x2};
-    const double gain_errors[AXES] = {
-        output->instrument_errors.x0, output->instrument_errors.x1, output->instrument_errors.x2};
-    for (int axis = 0; axis < AXES; axis++) {
-        unit->values[REF_instrument_k_x + axis].real = gains[axis];
-        unit->values[REF_standard_error_instrument_k_x + axis].real = gain_errors[axis];
-    }
-    unit->values[REF_contradicted].real = output->contradicted;
     if (closed && !model->warned && !model->plan.predicting) {
         model->warned = true;
         unit_say(

@@ -5,12 +5,7 @@
 void plant_publish(const Model *model, Unit *unit)
 {
     const Shown shown = communication_shown(&model->memory.state, &model->counts);
-    unit->values[REF_pitch].real = shown.pitch;
-    unit->values[REF_elevation].real = shown.elevation;
-    unit->values[REF_travel].real = shown.travel;
-    unit->values[REF_pitch_rate].real = shown.pitch_rate;
-    unit->values[REF_elevation_rate].real = shown.elevation_rate;
-    unit->values[REF_travel_rate].real = shown.travel_rate;
+    unit_show(unit, REF_pitch, &shown.pitch, sizeof shown / sizeof shown.pitch);
 }
 
 static void take_parameters(Model *model, Unit *unit)

@@ -129,6 +129,7 @@ Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value);
 Status unit_set_text(Unit *unit, uint32_t reference, const char *text);
 Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value);
 Status unit_get_text(Unit *unit, uint32_t reference, const char **text);
+void unit_show(Unit *unit, size_t first, const double values[], size_t count); /* those of variables in a row */
 bool unit_set_starts(Unit *unit);
 char *copied(const char *text); /* on the heap, or NULL */
 

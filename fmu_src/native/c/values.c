@@ -24,6 +24,12 @@ bool unit_set_starts(Unit *unit)
     return true;
 }
 
+void unit_show(Unit *unit, size_t first, const double values[], size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        unit->values[first + i].real = values[i];
+}
+
 /* Write a number as the type of a variable shows it. */
 static const char *written(Kind kind, double value, char text[NUMBER_SIZE])
 {

@@ -19,27 +19,7 @@ from typing import Any, NoReturn
 from heli_plant.dual import Dual
 
 from ...errors import BuildError
-from .types import (
-    BOOL,
-    DUAL,
-    FLOAT,
-    INT,
-    NOTHING,
-    TEXT,
-    UNKNOWN,
-    Choice,
-    CType,
-    Function,
-    Listing,
-    Maybe,
-    NoType,
-    Row,
-    Struct,
-    annotated,
-    element,
-    fields,
-    joined,
-)
+from . import types as c
 from .values import Expr, Run, known_items, literal, relation, type_of, unwrapped
 
 
@@ -56,7 +36,7 @@ class Loop:
     """A loop in C: the variables that it carries from turn to turn, their types, and the widest ones assigned."""
 
     carried: dict[str, Expr]
-    kinds: dict[str, CType]
+    kinds: dict[str, c.CType]
 
 
 class Body:
@@ -74,15 +54,15 @@ class Body:
     """
 
     def __init__(
-        self, program: Any, function: FunctionType, origin: tuple[str, int], returns: CType | None
+        self, program: Any, function: FunctionType, origin: tuple[str, int], returns: c.CType | None
     ) -> None:
         self.program, self.function, self.origin, self.returns = program, function, origin, returns
-        self.returned: CType = returns or UNKNOWN
+        self.returned: c.CType = returns or c.UNKNOWN
         self.names: dict[str, Any] = {}
         """What the function's global names stand for."""
         self.codes: dict[ast.AST, Any] = {}
         """Its expressions, ready to be evaluated."""
-        self.grown: dict[str, CType] = {}
+        self.grown: dict[str, c.CType] = {}
         """Types of the elements that are appended to a variable."""
         self.stored: set[str] = set()
         """Variables of which an element is changed, or to which one is appended: they are lists in C."""
@@ -133,7 +113,7 @@ class Body:
         self.count += 1
         return f"{name}_{self.count}"
 
-    def declare(self, kind: CType, name: str = "t", text: str = "") -> Expr:
+    def declare(self, kind: c.CType, name: str = "t", text: str = "") -> Expr:
         """Declare a variable, with a value or without."""
         made = Expr(self, kind, self.fresh(name))
         self._begin(made, text)
@@ -145,9 +125,9 @@ class Body:
 
     def opened(self, value: Expr) -> Any:
         """Return a tuple of known length as a tuple of its elements, a dual number as one of its parts."""
-        if value.type == DUAL:
-            return Dual(Expr(self, FLOAT, value.path("value")), Expr(self, FLOAT, value.path("slope")))
-        if not isinstance(value.type, Row):
+        if value.type == c.DUAL:
+            return Dual(Expr(self, c.FLOAT, value.path("value")), Expr(self, c.FLOAT, value.path("slope")))
+        if not isinstance(value.type, c.Row):
             return value
         return tuple(self.opened(Expr(self, kind, value.path(f"x{i}"))) for i, kind in enumerate(value.type.items))
 
@@ -163,7 +143,7 @@ class Body:
             return value
         return self.declare(value.type, name, value.bare)
 
-    def new_list(self, kind: CType, room: str, name: str = "t") -> Expr:
+    def new_list(self, kind: c.CType, room: str, name: str = "t") -> Expr:
         """Declare an empty list with room for some elements."""
         self.needs_space = True
         return self.declare(kind, name, f"new_{kind.name}(space, {room})")
@@ -171,12 +151,12 @@ class Body:
     def push(self, made: Expr, value: Any) -> None:
         """Append a value to a list."""
         self.needs_space = True
-        item = self.as_type(value, element(made.type))
+        item = self.as_type(value, c.element(made.type))
         self.emit(f"push_{made.type.name}(space, &{made.code}, {item.bare});")
 
     # Conversions
 
-    def as_type(self, value: Any, wanted: CType) -> Expr:
+    def as_type(self, value: Any, wanted: c.CType) -> Expr:
         """Return ``value`` as an expression of type ``wanted``.
 
         Raises
@@ -185,47 +165,48 @@ class Body:
             It cannot be one.
         """
         have = type_of(value)
-        if isinstance(value, Expr) and (have == wanted or wanted == UNKNOWN):
+        if isinstance(value, Expr) and (have == wanted or wanted == c.UNKNOWN):
             return value
-        if have == UNKNOWN:  # an element of a list whose type a further pass knows
+        if have == c.UNKNOWN:  # an element of a list whose type a further pass knows
             return Expr(self, wanted, value.code)
         self.program.use(wanted)
-        if isinstance(wanted, Maybe):
-            inner = "0" if have == NOTHING else f"true, {self.as_type(value, wanted.item).bare}"
+        if isinstance(wanted, c.Maybe):
+            inner = "0" if have == c.NOTHING else f"true, {self.as_type(value, wanted.item).bare}"
             return Expr(self, wanted, f"({wanted.name}){{{inner}}}")
-        if isinstance(have, Maybe):
+        if isinstance(have, c.Maybe):
             return self.as_type(unwrapped(value), wanted)
-        if wanted == DUAL:
+        if wanted == c.DUAL:
             parts = (value.value, value.slope) if isinstance(value, Dual) else (value, 0.0)
-            return Expr(self, DUAL, f"(Dual){{{', '.join(self.as_type(part, FLOAT).bare for part in parts)}}}")
-        if have in (BOOL, INT, FLOAT, TEXT) and not isinstance(value, Expr) and have in (wanted, BOOL, INT):
-            return Expr(self, wanted, literal(float(value) if wanted == FLOAT else value))
-        if wanted in (INT, FLOAT) and have in (BOOL, INT):
-            before = value.as_float if wanted == FLOAT else ""
+            return Expr(self, c.DUAL, f"(Dual){{{', '.join(self.as_type(part, c.FLOAT).bare for part in parts)}}}")
+        if have in (c.BOOL, c.INT, c.FLOAT, c.TEXT) and not isinstance(value, Expr) and have in (wanted, c.BOOL, c.INT):
+            return Expr(self, wanted, literal(float(value) if wanted == c.FLOAT else value))
+        if wanted in (c.INT, c.FLOAT) and have in (c.BOOL, c.INT):
+            before = value.as_float if wanted == c.FLOAT else ""
             return Expr(self, wanted, before or f"({wanted.name}){value.code}")
         items = known_items(value)
-        if items is not None and isinstance(wanted, Row) and len(items) == len(wanted.items):
+        if items is not None and isinstance(wanted, c.Row) and len(items) == len(wanted.items):
             inner = ", ".join(self.as_type(one, kind).bare for one, kind in zip(items, wanted.items, strict=True))
             return Expr(self, wanted, f"({wanted.name}){{{inner}}}")
-        if isinstance(wanted, Listing) and (items == [] or have == Listing(UNKNOWN)):
+        if isinstance(wanted, c.Listing) and (items == [] or have == c.Listing(c.UNKNOWN)):
             return Expr(self, wanted, f"({wanted.name}){{0}}")
-        if isinstance(wanted, Listing) and isinstance(have, Listing | Row):
-            made = self.new_list(wanted if wanted.item != UNKNOWN else Listing(element(have)), str(len(items or ())))
+        if isinstance(wanted, c.Listing) and isinstance(have, c.Listing | c.Row):
+            kind = wanted if wanted.item != c.UNKNOWN else c.Listing(c.element(have))
+            made = self.new_list(kind, str(len(items or ())))
             self.each(value, 0, lambda one: self.push(made, one))
             return made
-        if isinstance(wanted, Row) and isinstance(have, Listing):
+        if isinstance(wanted, c.Row) and isinstance(have, c.Listing):
             return self.as_type(self.unpacked(value, len(wanted.items)), wanted)
-        if items is not None and have == wanted and isinstance(wanted, Struct):
+        if items is not None and have == wanted and isinstance(wanted, c.Struct):
             return self.made(wanted.kind, *items)
-        raise NoType(f"{have.said} is given where {wanted.said} is needed")
+        raise c.NoType(f"{have.said} is given where {wanted.said} is needed")
 
     def unpacked(self, value: Any, count: int) -> tuple[Any, ...]:
         """Return ``count`` elements of a tuple or list."""
         items = known_items(value)
-        if items is None and isinstance(type_of(value), Listing):
+        if items is None and isinstance(type_of(value), c.Listing):
             items = [self.item(value, i) for i in range(count)]
         if items is None or len(items) != count:
-            raise NoType(f"{type_of(value).said} does not fit {count} variables")
+            raise c.NoType(f"{type_of(value).said} does not fit {count} variables")
         return tuple(items)
 
     def flat(self, shape: Any, value: Any) -> list[Any]:
@@ -239,14 +220,14 @@ class Body:
         """Return whether ``value`` counts as true."""
         if not isinstance(value, Expr):
             return bool(value)
-        if isinstance(value.type, Maybe):
-            return self.both(Expr(self, BOOL, value.path("some")), lambda: unwrapped(value))
-        if value.type in (INT, FLOAT):
-            return Expr(self, BOOL, f"({value.code} != 0)")
-        if isinstance(value.type, Listing):
-            return Expr(self, BOOL, f"({value.path('count')} > 0)")
-        if value.type != BOOL:
-            raise NoType(f"{value.type.said} has no truth value in C")
+        if isinstance(value.type, c.Maybe):
+            return self.both(Expr(self, c.BOOL, value.path("some")), lambda: unwrapped(value))
+        if value.type in (c.INT, c.FLOAT):
+            return Expr(self, c.BOOL, f"({value.code} != 0)")
+        if isinstance(value.type, c.Listing):
+            return Expr(self, c.BOOL, f"({value.path('count')} > 0)")
+        if value.type != c.BOOL:
+            raise c.NoType(f"{value.type.said} has no truth value in C")
         return value
 
     # Decisions of Python's
@@ -254,7 +235,7 @@ class Body:
     def opposite(self, value: Any) -> Any:
         """``not value``."""
         test = self.truth(value)
-        return Expr(self, BOOL, f"(!{test.code})") if isinstance(test, Expr) else not test
+        return Expr(self, c.BOOL, f"(!{test.code})") if isinstance(test, Expr) else not test
 
     def both(self, first: Any, second: Callable[[], Any]) -> Any:
         """``first and second``, of conditions."""
@@ -262,7 +243,7 @@ class Body:
 
     def either(self, first: Any, second: Callable[[], Any]) -> Any:
         """``first or second``: the value that decides."""
-        if type_of(first) == BOOL:
+        if type_of(first) == c.BOOL:
             return self.choose(first, lambda: True, lambda: self.truth(second()))
         first = self.kept(first)
         return self.choose(first, lambda: unwrapped(first), second)
@@ -270,9 +251,9 @@ class Body:
     def is_one(self, value: Any, other: Any) -> Any:
         """``value is None``."""
         if other is not None:
-            raise NoType("`is` has a translation for None only")
-        if isinstance(value, Expr) and isinstance(value.type, Maybe):
-            return Expr(self, BOOL, f"(!{value.path('some')})")
+            raise c.NoType("`is` has a translation for None only")
+        if isinstance(value, Expr) and isinstance(value.type, c.Maybe):
+            return Expr(self, c.BOOL, f"(!{value.path('some')})")
         return value is None
 
     def is_among(self, value: Any, items: Any) -> Any:
@@ -297,13 +278,13 @@ class Body:
             with self.aside(lines):
                 values.append(value())
         kinds = [type_of(value) for value in values]
-        if not any(parts) and all(kind in (BOOL, INT, FLOAT, TEXT) for kind in kinds):
-            kind = joined(*kinds)
+        if not any(parts) and all(kind in (c.BOOL, c.INT, c.FLOAT, c.TEXT) for kind in kinds):
+            kind = c.joined(*kinds)
             first, second = (self.as_type(value, kind).code for value in values)
-            if kind == BOOL and second == "false":
-                return Expr(self, BOOL, f"({test.code} && {first})")
-            if kind == BOOL and first == "true":
-                return Expr(self, BOOL, f"({test.code} || {second})")
+            if kind == c.BOOL and second == "false":
+                return Expr(self, c.BOOL, f"({test.code} && {first})")
+            if kind == c.BOOL and first == "true":
+                return Expr(self, c.BOOL, f"({test.code} || {second})")
             return Expr(self, kind, f"({test.code} ? {first} : {second})")
         return self.branched(test, parts, [{"t": value} for value in values])["t"]  # type: ignore[index]
 
@@ -337,7 +318,7 @@ class Body:
         if isinstance(a, Dual) or isinstance(b, Dual):
             (a, own), (b, other) = ((x.value, x.slope) if isinstance(x, Dual) else (x, 0.0) for x in (a, b))
             return Dual(self._merged(name, a, b, parts), self._merged(name, own, other, parts))
-        kind = joined(type_of(a), type_of(b))
+        kind = c.joined(type_of(a), type_of(b))
         made = self.declare(kind, name)
         for lines, value in zip(parts, (a, b), strict=True):
             with self.aside(lines):
@@ -376,7 +357,7 @@ class Body:
         own = {made.code for made in loop.carried.values()}
         for name, made in loop.carried.items():
             value = self.env[name]
-            loop.kinds[name] = joined(loop.kinds[name], type_of(value))
+            loop.kinds[name] = c.joined(loop.kinds[name], type_of(value))
             if loop.kinds[name] != made.type:
                 continue  # the loop is translated again
             new = self.as_type(value, made.type)
@@ -396,7 +377,7 @@ class Body:
                 take(*self.flat(shape, item))
             return
         run, k = self.run(over), self.fresh("k")
-        count = self.kept(Expr(self, INT, run.count)).code
+        count = self.kept(Expr(self, c.INT, run.count)).code
         self.repeat(
             f"for (int64_t {k} = 0; {k} < {count}; {k}++)", assigned,
             lambda: take(*map(self.kept, self.flat(shape, run.at(k)))),
@@ -411,12 +392,12 @@ class Body:
         kind = type_of(unwrapped(over))
         known = known_items(over)
         if known is not None:
-            kind = Listing(element(Row(tuple(map(type_of, known)))))
+            kind = c.Listing(c.element(c.Row(tuple(map(type_of, known)))))
             over = self.as_type(tuple(known), kind)
-        if not isinstance(kind, Listing):
-            raise NoType(f"a loop cannot run over {kind.said}")
+        if not isinstance(kind, c.Listing):
+            raise c.NoType(f"a loop cannot run over {kind.said}")
         sequence = self.kept(unwrapped(over))
-        return Run(sequence.path("count"), lambda k: self.item(sequence, Expr(self, INT, k)))
+        return Run(sequence.path("count"), lambda k: self.item(sequence, Expr(self, c.INT, k)))
 
     def collect(self, fill: Callable[[Callable[[Any], None]], None], room: str = "0") -> Any:
         """Return what ``fill`` puts: a tuple where no loop or condition is in between, else a list."""
@@ -434,7 +415,7 @@ class Body:
         if deepest == outer:
             self.lines += lines
             return tuple(values)
-        made = self.new_list(Listing(element(Row(tuple(map(type_of, values))))), room)
+        made = self.new_list(c.Listing(c.element(c.Row(tuple(map(type_of, values))))), room)
         fill(lambda value: self.push(made, value))
         return made
 
@@ -449,7 +430,7 @@ class Body:
         size = over.at("0").path("count")
 
         def column(k: str) -> Any:
-            return self.collected(Run(over.count, lambda i: self.item(over.at(i), Expr(self, INT, k))))
+            return self.collected(Run(over.count, lambda i: self.item(over.at(i), Expr(self, c.INT, k))))
 
         return Run(f"({over.count} > 0 ? {size} : 0)", column)
 
@@ -475,10 +456,10 @@ class Body:
         if items is not None and not any(isinstance(bound, Expr) for bound in bounds):
             return tuple(items[index]) if isinstance(index, slice) else items[index]
         if items is not None:
-            value = self.as_type(tuple(items), Listing(element(Row(tuple(map(type_of, items))))))
+            value = self.as_type(tuple(items), c.Listing(c.element(c.Row(tuple(map(type_of, items))))))
         value = self.kept(value)
-        if not isinstance(value.type, Listing):
-            raise NoType(f"{value.type.said} has no elements")
+        if not isinstance(value.type, c.Listing):
+            raise c.NoType(f"{value.type.said} has no elements")
         places = [self.place(value, bound) for bound in bounds]
         if not isinstance(index, slice):
             return self.opened(Expr(self, value.type.item, f"{value.path('at')}[{places[0]}]"))
@@ -492,7 +473,7 @@ class Body:
             return ""
         if isinstance(index, int) and index < 0:
             return f"{value.path('count')} - {-index}"
-        return self.as_type(index, INT).bare
+        return self.as_type(index, c.INT).bare
 
     # Functions and classes of the project
 
@@ -504,21 +485,21 @@ class Body:
         values = []
         for value, hint in zip(bound.arguments.values(), parameter_types(function).values(), strict=True):
             kind = type_of(value)
-            is_own = hint is None or (kind, hint) == (DUAL, FLOAT)
-            values.append(value if isinstance(kind, Function) else self.as_type(value, kind if is_own else hint))  # type: ignore[arg-type]
+            is_own = hint is None or (kind, hint) == (c.DUAL, c.FLOAT)
+            values.append(value if isinstance(kind, c.Function) else self.as_type(value, kind if is_own else hint))  # type: ignore[arg-type]
         unit = self.program.function(function, tuple(map(type_of, values)))
         self.needs_space = self.needs_space or unit.needs_space
         texts = ["space"] if unit.needs_space else []
         texts += [self._passed(value) for value in values if isinstance(value, Expr)]
         text = f"{unit.name}({', '.join(texts)})"
-        if unit.result == NOTHING:
+        if unit.result == c.NOTHING:
             self.emit(f"{text};")
             return None
         return self.opened(self.declare(unit.result, function.__name__.strip("_"), text))
 
     def _passed(self, value: Expr) -> str:
         """Return an argument as C passes it: a struct by its address."""
-        if not isinstance(value.type, Struct):
+        if not isinstance(value.type, c.Struct):
             return value.bare
         if value.code.startswith("(*"):
             return value.code[2:-1]
@@ -531,13 +512,13 @@ class Body:
             if field.default_factory is not dataclasses.MISSING:
                 bound.arguments.setdefault(field.name, field.default_factory())
         bound.apply_defaults()
-        inner = [f".{name} = {self.as_type(bound.arguments[name], own).bare}" for name, own in fields(kind).items()]
-        return self._checked(self.declare(Struct(kind), kind.__name__.lower(), f"{{{', '.join(inner)}}}"))
+        inner = [f".{name} = {self.as_type(bound.arguments[name], own).bare}" for name, own in c.fields(kind).items()]
+        return self._checked(self.declare(c.Struct(kind), kind.__name__.lower(), f"{{{', '.join(inner)}}}"))
 
     def replaced(self, old: Expr, **new: Any) -> Expr:
         """``old._replace(...)``: a copy of a struct with other values in some fields."""
-        assert isinstance(old.type, Struct)
-        kinds = fields(old.type.kind)
+        assert isinstance(old.type, c.Struct)
+        kinds = c.fields(old.type.kind)
         texts = {name: self.as_type(value, kinds[name]).bare for name, value in new.items()}
         made = self.declare(old.type, "t", old.bare)
         for name, text in texts.items():
@@ -553,29 +534,29 @@ class Body:
 
     def chosen(self, which: Expr, given: tuple[Any, ...]) -> Any:
         """Call the function that an index chooses, among those that take as many arguments."""
-        if not isinstance(which.type, Choice):
-            raise NoType(f"{which.type.said} is no function")
+        if not isinstance(which.type, c.Choice):
+            raise c.NoType(f"{which.type.said} is no function")
         given = self.kept(given)
-        made = self.declare(FLOAT, "t", "0.0")
+        made = self.declare(c.FLOAT, "t", "0.0")
         with self.block(f"switch ({which.bare})"):
             for index, function in enumerate(which.type.functions):
                 if len(inspect.signature(function).parameters) == len(given):
                     with self.block(f"case {index}:"):
-                        self.emit(f"{made.code} = {self.as_type(self.call(function, *given), FLOAT).bare};")
+                        self.emit(f"{made.code} = {self.as_type(self.call(function, *given), c.FLOAT).bare};")
                         self.emit("break;")
         return made
 
 
-def parameter_types(function: FunctionType) -> dict[str, CType | None]:
+def parameter_types(function: FunctionType) -> dict[str, c.CType | None]:
     """Return the type of each parameter as its annotation says it; None where there is none that C has."""
     return {name: annotation(function, name) for name in inspect.signature(function).parameters}
 
 
-def annotation(function: FunctionType, name: str) -> CType | None:
+def annotation(function: FunctionType, name: str) -> c.CType | None:
     """Return the type of a parameter, or of ``return``, as its annotation says it; None where it says none."""
     hint = function.__annotations__.get(name, inspect.Parameter.empty)
     try:
         hint = eval(hint, function.__globals__) if isinstance(hint, str) else hint  # our own source
-        return None if hint is inspect.Parameter.empty else annotated(hint)
-    except (NameError, NoType):
+        return None if hint is inspect.Parameter.empty else c.annotated(hint)
+    except (NameError, c.NoType):
         return None

@@ -13,23 +13,9 @@ from threading import Lock
 from types import FunctionType
 from typing import Any
 
+from . import types as c
 from .body import Body, Untranslatable, annotation, parameter_types
 from .statements import translate
-from .types import (
-    BOOL,
-    DUAL,
-    FLOAT,
-    INT,
-    NOTHING,
-    UNKNOWN,
-    CType,
-    Function,
-    Listing,
-    Maybe,
-    Row,
-    Struct,
-    fields,
-)
 from .values import Callee, Expr
 
 _RESERVED = set(
@@ -39,9 +25,6 @@ _RESERVED = set(
 )
 _LOCK = Lock()
 """Python 3.11 loses count of its recursion where two threads parse at once (CPython issue 106905)."""
-
-_WIDTH = 118
-
 
 def c_name(name: str) -> str:
     """Return the name in C of a parameter of Python."""
@@ -54,8 +37,8 @@ class Unit:
 
     name: str
     function: FunctionType
-    parameters: list[tuple[str, CType]]
-    result: CType = NOTHING
+    parameters: list[tuple[str, c.CType]]
+    result: c.CType = c.NOTHING
     lines: list[str] = field(default_factory=list)
     callees: list[Unit] = field(default_factory=list)
     needs_space: bool = False
@@ -65,9 +48,9 @@ class Unit:
         """The function's declaration."""
         parts = ["Space *space"] if self.needs_space else []
         for name, kind in self.parameters:
-            if isinstance(kind, Struct):
+            if isinstance(kind, c.Struct):
                 parts.append(f"const {kind.name} *{c_name(name)}")
-            elif not isinstance(kind, Function):
+            elif not isinstance(kind, c.Function):
                 parts.append(f"{kind.name} {c_name(name)}")
         return f"{self.result.name} {self.name}({', '.join(parts) or 'void'})"
 
@@ -75,8 +58,8 @@ class Unit:
         """Return the function's definition, its docstring's first sentence above it."""
         said = (inspect.getdoc(self.function) or "").split("\n\n")[0].replace("\n", " ").replace("*/", "* /")
         where = f"{self.function.__module__}.{self.function.__qualname__}"
-        comment = fill(f"/* {where}{': ' if said else ''}{said} */", _WIDTH, subsequent_indent="   ")
-        return "\n".join([comment, *map(_wrapped, ["static " * static + self.head, "{", *self.lines, "}"]), ""])
+        comment = fill(f"/* {where}{': ' if said else ''}{said} */", 118, subsequent_indent="   ")
+        return "\n".join([comment, "static " * static + self.head, "{", *self.lines, "}", ""])
 
 
 class Translation:
@@ -92,7 +75,7 @@ class Translation:
         self.externals = externals or {}
         self.units: dict[tuple[Any, ...], Unit] = {}
         self.entries: list[Unit] = []
-        self.types: list[CType] = []
+        self.types: list[c.CType] = []
         self.names: set[str] = set()
 
     def entry(self, function: Callable[..., Any], *bound: Any, slopes_by: Collection[str] = ()) -> Unit:
@@ -119,33 +102,33 @@ class Translation:
                 raise Untranslatable(file, line, f"the parameter {name} of {function.__name__} needs an annotation")
             if kind is None:
                 given = waiting.pop(0)
-                kind = FLOAT if given is float else Struct(given) if isinstance(given, type) else Function(given)
-            kinds.append(DUAL if name in slopes_by else kind)
+                kind = c.FLOAT if given is float else c.Struct(given) if isinstance(given, type) else c.Function(given)
+            kinds.append(c.DUAL if name in slopes_by else kind)
         self.entries.append(self.function(function, tuple(kinds)))
         return self.entries[-1]
 
-    def function(self, function: Any, arguments: tuple[CType, ...]) -> Unit:
+    def function(self, function: Any, arguments: tuple[c.CType, ...]) -> Unit:
         """Return the translation of ``function`` for these argument types."""
         key = function, arguments
         if key not in self.units:
             self.units[key] = self._translated(*key)
         return self.units[key]
 
-    def _translated(self, function: FunctionType, arguments: tuple[CType, ...]) -> Unit:
+    def _translated(self, function: FunctionType, arguments: tuple[c.CType, ...]) -> Unit:
         names = list(inspect.signature(function).parameters)
-        unit = Unit(self._name(function, DUAL in arguments), function, list(zip(names, arguments, strict=True)))
+        unit = Unit(self._name(function, c.DUAL in arguments), function, list(zip(names, arguments, strict=True)))
         for kind in arguments:
             self.use(kind)
-        hinted = None if DUAL in arguments else annotation(function, "return")
+        hinted = None if c.DUAL in arguments else annotation(function, "return")
         if function in self.externals:
-            unit.name, unit.needs_space, unit.result = self.externals[function], True, hinted or NOTHING
+            unit.name, unit.needs_space, unit.result = self.externals[function], True, hinted or c.NOTHING
             self.use(unit.result)
             return unit
         origin = ("/".join(Path(function.__code__.co_filename).parts[-3:]), function.__code__.co_firstlineno - 1)
         body = Body(self, function, origin, hinted)
         given = {name: _parameter(body, name, kind) for name, kind in unit.parameters}
         translate(body, function, definition_of(function), given)
-        unit.result = body.returns or (NOTHING if body.returned == UNKNOWN else body.returned)
+        unit.result = body.returns or (c.NOTHING if body.returned == c.UNKNOWN else body.returned)
         unit.lines, unit.needs_space = body.lines, body.needs_space
         called = set(re.findall(r"\w+(?=\()", "\n".join(body.lines)))
         unit.callees = [other for other in self.units.values() if other.name in called]
@@ -162,23 +145,23 @@ class Translation:
         self.names.add(name)
         return name
 
-    def use(self, kind: CType) -> None:
+    def use(self, kind: c.CType) -> None:
         """Define a type behind those that it is made of."""
-        if isinstance(kind, Struct | Row | Listing | Maybe) and kind not in self.types and kind != Listing(UNKNOWN):
+        if parts_of(kind) and kind not in self.types and kind != c.Listing(c.UNKNOWN):
             for _, inner in parts_of(kind):
                 self.use(inner)
             self.types.append(kind)
 
 
-def parts_of(kind: CType) -> list[tuple[str, CType]]:
+def parts_of(kind: c.CType) -> list[tuple[str, c.CType]]:
     """Return the fields of a type: name and type; of a list its elements."""
-    if isinstance(kind, Struct):
-        return list(fields(kind.kind).items())
-    if isinstance(kind, Row):
+    if isinstance(kind, c.Struct):
+        return list(c.fields(kind.kind).items())
+    if isinstance(kind, c.Row):
         return [(f"x{i}", inner) for i, inner in enumerate(kind.items)]
-    if isinstance(kind, Maybe):
-        return [("some", BOOL), ("value", kind.item)]
-    return [("at[i]", kind.item)] if isinstance(kind, Listing) else []
+    if isinstance(kind, c.Maybe):
+        return [("some", c.BOOL), ("value", kind.item)]
+    return [("at[i]", kind.item)] if isinstance(kind, c.Listing) else []
 
 
 def definition_of(function: FunctionType) -> ast.FunctionDef:
@@ -194,12 +177,12 @@ def definition_of(function: FunctionType) -> ast.FunctionDef:
     return tree
 
 
-def _parameter(body: Body, name: str, kind: CType) -> Any:
+def _parameter(body: Body, name: str, kind: c.CType) -> Any:
     """Return what a parameter's name stands for."""
-    if isinstance(kind, Function):
+    if isinstance(kind, c.Function):
         return Callee(body, kind.function)
     text = c_name(name)
-    return body.opened(Expr(body, kind, f"(*{text})" if isinstance(kind, Struct) else text))
+    return body.opened(Expr(body, kind, f"(*{text})" if isinstance(kind, c.Struct) else text))
 
 
 # Text
@@ -232,18 +215,9 @@ static inline {list} part_of_{list}(Space *space, {list} list, int64_t first, in
 """
 
 
-def _wrapped(line: str) -> str:
-    """Return a line of C broken at blanks, unless a text is in it."""
-    margin = line[: len(line) - len(line.lstrip())]
-    if len(line) <= _WIDTH or '"' in line:
-        return line
-    return fill(line.strip(), _WIDTH, initial_indent=margin, subsequent_indent=margin + "        ",
-                break_long_words=False, break_on_hyphens=False)  # fmt: skip
-
-
-def _type_text(kind: CType) -> str:
+def _type_text(kind: c.CType) -> str:
     """Return the definition of a type."""
-    parts = [("count", INT), ("room", INT), *parts_of(kind)] if isinstance(kind, Listing) else parts_of(kind)
+    parts = [("count", c.INT), ("room", c.INT), *parts_of(kind)] if isinstance(kind, c.Listing) else parts_of(kind)
     members = "".join(f"    {inner.name} {name};\n" for name, inner in parts)
     return f"typedef struct {{\n{members}}} {kind.name};\n".replace(" at[i];", " *at;")
 
@@ -267,11 +241,11 @@ def header(translation: Translation, more: str = "") -> str:
     """Return the header of a program: its types and the functions that C by hand calls."""
     types = "\n".join(map(_type_text, translation.types))
     lists = "\n".join(
-        _LIST.format(list=kind.name, item=kind.item.name) for kind in translation.types if isinstance(kind, Listing)
+        _LIST.format(list=kind.name, item=kind.item.name) for kind in translation.types if isinstance(kind, c.Listing)
     )
     duals = "typedef struct {\n    double value, slope;\n} Dual;\n" if "Dual " in types else ""
     external = [unit for unit in translation.units.values() if unit.name in translation.externals.values()]
-    heads = "\n".join(_wrapped(f"{unit.head};") for unit in (*translation.entries, *external))
+    heads = "\n".join(f"{unit.head};" for unit in (*translation.entries, *external))
     return (
         "/* Translated from the Python sources of the unit; change those, not this file. */\n"
         '#ifndef MODEL_H\n#define MODEL_H\n\n#include "arithmetic.h"\n#include "memory.h"\n\n'
@@ -292,7 +266,7 @@ def source(translation: Translation, more: str = "") -> str:
 # Bytes of the memory
 
 
-def persistence(roots: list[CType], translation: Translation) -> str:
+def persistence(roots: list[c.CType], translation: Translation) -> str:
     """Return ``pass_T`` of these types and of their parts: a value to bytes, or back."""
     for root in roots:
         translation.use(root)
@@ -300,17 +274,17 @@ def persistence(roots: list[CType], translation: Translation) -> str:
     return "\n".join(_passing(kind) for kind in translation.types if kind in wanted)
 
 
-def _all_parts(kinds: Iterable[CType]) -> Iterator[CType]:
+def _all_parts(kinds: Iterable[c.CType]) -> Iterator[c.CType]:
     for kind in kinds:
         yield kind
         yield from _all_parts(inner for _, inner in parts_of(kind))
 
 
-def _passing(kind: CType) -> str:
+def _passing(kind: c.CType) -> str:
     lines = [f"pass_{inner.name}(bytes, &x->{name});" for name, inner in parts_of(kind)]
-    if isinstance(kind, Maybe):
+    if isinstance(kind, c.Maybe):
         lines[1] = f"if (x->some) {lines[1]}"
-    if isinstance(kind, Listing):
+    if isinstance(kind, c.Listing):
         room = f"*x = ({kind.name}){{x->count, x->count, space_take(bytes->space, x->count, sizeof *x->at)}};"
         each = f"for (int64_t i = 0; i < x->count; i++) {lines[0]}"
         lines = ["pass_count(bytes, &x->count);", f"if (bytes->reading) {room}", each]

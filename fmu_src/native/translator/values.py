@@ -17,25 +17,7 @@ from typing import Any
 
 from heli_plant.dual import Dual
 
-from .types import (
-    BOOL,
-    DUAL,
-    FLOAT,
-    INT,
-    NOTHING,
-    NUMBERS,
-    TEXT,
-    CType,
-    Function,
-    Listing,
-    Maybe,
-    NoType,
-    Row,
-    Struct,
-    element,
-    fields,
-    joined,
-)
+from . import types as c
 
 _RELATIONS = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
@@ -58,7 +40,7 @@ class Expr:
 
     __slots__ = ("as_float", "body", "code", "type")
 
-    def __init__(self, body: Any, kind: CType, code: str, as_float: str = "") -> None:
+    def __init__(self, body: Any, kind: c.CType, code: str, as_float: str = "") -> None:
         self.body, self.type, self.code, self.as_float = body, kind, code, as_float
 
     @property
@@ -81,11 +63,11 @@ class Expr:
         return f"{self.code[2:-1]}->{name}" if self.code.startswith("(*") else f"{self.code}.{name}"
 
     def __getattr__(self, name: str) -> Any:
-        if isinstance(self.type, Maybe):
+        if isinstance(self.type, c.Maybe):
             return getattr(unwrapped(self), name)
-        if isinstance(self.type, Struct):
-            if name in fields(self.type.kind):
-                return self.body.opened(Expr(self.body, fields(self.type.kind)[name], self.path(name)))
+        if isinstance(self.type, c.Struct):
+            if name in c.fields(self.type.kind):
+                return self.body.opened(Expr(self.body, c.fields(self.type.kind)[name], self.path(name)))
             if name == "_replace":
                 return partial(self.body.replaced, self)
             method = getattr(self.type.kind, name, None)
@@ -96,7 +78,7 @@ class Expr:
     def __iter__(self) -> Any:
         items = known_items(self)
         if items is None:
-            raise NoType(f"{self.type.said} has no length that is known here")
+            raise c.NoType(f"{self.type.said} has no length that is known here")
         return iter(items)
 
     def __call__(self, *given: Any) -> Any:
@@ -104,15 +86,15 @@ class Expr:
         return self.body.chosen(self, given)
 
     def __bool__(self) -> bool:
-        raise NoType("this is known at run time only")
+        raise c.NoType("this is known at run time only")
 
     def __format__(self, form: str) -> str:
-        raise NoType("a text that is made at run time has no translation to C")
+        raise c.NoType("a text that is made at run time has no translation to C")
 
     def __neg__(self) -> Any:
         number = unwrapped(self)
-        if number.type not in (INT, FLOAT):
-            raise NoType(f"{number.type.said} is no number")
+        if number.type not in (c.INT, c.FLOAT):
+            raise c.NoType(f"{number.type.said} is no number")
         return Expr(self.body, number.type, f"(-{number.code})")
 
 
@@ -127,7 +109,7 @@ def _operator(symbol: str, is_swapped: bool = False) -> Callable[[Any, Any], Any
 
 def unwrapped(value: Any) -> Any:
     """Return the value inside of a value that may be None."""
-    if isinstance(value, Expr) and isinstance(value.type, Maybe):
+    if isinstance(value, Expr) and isinstance(value.type, c.Maybe):
         return value.body.opened(Expr(value.body, value.type.item, value.path("value")))
     return value
 
@@ -138,22 +120,22 @@ def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
     kinds = type_of(a), type_of(b)
     if symbol == "*" and isinstance(a, tuple | list):
         one = body.kept(a[0])
-        return body.collected(Run(body.as_type(b, INT).bare, lambda _: one))
-    if symbol == "+" and any(isinstance(kind, Listing) for kind in kinds):
+        return body.collected(Run(body.as_type(b, c.INT).bare, lambda _: one))
+    if symbol == "+" and any(isinstance(kind, c.Listing) for kind in kinds):
         return body.display((True, a), (True, b))
-    if not set(kinds) <= set(NUMBERS):
-        raise NoType("the operands are no numbers")
+    if not set(kinds) <= set(c.NUMBERS):
+        raise c.NoType("the operands are no numbers")
     if symbol == "**":
-        if isinstance(a, float) and a == 2.0 and kinds[1] == INT:
-            return Expr(body, FLOAT, f"ldexp(1.0, (int){b.code})")
-        raise NoType("a power other than 2.0**n may differ in the last bit from library to library; write a product")
-    kind = joined(joined(*kinds), FLOAT if symbol == "/" else INT)
+        if isinstance(a, float) and a == 2.0 and kinds[1] == c.INT:
+            return Expr(body, c.FLOAT, f"ldexp(1.0, (int){b.code})")
+        raise c.NoType("a power other than 2.0**n may differ in the last bit from library to library; write a product")
+    kind = c.joined(c.joined(*kinds), c.FLOAT if symbol == "/" else c.INT)
     left, right = body.as_type(a, kind), body.as_type(b, kind)
     if symbol in ("//", "%"):
         function = {"int //": "floor_div", "int %": "floor_mod", "float %": "float_mod"}
         name = function.get(f"{kind.said} {symbol}")
         if not name:
-            raise NoType(f"{symbol} of {kind.said} has no translation; use floor(a / b)")
+            raise c.NoType(f"{symbol} of {kind.said} has no translation; use floor(a / b)")
         return Expr(body, kind, f"{name}({left.bare}, {right.bare})")
     return Expr(body, kind, f"({left.code} {symbol} {right.code})")
 
@@ -169,13 +151,13 @@ def relation(body: Any, symbol: str, a: Any, b: Any) -> Any:
         return body.both(test, lambda: relation(body, "==", a.slope, b.slope)) if symbol == "==" else test
     if not isinstance(a, Expr) and not isinstance(b, Expr):
         return _RELATIONS[symbol](a, b)
-    kind = joined(type_of(a), type_of(b))
+    kind = c.joined(type_of(a), type_of(b))
     a, b = body.as_type(a, kind), body.as_type(b, kind)
-    if kind == TEXT:
-        return Expr(body, BOOL, f"(strcmp({a.bare}, {b.bare}) {symbol} 0)")
-    if kind not in NUMBERS:
-        raise NoType("only numbers and texts can be compared")
-    return Expr(body, BOOL, f"({a.code} {symbol} {b.code})")
+    if kind == c.TEXT:
+        return Expr(body, c.BOOL, f"(strcmp({a.bare}, {b.bare}) {symbol} 0)")
+    if kind not in c.NUMBERS:
+        raise c.NoType("only numbers and texts can be compared")
+    return Expr(body, c.BOOL, f"({a.code} {symbol} {b.code})")
 
 
 for _name, _symbol in dict(add="+", sub="-", mul="*", truediv="/", floordiv="//", mod="%", pow="**").items():
@@ -205,11 +187,11 @@ class Callee:
 
     def __getattr__(self, name: str) -> Any:
         if name == "_make":
-            return lambda values: self(*self.body.unpacked(values, len(fields(self.function))))
+            return lambda values: self(*self.body.unpacked(values, len(c.fields(self.function))))
         return getattr(self.function, name)
 
 
-def type_of(value: Any) -> CType:
+def type_of(value: Any) -> c.CType:
     """Return the type in C of a value.
 
     Raises
@@ -220,24 +202,24 @@ def type_of(value: Any) -> CType:
     if isinstance(value, Expr):
         return value.type
     if isinstance(value, Dual):
-        return DUAL
+        return c.DUAL
     if isinstance(value, Callee):
-        return Function(value.function)
+        return c.Function(value.function)
     if hasattr(value, "_fields"):
-        return Struct(type(value))
+        return c.Struct(type(value))
     if isinstance(value, tuple | list):
-        known = Row(tuple(map(type_of, value)))
-        return Listing(element(known)) if isinstance(value, list) else known
-    plain: dict[type, CType] = {bool: BOOL, int: INT, float: FLOAT, str: TEXT, type(None): NOTHING}
+        known = c.Row(tuple(map(type_of, value)))
+        return c.Listing(c.element(known)) if isinstance(value, list) else known
+    plain: dict[type, c.CType] = {bool: c.BOOL, int: c.INT, float: c.FLOAT, str: c.TEXT, type(None): c.NOTHING}
     if type(value) not in plain:
-        raise NoType(f"a value {value!r} has no counterpart in C")
+        raise c.NoType(f"a value {value!r} has no counterpart in C")
     return plain[type(value)]
 
 
 def known_items(value: Any) -> list[Any] | None:
     """Return the elements of a tuple of known length or a NamedTuple, else None."""
     value = unwrapped(value)
-    if isinstance(value, Expr) and isinstance(value.type, Struct):
+    if isinstance(value, Expr) and isinstance(value.type, c.Struct):
         names = getattr(value.type.kind, "_fields", None)
         return [getattr(value, name) for name in names] if names else None
     return None if isinstance(value, Expr | Run) or value is None else list(value)
