@@ -1,10 +1,11 @@
 """The method that `identify` takes by itself, and what it says of it."""
 
+import numpy as np
 import pytest
 
 import heli_identifier as hi
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online import ADAPTATION, PREDICTION_ERROR
+from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, gain_matrix
 from heli_identifier.records import RigConfiguration
 from heli_identifier.tools.figures import NAMES, history_figure, history_limits
 from heli_identifier.tools.identification import LONGER, choose, loop_is_closed
@@ -33,6 +34,23 @@ def test_logs_flown_by_a_controller_are_identified_by_prediction_errors_and_with
         estimate = found.estimates[name]
         # 3.5 standard errors: four estimates exceed it once in 500 runs.
         assert abs(estimate.value - getattr(TABLE_2, name)) < 3.5 * estimate.standard_error
+
+
+def test_logs_together_are_the_product_of_their_likelihoods_and_one_prior(flown):
+    """Of the travel, whose encoder's zero enters nothing; the noise model is one for all logs as well."""
+    (first, second), own = flown.histories, flown.histories[0].plan.axes[2]
+    n = len(own.first)
+    (omega, gamma), (omega_2, gamma_2) = (
+        (np.array(one.omega), np.array(gain_matrix(one.factor, n)))
+        for one in (history.state.axes[2].estimate for history in (first, second))
+    )
+    # What the second log alone says: its posterior without the prior, as a measurement for a Kalman update.
+    prior = np.diag(own.prior)
+    R = np.linalg.inv(np.linalg.inv(gamma_2) - np.linalg.inv(prior))
+    y = R @ (np.linalg.solve(gamma_2, omega_2) - np.linalg.solve(prior, own.first))
+    together = omega + gamma @ np.linalg.solve(gamma + R, y - omega)
+    assert flown.estimates["k_y"].value == pytest.approx(together[1], rel=1e-6)
+    assert flown.together.noise[2] == pytest.approx(np.exp(together[2:]), rel=1e-6)
 
 
 def test_logs_in_open_loop_are_identified_by_the_papers_adaptation(in_open_loop):

@@ -135,15 +135,9 @@ def step(
 
 
 def _advance(
-    which: int,
-    axis: Axis,
-    z: tuple[float, ...],
-    voltage: float,
-    count: int,
-    b: tuple[float, ...],
-    references: References,
-    plan: Plan,
-) -> Axis:
+    which: int, axis: Axis, z: tuple[float, ...], voltage: float, count: int, b: tuple[float, ...],
+    references: References, plan: Plan,
+) -> Axis:  # fmt: skip
     """Return one axis after a sample, with its moments and, in its turn, its standard errors, excitation and scores."""
     estimate, predictor, loop = axis
     own, h = plan.axes[which], plan.sample_time

@@ -119,18 +119,7 @@ def candidate_value(c: Candidate, m: Motion) -> float:
         if c.axis == "pitch":
             return front - rear
         return (front + rear) * (cos(m.pitch) if c.axis == "elevation" else sin(m.pitch))
-    return c.law(
-        0.0,
-        m.pitch,
-        m.elevation,
-        m.travel,
-        m.pitch_rate,
-        m.elevation_rate,
-        m.travel_rate,
-        m.nu_front + m.nu_rear,
-        m.nu_front - m.nu_rear,
-        m.cable_rest,
-    )
+    return c.law(0.0, *m[:6], m.nu_front + m.nu_rear, m.nu_front - m.nu_rear, m.cable_rest)
 
 
 _RATE_BANDWIDTH = 20.0
