@@ -14,7 +14,7 @@ from heli_identifier.records import (
     read_log,
     write_template,
 )
-from heli_identifier.records.configuration import KEYS
+from heli_identifier.records.heli_toml import KEYS
 from heli_identifier.tracing import DiagnosisSettings
 
 

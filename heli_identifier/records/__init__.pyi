@@ -1,11 +1,9 @@
-from .configuration import CONFIGURATION_NAME as CONFIGURATION_NAME
 from .configuration import CONTRACT as CONTRACT
 from .configuration import ControllerConfiguration as ControllerConfiguration
 from .configuration import Geometry as Geometry
 from .configuration import LogFormat as LogFormat
 from .configuration import RigConfiguration as RigConfiguration
 from .configuration import check_given as check_given
-from .configuration import read_configuration as read_configuration
 from .data_set import DEMO_RIGS as DEMO_RIGS
 from .data_set import LogSource as LogSource
 from .data_set import check_apart as check_apart
@@ -20,12 +18,14 @@ from .data_set import read_data_set as read_data_set
 from .data_set import read_logs as read_logs
 from .data_set import several as several
 from .guess import guess as guess
+from .heli_toml import CONFIGURATION_NAME as CONFIGURATION_NAME
+from .heli_toml import read_configuration as read_configuration
+from .heli_toml import write_template as write_template
 from .log import Log as Log
 from .log import write_log as write_log
 from .overlap import shared_flight as shared_flight
 from .reading import read_log as read_log
 from .response import suspicions as suspicions
-from .template import write_template as write_template
 from .timing import GAP_STEPS as GAP_STEPS
 from .units import CONTRACT_HEADERS as CONTRACT_HEADERS
 from .units import factor_to_si as factor_to_si

@@ -1,15 +1,7 @@
 """What an unknown log probably holds: its columns, units and signs, each with the reason.
 
-A name that is plain decides. Where there is none, as in the unnamed matrices of Simulink and QUARC, physics does: every
-choice of pitch p, elevation e, travel t and a pair of voltages is scored by the shares of the three accelerations that
-the voltages explain (`response`),
-
-    2 share(t'' by (v_f + v_r) sin p) + share(p'' by v_f - v_r) + share(e'' by v_f + v_r).
-
-The travel counts most: nothing else moves it, so that nine tenths and more of it are explained even where a controller
-has made everything depend on everything. The pair may be front and rear, or sum and difference. Columns that are the
-derivative of another one are no candidates. Encoders turn in steps, so an angle that does is preferred to a reference
-or an estimate.
+A name that is plain decides. Where there is none, as in the unnamed matrices of Simulink and QUARC, physics does
+(`response`).
 
 The time is the column that increases evenly; the unit of an angle follows from the size of its steps, which are those
 of an encoder, or from its range.
@@ -28,15 +20,14 @@ from heli_identifier.errors import LogError
 from heli_identifier.records.columns import Table, name_and_unit, plain, read_stamps
 from heli_identifier.records.configuration import CONTRACT, LogFormat
 from heli_identifier.records.opening import open_table
-from heli_identifier.records.plausibility import encoder_step
 from heli_identifier.records.response import (
     ELEVATION_SURE,
     PITCH_SURE,
     Gains,
+    angle_unit,
+    assign_columns,
     coarse,
-    filtered,
     find_responses,
-    gains,
 )
 from heli_identifier.records.text import NUMBERED
 from heli_identifier.records.timing import check_extent
@@ -54,17 +45,12 @@ _NAMES = {
 }
 _ASKED = r"ref(erence)?|set_?point|desired|command(ed)?|cmd|target|demand|soll"
 """Words for what a pilot or a plan asked of an axis."""
-_COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 10000, 16384, 20000)
-"""Counts a turn that encoders have."""
 _TRAVEL_SURE = 4.0
 """Score from which the sign of the travel's gain is known."""
 _CERTAIN = 0.5
 """Share of the travel's acceleration from which the choice is beyond doubt."""
 _MOST_COLUMNS = 24
 """Columns among which is searched; the work grows with their fourth power."""
-_BOTH = 0.05  # by which front and rear are preferred to sum and difference where a file holds both
-_IN_STEPS = 0.3  # by which an angle that an encoder measured is preferred
-_ALIKE = 0.95  # correlation of a column with the derivative of another that makes it that derivative
 _ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
 _RATES_HZ = (45.0, 2100.0)  # rates that make a unit of the time probable
 _MIRRORED = (
@@ -128,7 +114,7 @@ def guess(path: str | PathLike[str]) -> Guess:
         if known_unit := understood(signal, stated or ""):
             units[signal], why_units[signal] = known_unit, f"its header says [{stated}]"
         elif signal in ANGLES:
-            units[signal], why_units[signal], turn = _angle_unit(column)
+            units[signal], why_units[signal], turn = angle_unit(column)
             counts[signal] = turn or counts[signal]
         else:
             most = float(np.abs(column).max())
@@ -258,80 +244,6 @@ def _choose(
     return {signal: others[index] for signal, index in found.items()}
 
 
-def assign_columns(columns: Array, rate_hz: float, known: Mapping[str, int]) -> dict[str, int] | None:
-    """Choose the columns that respond to each other as pitch, elevation, travel and voltages do.
-
-    Parameters
-    ----------
-    columns : NDArray, shape (N, k)
-        Candidates, uniformly sampled at `rate_hz` [Hz].
-    known : dict
-        Index of the column of signals that are known by name.
-
-    Returns
-    -------
-    dict or None
-        Index of the column of each signal, with v_front and v_rear or v_sum and v_difference; None if too few move.
-    """
-    values, step = coarse(columns, rate_hz)
-    found = filtered(values, step)
-    derivatives = _derivatives(found.value, found.rate) - set(known.values())
-    moving = [i for i in range(columns.shape[1]) if np.ptp(values[:, i]) > 0.0 and i not in derivatives]
-    pairs = _pairs([i for i in moving if i not in known.values()], known)
-    free = {angle: [known[angle]] if angle in known else moving for angle in ANGLES}
-    if not pairs or not moving:
-        return None
-    first, second = np.array([places for _, places in pairs]).T
-    both = np.array([kind == VOLTAGES for kind, _ in pairs])
-    v, w = values[:, first], values[:, second]
-    total, difference = np.where(both, v + w, v), np.where(both, v - w, w)
-    by_total, by_difference = filtered(total, step).value, filtered(difference, step).value
-    in_steps = np.array([_IN_STEPS * (encoder_step(column) is not None) for column in columns.T])
-    lift = np.stack([gains(found, e, by_total).share + in_steps[e] for e in free["elevation"]])
-    best, chosen = -np.inf, None
-    for p in free["pitch"]:
-        unit, _, turn = _angle_unit(columns[:, p])
-        pitch = values[:, p] * factor_to_si("pitch", unit, turn or CONTRACT.counts_per_turn("pitch"))
-        turned = filtered(total * np.sin(pitch)[:, None], step).value
-        of_pitch = gains(found, p, by_difference).share + in_steps[p] + _BOTH * both
-        for t in free["travel"]:
-            score = of_pitch + 2.0 * gains(found, t, turned).share + in_steps[t] + lift
-            for row, e in enumerate(free["elevation"]):  # no column is two signals
-                twice = (first == e) | (second == e) | (e in (p, t)) | (t == p)
-                score[row, twice | np.isin(first, (p, t)) | np.isin(second, (p, t))] = -np.inf
-            row, pair = np.unravel_index(score.argmax(), score.shape)
-            if score[row, pair] > best + 1e-6:
-                best, kind = score[row, pair], pairs[pair][0]
-                places = (*pairs[pair][1], p, free["elevation"][row], t)
-                chosen = dict(zip((*kind, *ANGLES), places, strict=True))
-    return chosen
-
-
-def _derivatives(value: Array, rate: Array) -> set[int]:
-    """Columns, filtered, shape (M, k), that are the derivative of another one in the same unit per second."""
-    value, rate = value - value.mean(axis=0), rate - rate.mean(axis=0)
-    own, of_rates = (value**2).sum(axis=0), (rate**2).sum(axis=0)
-    both = rate.T @ value  # row: whose derivative, column: which column
-    with np.errstate(divide="ignore", invalid="ignore"):
-        correlation = both / np.sqrt(np.outer(of_rates, own))
-        slope = both / of_rates[:, None]
-    alike = (correlation > _ALIKE) & (np.abs(slope - 1.0) < 1.0 - _ALIKE + 0.15)
-    return set(np.flatnonzero(alike.any(axis=0)).tolist())
-
-
-def _pairs(free: Sequence[int], known: Mapping[str, int]) -> list[tuple[tuple[str, ...], tuple[int, int]]]:
-    """Candidates of the voltages: which two signals, and their columns."""
-    named = [kind for kind in (VOLTAGES, COMBINED) if any(signal in known for signal in kind)]
-    found = list[tuple[tuple[str, ...], tuple[int, int]]]()
-    for kind in named or (VOLTAGES, COMBINED):
-        options = [[known[signal]] if signal in known else free for signal in kind]
-        choices = [(i, j) for i in options[0] for j in options[1] if i != j]
-        if kind == VOLTAGES and not named:  # the sign of the gain will tell the two apart
-            choices = [(i, j) for i, j in choices if i < j]
-        found += [(kind, choice) for choice in choices]
-    return found
-
-
 def _take_off(seconds: Array, elevation: Array) -> tuple[float | None, float | None]:
     """Give when the arm lifts and when take-off is over [s], if the log begins with the arm at rest."""
     extent = float(np.ptp(elevation))
@@ -341,21 +253,6 @@ def _take_off(seconds: Array, elevation: Array) -> tuple[float | None, float | N
     if lifted - seconds[0] < 0.1 or not at_the_end_of_its_range or not away.any() or seconds[-1] - lifted < 12.0:
         return None, None
     return lifted, float(np.ceil(lifted + 4.0))
-
-
-def _angle_unit(values: Array) -> tuple[str, str, int | None]:
-    """Give the unit of an angle, why, and the counts of its encoder if its steps tell them."""
-    step = encoder_step(values)
-    if step is not None:
-        if abs(step - 1.0) < 1e-6:
-            return "counts", "it changes by whole numbers", None
-        for count in _COUNTS:
-            for unit, turn in (("rad", 2.0 * np.pi), ("deg", 360.0)):
-                if abs(step * count / turn - 1.0) < 2e-3:
-                    return unit, f"it changes by {step:.5g}, a {count}th of a turn in {unit}", count
-    most = float(np.abs(values).max())
-    unit = "deg" if most > np.pi else "rad"
-    return unit, f"it reaches {most:.3g}, {'more' if unit == 'deg' else 'less'} than half a turn in rad", None
 
 
 def _signs(has_front: bool, found: Gains) -> tuple[dict[str, int], bool, dict[str, str]]:
