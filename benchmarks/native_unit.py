@@ -58,7 +58,7 @@ class Units:
 
     def run(self, log: Any, outputs: tuple[str, ...], every: int, parameters: dict[str, Value]) -> Array:
         """Feed a log to a new instance; give ``outputs`` after every so many samples, (N // every, len(outputs))."""
-        instance = Instance("identifier", self._fmu, self._folder / f"unit-{next(self._numbers)}", [])
+        instance = Instance("identifier", self._fmu, self._folder / f"unit-{next(self._numbers)}")
         rows = np.ascontiguousarray(np.column_stack((log.voltages, log.angles)), dtype=float)
         record, fed, shown = np.empty((len(rows) // every, len(outputs))), np.zeros(len(INPUTS)), np.zeros(len(outputs))
         try:

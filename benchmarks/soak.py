@@ -74,7 +74,6 @@ class Loop:
     fmus: dict[str, Path]
     folder: Path
     units: dict[str, Instance] = field(default_factory=dict)
-    alarm: list[Instance] = field(default_factory=list)
     excited: bool = True
     built: int = 0
 
@@ -83,7 +82,7 @@ class Loop:
         if name in self.units:
             self.units[name].close()
         self.built += 1
-        self.units[name] = Instance(name, self.fmus[unit], self.folder / f"{name}-{self.built}", self.alarm)
+        self.units[name] = Instance(name, self.fmus[unit], self.folder / f"{name}-{self.built}")
         self.units[name].initialise(parameters, time, 1e6)
 
     def set(self, unit: str, values: dict[str, float]) -> None:

@@ -158,7 +158,7 @@ class SlaveBase(Fmi2Slave):
 
     def show(self, outputs: Iterable[float]) -> None:
         """Set the outputs, the first ones if there are more of them."""
-        shown = list(outputs)
+        shown = tuple(outputs)
         self.values[self._first_output : self._first_output + len(shown)] = shown
 
     # From instantiation to the first step, and the end

@@ -160,7 +160,7 @@ from fmu_src.master.instance import Instance
 from unit_host import answer
 states = []
 for k, fmu in enumerate(sys.argv[1:3]):
-    unit = Instance("unit", Path(fmu), Path(sys.argv[3], str(k)), [])
+    unit = Instance("unit", Path(fmu), Path(sys.argv[3], str(k)))
     unit.initialise({"method": "prediction_error", "watch.pitch": "dry_friction"}, 0.0, 9.0)
     unit.finish_initialisation(0.0)
     for k in range(400):

@@ -14,7 +14,6 @@ import shutil
 from collections.abc import Callable, Mapping
 from ctypes import Array, PyDLL, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
 from functools import partial
-from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import unquote_to_bytes
@@ -36,7 +35,7 @@ from heli_plant.errors import did_you_mean
 from ..errors import MasterError
 from ..variables import TYPES, Value
 
-WARNING, DISCARD = 1, 2
+WARNING = 1
 _STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
 
 _NO_EARLIER_STATE = c_int.from_param(1)
@@ -44,7 +43,6 @@ _NO_EARLIER_STATE = c_int.from_param(1)
 
 _WANTED = {"Real": "a number", "Integer": "a whole number", "Boolean": "true or false", "String": "text"}
 
-_KEYS = count(1)
 _HEARD: dict[int, Instance] = {}
 """Instances by component environment, because fmpy's logger proxy serves one callback function per process."""
 
@@ -55,8 +53,6 @@ def _hear(environment: int | None, _name: bytes, status: int, _category: bytes, 
     if unit is not None:
         unit.messages.append(message.decode("utf-8", "replace"))
         unit.worst = max(unit.worst, status)
-        if status >= DISCARD:
-            unit.alarm.append(unit)
 
 
 _LOGGER = fmi2CallbackLoggerTYPE(_hear)
@@ -110,20 +106,23 @@ class Instance:
         The FMU file.
     folder : Path
         Where the FMU is unpacked; it does not exist yet.
-    alarm : list of Instance
-        Shared by the instances of a run, and empty as long as all is well: an instance that logs a refusal appends
-        itself.
+
+    Attributes
+    ----------
+    messages : list of str
+        What it has logged.
+    worst : int
+        The worst status of a message.
     """
 
-    def __init__(self, name: str, fmu: Path, folder: Path, alarm: list[Instance]) -> None:
-        self.name, self.alarm, self.folder = name, alarm, str(folder)
+    def __init__(self, name: str, fmu: Path, folder: Path) -> None:
+        self.name, self.folder = name, str(folder)
         self.messages: list[str] = []
         self.worst = 0
         self.description = unpack(name, fmu, folder)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self.outputs = [name for name, v in self.variables.items() if v.causality == "output" and v.type == "Real"]
-        self._key = next(_KEYS)
-        _HEARD[self._key] = self
+        _HEARD[id(self)] = self
         try:
             self._instantiate()
         except BaseException:
@@ -145,7 +144,7 @@ class Instance:
             self._give_resources_as_they_are()
         # PyDLL keeps the interpreter's lock over a call: the unit needs it at once, and no other thread has to run.
         self._library = PyDLL(None, handle=self.slave.dll._handle)
-        self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=self._key)
+        self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=id(self))
         addLoggerProxy(byref(self._callbacks))
         self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
 
@@ -231,14 +230,7 @@ class Instance:
     # fmpy's methods make new ctypes arrays with every call; these are bound to their C arguments once.
 
     def transfer(self, name: str, references: Any, values: Any) -> list[Call]:
-        """Prepare ``setReal`` or ``getReal`` of the C array ``values``, read or written in place; none if it is empty.
-
-        Parameters
-        ----------
-        references : C array of unsigned int, from :meth:`references`
-        values : C array of double
-            Of the same length.
-        """
+        """Prepare ``setReal`` or ``getReal`` of the C array ``values``, read or written in place; nothing if empty."""
         number = c_size_t.from_param(len(references))
         return [self._prepare(name, byref(references), number, byref(values))] if len(references) else []
 
@@ -275,7 +267,7 @@ class Instance:
                 slave.terminate()
                 slave.freeInstance()
         finally:
-            del _HEARD[self._key]
+            del _HEARD[id(self)]
             shutil.rmtree(self.folder, ignore_errors=True)
 
 

@@ -24,7 +24,7 @@ from ..errors import MasterError, WiringError
 from ..native import build_native
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
-from .instance import Call, Instance, Place
+from .instance import WARNING, Call, Instance, Place
 from .result import Bands, Result
 
 STRIDE = 1000
@@ -181,11 +181,10 @@ def instances(
 ) -> Iterator[dict[str, Instance]]:
     """Instantiate every unit of a scenario; free them all at the end."""
     units: dict[str, Instance] = {}
-    alarm: list[Instance] = []
     with draft_folder() as folder, ExitStack() as loaded:
         for name, file in scenario_fmus(wiring, fmus, folder, builder).items():
             alive()
-            units[name] = Instance(name, file, folder / f"{name}.unpacked", alarm)
+            units[name] = Instance(name, file, folder / f"{name}.unpacked")
             loaded.callback(units[name].close)
         yield units
 
@@ -197,7 +196,7 @@ class Wired:
     ----------
     wiring : Scenario
     units : dict
-        Its instances by name; they share one ``alarm``.
+        Its instances by name.
     step : float
         Communication step [s].
     record : collection of str, optional
@@ -229,7 +228,6 @@ class Wired:
         alive: Callable[[], None] = lambda: None,
     ) -> None:
         self.units, self.step, self.alive = units, step, alive
-        self.alarm = next(iter(units.values())).alarm
         every = [f"{name}.{output}" for name, unit in units.items() for output in unit.outputs]
         feeding = {f"{wire.source_unit}.{wire.source}" for wire in wiring.connections}
         for name in (*sorted(feeding), *(record or ())):
@@ -280,7 +278,7 @@ class Wired:
         """Make prepared calls at ``time`` [s]; an answer worse than a warning, or a refusal in a log, is an error."""
         self._time.value = time
         for run, unit, name in calls:
-            if (status := run()) or self.alarm:
+            if (status := run()) > WARNING or unit.worst > WARNING:
                 unit.check(name, time, status)
 
     def play(self, values: NDArray[np.float64], counted: Iterable[int]) -> None:
@@ -309,7 +307,6 @@ class Wired:
 
     def reset(self) -> None:
         """Set all units back to where they were when they were instantiated."""
-        self.alarm.clear()
         for unit in self.units.values():
             unit.reset()
 
