@@ -31,6 +31,7 @@ from .signals import ANGLE_INPUTS, AXES, REFERENCE_INPUTS, VOLTAGE_INPUTS
 
 _ESTIMATED = tuple((name, BY_FIELD[name].unit, BY_FIELD[name].description) for name in ModelParameters._fields)
 """Symbol, unit and description of each estimated parameter."""
+_UNITS = tuple(unit for _, unit, _ in _ESTIMATED)
 _DEFAULT = IdentifierSettings()
 _setting = partial(setting, _DEFAULT)
 SLOTS = 3
@@ -97,13 +98,13 @@ _SETTINGS = (
 
 def shown(estimate: IdentifierOutput, is_in_closed_loop: bool):
     """Return the outputs in their order, but for the scores."""
-    pairs = zip(estimate.parameters, estimate.standard_errors, strict=True)
+    triples = zip(estimate.parameters, estimate.standard_errors, _UNITS, strict=True)
     return (
         *estimate.parameters,
         *estimate.standard_errors,
         *estimate.sigma,
         *estimate.excitation,
-        *(float(determined(*pair, unit)) for pair, (_, unit, _) in zip(pairs, _ESTIMATED, strict=True)),
+        *[float(determined(value, error, unit)) for value, error, unit in triples],
         *estimate.lag,
         *estimate.feedback,
         float(is_in_closed_loop),
