@@ -40,7 +40,7 @@ from scipy.stats import norm
 from benchmarks.flown import SHAKE, TORQUE_STD, TORQUE_TIME, Rig, Stage, draw_rig, flight
 from benchmarks.harness import table
 from heli_identifier.following import (
-    CorrectorOutput,
+    CorrectorState,
     FollowPlan,
     FollowSettings,
     IdentifierReport,
@@ -329,22 +329,23 @@ def followed(
     values, errors = [], []
     for k in range(1, len(samples)):
         before = state.values.end
-        state, output = correct(state, Sample(*(*samples[k], fresh[k])), IdentifierReport(), plan)
-        events.extend(event.document() for event in output.events)
+        state, said = correct(state, Sample(*(*samples[k], fresh[k])), IdentifierReport(), plan)
+        events.extend(event.document() for event in said)
         if state.values.end != before:
             values.append(before)
-        errors.extend(_errors(samples[k], output))
+        errors.extend(_errors(samples[k], state))
     moved = [event for event in events if event["what"] in ("adopted", "rolled back")]
     adoptions = [pair for pair in zip(moved, values, strict=True) if pair[0]["what"] == "adopted"]
     keys = ("time_s", "what", "name", "value", "since_s", "why")
     return [{key: event[key] for key in keys} for event in events], adoptions, np.array(errors)
 
 
-def _errors(row: Sequence[float], output: CorrectorOutput) -> list[tuple[float, ...]]:
-    if not output.compared:
+def _errors(row: Sequence[float], state: CorrectorState) -> list[tuple[float, ...]]:
+    twins = state.predictions
+    if not twins.compared:
         return []
-    pairs = zip([*row[2:], *row[2:]], (*output.predicted, *output.predicted_alone), strict=True)
-    return [(output.time, *[measured - predicted for measured, predicted in pairs])]
+    pairs = zip([*row[2:], *row[2:]], (*twins.used.predicted, *twins.alone.predicted), strict=True)
+    return [(H * state.samples, *[measured - predicted for measured, predicted in pairs])]
 
 
 def errors_ahead(
@@ -365,9 +366,9 @@ def errors_ahead(
     errors = []
     for k in range(begin + 1, end):
         row = rows[k].tolist()
-        state, output = correct(state, Sample(*(*row, fresh[k])), IdentifierReport(), fixed)
+        state, _ = correct(state, Sample(*(*row, fresh[k])), IdentifierReport(), fixed)
         if k >= round(100 * first):
-            errors.extend(_errors(row, output))
+            errors.extend(_errors(row, state))
     return np.array([error[1:4] for error in errors]).reshape(-1, 3)
 
 

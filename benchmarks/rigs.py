@@ -69,8 +69,7 @@ def true_structure(kind: str, rig: Any, unknown: TrueUnknown | None = None) -> T
     """Translate the truth of a generator's rig into the names of the catalogue."""
     parameters = {symbol: getattr(rig.base, symbol) for symbol in ModelParameters._fields}
     effects = (
-        TrueEffect(own.name, own.axis, None if own.name in STATED_ELSEWHERE else own.coefficient)
-        for own in rig.effects
+        TrueEffect(own.name, own.axis, None if own.name in STATED_ELSEWHERE else own.coefficient) for own in rig.effects
     )
     return Truth(kind, parameters, tuple(effects), unknown)
 

@@ -65,17 +65,12 @@ def record(
 
 
 def followed(rows, fresh=None, **settings):
-    """Return the corrector's last state, its events, its outputs and the plan."""
+    """Return the corrector's last state, its events, its states after each sample and the plan."""
     plan = prepare_following(FollowSettings(**settings))
     state = start_correcting(plan, Sample(*rows[0]))
-    events, outputs = [], []
+    events, states = [], []
     for k, row in enumerate(rows[1:], 1):
-        state, output = correct(state, Sample(*row, 1.0 if fresh is None else fresh[k]), IdentifierReport(), plan)
-        outputs.append(output)
-        events.extend(output.events)
-    return state, events, outputs, plan
-
-
-def documents(events):
-    """Give events as they stand in events.json."""
-    return [event.document() for event in events]
+        state, said = correct(state, Sample(*row, 1.0 if fresh is None else fresh[k]), IdentifierReport(), plan)
+        states.append(state)
+        events.extend(said)
+    return state, events, states, plan

@@ -36,11 +36,11 @@ def test_information_on_a_constant_change_is_that_of_the_torques_spectrum_at_zer
 def test_a_twin_with_the_values_in_use_errs_as_the_one_that_does_not_correct():
     rows = record(40.0, seed=4)
     fresh = [0.0 if k % 97 == 0 else 1.0 for k in range(len(rows))]
-    _, _, outputs, _ = followed(rows, fresh, correcting=False)
+    _, _, states, _ = followed(rows, fresh, correcting=False)
     plan = prepare_following(FollowSettings(correcting=False))
     errors = errors_ahead(np.array(rows), fresh, plan, 20.0, 39.0, plan.first_values)
-    compared = [(k, o) for k, o in enumerate(outputs, 1) if o.compared and 20.0 <= o.time <= 39.0]
-    expected = np.array([np.subtract(rows[k][2:], o.predicted) for k, o in compared])
+    compared = [one for one in states if one.predictions.compared and 2000 <= one.samples <= 3900]
+    expected = np.array([np.subtract(rows[one.samples][2:], one.predictions.used.predicted) for one in compared])
     # the two observers began at different times; after 6 s what is left of that is exp(-6.6/2 6) of a rate of .1 rad/s
     assert errors == pytest.approx(expected, abs=1e-6)
     assert TABLE_2 == plan.settings.parameters

@@ -29,30 +29,31 @@ def result(rows, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def outputs(rows):
-    """What the pure follower says after samples 1, 2, ...; the units show it one step later."""
+def followed(rows):
+    """States of the pure follower after samples 1, 2, ..., and its events; the units show them one step later."""
     plan = prepare_follower(FollowSettings())
-    state, found = start_following(plan, Sample(*rows[0])), []
+    state, found, events = start_following(plan, Sample(*rows[0])), [], []
     for row in rows[1 : STEPS - 1]:
-        state, output = follow(state, Sample(*row), plan)
-        found.append(output.corrector)
-    return found
+        state, said = follow(state, Sample(*row), plan)
+        found.append(state.corrector)
+        events.extend(said)
+    return found, events, plan.corrector
 
 
 def shown(result, name):
     return result.values[:, result.names.index(name)]
 
 
-def test_the_units_give_the_corrections_of_the_pure_follower(result, outputs):
-    plan = prepare_follower(FollowSettings()).corrector
+def test_the_units_give_the_corrections_of_the_pure_follower(result, followed):
+    states, _, plan = followed
     for place, name in enumerate(plan.changeable):
-        wanted = [output.values[place] - plan.first_values[place] for output in outputs]
+        wanted = [state.values.now.values[place] - plan.first_values[place] for state in states]
         assert shown(result, f"corrector.correction.{name}")[2:STEPS].tolist() == wanted
 
 
-def test_the_units_report_the_events_of_the_pure_follower(result, outputs):
-    events = [event for output in outputs for event in output.events]
-    names = [change.name for change in prepare_follower(FollowSettings()).corrector.changes]
+def test_the_units_report_the_events_of_the_pure_follower(result, followed):
+    _, events, plan = followed
+    names = [change.name for change in plan.changes]
     assert events[-1].what == "adopted"
     assert shown(result, "corrector.event.count")[STEPS - 1] == len(events)
     assert shown(result, "corrector.event.change")[STEPS - 1] == names.index(events[-1].name) + 1
@@ -60,13 +61,14 @@ def test_the_units_report_the_events_of_the_pure_follower(result, outputs):
 
 
 def test_the_plant_in_the_units_is_where_the_observer_of_the_pure_follower_sees_it_until_something_is_adopted(
-    result, outputs
+    result, followed
 ):
     # Corrector and plant correct the same state with the same sample; the plant shows it one step ahead.
-    at = next(k for k, output in enumerate(outputs) if output.values != outputs[0].values)
+    states = followed[0]
+    at = next(k for k, state in enumerate(states) if state.values.now != states[0].values.now)
     angles = np.column_stack([shown(result, f"plant.{axis}") for axis in ("pitch", "elevation", "travel")])
     rates = np.column_stack([shown(result, f"plant.{axis}_rate") for axis in ("pitch", "elevation", "travel")])
-    observed = np.array([output.observed for output in outputs[:at]])
+    observed = np.array([state.observer.instant.memory.state[:6] for state in states[:at]])
     ahead = observed[:, :3] + H * observed[:, 3:]
     # what acceleration adds in a step: at most 2 rad/s^2 h^2/2 = 1e-4 rad, and 2e-2 rad/s on the rates
     assert np.abs(angles[2 : at + 2] - ahead).max() < 2e-4

@@ -8,9 +8,9 @@ from typing import ClassVar
 from heli_identifier.following import (
     DEFAULT_EFFECTS,
     HEARD,
+    MODES,
+    REASONS,
     WHAT,
-    WHY,
-    CorrectorOutput,
     CorrectorState,
     Event,
     FollowSettings,
@@ -129,17 +129,15 @@ class Corrector(SlaveBase):
                 f"{MOST_SUBSTEPS} are taken in one step, take shorter ones"
             )
         report = self._report_of_the_identifier()
-        state, said = self.state, None
-        events: list[Event] = []
+        state = self.state
         while self.first + (state.samples + 1) * period <= time + _EARLY * period:
             due_again = self.first + (state.samples + 2) * period <= time + _EARLY * period
-            state, said = correct(state, now._replace(fresh=0.0) if due_again else now, report, self.plan)
-            events.extend(said.events)
-        self.state = state
-        self.reports += len(events)
-        self.last = events[-1] if events else self.last
-        if said is not None:
-            self._show(said)
+            state, events = correct(state, now._replace(fresh=0.0) if due_again else now, report, self.plan)
+            self.reports += len(events)
+            self.last = events[-1] if events else self.last
+        if state.samples > self.state.samples:
+            self.state = state
+            self._show(state)
 
     def _report_of_the_identifier(self) -> IdentifierReport:
         to_pitch, to_elevation, to_travel = (self.value(f"excitation.{axis}") for axis in AXES)
@@ -150,28 +148,31 @@ class Corrector(SlaveBase):
             tuple([self.value(f"estimate_error.{name}") for name in HEARD]),
         )
 
-    def _show(self, said: CorrectorOutput) -> None:
-        errors = (*said.error, *said.error_alone)
-        if not said.compared:  # those of the last comparison stay
-            errors = tuple([self.value(f"{which}.{axis}") for which in ("error", "error_alone") for axis in AXES])
+    def _show(self, state: CorrectorState) -> None:
+        twins, window = state.predictions, self.plan.window
+        if twins.compared:
+            errors = [*twins.used.rms(window), *twins.alone.rms(window)]
+        else:  # those of the last comparison stay
+            errors = [self.value(f"{which}.{axis}") for which in ("error", "error_alone") for axis in AXES]
+        pairs = zip(state.values.now.values, self.plan.first_values, strict=True)
         shown = [
-            *[value - start for value, start in zip(said.values, self.plan.first_values, strict=True)],
-            *said.standard_errors,
-            *said.predicted,
-            *said.predicted_alone,
+            *[value - start for value, start in pairs],
+            *state.values.errors,
+            *twins.used.predicted,
+            *twins.alone.predicted,
             *errors,
-            *said.torque,
-            float(said.compared),
+            *state.observer.instant.torque,
+            float(twins.compared),
             self.bandwidth,
-            said.alarm,
-            said.suspect + 1.0,
-            float(said.mode),
+            state.alarm,
+            state.finding.change + 1.0,
+            float(MODES.index(state.mode)),
             float(self.reports),
         ]
         if self.last is not None:
             event = self.last
-            names = [change.name for change in self.plan.changes]
-            number = names.index(event.name) + 1.0 if event.name else 0.0
-            shown += [WHAT.index(event.what) + 1.0, number, WHY.index(event.why) + 1.0]
+            names = ["", *(change.name for change in self.plan.changes)]
+            what, why = list(WHAT).index(event.what), list(REASONS.values()).index(event.why)
+            shown += [what + 1.0, float(names.index(event.name)), why + 1.0]
             shown += [event.value, event.standard_error, self.start_time + event.since]
         self.show(shown)

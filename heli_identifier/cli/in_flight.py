@@ -188,6 +188,7 @@ def _listener(
     configuration: "hi.RigConfiguration",
 ) -> "Source":
     """Open the port and return a function that lets a session follow what comes in."""
+    from heli_identifier.following import Event
     from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
     from heli_identifier.live.sources import Listening, check_rate
 
@@ -205,8 +206,7 @@ def _listener(
         session.run(rig.instants(), lambda: 1.0 / (rig.rate or 1.0), stopped, show, lambda: rig.status)
         why = _stream_sentence(rig.status)
         if why:
-            event = {"time_s": session.time, "what": "stream", "name": "", "or": "", "axis": "", "value": 0.0}
-            session.say({**event, "standard_error": 0.0, "since_s": 0.0, "why": why})
+            session.say(Event(session.time, "stream", why))
 
     return run
 

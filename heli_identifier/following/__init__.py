@@ -3,10 +3,8 @@
 Pure steps, standard library only: units carry them (``Corrector``), and ``heli follow`` runs the same.
 """
 
-from .changes import Change
 from .corrector import (
     Follower,
-    FollowOutput,
     FollowState,
     correct,
     follow,
@@ -17,29 +15,16 @@ from .corrector import (
     start_following,
 )
 from .plan import DEFAULT_EFFECTS, FollowPlan, FollowSettings, prepare_following
-from .state import (
-    HEARD,
-    MODES,
-    WHAT,
-    WHY,
-    CorrectorOutput,
-    CorrectorState,
-    Event,
-    IdentifierReport,
-    Sample,
-)
+from .state import HEARD, MODES, REASONS, WHAT, CorrectorState, Event, IdentifierReport, Sample
 
 __all__ = [
     "DEFAULT_EFFECTS",
     "HEARD",
     "MODES",
+    "REASONS",
     "WHAT",
-    "WHY",
-    "Change",
-    "CorrectorOutput",
     "CorrectorState",
     "Event",
-    "FollowOutput",
     "FollowPlan",
     "FollowSettings",
     "FollowState",

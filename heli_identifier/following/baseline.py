@@ -24,15 +24,14 @@ nu, at most 28/(100 + 28) of it.
 """
 
 from math import exp, sqrt
-from operator import add
 from typing import NamedTuple
 
 from heli_plant.effects import AXES, effect
 from heli_plant.parameters import BY_FIELD, PlantParameters
 
-from ..online.linear_algebra import dot, row_indices
-from .blocks import Block, Packed
-from .changes import ELEVATION, PITCH, Direction, Laws, smallest_size
+from ..online.linear_algebra import dot
+from .blocks import Block, Matrix, Vector
+from .changes import ELEVATION, TRAVEL, Direction, Laws, smallest_size
 
 _SHARE, _MISMATCH = 0.01, 0.003
 """Standard deviations of gains and stiffnesses, and of what a rotor has more thrust than the other, as shares."""
@@ -50,15 +49,12 @@ _WANDERING = 1800.0
 _AGE = 20
 """Blocks after which what was learned counts as learned without a change."""
 
-Deviations = tuple[tuple[float, ...], ...]
-"""Square roots of P_0's diagonal for pitch, elevation and travel; the regressors are uncorrelated."""
-
 
 class Coefficients(NamedTuple):
-    """theta of one axis: ``mean`` m (n), ``covariance`` P by rows (n * n)."""
+    """theta of one axis: ``mean`` m (n) and ``covariance`` P (n, n)."""
 
-    mean: tuple[float, ...]
-    covariance: tuple[float, ...]
+    mean: Vector
+    covariance: Matrix
 
 
 Axes = tuple[Coefficients, ...]
@@ -73,11 +69,11 @@ class Baseline(NamedTuple):
     now: Axes
     coming: Axes
     proved: Axes
-    age: int
+    age: int = 0
 
 
-def prior_deviations(p: PlantParameters, laws: Laws) -> Deviations:
-    """Return by how much the coefficients of the regressors of a twin with the parameters ``p`` may err."""
+def prior_deviations(p: PlantParameters, laws: Laws) -> Matrix:
+    """Return for each axis by how much the coefficients of its regressors err: the square roots of P_0's diagonal."""
     gains, stiffnesses = (p.k_x, p.k_z, p.k_y), (p.a_th, p.a_e, 0.0)
     found = []
     for axis in range(3):
@@ -87,22 +83,22 @@ def prior_deviations(p: PlantParameters, laws: Laws) -> Deviations:
         for law in laws[axis]:
             row = BY_FIELD[effect(law.name, AXES[axis]).field]
             own.append(_OF_EFFECT * smallest_size(law.name, row.unit) * (k if law.times_gain else 1.0))
-        if axis in (PITCH, ELEVATION):
+        if axis != TRAVEL:
             own.append(_SHARE * abs(stiffnesses[axis]))
         found.append(tuple(own))
     return tuple(found)
 
 
-def start_baseline(deviations: Deviations) -> Baseline:
+def start_baseline(deviations: Matrix) -> Baseline:
     """Return the baseline before anything is known."""
-    prior = [[[x * x if i == j else 0.0 for j in range(len(own))] for i, x in enumerate(own)] for own in deviations]
-    axes = tuple([Coefficients((0.0,) * len(rows), tuple([x for row in rows for x in row])) for rows in prior])
-    return Baseline(axes, axes, axes, 0)
+    axes = []
+    for own in deviations:
+        rows = [tuple([x * x if i == j else 0.0 for j in range(len(own))]) for i, x in enumerate(own)]
+        axes.append(Coefficients((0.0,) * len(own), tuple(rows)))
+    return Baseline(tuple(axes), tuple(axes), tuple(axes))
 
 
-def allow_for_baseline(
-    block: Block, baseline: Baseline, learns: bool, deviations: Deviations
-) -> tuple[Block, Baseline]:
+def allow_for_baseline(block: Block, baseline: Baseline, learns: bool, deviations: Matrix) -> tuple[Block, Baseline]:
     """Return a block as the tests see it, W and u in place of R and b, and the baseline after it.
 
     ``learns``: whether the twin follows.
@@ -115,20 +111,19 @@ def allow_for_baseline(
     axes = tuple([learn_coefficients(w, u, own, deviation) for (w, u), own, deviation in rows])
     if baseline.age + 1 < _AGE:
         return tested, baseline._replace(now=axes, age=baseline.age + 1)
-    return tested, Baseline(axes, axes, baseline.coming, 0)
+    return tested, Baseline(axes, axes, baseline.coming)
 
 
 def forget_latest(baseline: Baseline) -> Baseline:
     """Return the baseline without what was learned last, which may have come from a change or a fault."""
-    return Baseline(baseline.proved, baseline.proved, baseline.proved, 0)
+    return Baseline(baseline.proved, baseline.proved, baseline.proved)
 
 
-def discount(r: Packed, b: tuple[float, ...], own: Coefficients) -> tuple[Packed, tuple[float, ...]]:
-    """Return W (packed) and u of a block with ``r`` (packed) and ``b``."""
-    m, n = own.mean, len(own.mean)
-    rows, p = _unpack(r, n), _split(own.covariance, n)
+def discount(r: Matrix, b: Vector, own: Coefficients) -> tuple[Matrix, Vector]:
+    """Return W and u of a block with R ``r`` and ``b``."""
+    m, p, n = own.mean, own.covariance, len(own.mean)
     # [I + R P | R | b - R m], solved by Gauss and Jordan; I + R P has eigenvalues of 1 and more, no pivot is zero
-    table = [[*[(i == j) + dot(rows[i], p[j]) for j in range(n)], *rows[i], b[i] - dot(rows[i], m)] for i in range(n)]
+    table = [[*[(i == j) + dot(r[i], p[j]) for j in range(n)], *r[i], b[i] - dot(r[i], m)] for i in range(n)]
     for i in range(n):
         pivot = 1.0 / table[i][i]
         table[i] = [pivot * x for x in table[i]]
@@ -136,25 +131,22 @@ def discount(r: Packed, b: tuple[float, ...], own: Coefficients) -> tuple[Packed
             factor = table[k][i]
             if k != i and factor != 0.0:
                 table[k] = [x - factor * y for x, y in zip(table[k], table[i], strict=True)]
-    w = [0.5 * (table[i][n + j] + table[j][n + i]) for i in range(n) for j in range(i, n)]
+    w = [tuple([0.5 * (table[i][n + j] + table[j][n + i]) for j in range(n)]) for i in range(n)]
     return tuple(w), tuple([row[-1] for row in table])
 
 
-def learn_coefficients(
-    w: Packed, u: tuple[float, ...], own: Coefficients, deviation: tuple[float, ...]
-) -> Coefficients:
+def learn_coefficients(w: Matrix, u: Vector, own: Coefficients, deviation: Vector) -> Coefficients:
     """Return theta of an axis after a block with W ``w`` and ``u``; ``deviation``: of P_0."""
-    n = len(u)
-    rows, p = _unpack(w, n), _split(own.covariance, n)
+    p, n = own.covariance, len(u)
     kept = exp(-1.0 / _WANDERING)
     fresh = 1.0 - kept * kept
     mean = [kept * (own.mean[i] + dot(p[i], u)) for i in range(n)]
-    seen = [[dot(p[i], row) for row in rows] for i in range(n)]
-    covariance = [
-        kept * kept * (p[i][j] - dot(seen[i], p[j])) + (fresh * deviation[i] ** 2 if i == j else 0.0)
-        for i in range(n)
-        for j in range(n)
-    ]
+    covariance = []
+    for i in range(n):
+        seen = [dot(p[i], row) for row in w]
+        row = [kept * kept * (p[i][j] - dot(seen, p[j])) for j in range(n)]
+        row[i] += fresh * deviation[i] ** 2
+        covariance.append(tuple(row))
     return Coefficients(tuple(mean), tuple(covariance))
 
 
@@ -164,20 +156,11 @@ def add_uncertainty(baseline: Baseline, direction: Direction, error: float, size
     ``error`` is the standard error of what was adopted, ``size`` the smallest change that matters nu.
     """
     square = error * error + _OF_EFFECT * _OF_EFFECT * size * size
-    axes = tuple(
-        [
-            own._replace(covariance=tuple(map(add, own.covariance, [square * x * y for x in row for y in row])))
-            for own, row in zip(baseline.now, direction.rows, strict=True)
-        ]
-    )
-    return Baseline(axes, axes, axes, 0)
-
-
-def _unpack(packed: Packed, n: int) -> list[list[float]]:
-    """Return a packed symmetric matrix by rows."""
-    return [[packed[k] for k in row] for row in row_indices(n)]
-
-
-def _split(matrix: tuple[float, ...], n: int) -> list[tuple[float, ...]]:
-    """Return the rows of a matrix."""
-    return [matrix[n * i : n * i + n] for i in range(n)]
+    added = [[list(row) for row in own.covariance] for own in baseline.now]
+    for axis, i, x in direction:
+        for other, j, y in direction:
+            if other == axis:
+                added[axis][i][j] += square * x * y
+    rows = [tuple([tuple(row) for row in own]) for own in added]
+    axes = tuple([own._replace(covariance=own_rows) for own, own_rows in zip(baseline.now, rows, strict=True)])
+    return Baseline(axes, axes, axes)

@@ -19,10 +19,8 @@ It is learned from blocks that have become PROVED blocks old without an alarm. D
 """
 
 from math import sqrt
-from operator import add
 from typing import NamedTuple
 
-from ..online.linear_algebra import dot, row_indices
 from .changes import Direction
 
 MEMORY = 120.0
@@ -40,27 +38,28 @@ _LEARNED = 9
 _COUNT = 1.5e-3
 """Width of an encoder's grid that the noise begins with [rad]."""
 
-_PRIOR_BLOCKS, _PRIOR_FACTOR = 60.0, 1.0
-"""kappa begins at _PRIOR_FACTOR with the weight of _PRIOR_BLOCKS blocks."""
+_PRIOR_BLOCKS = 60.0
+"""kappa begins at 1 with the weight of this many blocks."""
 
 _LARGEST_TERM = 16.0
 """Of a term of kappa's sum over D^T R D, in size."""
 
-Packed = tuple[float, ...]
-"""A symmetric matrix as its upper triangle by rows."""
+Vector = tuple[float, ...]
+Matrix = tuple[Vector, ...]
 
 
 class Sums(NamedTuple):
     """Sums of one axis.
 
-    Since the last product was taken: ``psi`` and ``e`` over ``taken`` samples. In this block: the packed ``products``
-    of (psi, e), and the ``squares`` of e over ``seen`` samples; ``spoiled``: it is not to be used.
+    Since the last product was taken: ``psi`` and ``e`` over ``taken`` samples. In this block: R (``information``) and b
+    (``response``), and the ``squares`` of e over ``seen`` samples; ``spoiled``: it is not to be used.
     """
 
-    psi: tuple[float, ...]
+    psi: Vector
     e: float
     taken: int
-    products: Packed
+    information: Matrix
+    response: Vector
     squares: float
     seen: int
     spoiled: bool
@@ -83,23 +82,24 @@ class Inflation(NamedTuple):
     @property
     def factor(self) -> float:
         """The variance inflation factor kappa [1]."""
-        found = self.terms / self.information if self.information > 0.0 else _PRIOR_FACTOR
-        return max(1.0, (_PRIOR_BLOCKS * _PRIOR_FACTOR + self.blocks * found) / (_PRIOR_BLOCKS + self.blocks))
+        found = self.terms / self.information if self.information > 0.0 else 1.0
+        return max(1.0, (_PRIOR_BLOCKS + self.blocks * found) / (_PRIOR_BLOCKS + self.blocks))
 
 
 class Block(NamedTuple):
-    """R (packed) and b of pitch, elevation and travel; R and b of an unusable axis are zero."""
+    """R and b of pitch, elevation and travel; those of an unusable axis are zero."""
 
-    information: tuple[Packed, ...]
-    response: tuple[tuple[float, ...], ...]
+    information: tuple[Matrix, ...]
+    response: tuple[Vector, ...]
 
 
 def start_sums(size: int) -> Sums:
     """Return the sums before the first sample of ``size`` regressors."""
-    return Sums((0.0,) * size, 0.0, 0, (0.0,) * ((size + 1) * (size + 2) // 2), 0.0, 0, False)
+    zero = (0.0,) * size
+    return Sums(zero, 0.0, 0, (zero,) * size, zero, 0.0, 0, False)
 
 
-def add_sample(s: Sums, psi: tuple[float, ...], e: float) -> Sums:
+def add_sample(s: Sums, psi: Vector, e: float) -> Sums:
     """Return the sums with a sample."""
     total = tuple([a + b for a, b in zip(s.psi, psi, strict=True)])
     return s._replace(psi=total, e=s.e + e, taken=s.taken + 1, squares=s.squares + e * e, seen=s.seen + 1)
@@ -109,9 +109,13 @@ def add_products(s: Sums) -> Sums:
     """Return the sums with the products of what came in since the last ones."""
     if s.taken == 0:
         return s
-    z, share = [*s.psi, s.e], 1.0 / s.taken
-    new = [share * z[i] * z[j] for i in range(len(z)) for j in range(i, len(z))]
-    return s._replace(psi=(0.0,) * len(s.psi), e=0.0, taken=0, products=tuple(map(add, s.products, new)))
+    share = 1.0 / s.taken
+    mean = [share * x for x in s.psi]
+    information = [
+        tuple([r + x * y for r, y in zip(row, s.psi, strict=True)]) for row, x in zip(s.information, mean, strict=True)
+    ]
+    response = [b + x * s.e for b, x in zip(s.response, mean, strict=True)]
+    return s._replace(psi=(0.0,) * len(s.psi), e=0.0, taken=0, information=tuple(information), response=tuple(response))
 
 
 def close_block(sums: tuple[Sums, ...], noises: tuple[Noise, ...]) -> Block:
@@ -119,10 +123,8 @@ def close_block(sums: tuple[Sums, ...], noises: tuple[Noise, ...]) -> Block:
     information, response = [], []
     for s, noise in zip(sums, noises, strict=True):
         scale = 0.0 if s.spoiled else 1.0 / noise.variance
-        rows = row_indices(len(s.psi) + 1)
-        own = [row[i:-1] for i, row in enumerate(rows[:-1])]
-        information.append(tuple([scale * s.products[k] for row in own for k in row]))
-        response.append(tuple([scale * s.products[row[-1]] for row in rows[:-1]]))
+        information.append(tuple([tuple([scale * x for x in row]) for row in s.information]))
+        response.append(tuple([scale * x for x in s.response]))
     return Block(tuple(information), tuple(response))
 
 
@@ -138,7 +140,7 @@ def learn_noise(noise: Noise, s: Sums) -> Noise:
     return Noise(noise.variance + (mean - noise.variance) / blocks, blocks)
 
 
-def deviations_of(noises: tuple[Noise, ...]) -> tuple[float, ...]:
+def deviations_of(noises: tuple[Noise, ...]) -> Vector:
     """Return the standard deviations of the innovations of the axes [rad]."""
     return tuple([sqrt(noise.variance) for noise in noises])
 
@@ -151,10 +153,11 @@ def is_noise_known(noises: tuple[Noise, ...]) -> bool:
 def project_block(block: Block, direction: Direction) -> tuple[float, float]:
     """Return D^T b and D^T R D of a block."""
     response = information = 0.0
-    for axis, square in enumerate(direction.squares):
-        if square:
-            response += dot(direction.rows[axis], block.response[axis])
-            information += dot(square, block.information[axis])
+    for axis, i, x in direction:
+        response += x * block.response[axis][i]
+        for other, j, y in direction:
+            if other == axis:
+                information += x * y * block.information[axis][i][j]
     return response, information
 
 
@@ -166,16 +169,10 @@ def learn_inflation(c: Inflation, u: float, u_1: float, u_2: float, information:
     return Inflation(kept * c.terms + term, kept * c.information + information, kept * c.blocks + 1.0)
 
 
-def empty_block(block: Block) -> Block:
-    """Return a block like ``block`` that tells nothing."""
-    nothing = [tuple([(0.0,) * len(own) for own in axes]) for axes in block]
-    return Block(nothing[0], nothing[1])
-
-
 def shift_block(block: Block, direction: Direction, size: float) -> Block:
     """Return ``block`` for a twin in which a change of ``size`` along ``direction`` is in use: b - R D size."""
-    responses = []
-    for r, b, row in zip(block.information, block.response, direction.rows, strict=True):
-        moved = [dot([r[k] for k in indices], row) for indices in row_indices(len(b))]
-        responses.append(tuple([x - size * by for x, by in zip(b, moved, strict=True)]))
-    return Block(block.information, tuple(responses))
+    responses = [list(response) for response in block.response]
+    for axis, i, x in direction:
+        for k, row in enumerate(block.information[axis]):
+            responses[axis][k] -= size * x * row[i]
+    return Block(block.information, tuple([tuple(response) for response in responses]))

@@ -21,16 +21,15 @@ from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.state import PlantState
 
 from ..online import Candidate, Motion, candidate, candidate_value
-from ..online.linear_algebra import bilinear_form
 
-PITCH, ELEVATION, TRAVEL, ROTORS = 0, 1, 2, 3
-"""Numbers of the axes; the rotors act on all."""
+PITCH, ELEVATION, TRAVEL = range(3)
+"""Numbers of the axes."""
 
-FRONT, REAR, BOTH = "rotor.front", "rotor.rear", "rotors.thrust"
-"""Changes of the rotors: shares of thrust that are left [1]."""
-
-Laws = tuple[tuple[Candidate, ...], tuple[Candidate, ...], tuple[Candidate, ...]]
+Laws = tuple[tuple[Candidate, ...], ...]
 """Laws of the effects that may be switched on, by axis; a constant torque is the regressor 1."""
+
+Direction = tuple[tuple[int, int, float], ...]
+"""D: axis, regressor and value of every entry that is not zero."""
 
 _COMMON = 4
 """Regressors of each axis before those of the effects."""
@@ -42,39 +41,51 @@ _OFFSET, _DAMPING, _FRICTION, _CABLE = 0.04, 0.15, 0.02, 0.04
 """Smallest change that matters of an offset torque [rad/s^2], a damping [1/s], a dry friction [rad/s^2] and of any
 other effect [its unit]."""
 
+_ROTORS = (("rotor.front", (-2,), 0.5, 0.5), ("rotor.rear", (-1,), 0.5, -0.5), ("rotors.thrust", (-2, -1), 1.0, 0.0))
+"""Names, places in the values of a twin, and entries of D, as shares of the gain, for the first two regressors."""
+
 
 class Change(NamedTuple):
     """One thing that may change.
 
     ``name`` as in parameter sets; ``field`` of :class:`heli_plant.parameters.PlantParameters`, empty for the rotors;
-    ``axis`` by number; ``column`` of its axis' regressor, -1 for the rotors; ``size``: the smallest change that matters
-    [unit of the parameter]; ``times_gain``: the coefficient is the parameter times the axis' gain; bounds of the value
-    after the change.
+    numbers of the ``axes`` on which it acts; ``places`` of what it changes among the values of a twin; ``entries`` of
+    D, to be multiplied by the axis' gain if ``times_gain``; ``size``: the smallest change that matters [unit of the
+    parameter]; bounds of the value after the change. The size of a rotor's change is a share of its thrust.
     """
 
     name: str
     field: str
-    axis: int
-    column: int
-    size: float
+    axes: tuple[int, ...]
+    places: tuple[int, ...]
+    entries: Direction
     times_gain: bool
+    size: float
     lower: float
     upper: float
 
-    @property
-    def axes(self) -> tuple[int, ...]:
-        """Numbers of the axes on which the change acts."""
-        return (PITCH, ELEVATION, TRAVEL) if self.axis == ROTORS else (self.axis,)
+    def direction(self, values: tuple[float, ...]) -> Direction:
+        """Return D for a twin with these ``values``, of which the gains k_x, k_z, k_y stand first."""
+        if not self.times_gain:
+            return self.entries
+        return tuple([(axis, column, share * values[axis]) for axis, column, share in self.entries])
 
+    def value(self, values: tuple[float, ...]) -> float:
+        """Return the value that is changed; of both rotors, the front one's share."""
+        return values[self.places[0]]
 
-class Direction(NamedTuple):
-    """D: coefficients of the regressors of pitch, elevation and travel (``rows``), and those of D^T R D (``squares``).
+    def applied(self, size: float, values: tuple[float, ...]) -> tuple[float, ...]:
+        """Return ``values`` after a change of ``size``."""
+        after = list(values)
+        for place in self.places:
+            after[place] = after[place] + size if self.field else after[place] * (1.0 + size)
+        return tuple(after)
 
-    The squares of an axis whose row is zero are empty.
-    """
-
-    rows: tuple[tuple[float, ...], ...]
-    squares: tuple[tuple[float, ...], ...]
+    def bounds(self, values: tuple[float, ...]) -> tuple[float, float]:
+        """Return the smallest and largest size that is physically possible."""
+        value = self.value(values)
+        least, most = self.lower - value, self.upper - value
+        return (least, most) if self.field else (least / value, most / value)
 
 
 def smallest_size(name: str, unit: str) -> float:
@@ -84,34 +95,43 @@ def smallest_size(name: str, unit: str) -> float:
 
 def list_laws(effects: tuple[tuple[str, str], ...]) -> Laws:
     """Return the laws of ``effects`` (name, axis) by axis."""
-    a, b, c = (
-        tuple([candidate(name, own) for name, own in effects if own == axis and name != "constant_torque"])
-        for axis in AXES
+    return tuple(
+        [
+            tuple([candidate(name, own) for name, own in effects if own == axis and name != "constant_torque"])
+            for axis in AXES
+        ]
     )
-    return a, b, c
 
 
 def list_changes(p: PlantParameters, effects: tuple[tuple[str, str], ...], laws: Laws) -> tuple[Change, ...]:
     """Return everything that may change about a twin with the parameters ``p``."""
-    changes = []
-    for field, axis in (("k_x", PITCH), ("k_z", ELEVATION), ("k_y", TRAVEL)):
+    found: list[Change] = []
+
+    def add(
+        name: str, field: str, axis: int, column: int, size: float, low: float, high: float, times_gain: bool = False
+    ) -> None:
+        place, entry = len(found), (axis, column, 1.0)
+        found.append(Change(name, field, (axis,), (place,), (entry,), times_gain, size, low, high))
+
+    for axis, field in enumerate(("k_x", "k_z", "k_y")):
         value = getattr(p, field)
         low, high = sorted((value / 3.0, 3.0 * value))  # a gain keeps its sign
-        changes.append(Change(BY_FIELD[field].name, field, axis, 0, _GAIN_SHARE * abs(value), False, low, high))
-    changes.append(Change("elevation.offset", "a_1", ELEVATION, 2, _OFFSET, False, -inf, inf))
-    for field, axis in (("a_wx", PITCH), ("a_wz", ELEVATION), ("a_wy", TRAVEL)):
-        changes.append(Change(f"{AXES[axis]}.damping", field, axis, 3, _DAMPING, False, 0.0, inf))
-    changes += [Change(name, "", ROTORS, -1, _THRUST_SHARE, False, 0.2, 1.5) for name in (FRONT, REAR, BOTH)]
+        add(BY_FIELD[field].name, field, axis, 0, _GAIN_SHARE * abs(value), low, high)
+    add("elevation.offset", "a_1", ELEVATION, 2, _OFFSET, -inf, inf)
+    for axis, field in enumerate(("a_wx", "a_wz", "a_wy")):
+        add(f"{AXES[axis]}.damping", field, axis, 3, _DAMPING, 0.0, inf)
+    before_rotors = len(found)
     for name, on in effects:
-        axis = AXES.index(on)
-        row = BY_FIELD[effect(name, on).field]
-        column, times_gain = 2, False
-        for place, law in enumerate(laws[axis]):
-            if law.name == name:
-                column, times_gain = _COMMON + place, law.times_gain
-        size = smallest_size(name, row.unit)
-        changes.append(Change(row.name, row.field, axis, column, size, times_gain, row.minimum, row.maximum))
-    return tuple(changes)
+        axis, row = AXES.index(on), BY_FIELD[effect(name, on).field]
+        names = [law.name for law in laws[axis]]
+        place = names.index(name) if name in names else -1
+        column, times_gain = (_COMMON + place, laws[axis][place].times_gain) if place >= 0 else (2, False)
+        add(row.name, row.field, axis, column, smallest_size(name, row.unit), row.minimum, row.maximum, times_gain)
+    rotors = []
+    for name, places, share, apart in _ROTORS:
+        entries = tuple([entry for axis in range(3) for entry in ((axis, 0, share), (axis, 1, apart))])
+        rotors.append(Change(name, "", (PITCH, ELEVATION, TRAVEL), places, entries, True, _THRUST_SHARE, 0.2, 1.5))
+    return (*found[:before_rotors], *rotors, *found[before_rotors:])
 
 
 def regress_motion(
@@ -131,21 +151,3 @@ def regress_motion(
         [mu_sum * up, mu_diff * up, -1.0, -w2, *effects[1], -ep],
         [mu_sum * aside, mu_diff * aside, 1.0, -w3, *effects[2]],
     )
-
-
-def find_directions(
-    changes: tuple[Change, ...], gains: tuple[float, float, float], columns: tuple[int, int, int]
-) -> tuple[Direction, ...]:
-    """Return D of every change; ``gains`` k_x, k_z, k_y in use [rad/s^2/V]; ``columns``: regressors of each axis."""
-    found: list[Direction] = []
-    for change in changes:
-        rows = [[0.0] * n for n in columns]
-        if change.axis != ROTORS:
-            rows[change.axis][change.column] = gains[change.axis] if change.times_gain else 1.0
-        else:
-            share, apart = {FRONT: (0.5, 0.5), REAR: (0.5, -0.5), BOTH: (1.0, 0.0)}[change.name]
-            for row, k in zip(rows, gains, strict=True):
-                row[:2] = share * k, apart * k
-        squares = tuple([tuple(bilinear_form(row, row)) if any(row) else () for row in rows])
-        found.append(Direction(tuple([tuple(row) for row in rows]), squares))
-    return tuple(found)

@@ -19,10 +19,11 @@ from ..online import (
     start,
     step,
 )
-from . import blocks, prediction
+from . import blocks
 from .baseline import allow_for_baseline, forget_latest, start_baseline
-from .blocks import Sums
+from .blocks import Sums, Vector
 from .cusum import NOTHING, Cusum
+from .naming import make_event
 from .observer import (
     Angles,
     Weight,
@@ -31,28 +32,11 @@ from .observer import (
     miss_sample,
     start_instant,
     start_observer,
-    weigh_full,
     weigh_sample,
 )
 from .plan import FollowPlan, FollowSettings, prepare_following
-from .prediction import Predictions
-from .state import (
-    FOLLOWING,
-    HEARD,
-    HELD,
-    ON_TRIAL,
-    STARTING,
-    STREAM,
-    SUSPENDED,
-    WATCHED,
-    CorrectorOutput,
-    CorrectorState,
-    Event,
-    IdentifierReport,
-    Sample,
-    Values,
-    make_event,
-)
+from .prediction import Copies, Predictions, drop_running, launch_copies, move_copies
+from .state import HEARD, CorrectorState, Event, IdentifierReport, Sample, Values
 from .stream import is_discounted, start_stream, stood_in_last_block, update_stream
 from .trial import judge_block
 
@@ -78,25 +62,25 @@ _FORGETTING = 0.02
 def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     """Return the state at sample 0, the plant at rest in its angles."""
     voltages, angles = (now.v_front, now.v_rear), (now.pitch, now.elevation, now.travel)
-    twin, count = plan.twin(plan.first_values), len(plan.changes)
-    instant = start_instant(start_state(*angles, *voltages), twin.parameters, plan.columns)
+    twin, zero = plan.twin(plan.first_values), (Cusum(),) * (2 * len(plan.changes))
+    instant = start_instant(start_state(*angles, *voltages), twin.parameters, plan)
     return CorrectorState(
         samples=0,
-        mode=STARTING,
+        mode="starting",
         since=0,
         settled=plan.settling,
         observer=start_observer(instant, voltages),
         stream=start_stream(angles),
         values=Values(twin, twin.values, twin.values, 0, (), (0.0,) * len(twin.values)),
-        predictions=Predictions(angles, angles),
-        sums=tuple([blocks.start_sums(n) for n in plan.columns]),
-        noises=(blocks.Noise(), blocks.Noise(), blocks.Noise()),
+        predictions=Predictions(Copies(predicted=angles), Copies(predicted=angles)),
+        sums=_no_sums(plan),
+        noises=(blocks.Noise(),) * 3,
         baseline=start_baseline(plan.deviations),
-        inflations=(blocks.Inflation(),) * count,
+        inflations=(blocks.Inflation(),) * len(plan.changes),
         blocks=(),
         tested=(),
-        cusums=(Cusum(),) * count,
-        cusums_before=(Cusum(),) * count,
+        cusums=zero,
+        cusums_before=zero,
         alarm=0.0,
         run=0,
         finding=NOTHING,
@@ -105,9 +89,13 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     )
 
 
+def _no_sums(plan: FollowPlan) -> tuple[Sums, ...]:
+    return tuple([blocks.start_sums(len(own)) for own in plan.deviations])
+
+
 def correct(
     state: CorrectorState, now: Sample, report: IdentifierReport, plan: FollowPlan
-) -> tuple[CorrectorState, CorrectorOutput]:
+) -> tuple[CorrectorState, tuple[Event, ...]]:
     """Take in the next sample.
 
     Parameters
@@ -122,45 +110,42 @@ def correct(
     Returns
     -------
     state : CorrectorState
-    output : CorrectorOutput
+    events : tuple of Event
+        What there is to report.
     """
     k = state.samples + 1
-    time = k * plan.settings.sample_time
     voltages, angles = (now.v_front, now.v_rear), (now.pitch, now.elevation, now.travel)
     values = _ramp(state.values, k, plan)
-    p, fresh = values.now.parameters, now.fresh > 0.5
-    unseen = state.observer.gap.unseen if state.mode != SUSPENDED else 0
-    observer, arrived = advance_observer(state.observer, voltages, k, fresh and unseen > 0, values.now, plan.observer)
+    fresh = now.fresh > 0.5
+    unseen = state.observer.gap.unseen if state.mode != "suspended" else 0
+    observer, arrived = advance_observer(state.observer, voltages, k, fresh and unseen > 0, values.now, plan)
     noise = blocks.deviations_of(state.noises)
-    weight = weigh_sample(observer, unseen, noise, p, plan.observer) if fresh else weigh_full(plan.observer)
+    p = values.now.parameters
+    weight = weigh_sample(observer, unseen, noise, p, plan) if fresh else Weight(plan.gains)
     scatter = tuple([a * b for a, b in zip(weight.deviations, noise, strict=True)])
-    predicted = observer.instant
-    stream = update_stream(state.stream, angles, fresh, predicted.memory.state, predicted.torque, scatter, plan)
+    stream = update_stream(state.stream, angles, fresh, observer.instant, scatter, plan)
     fresh = fresh and not stream.broken
-    predictions = state.predictions
-    predictions = predictions._replace(
-        arrived=(predictions.arrived[0] + arrived[0], predictions.arrived[1] + arrived[1])
-    )
+    before = state.predictions.arrived
+    predictions = state.predictions._replace(arrived=(before[0] + arrived[0], before[1] + arrived[1]), compared=False)
     state = state._replace(samples=k, observer=observer, values=values, stream=stream, predictions=predictions)
     events: list[Event] = []
-    if stream.broken and state.mode != SUSPENDED:
-        state, events = _suspend(state, time, plan)
-    elif state.mode == SUSPENDED and fresh:
-        state, events = _resume(state, angles, time, plan)
+    if stream.broken and state.mode != "suspended":
+        state, events = _suspend(state, plan)
+    elif state.mode == "suspended" and fresh:
+        state, events = _resume(state, angles, plan)
     elif stood_in_last_block(stream, k, plan):
-        state = _withdraw_block(state)
+        state = _withdraw_block(state, plan)
     state = state._replace(sums=_take_innovations(state, angles, fresh, weight, noise, plan))
     if fresh:
-        state = state._replace(observer=correct_observer(state.observer, angles, weight, plan.observer))
+        state = state._replace(observer=correct_observer(state.observer, angles, weight, plan))
     else:
         state = state._replace(observer=miss_sample(state.observer, arrived))
-    compared = False
     if k % plan.coarse == 0:
-        state, compared = _coarse_step(state, angles, fresh, plan)
-        if state.predictions.steps % plan.block == 0:
-            state, said = judge_block(_close_block(state, plan), report, plan)
-            events = events + said
-    return state, _output(state, time, compared, events, plan)
+        state = _coarse_step(state, angles, fresh, plan)
+    if k % plan.block == 0:
+        state, said = judge_block(_close_block(state, plan), report, plan)
+        events = events + said
+    return state, tuple(events)
 
 
 def _ramp(values: Values, k: int, plan: FollowPlan) -> Values:
@@ -172,15 +157,15 @@ def _ramp(values: Values, k: int, plan: FollowPlan) -> Values:
     return values._replace(now=plan.twin(values.end if share >= 1.0 else now))
 
 
-def _suspend(state: CorrectorState, time: float, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
+def _suspend(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
     """Return the state with everything at rest; a trial is broken off."""
-    events = [make_event(time, STREAM, "stopped" if state.stream.unseen >= plan.stop else "frozen", plan)]
-    if state.mode == ON_TRIAL:
-        events.append(make_event(time, HELD, "cut", plan, state.finding.change))
-    return state.without_alarm().enter(
-        SUSPENDED,
-        values=state.values._replace(rival=()),
-        predictions=prediction.drop_rival(prediction.drop_copies(state.predictions)),
+    events = [make_event(state, "stopped" if state.stream.unseen >= plan.stop else "frozen", plan)]
+    if state.mode == "on trial":
+        events.append(make_event(state, "cut", plan, state.finding))
+    state = state.without_alarm().with_rival()
+    return state.enter(
+        "suspended",
+        predictions=drop_running(state.predictions),
         blocks=state.blocks[:-_DROPPED],
         tested=(),
         baseline=forget_latest(state.baseline),
@@ -188,31 +173,32 @@ def _suspend(state: CorrectorState, time: float, plan: FollowPlan) -> tuple[Corr
     ), events
 
 
-def _resume(state: CorrectorState, angles: Angles, time: float, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
+def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
     """Return the state with the observer begun again from a sample's ``angles``."""
     memory = state.observer.instant.memory
     first = start_state(*angles, memory.state.nu_front, memory.state.nu_rear)
     first = first._replace(cable_rest=memory.state.cable_rest)
-    instant = start_instant(first, state.values.now.parameters, plan.columns)
+    instant = start_instant(first, state.values.now.parameters, plan)
     instant = instant._replace(memory=PlantMemory(instant.memory.state, memory.since, memory.held))
     return state.enter(
-        FOLLOWING if blocks.is_noise_known(state.noises) else STARTING,
+        "following" if blocks.is_noise_known(state.noises) else "starting",
         settled=state.samples + plan.settling,
         observer=state.observer._replace(instant=instant),
-    ), [make_event(time, STREAM, "back", plan)]
+    ), [make_event(state, "back", plan)]
 
 
-def _withdraw_block(state: CorrectorState) -> CorrectorState:
+def _withdraw_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Return the state as if the last block had told nothing: an encoder stood in it, which has been seen only now."""
+    nothing = blocks.close_block(_no_sums(plan), state.noises)
     return state._replace(
-        blocks=(*state.blocks[:-1], *[blocks.empty_block(block) for block in state.blocks[-1:]]),
-        tested=(*state.tested[:-1], *[blocks.empty_block(block) for block in state.tested[-1:]]),
+        blocks=(*state.blocks[:-1], *[nothing for _ in state.blocks[-1:]]),
+        tested=(*state.tested[:-1], *[((0.0, 0.0),) * len(plan.changes) for _ in state.tested[-1:]]),
         cusums=state.cusums_before,
     )
 
 
 def _take_innovations(
-    state: CorrectorState, angles: Angles, fresh: bool, weight: Weight, noise: tuple[float, ...], plan: FollowPlan
+    state: CorrectorState, angles: Angles, fresh: bool, weight: Weight, noise: Vector, plan: FollowPlan
 ) -> tuple[Sums, ...]:
     """Return the sums with a sample's innovations; sums without them are spoiled."""
     instant, k = state.observer.instant, state.samples
@@ -227,7 +213,7 @@ def _take_innovations(
         elif fresh:
             share = 1.0 / weight.deviations[axis]
             innovation = share * (angles[axis] - predicted[axis])
-            if state.mode != STARTING:
+            if state.mode != "starting":
                 innovation = saturate(innovation, _LARGEST_INNOVATION * noise[axis])
             psi = instant.sensitivities[axis].angle
             total = blocks.add_sample(total, psi if share == 1.0 else tuple([share * x for x in psi]), innovation)
@@ -235,58 +221,33 @@ def _take_innovations(
     return tuple(result)
 
 
-def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: FollowPlan) -> tuple[CorrectorState, bool]:
+def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: FollowPlan) -> CorrectorState:
     """Move the copies of the twins; compare those that have run for 1 s, start new ones; take the products."""
-    values, compared = state.values, False
-    predictions = prediction.move_copies(
-        state.predictions, values.now, plan.twin(plan.first_values), values.rival, plan
-    )
-    if predictions.steps % plan.per_launch == 0:
-        if state.mode != SUSPENDED and state.samples >= state.settled:
+    values, k = state.values, state.samples
+    predictions = move_copies(state.predictions, values.now, plan.twin(plan.first_values), values.rival, k, plan)
+    if k % plan.launch == 0:
+        if state.mode != "suspended" and k >= state.settled:
             seen = state.observer.instant.memory.state
-            predictions, compared = prediction.launch_copies(predictions, seen, angles, fresh, values.rival != (), plan)
+            predictions = launch_copies(predictions, seen, angles, fresh, values.rival != (), plan)
         else:
-            predictions = prediction.drop_copies(predictions)
+            predictions = drop_running(predictions)
     sums = tuple([blocks.add_products(one) for one in state.sums])
-    return state._replace(predictions=predictions, sums=sums), compared
+    return state._replace(predictions=predictions, sums=sums)
 
 
 def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Return the state with the block that is complete taken in, and noise and baseline learned from it."""
     block = blocks.close_block(state.sums, state.noises)
-    if state.mode in (STARTING, FOLLOWING, WATCHED, ON_TRIAL):
+    if state.mode in ("starting", "following", "adopted", "on trial"):
         learned = [blocks.learn_noise(*own) for own in zip(state.noises, state.sums, strict=True)]
         state = state._replace(noises=tuple(learned))
-    state = state._replace(sums=tuple([blocks.start_sums(n) for n in plan.columns]))
-    if state.mode == STARTING:
+    state = state._replace(sums=_no_sums(plan))
+    if state.mode == "starting":
         return state
-    tested, baseline = allow_for_baseline(block, state.baseline, state.mode == FOLLOWING, plan.deviations)
+    seen, baseline = allow_for_baseline(block, state.baseline, state.mode == "following", plan.deviations)
+    tested = tuple([blocks.project_block(seen, change.direction(state.values.end)) for change in plan.changes])
     return state._replace(
         blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_TESTED:], baseline=baseline
-    )
-
-
-def _output(
-    state: CorrectorState, time: float, compared: bool, events: list[Event], plan: FollowPlan
-) -> CorrectorOutput:
-    instant, predictions = state.observer.instant, state.predictions
-    seen = instant.memory.state
-    nothing = (0.0, 0.0, 0.0)
-    return CorrectorOutput(
-        time=time,
-        compared=compared,
-        predicted=predictions.predicted,
-        predicted_alone=predictions.predicted_alone,
-        error=prediction.rms(predictions.used[-plan.window :]) if compared else nothing,
-        error_alone=prediction.rms(predictions.alone[-plan.window :]) if compared else nothing,
-        observed=(*measured_angles(seen), seen.pitch_rate, seen.elevation_rate, seen.travel_rate),
-        torque=instant.torque,
-        values=state.values.now.values,
-        standard_errors=state.values.errors,
-        alarm=state.alarm,
-        suspect=state.finding.change,
-        mode=state.mode,
-        events=tuple(events),
     )
 
 
@@ -302,13 +263,6 @@ class FollowState(NamedTuple):
 
     identifier: IdentifierState
     corrector: CorrectorState
-    estimates: IdentifierOutput
-
-
-class FollowOutput(NamedTuple):
-    """What the corrector says after a sample, and the identifier's estimates."""
-
-    corrector: CorrectorOutput
     estimates: IdentifierOutput
 
 
@@ -332,8 +286,8 @@ def start_following(plan: Follower, now: Sample) -> FollowState:
     return FollowState(state, start_correcting(plan.corrector, now), before_samples(plan.identifier))
 
 
-def follow(state: FollowState, now: Sample, plan: Follower) -> tuple[FollowState, FollowOutput]:
-    """Take in the next sample.
+def follow(state: FollowState, now: Sample, plan: Follower) -> tuple[FollowState, tuple[Event, ...]]:
+    """Take in the next sample; return the state and what there is to report.
 
     The corrector takes the measurement of sample k and what the identifier said after sample k - 1: that is what a unit
     sees whose inputs are set at a communication point.
@@ -345,9 +299,9 @@ def follow(state: FollowState, now: Sample, plan: Follower) -> tuple[FollowState
         tuple([getattr(said.parameters, field) for field in HEARD]),
         tuple([getattr(said.standard_errors, field) for field in HEARD]),
     )
-    corrector, output = correct(state.corrector, now, report, plan.corrector)
+    corrector, events = correct(state.corrector, now, report, plan.corrector)
     identifier, estimates = step(state.identifier, now[:5], plan.identifier)
-    return FollowState(identifier, corrector, estimates), FollowOutput(output, estimates)
+    return FollowState(identifier, corrector, estimates), events
 
 
 def parameters_in_use(state: CorrectorState, plan: FollowPlan) -> PlantParameters:

@@ -25,10 +25,7 @@ block to now, and judged by its Bayes factor against no change, for a size with 
 
     ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
 
-The largest ln B says since when; a test's own estimate, the last block in which its sum was zero, bounds the search.
-psi is what a change makes of the innovations that has always acted; right after a change they still swing. Size and
-name are therefore taken from the blocks that begin two after the change, the same ones for every change. The prior
-keeps a change from winning that would have to be absurdly large; sizes below nu/4 are no change that matters.
+The prior keeps a change from winning that would have to be absurdly large; sizes below nu/4 are no change that matters.
 Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Lai, IEEE
 Transactions on Information Theory 44 (1998), for dependent observations; Siegmund, Sequential Analysis, 1985, chapter
 2; Willsky and Jones, IEEE Transactions on Automatic Control 21 (1976); Basseville and Nikiforov, Detection of Abrupt
@@ -56,16 +53,14 @@ _LEAST_INFORMATION = 1.0
 
 
 class Cusum(NamedTuple):
-    """Sums for +nu and -nu [1], and the blocks for which they have been above zero."""
+    """Sum S of one test [1], and the blocks for which it has been above zero."""
 
-    up: float = 0.0
-    down: float = 0.0
-    up_run: int = 0
-    down_run: int = 0
+    total: float = 0.0
+    run: int = 0
 
 
 class Finding(NamedTuple):
-    """A change by number (-1: none), the blocks since when, its size delta and standard error, ln B and z [1].
+    """A change by number (-1: none), the blocks since when, its size delta and standard error, and ln B [1].
 
     ``other``: the change that explains the blocks nearly as well, -1 for none.
     """
@@ -75,14 +70,15 @@ class Finding(NamedTuple):
     size: float = 0.0
     standard_error: float = 0.0
     evidence: float = 0.0
-    z: float = 0.0
     other: int = -1
+
+    @property
+    def z(self) -> float:
+        """The size in standard errors [1]."""
+        return self.size / self.standard_error
 
 
 NOTHING = Finding()
-
-Projections = tuple[tuple[tuple[float, float], ...], ...]
-"""For each block, oldest first, D^T b and D^T R D of every change."""
 
 
 def lorden_threshold(tests: int, false_alarm_time: float, block_time: float) -> float:
@@ -96,67 +92,19 @@ def siegmund_threshold(limit: float, information: float) -> float:
     return limit + log(0.5 * s) - _OVERSHOOT * sqrt(s)
 
 
-def update_cusum(cusum: Cusum, response: float, information: float, nu: float) -> Cusum:
-    """Return the sums after a block with D^T b ``response`` and D^T R D ``information``."""
-    drift = 0.5 * nu * nu * information
-    up, down = cusum.up + nu * response - drift, cusum.down - nu * response - drift
-    return Cusum(
-        max(0.0, up),
-        max(0.0, down),
-        cusum.up_run + 1 if up > 0.0 else 0,
-        cusum.down_run + 1 if down > 0.0 else 0,
-    )
+def update_cusum(cusum: Cusum, response: float, information: float, delta: float) -> Cusum:
+    """Return the sum after a block with D^T b ``response`` and D^T R D ``information``."""
+    total = cusum.total + delta * response - 0.5 * delta * delta * information
+    return Cusum(total, cusum.run + 1) if total > 0.0 else Cusum()
 
 
-def check_alarm(cusums: tuple[Cusum, ...], limits: tuple[float, ...]) -> tuple[float, int]:
-    """Return the largest sum over its limit [1], and the blocks since the sums beyond theirs were zero.
-
-    The longest time counts; it is 0 without an alarm.
-    """
-    largest, longest = 0.0, 0
-    for cusum, limit in zip(cusums, limits, strict=True):
-        largest = max(largest, cusum.up / limit, cusum.down / limit)
-        if cusum.up > limit:
-            longest = max(longest, cusum.up_run)
-        if cusum.down > limit:
-            longest = max(longest, cusum.down_run)
-    return largest, longest
-
-
-def estimate_size(seen: Projections, number: int, nu: float, least: float, most: float) -> Finding:
-    """Return the size of the change ``number`` and its evidence, from all blocks of ``seen``.
-
-    Nothing is found outside of ``least`` and ``most``, between which the size is possible; ``nu``: the smallest change
-    that matters.
-    """
-    response = information = 0.0
-    for row in seen:
-        b, r = row[number]
-        response += b
-        information += r
-    return _judge_size(number, len(seen), response, information, nu, least, most)
-
-
-def estimate_begin(seen: Projections, number: int, longest: int, nu: float, least: float, most: float) -> Finding:
-    """Return the change ``number`` since the block from which on its evidence is largest, at most ``longest`` back.
-
-    The rest is as for :func:`estimate_size`.
-    """
-    best = NOTHING
-    response = information = 0.0
-    for back in range(min(longest, len(seen))):
-        b, r = seen[len(seen) - 1 - back][number]
-        response += b
-        information += r
-        found = _judge_size(number, back + 1, response, information, nu, least, most)
-        if found.change >= 0 and (best.change < 0 or found.evidence > best.evidence):
-            best = found
-    return best
-
-
-def _judge_size(
-    number: int, count: int, response: float, information: float, nu: float, least: float, most: float
+def judge_size(
+    number: int, blocks: int, response: float, information: float, nu: float, least: float, most: float
 ) -> Finding:
+    """Return the change ``number`` that ``blocks`` of these sums tell of, or nothing.
+
+    ``nu``: the smallest change that matters; ``least``, ``most``: sizes between which it is possible.
+    """
     if information * nu * nu < _LEAST_INFORMATION:
         return NOTHING
     size = response / information
@@ -165,5 +113,4 @@ def _judge_size(
     width = _PRIOR_WIDTH * nu
     q = width * width * information
     evidence = 0.5 * response * size * q / (1.0 + q) - 0.5 * log(1.0 + q)
-    root = 1.0 / sqrt(information)
-    return Finding(number, count, size, root, evidence, size / root)
+    return Finding(number, blocks, size, 1.0 / sqrt(information), evidence)

@@ -1,6 +1,8 @@
 """What changed: every change judged by the blocks since it may have begun, the likeliest first.
 
-Blocks are taken along the direction of each change, divided by the variance inflation factor along it.
+psi is what a change makes of the innovations that has always acted; right after a change they still swing. Size and
+name are therefore taken from the blocks that begin two after the change, the same ones for every change, along the
+direction of each and divided by the variance inflation factor along it; changes are compared under one mean factor.
 
 The on-line identifier must not contradict a change. It estimates gains, offset and dampings by another method, without
 the twin, with a memory of 50 s. Its estimate lags, so that it cannot confirm a change of a few seconds ago. It can
@@ -12,20 +14,15 @@ theta_0 the estimate two blocks before the change and sigma the present standard
 where the rig has what its model lacks; only the difference in time counts, in which most of that cancels.
 """
 
-from math import sqrt
+from math import copysign, sqrt
 
-from .blocks import PROVED, Block, Inflation, learn_inflation, project_block
-from .changes import ROTORS, Direction
-from .cusum import (
-    NOTHING,
-    Finding,
-    Projections,
-    estimate_begin,
-    estimate_size,
-    siegmund_threshold,
-)
+from heli_plant.effects import AXES
+
+from ..online.linear_algebra import total
+from .blocks import project_block
+from .cusum import NOTHING, Finding, judge_size
 from .plan import FollowPlan
-from .state import ALARM, FOLLOWING, HEARD, CorrectorState, Event, IdentifierReport, make_event
+from .state import HEARD, REASONS, WHAT, CorrectorState, Event, IdentifierReport
 
 LEAD = 4.6
 """Lead in ln B, ln 100, at which the likeliest change is named without waiting."""
@@ -39,126 +36,84 @@ _LEAST_BLOCKS = 5
 _SURELY = 3.0
 
 _GAINS = 3
-"""Places in :data:`.state.HEARD` that a rotor changes, the first ones."""
+"""Places in :data:`.state.HEARD`, and in the values of a twin, that a rotor changes: the first ones."""
 
 
-def learn_inflations(state: CorrectorState, directions: tuple[Direction, ...]) -> tuple[Inflation, ...]:
-    """Return the inflations with the block that has become old enough without an alarm."""
-    at = len(state.tested) - 1 - PROVED
-    if at < 2 or state.mode != FOLLOWING:
-        return state.inflations
-    result = []
-    for inflation, direction in zip(state.inflations, directions, strict=True):
-        u, information = project_block(state.tested[at], direction)
-        u_1, _ = project_block(state.tested[at - 1], direction)
-        u_2, _ = project_block(state.tested[at - 2], direction)
-        result.append(learn_inflation(inflation, u, u_1, u_2, information))
-    return tuple(result)
+def sums_back(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:
+    """Return D^T b and D^T R D of the last block, of the last two, and so on, of ``count`` at most."""
+    direction = plan.changes[number].direction(state.values.end)
+    response = information = 0.0
+    found = []
+    for block in reversed(state.blocks[-count:]):
+        b, r = project_block(block, direction)
+        response, information = response + b, information + r
+        found.append((response, information))
+    return found
 
 
-def find_thresholds(inflations: tuple[Inflation, ...], plan: FollowPlan) -> tuple[float, ...]:
-    """Return the threshold of every change's CUSUM."""
-    return tuple(
-        [
-            siegmund_threshold(plan.threshold, change.size * change.size * c.information / (c.blocks * c.factor))
-            if c.blocks > 0.0
-            else plan.threshold
-            for c, change in zip(inflations, plan.changes, strict=True)
-        ]
-    )
+def explain(
+    state: CorrectorState, number: int, count: int, share: float, plan: FollowPlan, whole: bool = True
+) -> Finding:
+    """Return the change ``number`` as the last ``count`` blocks have it, or nothing; their sums count with a ``share``.
 
-
-def project_blocks(
-    blocks: tuple[Block, ...], directions: tuple[Direction, ...], inflations: tuple[Inflation, ...], common: bool
-) -> Projections:
-    """Return D^T b and D^T R D of every block and change, over the inflation factor.
-
-    ``common``: over the mean factor, by which changes are compared with each other.
+    All of these blocks count, or if not ``whole`` those from the one on which makes it likeliest.
     """
-    factors = [inflation.factor for inflation in inflations]
-    shares = [1.0 / factor for factor in factors]
-    if common:
-        total = 0.0
-        for factor in factors:
-            total += factor
-        shares = [len(factors) / total] * len(factors)
-    result = []
-    for block in blocks:
-        row = []
-        for share, direction in zip(shares, directions, strict=True):
-            response, information = project_block(block, direction)
-            row.append((share * response, share * information))
-        result.append(tuple(row))
-    return tuple(result)
+    change, bounds = plan.changes[number], plan.changes[number].bounds(state.values.end)
+    sums = list(enumerate(sums_back(state, number, count, plan), 1))
+    found = [
+        judge_size(number, blocks, share * response, share * information, change.size, *bounds)
+        for blocks, (response, information) in (sums[-1:] if whole else sums)
+    ]
+    return max([one for one in found if one.change >= 0], key=lambda one: one.evidence, default=NOTHING)
 
 
-def find_changes(
-    state: CorrectorState, directions: tuple[Direction, ...], longest: int, plan: FollowPlan
-) -> tuple[list[Finding], bool]:
+def measure(state: CorrectorState, number: int, plan: FollowPlan, whole: bool = True) -> Finding:
+    """Return the change ``number`` from all blocks that are kept, or from its likeliest begin on."""
+    return explain(state, number, len(state.blocks), 1.0 / state.inflations[number].factor, plan, whole)
+
+
+def rank_changes(state: CorrectorState, count: int, plan: FollowPlan, whole: bool = True) -> list[Finding]:
+    """Return every possible change from the last ``count`` blocks, the likeliest first; ``whole`` as above."""
+    share = len(plan.changes) / total([inflation.factor for inflation in state.inflations])
+    found = [explain(state, number, count, share, plan, whole) for number in range(len(plan.changes))]
+    return sorted([one for one in found if one.change >= 0], key=lambda one: one.evidence, reverse=True)
+
+
+def find_changes(state: CorrectorState, longest: int, plan: FollowPlan) -> tuple[list[Finding], bool]:
     """Return every possible change with its size, the likeliest first, and whether it has been measured.
 
     It began at most ``longest`` blocks ago. Until enough blocks have passed since, the sizes are those since it began,
     and not to be used.
     """
-    seen = project_blocks(state.blocks, directions, state.inflations, common=True)
-    found = _sorted(
-        [
-            estimate_begin(seen, number, longest, change.size, *plan.bounds(number, state.values.end))
-            for number, change in enumerate(plan.changes)
-        ]
-    )
+    found = rank_changes(state, longest, plan, whole=False)
     count = found[0].blocks - SWINGING if found else 0
-    if count < _LEAST_BLOCKS:
-        return found, False
-    return rank_changes(state, directions, count, plan), True
+    return (found, False) if count < _LEAST_BLOCKS else (rank_changes(state, count, plan), True)
 
 
-def rank_changes(
-    state: CorrectorState, directions: tuple[Direction, ...], count: int, plan: FollowPlan
-) -> list[Finding]:
-    """Return every possible change with its size from the last ``count`` blocks, the likeliest first."""
-    last = state.blocks[len(state.blocks) - count :]
-    seen = project_blocks(last, directions, state.inflations, common=True)
-    return _sorted(
-        [
-            estimate_size(seen, number, change.size, *plan.bounds(number, state.values.end))
-            for number, change in enumerate(plan.changes)
-        ]
-    )
-
-
-def _sorted(findings: list[Finding]) -> list[Finding]:
-    return sorted([one for one in findings if one.change >= 0], key=lambda one: one.evidence, reverse=True)
-
-
-def find_likelier(
-    state: CorrectorState, directions: tuple[Direction, ...], finding: Finding, plan: FollowPlan
-) -> Finding:
+def find_likelier(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Finding:
     """Return the change that explains the blocks of ``finding`` better than it does by :data:`LEAD`, or nothing."""
-    found = rank_changes(state, directions, finding.blocks, plan)
+    found = rank_changes(state, finding.blocks, plan)
     own = [one.evidence for one in found if one.change == finding.change]
     if found and found[0].change != finding.change and found[0].evidence > LEAD + (own[0] if own else 0.0):
         return found[0]
     return NOTHING
 
 
-def refine_size(
-    state: CorrectorState, directions: tuple[Direction, ...], finding: Finding, plan: FollowPlan
-) -> Finding:
+def blocks_since(state: CorrectorState, plan: FollowPlan) -> int:
+    """Return the blocks for which the mode has lasted."""
+    return (state.samples - state.since) // plan.block
+
+
+def refine_size(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Finding:
     """Return the change on trial with its size from all blocks since it took place."""
-    elapsed = (state.samples - state.since) // (plan.block * plan.coarse)
-    count = min(finding.blocks + elapsed, len(state.blocks))
-    response = information = 0.0
-    for block in state.blocks[len(state.blocks) - count :]:
-        b, r = project_block(block, directions[finding.change])
-        response += b
-        information += r
+    count = min(finding.blocks + blocks_since(state, plan), len(state.blocks))
+    response, information = sums_back(state, finding.change, count, plan)[-1]
     if information <= 0.0:
         return finding
-    least, most = plan.bounds(finding.change, state.values.end)
+    least, most = plan.changes[finding.change].bounds(state.values.end)
     size = min(max(response / information, least), most)
     error = sqrt(state.inflations[finding.change].factor / information)
-    return finding._replace(blocks=count, size=size, standard_error=error, z=size / error)
+    return finding._replace(blocks=count, size=size, standard_error=error)
 
 
 def is_contradicted(state: CorrectorState, finding: Finding, report: IdentifierReport, plan: FollowPlan) -> bool:
@@ -168,39 +123,34 @@ def is_contradicted(state: CorrectorState, finding: Finding, report: IdentifierR
     change = plan.changes[finding.change]
     before = state.heard[max(0, len(state.heard) - 1 - finding.blocks - SWINGING)]
     for slot, name in enumerate(HEARD):
-        moves = change.field == name
-        size = finding.size
-        if change.axis == ROTORS and slot < _GAINS:
-            moves, size = True, finding.size * plan.first_values[plan.fields.index(name)]
-        error = report.standard_errors[slot]
-        if moves and error > 0.0:
-            moved = (1.0 if size > 0.0 else -1.0) * (report.estimates[slot] - before[slot])
-            if moved < -_SURELY * sqrt(2.0) * error:
-                return True
+        if name == change.field:
+            size = finding.size
+        elif not change.field and slot < _GAINS:
+            size = finding.size * plan.first_values[slot]
+        else:
+            continue
+        moved, error = copysign(1.0, size) * (report.estimates[slot] - before[slot]), report.standard_errors[slot]
+        if error > 0.0 and moved < -_SURELY * sqrt(2.0) * error:
+            return True
     return False
 
 
-def report_finding(
-    state: CorrectorState, what: str, why: str, finding: Finding, time: float, plan: FollowPlan
-) -> Event:
-    """Return the event that tells of a finding; ``what`` happened at ``time`` [s] and ``why``."""
-    number = finding.change
-    if number < 0:
-        return make_event(time, what, why, plan)
-    values = state.values.end
-    error = finding.standard_error
-    if plan.changes[number].axis == ROTORS:
-        error *= plan.value(number, values)
-    swinging = 0 if what == ALARM and why == "suspected" else SWINGING
-    blocks = (finding.blocks + swinging) * plan.block * plan.coarse * plan.settings.sample_time
-    return make_event(
+def make_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> Event:
+    """Return the event of this sample that tells of a ``finding``, or of none; ``why`` is a key of the reasons."""
+    time, reason = state.samples * plan.settings.sample_time, REASONS[why]
+    (what,) = [what for what, reasons in WHAT.items() if why in reasons]
+    if finding.change < 0:
+        return Event(time, what, reason, since=time)
+    change, values = plan.changes[finding.change], state.values.end
+    blocks = finding.blocks + (0 if why == "suspected" else SWINGING)
+    return Event(
         time,
         what,
-        why,
-        plan,
-        number,
-        time - blocks,
-        value=plan.value(number, plan.change_values(number, finding.size, values)),
-        standard_error=error,
+        reason,
+        name=change.name,
         other=plan.changes[finding.other].name if finding.other >= 0 else "",
+        axis=AXES[change.axes[0]] if change.field else "rotors",
+        value=change.value(change.applied(finding.size, values)),
+        standard_error=finding.standard_error * (1.0 if change.field else change.value(values)),
+        since=time - blocks * plan.block * plan.settings.sample_time,
     )

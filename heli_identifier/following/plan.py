@@ -1,17 +1,19 @@
 """Settings of the following twin, and what a step of it computes with, made once from them."""
 
 from dataclasses import dataclass, field
-from math import inf
 from typing import NamedTuple
 
+from heli_plant.laws import input_delay
+from heli_plant.observer import TRAVEL_BANDWIDTH, ObserverGains, observer_gains
 from heli_plant.parameters import PlantParameters
 
 from ..errors import require_positive, require_range
 from ..online import candidate
-from .baseline import Deviations, prior_deviations
-from .changes import FRONT, REAR, ROTORS, Change, Direction, find_directions, list_changes, list_laws
+from .baseline import prior_deviations
+from .blocks import Matrix, Vector
+from .changes import Change, Laws, list_changes, list_laws
 from .cusum import lorden_threshold
-from .observer import ObserverPlan, Twin, prepare_observer
+from .gaps import Steady, find_steady_state, gap_memory
 
 DEFAULT_EFFECTS = (
     ("dry_friction", "pitch"),
@@ -88,28 +90,40 @@ class FollowSettings:
             candidate(name, axis)
 
 
+class Twin(NamedTuple):
+    """A twin: the values of what may change, the front and the rear rotor's share of thrust last, and its plant."""
+
+    values: Vector
+    parameters: PlantParameters
+
+
 class FollowPlan(NamedTuple):
     """Coefficients and names.
 
     ``changes``: what may change. ``changeable``: names of the values in use, ``fields`` those of the parameters among
-    them; the two rotors' shares stand last. ``columns``: regressors of each axis; ``deviations``: by how much the
-    twin's coefficients of them may err. ``threshold``: Lorden's [1].
+    them; the two rotors' shares stand last. ``deviations``: by how much the twin's coefficients of the regressors of
+    each axis may err; ``laws`` of the effects among them. ``gains`` and ``steady`` state of the observer's axes;
+    ``delay``: the plant's input delay [s]. ``threshold``: Lorden's [1].
 
-    In samples: the ``coarse`` step of copies, ``settling``, ``stop``, ``stuck``. In coarse steps: ``per_launch``
-    between two starts of copies, the ``horizon`` they run, a ``block`` of sums. ``window``: comparisons in a window.
+    In samples: for how long a gap is ``remembered``; the ``coarse`` step of copies, the time between two starts of them
+    (``launch``) and the ``horizon`` that they run; a ``block`` of sums; ``settling``, ``stop`` and ``stuck``.
+    ``window``: comparisons in a window.
     """
 
     settings: FollowSettings
     changes: tuple[Change, ...]
     changeable: tuple[str, ...]
     fields: tuple[str, ...]
-    first_values: tuple[float, ...]
-    columns: tuple[int, int, int]
-    deviations: Deviations
-    observer: ObserverPlan
+    first_values: Vector
+    deviations: Matrix
+    laws: Laws
+    gains: tuple[ObserverGains, ...]
+    steady: tuple[Steady, ...]
+    delay: float
     threshold: float
+    remembered: int
     coarse: int
-    per_launch: int
+    launch: int
     horizon: int
     block: int
     settling: int
@@ -117,67 +131,41 @@ class FollowPlan(NamedTuple):
     stuck: int
     window: int
 
-    def twin(self, values: tuple[float, ...]) -> Twin:
+    def twin(self, values: Vector) -> Twin:
         """Return the twin with these values in use."""
         own = dict(zip(self.fields, values[: len(self.fields)], strict=True))
         return Twin(values, self.settings.parameters._replace(**own))
 
-    def directions(self, values: tuple[float, ...]) -> tuple[Direction, ...]:
-        """Return the direction of every change from these values."""
-        k_x, k_z, k_y = [values[self.fields.index(name)] for name in ("k_x", "k_z", "k_y")]
-        return find_directions(self.changes, (k_x, k_z, k_y), self.columns)
-
-    def places(self, number: int) -> tuple[int, ...]:
-        """Return the places of the values that the change ``number`` changes; of a rotor's, they are multiplied."""
-        change = self.changes[number]
-        if change.axis != ROTORS:
-            return (self.fields.index(change.field),)
-        return {FRONT: (-2,), REAR: (-1,)}.get(change.name, (-2, -1))
-
-    def value(self, number: int, values: tuple[float, ...]) -> float:
-        """Return the value that the change ``number`` changes; of both rotors, the front one's share."""
-        return values[self.places(number)[0]]
-
-    def change_values(self, number: int, size: float, values: tuple[float, ...]) -> tuple[float, ...]:
-        """Return ``values`` with the change ``number`` of ``size``, for the rotors a share of their thrust."""
-        after = list(values)
-        for place in self.places(number):
-            after[place] = after[place] + size if place >= 0 else after[place] * (1.0 + size)
-        return tuple(after)
-
-    def bounds(self, number: int, values: tuple[float, ...]) -> tuple[float, float]:
-        """Return the smallest and largest size of the change ``number`` that is physically possible."""
-        change, value = self.changes[number], self.value(number, values)
-        least = change.lower - value if change.lower > -inf else -inf
-        most = change.upper - value if change.upper < inf else inf
-        return (least / value, most / value) if change.axis == ROTORS else (least, most)
-
 
 def prepare_following(settings: FollowSettings) -> FollowPlan:
     """Return the plan of ``settings``."""
-    h, p = settings.sample_time, settings.parameters
+    h, p, bandwidth = settings.sample_time, settings.parameters, settings.observer_bandwidth
     laws = list_laws(settings.effects)
     changes = list_changes(p, settings.effects, laws)
-    fields = tuple([change.field for change in changes if change.field])
+    own = [change for change in changes if change.field]
     coarse = max(1, round(_COARSE / h))
-    launch = max(1, round(_APART / (coarse * h)))
-    deviations = prior_deviations(p, laws)
+    launch = coarse * max(1, round(_APART / (coarse * h)))
+    bandwidths = (bandwidth, bandwidth, TRAVEL_BANDWIDTH * bandwidth)
+    gains = tuple([observer_gains(one, h) for one in bandwidths])
     return FollowPlan(
         settings=settings,
         changes=changes,
-        changeable=(*(change.name for change in changes if change.field), FRONT, REAR),
-        fields=fields,
-        first_values=(*(getattr(p, field) for field in fields), 1.0, 1.0),
-        columns=(len(deviations[0]), len(deviations[1]), len(deviations[2])),
-        deviations=deviations,
-        observer=prepare_observer(h, settings.observer_bandwidth, p, laws),
+        changeable=(*(change.name for change in own), "rotor.front", "rotor.rear"),
+        fields=tuple([change.field for change in own]),
+        first_values=(*(getattr(p, change.field) for change in own), 1.0, 1.0),
+        deviations=prior_deviations(p, laws),
+        laws=laws,
+        gains=gains,
+        steady=tuple([find_steady_state(one, h, gains[0].kept) for one in bandwidths]),
+        delay=input_delay(p),
         threshold=lorden_threshold(2 * len(changes), settings.false_alarm_time, BLOCK_TIME),
+        remembered=gap_memory(bandwidth, h),
         coarse=coarse,
-        per_launch=launch,
-        horizon=max(1, round(_HORIZON / (coarse * h) / launch)) * launch,
-        block=max(1, round(BLOCK_TIME / (coarse * h))),
+        launch=launch,
+        horizon=launch * max(1, round(_HORIZON / (launch * h))),
+        block=coarse * max(1, round(BLOCK_TIME / (coarse * h))),
         settling=round(_SETTLING / h),
         stop=max(1, round(_STOP / h)),
         stuck=max(2, round(_STUCK / h)),
-        window=round(settings.window / (launch * coarse * h)),
+        window=round(settings.window / (launch * h)),
     )

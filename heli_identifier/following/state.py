@@ -1,31 +1,25 @@
 """What the following twin takes in, remembers between two samples, and reports."""
 
-from typing import Any, NamedTuple
-
-from heli_plant.effects import AXES
-from heli_plant.observer import Torque
+from typing import Any, Literal, NamedTuple, get_args
 
 from .baseline import Baseline
-from .blocks import Block, Inflation, Noise, Sums
-from .changes import ROTORS
+from .blocks import Block, Inflation, Noise, Sums, Vector
 from .cusum import NOTHING, Cusum, Finding
-from .observer import Angles, Observer, Twin
-from .plan import FollowPlan
-from .prediction import Predictions, drop_rival
+from .observer import Observer
+from .plan import Twin
+from .prediction import Copies, Predictions
 from .stream import Stream
 
-STARTING, FOLLOWING, ALARMED, ON_TRIAL, WATCHED, SUSPENDED = range(6)
-MODES = ("starting", "following", "alarmed", "on trial", "adopted", "suspended")
+Mode = Literal["starting", "following", "alarmed", "on trial", "adopted", "suspended"]
 """The noise is being learned; all is well; a change is being named; it is on trial; it was adopted and is watched; the
 stream has stopped."""
+
+MODES: tuple[Mode, ...] = get_args(Mode)
 
 HEARD = ("k_x", "k_z", "k_y", "a_1", "a_wx", "a_wz", "a_wy")
 """Fields of the identifier's estimates that are compared with a change, in their order."""
 
-ALARM, ADOPTED, HELD, ROLLED_BACK, STREAM = WHAT = ("alarm", "adopted", "held", "rolled back", "stream")
-"""What an event says; the unit gives the place."""
-
-_REASONS = {
+REASONS = {
     "suspected": "the innovations no longer fit the values in use; this change explains them best so far",
     "named": "this change explains the innovations at least 100 times better than any other",
     "ambiguous": "this change explains the innovations best, others nearly as well",
@@ -47,8 +41,16 @@ _REASONS = {
     "errors",
     "outdone": "what has been seen since explains another change at least 100 times better; that one is tried instead",
 }
-WHY = tuple(_REASONS.values())
 """Reasons of events; the unit gives the place."""
+
+WHAT = {
+    "alarm": ("suspected", "named", "ambiguous", "scored"),
+    "adopted": ("better",),
+    "held": ("not better", "undetermined", "cut", "off", "insignificant", "impossible", "contradicted", "outdone"),
+    "rolled back": ("worse", "worse than alone"),
+    "stream": ("stopped", "frozen", "back"),
+}
+"""What an event says, and for which reasons; the unit gives the place."""
 
 _DIGITS = 9
 """Of times [s] in a file: k h in floats has a tail that means nothing."""
@@ -73,16 +75,16 @@ class IdentifierReport(NamedTuple):
     """
 
     excitation: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    scores: tuple[float, ...] = ()
-    estimates: tuple[float, ...] = ()
-    standard_errors: tuple[float, ...] = ()
+    scores: Vector = ()
+    estimates: Vector = ()
+    standard_errors: Vector = ()
 
 
 class Event(NamedTuple):
     """One report.
 
-    ``time`` [s]; ``what`` of :data:`WHAT` and ``why`` of :data:`WHY`; ``name`` of the change and the ``other`` one that
-    it may be as well; its ``axis`` or ``rotors``; ``value`` of the parameter after the change and its
+    ``time`` [s]; ``what`` as in :data:`WHAT`, ``why`` in words; ``name`` of the change and the ``other`` one that it
+    may be as well; its ``axis`` or ``rotors``; ``value`` of the parameter after the change and its
     ``standard_error`` [its unit]; ``since``: when the change took place, as estimated [s]. Texts are empty for none.
     """
 
@@ -111,17 +113,6 @@ class Event(NamedTuple):
         }
 
 
-def make_event(
-    time: float, what: str, why: str, plan: FollowPlan, number: int = -1, since: float | None = None, **more: Any
-) -> Event:
-    """Return the event of the change ``number``; ``why`` is a key of the reasons, ``since`` [s] is ``time`` if None."""
-    since = time if since is None else since
-    if number >= 0:
-        change = plan.changes[number]
-        more.update(name=change.name, axis="rotors" if change.axis == ROTORS else AXES[change.axis])
-    return Event(time, what, _REASONS[why], since=since, **more)
-
-
 class Values(NamedTuple):
     """Twin in use ``now``; the ramp on which an adopted change comes in: its ends, and the sample at which it began.
 
@@ -129,25 +120,25 @@ class Values(NamedTuple):
     """
 
     now: Twin
-    begin: tuple[float, ...]
-    end: tuple[float, ...]
+    begin: Vector
+    end: Vector
     ramp: int
     rival: tuple[Twin, ...]
-    errors: tuple[float, ...]
+    errors: Vector
 
 
 class CorrectorState(NamedTuple):
     """Everything remembered.
 
     ``samples`` so far; ``mode``, and the sample ``since`` which it lasts; ``settled``: sample from which sums count.
-    ``blocks``: the last ones; ``tested``: the last few of them as the tests see them (:mod:`.baseline`);
-    ``cusums`` of the changes, those before the last block, and the largest sum over its threshold (``alarm``);
-    ``run``: blocks for which the sum that gave the alarm had been above zero; ``scored``: blocks for which the score of
-    each effect has been beyond its threshold; ``heard``: what the identifier has estimated after each block.
+    ``blocks``: the last ones; ``tested``: D^T u and D^T W D of every change (:mod:`.baseline`) in the last few of them;
+    ``cusums`` of the changes, up and down in turn, those before the last block, and the largest sum over its threshold
+    (``alarm``); ``run``: blocks for which the sum that gave the alarm had been above zero; ``scored``: blocks for which
+    the score of each effect has been beyond its threshold; ``heard``: what the identifier estimated after each block.
     """
 
     samples: int
-    mode: int
+    mode: Mode
     since: int
     settled: int
     observer: Observer
@@ -159,18 +150,24 @@ class CorrectorState(NamedTuple):
     baseline: Baseline
     inflations: tuple[Inflation, ...]
     blocks: tuple[Block, ...]
-    tested: tuple[Block, ...]
+    tested: tuple[tuple[tuple[float, float], ...], ...]
     cusums: tuple[Cusum, ...]
     cusums_before: tuple[Cusum, ...]
     alarm: float
     run: int
     finding: Finding
     scored: tuple[int, ...]
-    heard: tuple[tuple[float, ...], ...]
+    heard: tuple[Vector, ...]
 
-    def enter(self, mode: int, **more: Any) -> "CorrectorState":
+    def enter(self, mode: Mode, **more: Any) -> "CorrectorState":
         """Return the state that enters ``mode`` now."""
         return self._replace(mode=mode, since=self.samples, **more)
+
+    def with_rival(self, *rival: Twin) -> "CorrectorState":
+        """Return the state with a new ``rival``, or with none."""
+        return self._replace(
+            values=self.values._replace(rival=rival), predictions=self.predictions._replace(rival=Copies())
+        )
 
     def without_alarm(self) -> "CorrectorState":
         """Return the state with every CUSUM at zero."""
@@ -179,36 +176,4 @@ class CorrectorState(NamedTuple):
 
     def follow_again(self) -> "CorrectorState":
         """Return the state that follows again, without alarm and rival."""
-        return self.without_alarm().enter(
-            FOLLOWING,
-            finding=NOTHING,
-            values=self.values._replace(rival=()),
-            predictions=drop_rival(self.predictions),
-        )
-
-
-class CorrectorOutput(NamedTuple):
-    """What is known after a sample.
-
-    ``time`` [s]; ``compared``: whether predictions fell due at this sample; ``predicted``, ``predicted_alone``: what
-    the twin in use and the one left alone predicted 1 s before [rad]; ``error``, ``error_alone``: their rms errors over
-    the window [rad]; ``observed``: angles [rad] and rates [rad/s] of the observer; ``torque``: unmodelled accelerations
-    [rad/s^2]; ``values`` in use and ``standard_errors`` of what was adopted, 0 elsewhere; ``alarm``: the largest CUSUM
-    over its threshold [1]; ``suspect``: the likeliest change by number, -1 for none; ``mode`` as a place in
-    :data:`MODES`; ``events`` of this sample.
-    """
-
-    time: float
-    compared: bool
-    predicted: Angles
-    predicted_alone: Angles
-    error: Angles
-    error_alone: Angles
-    observed: tuple[float, float, float, float, float, float]
-    torque: Torque
-    values: tuple[float, ...]
-    standard_errors: tuple[float, ...]
-    alarm: float
-    suspect: int
-    mode: int
-    events: tuple[Event, ...]
+        return self.without_alarm().with_rival().enter("following", finding=NOTHING)

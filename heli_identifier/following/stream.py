@@ -15,11 +15,10 @@ rates that the observer has seen since, which a rig that set off from rest has.
 
 from typing import NamedTuple
 
-from heli_plant.observer import Torque
 from heli_plant.plant import measured_angles
-from heli_plant.state import PlantState
 
-from .observer import Angles
+from .blocks import Vector
+from .observer import Angles, Instant
 from .plan import FollowPlan
 
 _PATH, _PATH_NOISE = 7.5e-3, 8.0
@@ -75,11 +74,10 @@ def is_discounted(encoder: Encoder, plan: FollowPlan) -> bool:
 
 def stood_in_last_block(stream: Stream, samples: int, plan: FollowPlan) -> bool:
     """Return whether an encoder has just stood for half a second, and in the block before that of ``samples`` too."""
-    within = samples % (plan.block * plan.coarse)
-    return within < plan.stuck and any(encoder.still == plan.stuck for encoder in stream.encoders)
+    return samples % plan.block < plan.stuck and any(encoder.still == plan.stuck for encoder in stream.encoders)
 
 
-def is_doubtful(stream: Stream, noise: tuple[float, ...], plan: FollowPlan) -> bool:
+def is_doubtful(stream: Stream, noise: Vector, plan: FollowPlan) -> bool:
     """Return whether an encoder stands still that should have moved; ``noise`` of the innovations [rad]."""
     h = plan.settings.sample_time
     return any(
@@ -92,19 +90,19 @@ def update_stream(
     stream: Stream,
     angles: Angles,
     fresh: bool,
-    state: PlantState,
-    torque: Torque,
-    noise: tuple[float, ...],
+    predicted: Instant,
+    noise: Vector,
     plan: FollowPlan,
 ) -> Stream:
     """Return how the samples come in, after one more instant.
 
-    The ``angles`` of the rig [rad] are of this instant if they are ``fresh``; ``state`` and ``torque`` are those that
-    the observer predicts, ``noise`` the standard deviations of the innovations [rad].
+    The ``angles`` of the rig [rad] are of this instant if they are ``fresh``; ``predicted``: what the observer makes of
+    it, ``noise``: the standard deviations of the innovations [rad].
     """
     if not fresh:
         unseen = stream.unseen + 1
         return stream._replace(unseen=unseen, broken=stream.broken or unseen >= plan.stop)
+    state, torque = predicted.memory.state, predicted.torque
     seen, rates = measured_angles(state), (state.pitch_rate, state.elevation_rate, state.travel_rate)
     h, jumped = plan.settings.sample_time, False
     encoders: list[Encoder] = []

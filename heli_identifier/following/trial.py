@@ -16,30 +16,23 @@ explains it 100 times better goes on trial instead; else the size is ramped in. 
 soon as they predict better with t > 3, they are taken again.
 """
 
-from . import naming
 from .baseline import add_uncertainty, forget_latest
-from .blocks import deviations_of, is_noise_known, shift_block
-from .changes import Direction
-from .cusum import NOTHING, Finding, check_alarm, estimate_begin, estimate_size, update_cusum
-from .naming import LEAD
-from .plan import FollowPlan
-from .prediction import WINDOWS, compare_errors, drop_rival
-from .state import (
-    ADOPTED,
-    ALARM,
-    ALARMED,
-    FOLLOWING,
-    HELD,
-    ON_TRIAL,
-    ROLLED_BACK,
-    STARTING,
-    SUSPENDED,
-    WATCHED,
-    CorrectorState,
-    Event,
-    IdentifierReport,
+from .blocks import PROVED, Vector, deviations_of, is_noise_known, learn_inflation, shift_block
+from .cusum import NOTHING, Cusum, Finding, siegmund_threshold, update_cusum
+from .naming import (
+    LEAD,
+    SWINGING,
+    blocks_since,
+    find_changes,
+    find_likelier,
+    is_contradicted,
     make_event,
+    measure,
+    refine_size,
 )
+from .plan import FollowPlan
+from .prediction import WINDOWS, compare_errors
+from .state import CorrectorState, Event, IdentifierReport
 from .stream import is_doubtful
 
 Judged = tuple[CorrectorState, list[Event]]
@@ -78,83 +71,84 @@ _REFINING = 2.5
 
 def judge_block(state: CorrectorState, report: IdentifierReport, plan: FollowPlan) -> Judged:
     """Return the state after a complete block, and what there is to report."""
-    if state.mode == STARTING and is_noise_known(state.noises):
-        return state.enter(FOLLOWING), []
-    if state.mode in (STARTING, SUSPENDED):
+    if state.mode == "starting" and is_noise_known(state.noises):
+        return state.enter("following"), []
+    if state.mode in ("starting", "suspended"):
         return state, []
-    time = state.samples * plan.settings.sample_time
-    directions = plan.directions(state.values.end)
-    state = state._replace(inflations=naming.learn_inflations(state, directions))
+    state = _learn_inflations(state)
     if report.scores:
         counts = [n + 1 if abs(score) > _SCORE else 0 for n, score in zip(state.scored, report.scores, strict=True)]
         state = state._replace(scored=tuple(counts))
     if report.estimates:
         state = state._replace(heard=(*state.heard, report.estimates)[-_HEARD_BLOCKS:])
     run = 0
-    if state.mode in (FOLLOWING, WATCHED):
-        state, run = _update_cusums(state, directions, plan)
-    if state.mode == FOLLOWING:
-        return look_for_change(state, directions, run, time, plan)
-    if state.mode == ALARMED:
-        return name_change(state, directions, report, time, plan)
-    if state.mode == ON_TRIAL:
-        return try_change(state, directions, report, time, plan)
-    return watch_change(state, directions, time, plan)
+    if state.mode in ("following", "adopted"):
+        state, run = _update_cusums(state, plan)
+    if state.mode == "following":
+        return look_for_change(state, run, plan)
+    if state.mode == "alarmed":
+        return name_change(state, report, plan)
+    if state.mode == "on trial":
+        return try_change(state, report, plan)
+    return watch_change(state, plan)
 
 
-def _update_cusums(
-    state: CorrectorState, directions: tuple[Direction, ...], plan: FollowPlan
-) -> tuple[CorrectorState, int]:
-    """Take the newest block into the CUSUMs; return the blocks since the one that raises an alarm was zero, else 0."""
-    newest = naming.project_blocks(state.tested[-1:], directions, state.inflations, common=False)
-    seen = newest[0] if newest else ((0.0, 0.0),) * len(directions)
-    rows = zip(state.cusums, seen, plan.changes, strict=True)
-    cusums = tuple([update_cusum(cusum, *of_block, change.size) for cusum, of_block, change in rows])
-    alarm, run = check_alarm(cusums, naming.find_thresholds(state.inflations, plan))
-    return state._replace(cusums=cusums, cusums_before=state.cusums, alarm=alarm), run
+def _learn_inflations(state: CorrectorState) -> CorrectorState:
+    """Learn from the block that has become old enough without an alarm."""
+    if len(state.tested) < PROVED + 3 or state.mode != "following":
+        return state
+    proved = zip(state.inflations, *state.tested[2::-1], strict=True)
+    return state._replace(
+        inflations=tuple([learn_inflation(c, u, u_1, u_2, w) for c, (u, w), (u_1, _), (u_2, _) in proved])
+    )
 
 
-def look_for_change(
-    state: CorrectorState, directions: tuple[Direction, ...], run: int, time: float, plan: FollowPlan
-) -> Judged:
+def _update_cusums(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorState, int]:
+    """Take the newest block into the CUSUMs; return the blocks since the one that raises an alarm was zero, else 0.
+
+    The longest time counts.
+    """
+    cusums: list[Cusum] = []
+    alarm, longest = 0.0, 0
+    for change, c, (response, information) in zip(plan.changes, state.inflations, state.tested[-1], strict=True):
+        limit, share = plan.threshold, 1.0 / c.factor
+        if c.blocks > 0.0:
+            limit = siegmund_threshold(limit, change.size * change.size * c.information / (c.blocks * c.factor))
+        for delta in (change.size, -change.size):
+            cusums.append(update_cusum(state.cusums[len(cusums)], share * response, share * information, delta))
+            alarm = max(alarm, cusums[-1].total / limit)
+            longest = max(longest, cusums[-1].run if cusums[-1].total > limit else 0)
+    return state._replace(cusums=tuple(cusums), cusums_before=state.cusums, alarm=alarm), longest
+
+
+def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Judged:
     """Raise an alarm where a CUSUM, above zero for ``run`` blocks (0: no alarm), or a score says so.
 
     It waits while an encoder may be at fault.
     """
     if _is_worse_than_alone(state, plan):
-        return take_back(state, plan.first_values, "worse than alone", time, plan)
+        return take_back(state, plan.first_values, "worse than alone", plan)
     if run > 0 and not is_doubtful(state.stream, deviations_of(state.noises), plan):
-        found, _ = naming.find_changes(state, directions, run + naming.SWINGING, plan)
+        found, _ = find_changes(state, run + SWINGING, plan)
         first = found[0] if found else NOTHING
-        state = state.enter(ALARMED, finding=first, run=run, baseline=forget_latest(state.baseline))
-        return state, [naming.report_finding(state, ALARM, "suspected", first, time, plan)]
+        state = state.enter("alarmed", finding=first, run=run, baseline=forget_latest(state.baseline))
+        return state, [make_event(state, "suspected", plan, first)]
     for slot, blocks in enumerate(state.scored):
         if blocks >= _SCORE_TIME:
-            one = _measure(state, directions, len(plan.changes) - len(state.scored) + slot, plan)
+            one = measure(state, len(plan.changes) - len(state.scored) + slot, plan)
             if one.change >= 0 and abs(one.z) >= _LEAST_Z:
                 state = state._replace(scored=(0,) * len(state.scored), finding=one)
-                return _put_on_trial(
-                    state, one, time, plan, naming.report_finding(state, ALARM, "scored", one, time, plan)
-                )
+                return _put_on_trial(state, one, plan, make_event(state, "scored", plan, one))
     return state, []
 
 
-def _measure(state: CorrectorState, directions: tuple[Direction, ...], number: int, plan: FollowPlan) -> Finding:
-    """Return the size of a change from all blocks that are kept."""
-    seen = naming.project_blocks(state.blocks, directions, state.inflations, common=False)
-    return estimate_size(seen, number, plan.changes[number].size, *plan.bounds(number, state.values.end))
-
-
-def name_change(
-    state: CorrectorState, directions: tuple[Direction, ...], report: IdentifierReport, time: float, plan: FollowPlan
-) -> Judged:
+def name_change(state: CorrectorState, report: IdentifierReport, plan: FollowPlan) -> Judged:
     """Name the change as soon as it leads, or when patience is over."""
-    elapsed = (state.samples - state.since) // (plan.block * plan.coarse)
-    found, measured = naming.find_changes(state, directions, state.run + naming.SWINGING + elapsed, plan)
+    elapsed = blocks_since(state, plan)
+    found, measured = find_changes(state, state.run + SWINGING + elapsed, plan)
     late = elapsed >= _PATIENCE
     if not found:
-        held = naming.report_finding(state, HELD, "impossible", NOTHING, time, plan)
-        return (state.follow_again(), [held]) if late else (state, [])
+        return _hold(state, NOTHING, "impossible", plan) if late else (state, [])
     first = found[0]
     leads = len(found) == 1 or first.evidence - found[1].evidence >= LEAD
     if not leads:
@@ -167,111 +161,104 @@ def name_change(
     elif abs(first.z) < _LEAST_Z:
         why = "insignificant"
     if not why and (leads or late):
-        event = naming.report_finding(state, ALARM, "named" if leads else "ambiguous", first, time, plan)
-        return _put_on_trial(state, first, time, plan, event)
-    if late:
-        return state.follow_again(), [naming.report_finding(state, HELD, why, first, time, plan)]
-    return state, []
+        event = make_event(state, "named" if leads else "ambiguous", plan, first)
+        return _put_on_trial(state, first, plan, event)
+    return _hold(state, first, why, plan) if late else (state, [])
 
 
-def _put_on_trial(state: CorrectorState, finding: Finding, time: float, plan: FollowPlan, *events: Event) -> Judged:
+def _hold(state: CorrectorState, finding: Finding, why: str, plan: FollowPlan, *events: Event) -> Judged:
+    """Follow again without a change; ``events`` are reported before."""
+    return state.follow_again(), [*events, make_event(state, why, plan, finding)]
+
+
+def _put_on_trial(state: CorrectorState, finding: Finding, plan: FollowPlan, *events: Event) -> Judged:
     """Start a rival twin with the change; without corrections, hold. ``events`` are reported before."""
     if not plan.settings.correcting:
-        return state.follow_again(), [*events, naming.report_finding(state, HELD, "off", finding, time, plan)]
-    rival = plan.twin(plan.change_values(finding.change, finding.size, state.values.end))
-    values = state.values._replace(rival=(rival,))
-    predictions = drop_rival(state.predictions)
-    return state.enter(ON_TRIAL, finding=finding, values=values, predictions=predictions), [*events]
+        return _hold(state, finding, "off", plan, *events)
+    rival = plan.twin(plan.changes[finding.change].applied(finding.size, state.values.end))
+    return state.with_rival(rival).enter("on trial", finding=finding), [*events]
 
 
-def try_change(
-    state: CorrectorState, directions: tuple[Direction, ...], report: IdentifierReport, time: float, plan: FollowPlan
-) -> Judged:
+def try_change(state: CorrectorState, report: IdentifierReport, plan: FollowPlan) -> Judged:
     """Adopt the change if the rival was better over the window, hold it if not; else wait for another window."""
-    rival = state.predictions.rival
+    rival = state.predictions.rival.errors
     if len(rival) < plan.window:
         return state, []
-    difference, t = compare_errors(rival, state.predictions.against, plan.changes[state.finding.change].axes)
+    difference, t = compare_errors(rival, state.predictions.used.errors, plan.changes[state.finding.change].axes)
     if abs(t) < _SURELY and len(rival) < _TRIAL_WINDOWS * plan.window:
         return state, []
-    latest = naming.refine_size(state, directions, state.finding, plan)
-    likelier = naming.find_likelier(state, directions, latest, plan)
+    latest = refine_size(state, state.finding, plan)
+    likelier = find_likelier(state, latest, plan)
     if likelier.change >= 0:
-        held = naming.report_finding(state, HELD, "outdone", latest, time, plan)
-        named = naming.report_finding(state, ALARM, "named", likelier, time, plan)
-        return _put_on_trial(state, likelier, time, plan, held, named)
-    why = ""
+        held = make_event(state, "outdone", plan, latest)
+        return _put_on_trial(state, likelier, plan, held, make_event(state, "named", plan, likelier))
     if difference >= 0.0 or t > -_SURELY:
-        why = "not better"
-    elif naming.is_contradicted(state, latest, report, plan):
-        why = "contradicted"
-    if why:
-        return state.follow_again(), [naming.report_finding(state, HELD, why, latest, time, plan)]
-    event = naming.report_finding(state, ADOPTED, "better", latest, time, plan)
-    return _adopt(state, directions[latest.change], latest, event.standard_error, plan), [event]
+        return _hold(state, latest, "not better", plan)
+    if is_contradicted(state, latest, report, plan):
+        return _hold(state, latest, "contradicted", plan)
+    event = make_event(state, "better", plan, latest)
+    return _adopt(state, latest, event.standard_error, plan), [event]
 
 
-def _adopt(
-    state: CorrectorState, direction: Direction, finding: Finding, error: float, plan: FollowPlan
-) -> CorrectorState:
+def _adopt(state: CorrectorState, finding: Finding, error: float, plan: FollowPlan) -> CorrectorState:
     """Return the state with the change ramped in; the values before are the rival from now on."""
-    before, number = state.values, finding.change
+    before, change = state.values, plan.changes[finding.change]
+    direction = change.direction(before.end)
     errors = list(before.errors)
-    for place in plan.places(number):
+    for place in change.places:
         errors[place] = error
-    values = before._replace(
-        begin=before.now.values,
-        end=plan.change_values(number, finding.size, before.end),
-        ramp=state.samples,
-        rival=(plan.twin(before.end),),
-        errors=tuple(errors),
+    state = state._replace(
+        values=before._replace(
+            begin=before.now.values,
+            end=change.applied(finding.size, before.end),
+            ramp=state.samples,
+            errors=tuple(errors),
+        )
     )
-    blocks = state.blocks[len(state.blocks) - finding.blocks :]
-    return state.without_alarm().enter(
-        WATCHED,
-        finding=finding,
-        values=values,
-        blocks=tuple([shift_block(block, direction, finding.size) for block in blocks]),
-        baseline=add_uncertainty(state.baseline, direction, finding.standard_error, plan.changes[number].size),
-        tested=(),
-        predictions=drop_rival(state.predictions),
+    return (
+        state.without_alarm()
+        .with_rival(plan.twin(before.end))
+        .enter(
+            "adopted",
+            finding=finding,
+            blocks=tuple([shift_block(block, direction, finding.size) for block in state.blocks[-finding.blocks :]]),
+            baseline=add_uncertainty(state.baseline, direction, finding.standard_error, change.size),
+            tested=(),
+        )
     )
 
 
-def watch_change(state: CorrectorState, directions: tuple[Direction, ...], time: float, plan: FollowPlan) -> Judged:
+def watch_change(state: CorrectorState, plan: FollowPlan) -> Judged:
     """Watch what was adopted: take it back if the values before predict better, refine it when the watch is over."""
-    number, rival = state.finding.change, state.predictions.rival
+    number, rival = state.finding.change, state.predictions.rival.errors
     if len(rival) >= plan.window:
-        mean, t = compare_errors(rival, state.predictions.against, plan.changes[number].axes)
+        mean, t = compare_errors(rival, state.predictions.used.errors, plan.changes[number].axes)
         if mean < 0.0 and t < -_ROLL_BACK:
-            return take_back(state, state.values.rival[0].values, "worse", time, plan)
+            return take_back(state, state.values.rival[0].values, "worse", plan)
     if len(rival) < _WATCH_WINDOWS * plan.window:
         return state, []
-    left = _measure(state, directions, number, plan)
+    left = measure(state, number, plan)
     if left.change < 0 or abs(left.z) < _REFINING:
         # of a slow change the last part tells most
-        seen = naming.project_blocks(state.blocks, directions, state.inflations, common=False)
-        bounds = plan.bounds(number, state.values.end)
-        left = estimate_begin(seen, number, len(seen), plan.changes[number].size, *bounds)
+        left = measure(state, number, plan, whole=False)
         if left.evidence < LEAD:
             left = NOTHING
     state = state.follow_again()._replace(cusums=state.cusums, cusums_before=state.cusums_before)
-    return _put_on_trial(state, left, time, plan) if left.change >= 0 else (state, [])
+    return _put_on_trial(state, left, plan) if left.change >= 0 else (state, [])
 
 
 def _is_worse_than_alone(state: CorrectorState, plan: FollowPlan) -> bool:
     """Return whether the twin in use has clearly been worse over the last windows than the one left alone."""
-    used, alone = state.predictions.used, state.predictions.alone
+    used, alone = state.predictions.used.errors, state.predictions.alone.errors
     if state.values.end == plan.first_values or len(alone) < WINDOWS * plan.window:
         return False
     mean, t = compare_errors(alone, used, (0, 1, 2))
     return mean < -_WORSE and t < -_CLEARLY
 
 
-def take_back(state: CorrectorState, end: tuple[float, ...], why: str, time: float, plan: FollowPlan) -> Judged:
+def take_back(state: CorrectorState, end: Vector, why: str, plan: FollowPlan) -> Judged:
     """Ramp the values ``end`` in again."""
-    number = state.finding.change
-    value = plan.value(number, end) if number >= 0 else 0.0
-    event = make_event(time, ROLLED_BACK, why, plan, number, value=value)
     values = state.values._replace(begin=state.values.now.values, end=end, ramp=state.samples)
-    return state.follow_again()._replace(values=values._replace(rival=()), blocks=(), tested=()), [event]
+    state = state._replace(values=values, blocks=(), tested=())
+    event = make_event(state, why, plan, Finding(state.finding.change))
+    return state.follow_again(), [event._replace(since=event.time)]

@@ -59,10 +59,9 @@ class Board:
 
     def show(self, view: View | None, status: Status | None) -> None:
         """Put up a view."""
-        due = [] if view is None else [plain(one._asdict()) for one in view.due]
-        values = [] if view is None else [value._asdict() for value in view.values]
-        document = None if view is None else {**view._asdict(), "values": values, "last": None, "due": ()}
-        text = json.dumps(plain(document), allow_nan=False)
+        document = plain(view)
+        due = document.pop("due") if document else []
+        text = json.dumps(document)
         with self.changed:
             self.past.extend(due)
             self.passed += len(due)

@@ -4,20 +4,18 @@ Every row of a journal is handed to the system as it comes: a command that is ki
 system is asked to put them on the disk, so that a loss of power costs a second.
 """
 
-import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
-from typing import Any, NamedTuple
+from typing import Any
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.following import (
-    MODES,
     Event,
     Follower,
-    FollowOutput,
     FollowSettings,
     FollowState,
     Sample,
@@ -30,7 +28,7 @@ from heli_identifier.following import (
 from heli_identifier.live.sources import Status
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
-from heli_identifier.results import PLANT, ParameterSet, plain, plant_values, unit_text
+from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters
 
@@ -66,9 +64,9 @@ class Journal:
     """
 
     def __init__(self, path: Path, columns: Sequence[str]) -> None:
-        self.path, self.rows, self._size, self._synced = path, 0, 0, monotonic()
+        self.path, self.rows, self._synced = path, 0, monotonic()
         try:
-            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND | os.O_CLOEXEC, 0o666)
+            self._file = path.open("xb", buffering=0)
         except FileExistsError as error:
             raise ConfigurationError(
                 f"{path} is there already and is not replaced, it holds what was recorded before; name another folder."
@@ -89,33 +87,27 @@ class Journal:
         OSError
             The disk is full, or gone; it names the file, which ends with a whole row.
         """
-        if not self._pending:
-            return
-        data, written = "".join(self._pending).encode(), 0
+        data, written, begin = "".join(self._pending).encode(), 0, self._file.tell()
         self._pending.clear()
         try:
             while written < len(data):
-                written += os.write(self._file, data[written:])
-            if monotonic() - self._synced > SYNCED_EVERY:
+                written += self._file.write(data[written:])
+            if data and monotonic() - self._synced > SYNCED_EVERY:
                 self._synced = monotonic()
                 os.fsync(self._file)
         except OSError as error:
-            whole = self._size + data.rfind(b"\n", 0, written) + 1
-            os.ftruncate(self._file, whole)
+            self._file.truncate(begin + data.rfind(b"\n", 0, written) + 1)
             raise OSError(error.errno, error.strerror, str(self.path)) from error
-        finally:
-            self._size += written
 
     def close(self) -> None:
         """Write what is left and close the file."""
-        try:
+        with self._file:
             self.flush()
             os.fsync(self._file)
-        finally:
-            os.close(self._file)
 
 
-class Due(NamedTuple):
+@dataclass(frozen=True)
+class Due:
     """An instant [s] for which predictions fell due.
 
     Measured angles (None where no sample came in), and what the following twin and the one left alone predicted 1 s
@@ -131,7 +123,8 @@ class Due(NamedTuple):
     error_alone: tuple[float | None, ...]
 
 
-class Value(NamedTuple):
+@dataclass(frozen=True)
+class Value:
     """One value of the twin: at the start, in use, and what the on-line identifier says with half its 95 % band."""
 
     name: str
@@ -142,7 +135,8 @@ class Value(NamedTuple):
     band: float | None = None
 
 
-class View(NamedTuple):
+@dataclass(frozen=True)
+class View:
     """What there is to see at one instant, on the terminal and on the page alike.
 
     ``alarm`` is the detector's largest sum over its threshold [1]; ``last`` fell due last, ``due`` since the view
@@ -206,7 +200,7 @@ class Session:
         self.folder, self.provenance = folder, dict(parameters.provenance)
         declared = {axis: expected.prediction_1s_rad.value for axis, expected in parameters.expected.items()}
         self.declared = tuple(declared.get(axis) for axis in AXES)
-        self.estimates = parameters.values
+        self.errors = {name: value.standard_error or 0.0 for name, value in parameters.values.items()}
         _make(folder)
         self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
         angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
@@ -216,14 +210,13 @@ class Session:
             self.recorded.close()
             (folder / RECORDED).unlink()
             raise
-        self.events: list[dict[str, Any]] = []
+        self.events: list[dict[str, Any]] = []  # as they stand in their file
         self._write_events()
         self.plan: Follower | None = None
         self.state: FollowState | None = None
-        self.output: FollowOutput | None = None
         self.due: list[Due] = []  # since the last view
-        self._last: Due | None = None
-        self.last_time = 0.0
+        self.last: Due | None = None
+        self.last_time = 0.0  # of a sample [s]
         self.notice = ""  # what is to be said about the controller
         self._noted: set[str] = set()
         self._elevation = 0.0
@@ -231,7 +224,9 @@ class Session:
     @property
     def time(self) -> float:
         """Time of the last instant [s]."""
-        return self.last_time if self.output is None else self.output.corrector.time
+        if self.state is None or self.plan is None or self.state.corrector.samples == 0:
+            return self.last_time
+        return self.state.corrector.samples * self.plan.corrector.settings.sample_time
 
     def keep(self, time: float, signals: tuple[float, ...]) -> None:
         """Record a sample: its time [s], voltages [V] and angles [rad]."""
@@ -253,11 +248,8 @@ class Session:
         """
         written = shown = monotonic()
         for sample in instants:
-            if sample is not None and self.plan is None:
-                self.plan = prepare_follower(FollowSettings(sample_time=sample_time(), parameters=self.plant))
-                self.state = start_following(self.plan, sample)
-            elif sample is not None:
-                self._step(sample)
+            if sample is not None:
+                self._step(sample, sample_time)
             now = monotonic()
             if sample is None or now - written > WRITTEN_EVERY:
                 self.write()
@@ -274,36 +266,39 @@ class Session:
         for note in () if status is None else status.notes:
             if note not in self._noted:
                 self._noted.add(note)
-                self.say(Event(self.time, "stream", note).document())
+                self.say(Event(self.time, "stream", note))
         show(self.view(), status)
 
-    def _step(self, sample: Sample) -> None:
-        assert self.plan is not None and self.state is not None
-        self.state, self.output = follow(self.state, sample, self.plan)
-        now, self._elevation = self.output.corrector, sample.elevation
-        if now.compared:
+    def _step(self, sample: Sample, sample_time: Callable[[], float]) -> None:
+        if self.plan is None or self.state is None:
+            self.plan = prepare_follower(FollowSettings(sample_time=sample_time(), parameters=self.plant))
+            self.state = start_following(self.plan, sample)
+            return
+        self.state, events = follow(self.state, sample, self.plan)
+        self._elevation = sample.elevation
+        twins, window = self.state.corrector.predictions, self.plan.corrector.window
+        if twins.compared:
             measured = sample[2:5] if sample.fresh > 0.5 else None
-            twins = (now.predicted, now.predicted_alone)
-            errors = [tuple(error or None for error in own) for own in (now.error, now.error_alone)]
-            self.due.append(Due(round(now.time, _DIGITS), measured, *twins, *errors))
+            predicted, alone = twins.used.predicted, twins.alone.predicted
+            errors = [tuple(error or None for error in twin.rms(window)) for twin in (twins.used, twins.alone)]
+            self.last = Due(round(self.time, _DIGITS), measured, predicted, alone, *errors)
+            self.due.append(self.last)
             if measured is not None:
-                self.predictions.add((self.due[-1].time, *measured, *now.predicted, *now.predicted_alone))
-        for event in now.events:
-            self.say(event.document())
+                self.predictions.add((self.last.time, *measured, *predicted, *alone))
+        for event in events:
+            self.say(event)
 
-    def say(self, event: dict[str, Any]) -> None:
+    def say(self, event: Event) -> None:
         """Add an event to the file of events; an adoption or its end writes the parameters in use as well."""
-        self.events.append(event)
+        self.events.append(event.document())
         self._write_events()
-        if event["what"] in ("adopted", "rolled back"):
+        if event.what in ("adopted", "rolled back"):
             self.in_use().write(self.folder / IN_USE)
             plant, errors = self._used()
-            given = {name: value.standard_error or 0.0 for name, value in self.estimates.items()}
-            self.changed(plant, {**given, **errors}, self._elevation)
+            self.changed(plant, {**self.errors, **errors}, self._elevation)
 
     def _write_events(self) -> None:
-        text = json.dumps(plain(self.events), indent=1, ensure_ascii=False, allow_nan=False)
-        write_atomically(self.folder / EVENTS, text + "\n")
+        write_atomically(self.folder / EVENTS, document_text(self.events))
 
     def write(self) -> None:
         """Hand everything that came in to the system."""
@@ -317,18 +312,18 @@ class Session:
 
     def view(self) -> View | None:
         """Return what there is to see; None before the first step."""
-        if self.plan is None or self.output is None:
+        if self.plan is None or self.state is None or self.state.corrector.samples == 0:
             return None
-        now, due = self.output.corrector, tuple(self.due)
-        self.due, self._last = [], due[-1] if due else self._last
+        now, due = self.state.corrector, tuple(self.due)
+        self.due = []
         return View(
-            time=now.time,
-            mode=MODES[now.mode],
+            time=self.time,
+            mode=now.mode,
             alarm=now.alarm,
-            suspect=self.plan.corrector.changes[now.suspect].name if now.suspect >= 0 else "",
-            last=self._last,
+            suspect=self.plan.corrector.changes[now.finding.change].name if now.finding.change >= 0 else "",
+            last=self.last,
             declared=self.declared,
-            values=_values(self.output, self.plan),
+            values=_values(self.state, self.plan),
             number_of_events=len(self.events),
             events=tuple(self.events[-_EVENTS_SHOWN:]),
             notice=self.notice,
@@ -337,12 +332,12 @@ class Session:
 
     def in_use(self) -> ParameterSet:
         """Return the parameters that the twin uses; what was adopted has the standard error of its adoption."""
-        fields = {row.name: row for row in PARAMETERS}
-        known = {fields[name].field: value for name, value in self.estimates.items() if name in fields}
         plant, errors = self._used()
-        for name, error in errors.items():
-            row = fields[name]
-            known[row.field] = Estimate(getattr(plant, row.field), error, row.unit)
+        known = {}
+        for row in PARAMETERS:
+            error = errors.get(row.name) or self.errors.get(row.name)
+            if error:
+                known[row.field] = Estimate(getattr(plant, row.field), error, row.unit)
         return ParameterSet(PLANT, plant_values(plant, known), {}, self.provenance)
 
     def _used(self) -> tuple[PlantParameters, dict[str, float]]:
@@ -356,10 +351,10 @@ class Session:
         return plant, {name: error for name, error in errors.items() if name in names}
 
 
-def _values(output: FollowOutput, plan: Follower) -> tuple[Value, ...]:
+def _values(state: FollowState, plan: Follower) -> tuple[Value, ...]:
     """Return the identified parameters, and whatever else the twin has changed."""
-    corrector, estimates = plan.corrector, output.estimates
-    used = dict(zip(corrector.changeable, output.corrector.values, strict=True))
+    corrector, estimates = plan.corrector, state.estimates
+    used = dict(zip(corrector.changeable, state.corrector.values.now.values, strict=True))
     first = dict(zip(corrector.changeable, corrector.first_values, strict=True))
     units = {row.name: unit_text(row.unit) or "1" for row in PARAMETERS}
     rows = []
