@@ -106,7 +106,9 @@ def _of_tables() -> tuple[_Row, ...]:
     return tuple(rows)
 
 
-PARAMETERS = tuple(Parameter(*row) for row in (*_BASE, *_of_effects(), *_GENERAL, *_of_tables()))
+_STOP: _Row = ("pitch_stop", "pitch.stop", "", "rad", 0.0, 0.0, 3.2, "stops of the pitch, plus and minus; 0: none")
+
+PARAMETERS = tuple(Parameter(*row) for row in (*_BASE, *_of_effects(), *_GENERAL, *_of_tables(), _STOP))
 """Every parameter, in the order of the fields."""
 
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}

@@ -32,6 +32,9 @@ from .parameters import PlantParameters
 from .simplified_model import simplified_accelerations
 from .state import PlantState
 
+STOP_RATE = 50.0
+"""Natural frequency [rad/s] of a stop's spring; Runge-Kutta steps of up to 2.8 / STOP_RATE = 55 ms are stable."""
+
 
 def mass_after(position: float, command: float, h: float, p: PlantParameters) -> float:
     """Position [m] of the mass after ``h`` [s] on its way from ``position`` to ``command`` [m]."""
@@ -41,6 +44,17 @@ def mass_after(position: float, command: float, h: float, p: PlantParameters) ->
 def ado_acceleration(elevation: float, mass_position: float, p: PlantParameters) -> float:
     """Elevation acceleration [rad/s^2] by the mass at ``mass_position`` [m]."""
     return -(p.ado_offset + p.ado_stiffness * elevation) * mass_position
+
+
+def stop_acceleration(pitch: float, rate: float, limit: float) -> float:
+    """Pitch acceleration [rad/s^2] by mechanical stops at plus and minus ``limit`` [rad].
+
+    Beyond the limit a critically damped spring pushes back, and never pulls. At a rate w [rad/s] the pitch runs into it
+    by w / (e STOP_RATE) and does not bounce.
+    """
+    beyond = pitch - saturate(pitch, limit)
+    push = -STOP_RATE * (STOP_RATE * beyond + 2.0 * rate)
+    return push if push * beyond < 0.0 else 0.0
 
 
 def accelerations(
@@ -70,6 +84,8 @@ def accelerations(
         a_th, a_ep, a_la = general_accelerations(th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, p)
     else:
         a_th, a_ep, a_la = simplified_accelerations(th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, p)
+    if p.pitch_stop > 0.0:
+        a_th += stop_acceleration(th, w_th, p.pitch_stop)
     if mass_position != 0.0:
         a_ep += ado_acceleration(ep, mass_position, p)
     on_pitch, on_elevation, on_travel = switches

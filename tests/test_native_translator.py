@@ -289,7 +289,8 @@ def parameter_sets(draw):
     without_lag = TABLE_2._replace(T_m=0.0, **{e.field: value(e) for e in CATALOGUE if e.place == VOLTAGE})
     tables = [table(axis, number) for axis in AXES for number in range(1, len(VARIABLES) + 1)]
     general = [TABLE_2._replace(general_model=1.0), every._replace(general_model=1.0)]
-    return [TABLE_2, without_lag, every, *general, *alone, *tables]
+    stopped = TABLE_2._replace(pitch_stop=0.1)
+    return [TABLE_2, without_lag, stopped, every, *general, *alone, *tables]
 
 
 def bits(values):

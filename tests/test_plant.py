@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from heli_plant.laws import motor_input, switched_on, thrust_voltages
 from heli_plant.parameters import TABLE_2
-from heli_plant.plant import accelerations, mass_after, measured_angles, rigid_start, step
+from heli_plant.plant import STOP_RATE, accelerations, mass_after, measured_angles, rigid_start, step
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, rest_state, start_state
 
@@ -129,6 +129,29 @@ def test_moving_mass_disturbs_the_general_model_alike():
         )  # fmt: skip
         shift = np.array(out) - centred
         np.testing.assert_allclose(shift, [0.0, -0.1 * (p.ado_offset + p.ado_stiffness * 0.2), 0.0], atol=1e-15)
+
+
+# --- stops of the pitch --------------------------------------------------------------------------------------------
+
+
+def test_a_stop_holds_the_pitch_and_lets_it_go():
+    """It runs into the stop by w / (e STOP_RATE), rests a / STOP_RATE^2 beyond it, and is not held there."""
+    limit, driven = 0.5, TABLE_2.k_x * 6.0
+    p = TABLE_2._replace(pitch_stop=limit)
+    against, _ = simulate(np.tile((3.0, -3.0), (2000, 1)), 0.001, rest_state(p), p)
+    assert limit < against[:, 0].max() == pytest.approx(limit + against[:, 3].max() / (np.e * STOP_RATE), rel=2e-3)
+    rest = limit + (driven - p.a_th * sin(limit - p.theta0)) / STOP_RATE**2
+    assert against[-1, 0] == pytest.approx(rest, abs=1e-6) and abs(against[-1, 3]) < 1e-6
+    away, _ = simulate(np.tile((-1.0, 1.0), (1000, 1)), 0.001, PlantState(*against[-1]), p)
+    assert away[-1, 0] < limit - 0.3
+
+
+@given(st.floats(-0.49, 0.49), st.floats(-3.0, 3.0))
+def test_within_its_stops_the_pitch_moves_as_without(pitch, rate):
+    at = dict(t=0, ep=0.2, la=0, w_ep=0, w_la=0, mu_diff=1.0, mu_sum=2.0, mass_position=0.0, cable_rest=0)
+    p = TABLE_2._replace(pitch_stop=0.5)
+    with_stops, without = (accelerations(th=pitch, w_th=rate, **at, switches=switched_on(q), p=q) for q in (p, TABLE_2))
+    assert with_stops == without
 
 
 # --- bending -----------------------------------------------------------------------------------------------------
