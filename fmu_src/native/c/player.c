@@ -1,6 +1,6 @@
 /* LogPlayer: shows at each time the row of a log with the latest time up to it.
  *
- * The log is CSV as fmu_src/units/log_file.py reads it, with the same words where it cannot be played.
+ * The log is CSV as fmu_src/units/log_player.py reads it, with the same words where it cannot be played.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "unit.h"
