@@ -33,7 +33,7 @@ def _rows(kind: type, above: str, told: set[type]) -> Iterator[tuple[str, str]]:
         part, mark = _part(hint)
         known = part in told
         text = texts.get(name) or ((getdoc(part) or "").partition("\n")[0] if part and not known else "")
-        text = text.replace("``", "`").replace("None", "`null`")
+        text = text.replace("``", "`").replace("None", "`null`").replace("^2", "²")
         if part and known:
             text += f"{' ' if text else ''}Keys: {', '.join(f'`{own}`' for own in get_type_hints(part))}."
         yield f"{above}{name}", text
