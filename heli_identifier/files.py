@@ -15,13 +15,13 @@ import shutil
 import stat
 import tempfile
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path
 
 from heli_identifier.platform import NO_WAIT, machine, process_runs
-from heli_identifier.signals import deferred, undone
+from heli_identifier.signals import undone
 
 PREFIX = ".heli-draft-"
 """Beginning of the name of every draft."""
@@ -124,13 +124,11 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
     parent = Path(tempfile.gettempdir() if folder is None else folder)
     sweep(parent)
     path = parent / f"{PREFIX}{machine()}-{os.getpid()}-{secrets.token_hex(8)}"
-    with ExitStack() as stack:
-        with deferred():  # a signal would leave the folder between its birth and the block
-            try:
-                path.mkdir(0o700)
-            except OSError as error:
-                raise OSError(error.errno, error.strerror, str(parent)) from error
-            stack.enter_context(undone(lambda: shutil.rmtree(path, ignore_errors=True)))
+    with undone(lambda: shutil.rmtree(path, ignore_errors=True)):
+        try:
+            path.mkdir(0o700)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(parent)) from error
         yield path
 
 

@@ -19,8 +19,6 @@ from heli_identifier.platform import ENDING
 _PATIENCE = 3.0
 """How long a child process may take to clean up [s]."""
 
-Handler = Callable[[int, FrameType | None], object]
-
 _to_undo: list[tuple[int, Callable[[], object]]] = []
 
 
@@ -38,9 +36,22 @@ def undone(undo: Callable[[], object]) -> Iterator[None]:
 
 @contextmanager
 def handled_here() -> Iterator[None]:
-    """Let the signals that ask a command to end do so at once, and clean up, while the block runs."""
-    with handled(_end):
+    """Let the signals that ask a command to end do so at once, and clean up, while the block runs.
+
+    A signal that is ignored stays so: SIGHUP under nohup, Ctrl-C in the background.
+    """
+    if current_thread() is not main_thread():  # Python handles signals only there
         yield
+        return
+    before = {number: signal.getsignal(number) for number in ENDING}
+    heard = {number: own for number, own in before.items() if own not in (signal.SIG_IGN, None)}
+    for number in heard:
+        signal.signal(number, _end)
+    try:
+        yield
+    finally:
+        for number, own in heard.items():
+            signal.signal(number, own)
 
 
 def _end(number: int, _frame: FrameType | None) -> None:
@@ -58,38 +69,3 @@ def _end(number: int, _frame: FrameType | None) -> None:
             with suppress(Exception):
                 undo()
     os._exit(128 + number)
-
-
-@contextmanager
-def handled(handler: Handler) -> Iterator[None]:
-    """Let ``handler`` answer the signals that ask a command to end while the block runs.
-
-    A signal that is ignored stays so: SIGHUP under nohup, Ctrl-C in the background.
-    """
-    if current_thread() is not main_thread():  # Python handles signals only there
-        yield
-        return
-    before = {number: signal.getsignal(number) for number in ENDING}
-    heard = {number: own for number, own in before.items() if own not in (signal.SIG_IGN, None)}
-    for number in heard:
-        signal.signal(number, handler)
-    try:
-        yield
-    finally:
-        for number, own in heard.items():
-            signal.signal(number, own)
-
-
-@contextmanager
-def deferred() -> Iterator[None]:
-    """Let this process hear the signals that ask it to end only after the block.
-
-    A mask of the thread would not do: the system then gives the signal to another thread, and Python handles it here.
-    """
-    came: list[int] = []
-    try:
-        with handled(lambda number, _frame: came.append(number)):
-            yield
-    finally:
-        for number in came:
-            signal.raise_signal(number)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import PREFIX, draft_folder, is_kept, sweep
-from heli_identifier.signals import deferred
+from heli_identifier.signals import undone
 
 _SWEPT = 4
 """Folders from the target upwards in which an earlier run may have left a draft, before the target was there."""
@@ -61,8 +61,7 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ConfigurationError(f"{folder} cannot be made: {error.strerror}; nothing was changed.") from error
-        with deferred():  # all files are moved, or none
-            _move_all(draft, folder)
+        _move_all(draft, folder)
 
 
 def _of_target(error: OSError, draft: Path, target: Path) -> OSError:
@@ -89,7 +88,8 @@ def _move_all(draft: Path, folder: Path) -> None:
             )
     replaced = draft / ".replaced"
     replaced.mkdir()
-    with ExitStack() as taken_back:
+    taken_back = ExitStack()
+    with undone(taken_back.close):
         try:
             for file, place in moves:
                 if place.exists():
@@ -99,7 +99,6 @@ def _move_all(draft: Path, folder: Path) -> None:
                     taken_back.callback(place.unlink, missing_ok=True)
                 file.replace(place)
         except OSError as error:
-            raise ConfigurationError(
-                f"{folder} cannot be written to: {error.strerror}; nothing was changed."
-            ) from error
+            said = f"{folder} cannot be written to: {error.strerror}; nothing was changed."
+            raise ConfigurationError(said) from error
         taken_back.pop_all()
