@@ -106,9 +106,9 @@ def identifier_state(unit: Instance) -> IdentifierState:
         if variable.type == "String":
             length = memory.take("q")
             memory.at += length
-    sampling, _ = memory.take("?"), memory.take("?")
-    sampled: Sampled = memory.value(Sampled)
-    if not sampling or memory.at != len(data):
+    memory.take("?")  # whether it has warned
+    sampled: Sampled | None = memory.value(Sampled | None)
+    if sampled is None or memory.at != len(data):
         raise ValueError(f"{len(data) - memory.at} bytes are left of the state")
     return sampled.state
 

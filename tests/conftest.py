@@ -68,10 +68,10 @@ def compiled_once(tmp_path_factory):
     kept.mkdir(exist_ok=True)
     compile_now = toolchain.compiled
 
-    def compiled(sources, files, target, *more):
-        path = kept / sha256(repr((sorted(sources.items()), files, target, more)).encode()).hexdigest()
+    def compiled(sources, target, library):
+        path = kept / sha256(repr((sorted(sources.items()), target, library)).encode()).hexdigest()
         if not path.exists():
-            write_atomically(path, compile_now(sources, files, target, *more))
+            write_atomically(path, compile_now(sources, target, library))
         return path.read_bytes()
 
     toolchain.compiled = compiled

@@ -21,7 +21,6 @@ from .definitions import DEFINITIONS
 from .sources import build_description, compiled_files, exchange_of, native_sources
 from .toolchain import binaries
 
-FMI_VERSIONS = (2, 3)
 NATIVE_UNITS = tuple(DEFINITIONS)
 """Units that have a native twin; the others run in Python only."""
 
@@ -69,7 +68,6 @@ def build_native(
         2 or 3.
     all_platforms : bool
         Compile for macOS and, in FMI 3.0, for ARM as well; ziglang does.
-
     model_exchange : bool
         The unit has Model Exchange beside co-simulation, with its states and their derivatives as further variables.
 
@@ -91,7 +89,7 @@ def build_native(
     token = _token(native_sources(kind, start_values, "", fmi, exchange))
     sources = native_sources(kind, start_values, token, fmi, exchange)
     files = compiled_files(sources)
-    built = binaries(sources, files, unit, fmi, all_platforms)
+    built = binaries(sources, unit, fmi, all_platforms)
     entries = {f"sources/{name}": text.encode() for name, text in sources.items()}
     entries["sources/buildDescription.xml"] = build_description(unit, sources)
     entries |= built

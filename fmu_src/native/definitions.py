@@ -12,11 +12,12 @@ from heli_identifier.online import excitation
 from heli_plant import communication, continuous, control, laws, motor, state, state_feedback
 from heli_plant.parameters import PlantParameters
 
+from ..errors import BuildError
 from ..slave_base import SlaveBase
 from ..units import adaptive_identifier, helicopter_plant, pid_controller
 from ..units.state_feedback import StateFeedback
 from ..variables import Variable
-from .translator import choose, quoted
+from .translator import choose
 
 
 @dataclass(frozen=True)
@@ -68,10 +69,10 @@ class Definition:
         Functions that the adapter calls; one with unannotated parameters stands in a tuple with the types for them.
     settings : mapping
         Structs that are filled from variables: for each field, by its path, the variable's name.
-    memory : tuple of types
+    memory : tuple of annotations
         What the unit remembers between steps.
     externals : mapping
-        Functions that the adapter defines in C itself: the name there.
+        Functions that have another definition: the name of one in C, or one in Python that is translated.
     more : str
         Further C text of the header.
     files : tuple of str
@@ -83,8 +84,8 @@ class Definition:
     adapter: str
     entries: tuple[Any, ...] = ()
     settings: Mapping[type, Mapping[str, str]] = field(default_factory=dict)
-    memory: tuple[type, ...] = ()
-    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)
+    memory: tuple[Any, ...] = ()
+    externals: Mapping[Callable[..., Any], str | Callable[..., Any]] = field(default_factory=dict)
     more: str = ""
     files: tuple[str, ...] = ()
     exchange: Exchange | None = None
@@ -131,36 +132,41 @@ def plant_exchange() -> Exchange:
     return Exchange("plant_exchange.c", entries, slopes, states)
 
 
+_WATCHABLE = tuple(
+    (axis, tuple(online.candidate(name, axis) for name in names)) for axis, names in online.WATCHABLE.items()
+)
+
+
+def find_candidate(name: str, axis: str) -> online.Candidate:
+    """Return what :func:`candidate` does, by comparison with all effects that can be watched."""
+    for own, candidates in _WATCHABLE:
+        if axis == own:
+            for one in candidates:
+                if name == one.name:
+                    return one
+            names = ", ".join(one.name for one in candidates)
+            raise BuildError(f"effect {name!r} cannot be watched on {axis}; choose of {names}")
+    raise BuildError(f"watched axis {axis!r} must be one of {', '.join(own for own, _ in _WATCHABLE)}")
+
+
 def identifier_twin() -> Definition:
     """AdaptiveIdentifier; the law of every effect that can be watched becomes a function of its own."""
-    watchable = [online.candidate(name, axis) for axis, names in online.WATCHABLE.items() for name in names]
-    functions = tuple(dict.fromkeys(one.law for one in watchable))
-    choose(online.Candidate, "law", functions)
-    rows = "\n".join(
-        f"    {{{quoted(one.name)}, {quoted(one.axis)}, {functions.index(one.law)}, {one.in_rotors:d}, "
-        f"{one.times_gain:d}}},"
-        for one in watchable
-    )
-    table = (
-        "/* Effects that can be watched: name, axis, law, in_rotors, times_gain. */\n"
-        "typedef struct {\n    const char *name, *axis;\n    int64_t law;\n    bool in_rotors, times_gain;\n"
-        f"}} Watchable;\n\nstatic const Watchable CANDIDATES[] = {{\n{rows}\n}};\n"
-    )
+    laws_alone = [one.law for _, candidates in _WATCHABLE for one in candidates]
+    choose(online.Candidate, "law", tuple(dict.fromkeys(laws_alone)))
     entries = (
         *(online.is_due, online.take_sample, online.begin_sampling, online.before_samples),
         *(online.prepare, online.default_settings, online.is_closed, adaptive_identifier.shown),
         (online.IdentifierSettings.__post_init__, online.IdentifierSettings),
     )
     settings: dict[type, dict[str, str]] = {online.IdentifierSettings: paths(adaptive_identifier.AdaptiveIdentifier)}
-    return Definition(
-        "identifier.c", entries, settings, (online.Sampled,), {online.candidate: "find_candidate"}, table
-    )
+    return Definition("identifier.c", entries, settings, (online.Sampled | None,), {online.candidate: find_candidate})
 
 
 def controller_twin() -> Definition:
     """PidController."""
     entries = (control.pid_step, control.start_pid, control.risen, motor.saturate)
-    return Definition("pid.c", entries, {control.PidSettings: paths(pid_controller.PidController)}, (control.PidState,))
+    settings: dict[type, dict[str, str]] = {control.PidSettings: paths(pid_controller.PidController)}
+    return Definition("pid.c", entries, settings, (control.PidState | None,))
 
 
 def state_feedback_twin() -> Definition:
@@ -168,7 +174,7 @@ def state_feedback_twin() -> Definition:
     entries = (state_feedback.hold, state_feedback.start_holding, control.risen, motor.saturate)
     more = f"static const double SAMPLE_EARLY = {state_feedback.EARLY!r};\n"
     settings: dict[type, dict[str, str]] = {state_feedback.FeedbackSettings: paths(StateFeedback)}
-    return Definition("state_feedback.c", entries, settings, (state_feedback.Held,), more=more)
+    return Definition("state_feedback.c", entries, settings, (state_feedback.Held | None,), more=more)
 
 
 def exciter_twin() -> Definition:

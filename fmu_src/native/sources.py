@@ -12,7 +12,7 @@ from ..errors import BuildError
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
 from ..variables import LARGEST, Value, Variable
 from .definitions import DEFINITIONS, Definition, Exchange, reference
-from .translator import Struct, Translation, header, persistence, quoted, source
+from .translator import Struct, Translation, annotated, header, persistence, quoted, source
 
 RUNTIME = ("arithmetic.h", "memory.h", "memory.c", "unit.h", "unit.c", "values.c", "state.c", "exchange.c", "fmi.h")
 """Files in C that every unit has."""
@@ -49,9 +49,9 @@ def _model(unit: str, exchanged: bool) -> tuple[Definition, str, str]:
         translation.entry(*(entry if isinstance(entry, tuple) else (entry,)))
     for function, by in exchange.differentiated.items() if exchange else ():
         translation.entry(function, slopes_by=by)
-    for kind in (*definition.settings, *definition.memory):
+    for kind in definition.settings:
         translation.use(Struct(kind))
-    memory = persistence([Struct(kind) for kind in definition.memory], translation)
+    memory = persistence([annotated(hint) for hint in definition.memory], translation)
     return definition, header(translation, f"{memory}\n{definition.more}"), source(translation)
 
 

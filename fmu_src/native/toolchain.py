@@ -11,10 +11,10 @@ import platform
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from heli_identifier.files import draft_folder
 
@@ -23,34 +23,36 @@ from ..errors import BuildError
 FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
 
 
-@dataclass(frozen=True)
-class Platform:
+class Platform(NamedTuple):
     """A platform: its folder in FMI 2.0 and 3.0, the suffix of its libraries, and what compiles for it."""
 
     fmi2: str
     fmi3: str
     suffix: str
     zig_target: str
-    system_compilers: tuple[str, ...]
-    flags: tuple[str, ...]
+    system_compilers: tuple[str, ...] = ()
+    flags: tuple[str, ...] = ("-fPIC",)
 
     def folder(self, fmi: int) -> str:
         """Folder below ``binaries``."""
         return self.fmi2 if fmi == 2 else self.fmi3
 
 
-LINUX = Platform("linux64", "x86_64-linux", ".so", "x86_64-linux-gnu.2.17", ("gcc", "clang", "cc"), ("-fPIC",))
+LINUX = Platform("linux64", "x86_64-linux", ".so", "x86_64-linux-gnu.2.17", ("gcc", "clang", "cc"))
 WINDOWS = Platform(
     "win64", "x86_64-windows", ".dll", "x86_64-windows-gnu", ("x86_64-w64-mingw32-gcc",), ("-static-libgcc",)
 )
-MAC = Platform("darwin64", "x86_64-darwin", ".dylib", "x86_64-macos", (), ("-fPIC",))
-ARM_LINUX = Platform("", "aarch64-linux", ".so", "aarch64-linux-gnu.2.17", ("aarch64-linux-gnu-gcc",), ("-fPIC",))
-ARM_MAC = Platform("", "aarch64-darwin", ".dylib", "aarch64-macos", (), ("-fPIC",))
+MAC = Platform("darwin64", "x86_64-darwin", ".dylib", "x86_64-macos")
+ARM_LINUX = Platform("", "aarch64-linux", ".so", "aarch64-linux-gnu.2.17", ("aarch64-linux-gnu-gcc",))
+ARM_MAC = Platform("", "aarch64-darwin", ".dylib", "aarch64-macos")
 PLATFORMS = (LINUX, WINDOWS)
 """Platforms that every native unit is compiled for where a compiler is at hand."""
 
-FURTHER = (MAC, ARM_LINUX, ARM_MAC)
-"""Platforms for which a unit is compiled if it is asked for; FMI 2.0 has no name for those on ARM."""
+
+def _wanted(all_platforms: bool) -> tuple[Platform, ...]:
+    """Return the platforms to compile for; FMI 2.0 has no name for those on ARM."""
+    return (*PLATFORMS, MAC, ARM_LINUX, ARM_MAC) if all_platforms else PLATFORMS
+
 
 ADVICE = "install a compiler: pip install 'heli-twin[native]', or gcc and gcc-mingw-w64 of the system"
 
@@ -76,8 +78,7 @@ def compiler(target: Platform) -> list[str] | None:
 
 def without_compiler(all_platforms: bool = False) -> str | None:
     """Return one sentence on the platforms that there is no compiler for, or None."""
-    wanted = (*PLATFORMS, *FURTHER) if all_platforms else PLATFORMS
-    missing = [target.fmi2 or target.fmi3 for target in wanted if compiler(target) is None]
+    missing = [target.fmi2 or target.fmi3 for target in _wanted(all_platforms) if compiler(target) is None]
     if not missing:
         return None
     return f"there is no C compiler for {' and '.join(missing)}, the units hold sources for them only; {ADVICE}."
@@ -89,43 +90,35 @@ def runs_here() -> bool:
     return here is not None and compiler(here) is not None
 
 
-def compiled(
-    sources: Mapping[str, str], files: Sequence[str], target: Platform, library: str, flags: Sequence[str] = ()
-) -> bytes:
+def compiled(sources: Mapping[str, str], target: Platform, library: str) -> bytes:
     """Return the shared library of these sources for a platform.
 
     Raises
     ------
     BuildError
-        There is no compiler, or it fails: its message.
+        The compiler fails: its message.
     """
-    command = compiler(target)
-    if command is None:
-        raise BuildError(f"there is no C compiler for {target.fmi2 or target.fmi3}; {ADVICE}")
+    command = compiler(target) or []
     with draft_folder() as folder:
         for name, text in sources.items():
             Path(folder, name).write_text(text, encoding="utf-8")
-        own = [*FLAGS, *target.flags, *flags]
+        words = [*command, *FLAGS, *target.flags]
         if target.suffix == ".dll":
-            own.append("-Wl,--no-insert-timestamp" if "ziglang" not in command else "-Wl,/Brepro")
-        done = subprocess.run(
-            [*command, *own, "-o", library, *files, "-lm"], cwd=folder, capture_output=True, text=True, check=False
-        )
+            words.append("-Wl,--no-insert-timestamp" if "ziglang" not in command else "-Wl,/Brepro")
+        words += ["-o", library, *(name for name in sources if name.endswith(".c")), "-lm"]
+        done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise BuildError(f"{command[0]} cannot compile {library}: {done.stderr.strip()[-1000:]}")
         return Path(folder, library).read_bytes()
 
 
-def binaries(
-    sources: Mapping[str, str], files: Sequence[str], identifier: str, fmi: int, all_platforms: bool = False
-) -> dict[str, bytes]:
+def binaries(sources: Mapping[str, str], identifier: str, fmi: int, all_platforms: bool = False) -> dict[str, bytes]:
     """Return the libraries of every platform that a compiler is at hand for, by their path in the FMU."""
-    wanted = (*PLATFORMS, *FURTHER) if all_platforms else PLATFORMS
-    targets = [target for target in wanted if target.folder(fmi) and compiler(target) is not None]
+    targets = [target for target in _wanted(all_platforms) if target.folder(fmi) and compiler(target) is not None]
 
     def entry(target: Platform) -> tuple[str, bytes]:
         name = f"{identifier}{target.suffix}"
-        return f"binaries/{target.folder(fmi)}/{name}", compiled(sources, files, target, name)
+        return f"binaries/{target.folder(fmi)}/{name}", compiled(sources, target, name)
 
     with ThreadPoolExecutor() as pool:
         return dict(pool.map(entry, targets))

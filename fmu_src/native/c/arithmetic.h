@@ -47,25 +47,11 @@ static inline double float_mod(double a, double b)
 }
 
 /* max(a, b) and min(a, b): the first unless the second is beyond it, also where one is no number */
-static inline double max_float(double a, double b)
-{
-    return b > a ? b : a;
-}
-
-static inline double min_float(double a, double b)
-{
-    return b < a ? b : a;
-}
-
-static inline int64_t max_int(int64_t a, int64_t b)
-{
-    return b > a ? b : a;
-}
-
-static inline int64_t min_int(int64_t a, int64_t b)
-{
-    return b < a ? b : a;
-}
+#define EXTREMES(name, type) \
+    static inline type max_##name(type a, type b) { return b > a ? b : a; } \
+    static inline type min_##name(type a, type b) { return b < a ? b : a; }
+EXTREMES(float, double)
+EXTREMES(int, int64_t)
 
 /* len(range(first, beyond, step)) */
 static inline int64_t range_count(int64_t first, int64_t beyond, int64_t step)

@@ -121,10 +121,9 @@ Answer FMI(GetEventIndicators)(Instance unit, double indicators[], size_t count)
         } \
         return (Answer)worst; \
     }
-#define GET(Type, KIND, number) \
-    VALUES(Get##Type, number, double x = 0.0; status = READ(unit, KIND, vr[i], &x); values[i] = (number)x)
-#define SET(Type, KIND, number) \
-    VALUES(Set##Type, const number, \
+#define NUMBERS(Type, KIND) \
+    VALUES(Get##Type, FMI(Type), double x = 0.0; status = READ(unit, KIND, vr[i], &x); values[i] = (FMI(Type))x) \
+    VALUES(Set##Type, const FMI(Type), \
            status = unit_set(unit, KIND, vr[i], KIND == BOOLEAN ? values[i] != 0 : (double)values[i]))
 VALUES(GetString, FMI(String), status = unit_get_text(unit, vr[i], &values[i]))
 VALUES(SetString, const FMI(String), status = unit_set_text(unit, vr[i], values[i]))

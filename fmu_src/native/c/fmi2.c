@@ -50,12 +50,9 @@ PASS(GetDirectionalDerivative, (
          Instance unit, const fmi2ValueReference unknown[], size_t unknowns, const fmi2ValueReference known[],
          size_t knowns, const double seed[], double sensitivity[]),
      exchange_slopes, unit, unknown, unknowns, known, knowns, seed, sensitivity)
-GET(Real, REAL, fmi2Real)
-SET(Real, REAL, fmi2Real)
-GET(Integer, INTEGER, fmi2Integer)
-SET(Integer, INTEGER, fmi2Integer)
-GET(Boolean, BOOLEAN, fmi2Boolean)
-SET(Boolean, BOOLEAN, fmi2Boolean)
+NUMBERS(Real, REAL)
+NUMBERS(Integer, INTEGER)
+NUMBERS(Boolean, BOOLEAN)
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component unit, fmi2EventInfo *info)
 {

@@ -85,12 +85,9 @@ fmi3Status fmi3DoStep(
     return (fmi3Status)status;
 }
 
-GET(Float64, REAL, fmi3Float64)
-SET(Float64, REAL, fmi3Float64)
-GET(Int32, INTEGER, fmi3Int32)
-SET(Int32, INTEGER, fmi3Int32)
-GET(Boolean, BOOLEAN, fmi3Boolean)
-SET(Boolean, BOOLEAN, fmi3Boolean)
+NUMBERS(Float64, REAL)
+NUMBERS(Int32, INTEGER)
+NUMBERS(Boolean, BOOLEAN)
 
 /* Model Exchange */
 

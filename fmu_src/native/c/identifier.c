@@ -13,29 +13,9 @@ static const int SCORES[AXES] = {REF_score_pitch_1, REF_score_elevation_1, REF_s
 struct Model {
     Plan plan;
     int watched[AXES]; /* number of effects watched on each axis */
-    bool sampling, warned;
-    Sampled sampled;
+    bool warned;
+    Maybe_Sampled sampled;
 };
-
-/* The effect of the catalogue that is called ``name`` on ``axis``; its law has all else off. */
-Candidate find_candidate(Space *space, const char *name, const char *axis)
-{
-    char names[MESSAGE_SIZE] = "";
-    for (size_t i = 0; i < sizeof CANDIDATES / sizeof CANDIDATES[0]; i++) {
-        const Watchable *one = &CANDIDATES[i];
-        if (strcmp(one->axis, axis) != 0)
-            continue;
-        if (strcmp(one->name, name) == 0)
-            return (Candidate){
-                .name = one->name, .axis = one->axis, .law = one->law, .in_rotors = one->in_rotors,
-                .times_gain = one->times_gain};
-        if (strlen(names) + strlen(one->name) + 3 < sizeof names) {
-            strcat(names, names[0] ? ", " : "");
-            strcat(names, one->name);
-        }
-    }
-    refuse(space, "effect '%s' cannot be watched on %s; choose of %s", name, axis, names);
-}
 
 /* Append the names between commas in ``watch.<axis>`` to ``list``; return their number. */
 static int watched_on(Unit *unit, int axis, List_Row_s_s *list)
@@ -95,7 +75,7 @@ static void initialise(Model *model, Unit *unit)
         model->watched[axis] = watched_on(unit, axis, &settings.watched);
     settings_IdentifierSettings__post_init(&unit->settled, &settings);
     model->plan = settings_prepare(&unit->settled, &settings);
-    model->sampling = model->warned = false;
+    model->sampled.some = model->warned = false;
     const IdentifierOutput first = identifier_before_samples(&unit->settled, &model->plan);
     show(model, unit, &first);
 }
@@ -109,13 +89,14 @@ static void advance(Model *model, Unit *unit, double time, double step)
     const Row3 references = {
         values[REF_pitch_reference].real, values[REF_elevation_reference].real, values[REF_travel_reference].real};
     (void)step;
-    if (!model->sampling) {
-        model->sampled = identifier_begin_sampling(&unit->space, time, now, &model->plan, references);
-        model->sampling = true;
+    if (!model->sampled.some) {
+        model->sampled.value = identifier_begin_sampling(&unit->space, time, now, &model->plan, references);
+        model->sampled.some = true;
         return;
     }
+    Sampled sampled = model->sampled.value;
     const double period = model->plan.settings.sample_time;
-    const double due = model->sampled.first + (double)(model->sampled.state.samples + 1) * period;
+    const double due = sampled.first + (double)(sampled.state.samples + 1) * period;
     if (time - due > (double)MOST_SUBSTEPS * period)
         refuse(
             &unit->space,
@@ -123,14 +104,13 @@ static void advance(Model *model, Unit *unit, double time, double step)
             "ones",
             (time - due) / period, period, time, (long long)MOST_SUBSTEPS);
     Row_IdentifierState_IdentifierOutput next;
-    Sampled sampled = model->sampled;
     bool taken = false;
     for (; identifier_is_due(&sampled, time, &model->plan); taken = true) {
         if (taken && unit_is_untidy(unit)) {
             unit_keep(unit);
-            model->sampled = sampled;
+            model->sampled.value = sampled;
             unit_tidy(unit);
-            sampled = model->sampled;
+            sampled = model->sampled.value;
         }
         next = identifier_take_sample(&unit->space, &sampled, time, now, &model->plan, references);
         sampled.state = next.x0;
@@ -149,17 +129,15 @@ static void advance(Model *model, Unit *unit, double time, double step)
                 shortest(&unit->space, now.x3), shortest(&unit->space, now.x4));
         show(model, unit, &next.x1);
     }
-    model->sampled = sampled;
-    model->sampled.before = time;
-    model->sampled.previous = now;
+    sampled.before = time;
+    sampled.previous = now;
+    model->sampled.value = sampled;
 }
 
 static void pass(Model *model, Bytes *bytes)
 {
-    pass_bool(bytes, &model->sampling);
     pass_bool(bytes, &model->warned);
-    if (model->sampling)
-        pass_Sampled(bytes, &model->sampled);
+    pass_Maybe_Sampled(bytes, &model->sampled);
 }
 
 const ModelFunctions MODEL = {sizeof(Model), initialise, advance, pass};

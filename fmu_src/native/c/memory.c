@@ -11,7 +11,7 @@ enum { ALIGNMENT = 16, SMALLEST_CHUNK = 1 << 16 };
 struct Chunk {
     Chunk *next;
     size_t size, used;
-    unsigned char *at;
+    _Alignas(ALIGNMENT) unsigned char at[];
 };
 
 void *space_take(Space *space, int64_t count, size_t element)
@@ -23,13 +23,12 @@ void *space_take(Space *space, int64_t count, size_t element)
     if (!chunk || chunk->size - chunk->used < wanted) {
         const size_t doubled = chunk ? 2 * chunk->size : SMALLEST_CHUNK;
         const size_t size = wanted > doubled ? wanted : doubled;
-        Chunk *more = malloc(sizeof *more + ALIGNMENT + size);
+        Chunk *more = malloc(sizeof *more + size);
         if (!more)
             refuse(space, "there is no memory left: %zu bytes were asked for", size);
         more->next = chunk;
         more->size = size;
         more->used = 0;
-        more->at = (unsigned char *)(((uintptr_t)(more + 1) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
         space->chunks = chunk = more;
     }
     void *room = chunk->at + chunk->used;

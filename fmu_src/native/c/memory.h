@@ -61,14 +61,9 @@ void pass_bytes(Bytes *bytes, void *x, size_t size);
 void pass_bool(Bytes *bytes, bool *x);
 void pass_count(Bytes *bytes, int64_t *count);
 
-static inline void pass_double(Bytes *bytes, double *x)
-{
-    pass_bytes(bytes, x, sizeof *x);
-}
-
-static inline void pass_int64_t(Bytes *bytes, int64_t *x)
-{
-    pass_bytes(bytes, x, sizeof *x);
-}
+#define PLAIN(type) \
+    static inline void pass_##type(Bytes *bytes, type *x) { pass_bytes(bytes, x, sizeof *x); }
+PLAIN(double)
+PLAIN(int64_t)
 
 #endif

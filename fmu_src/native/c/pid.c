@@ -9,8 +9,7 @@ struct Model {
     PidSettings settings;
     Row3 rises;
     double step_time;
-    bool running;
-    PidState state;
+    Maybe_PidState state;
 };
 
 static void show(const Model *model, Unit *unit, double v_front, double v_rear)
@@ -27,7 +26,7 @@ static void initialise(Model *model, Unit *unit)
         values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
         values[REF_reference_step_travel].real};
     model->step_time = values[REF_reference_step_time].real - EARLY;
-    model->running = false;
+    model->state.some = false;
     show(model, unit, 0.5 * model->settings.trim, 0.5 * model->settings.trim);
 }
 
@@ -39,20 +38,17 @@ static void advance(Model *model, Unit *unit, double time, double step)
     const Row3 given = {
         values[REF_reference_pitch].real, values[REF_reference_elevation].real, values[REF_reference_travel].real};
     const Row3 references = control_risen(given, model->rises, time - unit->start_time, model->step_time);
-    const PidState state = model->running ? model->state : control_start_pid(pitch, elevation, travel);
+    const PidState state = model->state.some ? model->state.value : control_start_pid(pitch, elevation, travel);
     const Row_PidState_Row2 next = control_pid_step(
         &state, pitch, elevation, travel, references, step, &model->settings);
-    model->state = next.x0;
-    model->running = true;
+    model->state = (Maybe_PidState){true, next.x0};
     show(
         model, unit, next.x1.x0 + values[REF_excitation_front].real, next.x1.x1 + values[REF_excitation_rear].real);
 }
 
 static void pass(Model *model, Bytes *bytes)
 {
-    pass_bool(bytes, &model->running);
-    if (model->running)
-        pass_PidState(bytes, &model->state);
+    pass_Maybe_PidState(bytes, &model->state);
 }
 
 const ModelFunctions MODEL = {sizeof(Model), initialise, advance, pass};

@@ -9,8 +9,7 @@ struct Model {
     FeedbackSettings settings;
     Row3 rises;
     double step_time;
-    bool running;
-    Held held;
+    Maybe_Held held;
 };
 
 static void initialise(Model *model, Unit *unit)
@@ -21,7 +20,7 @@ static void initialise(Model *model, Unit *unit)
         values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
         values[REF_reference_step_travel].real};
     model->step_time = values[REF_reference_step_time].real - REFERENCE_EARLY;
-    model->running = false;
+    model->held.some = false;
     const double limit = model->settings.voltage_limit;
     values[REF_v_front].real = motor_saturate(model->settings.hover.front, limit);
     values[REF_v_rear].real = motor_saturate(model->settings.hover.rear, limit);
@@ -40,20 +39,18 @@ static void advance(Model *model, Unit *unit, double time, double step)
         values[REF_reference_pitch].real, values[REF_reference_elevation].real, values[REF_reference_travel].real};
     const Rotors added = {values[REF_excitation_front].real, values[REF_excitation_rear].real};
     const Row3 references = control_risen(given, model->rises, since, model->step_time);
-    const Held held = model->running
-        ? model->held
+    const Held held = model->held.some
+        ? model->held.value
         : state_feedback_start_holding(angles.pitch, angles.elevation, angles.travel, &model->settings);
-    model->held = state_feedback_hold(&held, since, step, &angles, references, &added, &model->settings);
-    model->running = true;
-    values[REF_v_front].real = model->held.v_front;
-    values[REF_v_rear].real = model->held.v_rear;
+    const Held next = state_feedback_hold(&held, since, step, &angles, references, &added, &model->settings);
+    model->held = (Maybe_Held){true, next};
+    values[REF_v_front].real = next.v_front;
+    values[REF_v_rear].real = next.v_rear;
 }
 
 static void pass(Model *model, Bytes *bytes)
 {
-    pass_bool(bytes, &model->running);
-    if (model->running)
-        pass_Held(bytes, &model->held);
+    pass_Maybe_Held(bytes, &model->held);
 }
 
 const ModelFunctions MODEL = {sizeof(Model), initialise, advance, pass};

@@ -141,12 +141,6 @@ Status unit_terminate(Unit *unit)
 
 /* Steps */
 
-/* Whether a step begins where the one before ended: otherwise the state would belong to another time. */
-static bool begins_well(const Unit *unit, double time, double step)
-{
-    return fabs(time - unit->reached) <= CLOCK_TOLERANCE * step || (!HAS_PAST && isfinite(time));
-}
-
 /* Say which values hinder the step at ``time``, and a failed initialisation. */
 static Status refuse_for_values(Unit *unit, double time)
 {
@@ -217,24 +211,21 @@ void unit_keep(Unit *unit)
         refuse(&unit->space, "there is no memory left");
 }
 
-static void drop_state(Unit *unit)
-{
-    free(unit->before_step);
-    unit->before_step = NULL;
-}
-
 Status unit_step(Unit *unit, double time, double step)
 {
     if (unit->exchange)
         return unit_say(unit, ERROR, "doStep: the unit was instantiated for model exchange");
+    /* otherwise the state would belong to another time */
+    const bool begins_well = fabs(time - unit->reached) <= CLOCK_TOLERANCE * step || (!HAS_PAST && isfinite(time));
     if (unit->phase != STEPPING || unit->refused_count || !unit->initialised ||
-        !(step > 0.0 && step < LONGEST_STEP) || !begins_well(unit, time, step))
+        !(step > 0.0 && step < LONGEST_STEP) || !begins_well)
         return refuse_step(unit, time, step);
     if (setjmp(unit->refusal.back)) {
         unit_say(unit, DISCARD, "doStep: %s", unit->refusal.message);
         if (unit->before_step)
             state_set(unit, unit->before_step);
-        drop_state(unit);
+        free(unit->before_step);
+        unit->before_step = NULL;
         return DISCARD;
     }
     if (unit_is_untidy(unit))
@@ -242,6 +233,7 @@ Status unit_step(Unit *unit, double time, double step)
     MODEL.advance(unit->model, unit, time, step);
     unit->reached = time + step;
     unit->stale = EXCHANGE != NULL;
-    drop_state(unit);
+    free(unit->before_step);
+    unit->before_step = NULL;
     return OK;
 }

@@ -9,11 +9,10 @@ One definition per equation stays: the functions are read from the project's own
 """
 
 from .body import Untranslatable
-from .program import Translation, Unit, header, parts_of, persistence, source
-from .types import BOOL, INT, CType, Struct, choose
+from .program import Translation, header, persistence, source
+from .types import Struct, annotated, choose
 from .values import quoted
 
 __all__ = [
-    "BOOL", "INT", "CType", "Struct", "Translation", "Unit", "Untranslatable", "choose", "header",
-    "parts_of", "persistence", "quoted", "source",
+    "Struct", "Translation", "Untranslatable", "annotated", "choose", "header", "persistence", "quoted", "source",
 ]  # fmt: skip

@@ -175,6 +175,8 @@ class Body:
             return Expr(self, wanted, f"({wanted.name}){{{inner}}}")
         if isinstance(have, c.Maybe):
             return self.as_type(unwrapped(value), wanted)
+        if isinstance(wanted, c.Choice) and isinstance(have, c.Function):
+            return Expr(self, wanted, str(wanted.functions.index(have.function)))
         if wanted == c.DUAL:
             parts = (value.value, value.slope) if isinstance(value, Dual) else (value, 0.0)
             return Expr(self, c.DUAL, f"(Dual){{{', '.join(self.as_type(part, c.FLOAT).bare for part in parts)}}}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from textwrap import dedent, fill
@@ -25,6 +25,7 @@ _RESERVED = set(
 )
 _LOCK = Lock()
 """Python 3.11 loses count of its recursion where two threads parse at once (CPython issue 106905)."""
+
 
 def c_name(name: str) -> str:
     """Return the name in C of a parameter of Python."""
@@ -68,10 +69,10 @@ class Translation:
     Parameters
     ----------
     externals : mapping, optional
-        Functions that are written in C: the name there.
+        Functions that have another definition: the name of one in C, or one in Python that is translated.
     """
 
-    def __init__(self, externals: dict[Callable[..., Any], str] | None = None) -> None:
+    def __init__(self, externals: Mapping[Callable[..., Any], Any] | None = None) -> None:
         self.externals = externals or {}
         self.units: dict[tuple[Any, ...], Unit] = {}
         self.entries: list[Unit] = []
@@ -109,6 +110,8 @@ class Translation:
 
     def function(self, function: Any, arguments: tuple[c.CType, ...]) -> Unit:
         """Return the translation of ``function`` for these argument types."""
+        if callable(self.externals.get(function)):
+            function = self.externals[function]
         key = function, arguments
         if key not in self.units:
             self.units[key] = self._translated(*key)

@@ -203,8 +203,8 @@ def type_of(value: Any) -> c.CType:
         return value.type
     if isinstance(value, Dual):
         return c.DUAL
-    if isinstance(value, Callee):
-        return c.Function(value.function)
+    if isinstance(value, Callee | FunctionType):
+        return c.Function(getattr(value, "function", value))
     if hasattr(value, "_fields"):
         return c.Struct(type(value))
     if isinstance(value, tuple | list):
