@@ -16,7 +16,6 @@ An estimate keeps a share of Omega(0) of the order of 1 / (Gamma(0) int phi phi^
 that is some percent in the elevation of experiment 2, so the means of Table 2 are those from `CERTAIN` on.
 """
 
-import argparse
 import csv
 import os
 from collections.abc import Iterable, Sequence
@@ -29,6 +28,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.harness import options
 from fmu_src import AXES, OPEN_LOOP, VOLTAGES, Connection, Scenario, Value, build
 from fmu_src.master import run_apart
 from heli_identifier.online import ModelParameters
@@ -357,6 +357,4 @@ def reproduce(
 
 def paper(arguments: Sequence[str]) -> None:
     """Run the whole paper."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks paper", description=str(__doc__).splitlines()[0])
-    parser.add_argument("--output", type=Path, default=Path("paper"), help="folder of the tables and figures")
-    reproduce(parser.parse_args(arguments).output)
+    reproduce(options(arguments, "paper", __doc__, output=(Path("paper"), "folder of the tables and figures")).output)

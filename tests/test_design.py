@@ -1,7 +1,6 @@
 """Design of experiments: what an experiment would tell, rehearsed on the model."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -66,7 +65,7 @@ def test_two_effects_that_look_alike_are_separated_with_larger_errors():
 def test_experiments_that_all_leave_two_effects_alike_are_said_to_separate_nothing(least, said):
     alike = Outlook(multisines(1.5, 0.5), 40.0, (0.1, 0.1), (1e-3, 2e-3), 0.99, 0.5, 0.3)
     text = (
-        separation_warning([alike, replace(alike, correlation=least)], effects_named(("motor_lag", "input_delay")))
+        separation_warning([alike, alike._replace(correlation=least)], effects_named(("motor_lag", "input_delay")))
         or ""
     )
     # the separable share is sqrt(1 - .97^2) = .243, so that errors are 4 times as large
@@ -82,9 +81,9 @@ def test_an_experiment_beyond_the_limits_is_not_proposed():
 def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
     one = Outlook(multisines(1.5, 0.5), 40.0, (0.1, 0.1), (1.0, 1.0), 0.0, 0.5, 0.3)
     lopsided, fair, alike = (
-        replace(one, standard_errors=(0.5, 4.0)),
+        one._replace(standard_errors=(0.5, 4.0)),
         one,
-        replace(one, standard_errors=(0.9, 0.9), correlation=0.9),
+        one._replace(standard_errors=(0.9, 0.9), correlation=0.9),
     )
     # relative to the smallest errors .5 and 1: 4, 2 and, with .9 / sqrt(1 - .81) = 2.06, 4.1
     assert ranked([alike, lopsided, fair]) == [fair, lopsided, alike]

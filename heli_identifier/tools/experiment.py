@@ -10,8 +10,9 @@ inverse standard error of its coefficient. With rho the correlation of two signa
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -89,8 +90,7 @@ class Limits:
         require_range("elevation limit", self.elevation, "rad", 0.01, 100.0)
 
 
-@dataclass(frozen=True)
-class Proposal:
+class Proposal(NamedTuple):
     """An excitation and its description in words."""
 
     name: str
@@ -101,8 +101,7 @@ class Proposal:
         return np.array([voltages(k * STEP, self.excitation) for k in range(round(duration / STEP))])
 
 
-@dataclass(frozen=True)
-class Outlook:
+class Outlook(NamedTuple):
     """The expected result of one experiment of a ``duration`` [s].
 
     ``visibility`` is the share of each effect's signature that the fitted parameters cannot imitate;
@@ -126,21 +125,13 @@ class Outlook:
 
     def document(self, effects: Sequence[Effect]) -> dict[str, Any]:
         """Give the same for JSON."""
+        keys = ("name", "axis", "visibility", "standard_error", "standard_error_separated", "unit")
         each = zip(effects, self.visibility, self.standard_errors, self.separated_errors, strict=True)
+        rows = [(one.name, one.axis, seen, alone, separated, one.unit) for one, seen, alone, separated in each]
         return {
             "experiment": self.proposal.name,
             "duration_s": self.duration,
-            "effects": [
-                {
-                    "name": entry.name,
-                    "axis": entry.axis,
-                    "visibility": visibility,
-                    "standard_error": alone,
-                    "standard_error_separated": separated,
-                    "unit": entry.unit,
-                }
-                for entry, visibility, alone, separated in each
-            ],
+            "effects": [dict(zip(keys, row, strict=True)) for row in rows],
             "correlation": self.correlation,
             "largest_pitch_rad": self.largest_pitch,
             "largest_elevation_rad": self.largest_elevation,
@@ -184,19 +175,14 @@ def proposals(limit: float) -> Iterator[Proposal]:
     for experiment in (1, 2):
         name = f"the paper's experiment {experiment} on both channels, base 1.5 V"
         yield Proposal(name, paper_excitation(experiment, "both", base=1.5))
-    for base in BASES:
-        for on_difference, difference in BANDS.items():
-            for on_sum, total in BANDS.items():
-                for rms in STRENGTHS:
-                    signals = (
-                        Multisine(rms, *difference, period=30.0, seed=1),
-                        Multisine(rms, *total, period=45.0, seed=2),
-                    )
-                    yield Proposal(
-                        f"multisines of {rms:g} V rms, {on_difference} on v_f - v_r and {on_sum} on v_f + v_r, "
-                        f"base {base:g} V",
-                        Excitation(base, *signals, limit),
-                    )
+    for base, on_difference, on_sum, rms in product(BASES, BANDS, BANDS, STRENGTHS):
+        signals = (
+            Multisine(rms, *BANDS[on_difference], period=30.0, seed=1),
+            Multisine(rms, *BANDS[on_sum], period=45.0, seed=2),
+        )
+        bands = f"{on_difference} on v_f - v_r and {on_sum} on v_f + v_r"
+        name = f"multisines of {rms:g} V rms, {bands}, base {base:g} V"
+        yield Proposal(name, Excitation(base, *signals, limit))
 
 
 def rehearsed(parameters: PlantParameters, signal: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -291,15 +277,12 @@ def separation_warning(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -
 
 def experiment_table(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> Table:
     """Give visibility, separated standard error, correlation, largest angles."""
-    columns = ["experiment"]
-    for entry in effects:
-        columns += [f"visibility of {entry.name}", f"its error [{entry.unit}]"]
+    columns = [head for one in effects for head in (f"visibility of {one.name}", f"its error [{one.unit}]")]
     rows = []
     for one in outlooks:
-        row = [one.proposal.name]
-        for visible, error in zip(one.visibility, one.separated_errors, strict=True):
-            row += [f"{100.0 * visible:.0f} %", f"{error:.2g}"]
-        rows.append(
-            [*row, f"{one.correlation:.2f}", f"{one.largest_pitch:.2f} rad", f"{one.largest_elevation:.2f} rad"]
-        )
-    return Table("Experiments, best first", [*columns, "correlation", "pitch to", "elevation to"], rows)
+        pairs = zip(one.visibility, one.separated_errors, strict=True)
+        figures = [text for visible, error in pairs for text in (f"{100.0 * visible:.0f} %", f"{error:.2g}")]
+        angles = (f"{angle:.2f} rad" for angle in (one.largest_pitch, one.largest_elevation))
+        rows.append((one.proposal.name, *figures, f"{one.correlation:.2f}", *angles))
+    heads = ("experiment", *columns, "correlation", "pitch to", "elevation to")
+    return Table("Experiments, best first", heads, rows)
