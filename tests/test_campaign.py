@@ -336,11 +336,6 @@ def test_truth_stands_beside_a_failed_diagnosis_and_changes_nothing_of_it():
     assert with_truth["error"] == without["error"] != ""
 
 
-def test_error_that_nobody_foresaw_is_told_with_its_place():
-    row = diagnosed(Given(ZeroDivisionError("nothing moves")), SETTINGS)
-    assert row["error"].startswith("ZeroDivisionError: nothing moves (in load, test_campaign.py line ")
-
-
 def found(name, axis, coefficient=0.02, standard_error=0.001, variable=None):
     return {
         "name": name, "axis": axis, "coefficient": coefficient, "standard_error": standard_error, "score": 20.0,

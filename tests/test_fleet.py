@@ -170,11 +170,6 @@ def test_an_effect_of_one_rig_is_its_own():
     assert (effects[FRICTION].finding, effects[FRICTION].named) == (Finding.OWN, ("rig 1",))
 
 
-def test_coefficients_that_several_rigs_name_may_differ():
-    _, effects = over(*(rig({CABLE: c}, [CABLE]) for c in (0.5, -0.4, 0.1)))
-    assert effects[CABLE].finding == Finding.DIFFERS
-
-
 def test_the_heading_names_what_a_rig_names_and_whose_mean_has_a_sign():
     repeats, _ = over(*(rig({FRICTION: c}, [FRICTION]) for c in (0.20, 0.21, 0.19)))
     assert fleet_sentence(repeats) == "Over 3 rigs dry friction on the pitch repeats with a like coefficient."
@@ -182,7 +177,8 @@ def test_the_heading_names_what_a_rig_names_and_whose_mean_has_a_sign():
     differs, effects = over(*(rig({FRICTION: c}, [FRICTION]) for c in (0.20, 0.26, 0.17)))
     assert effects[FRICTION].finding == Finding.DIFFERS
     assert fleet_sentence(differs) == "Over 3 rigs dry friction on the pitch differs from rig to rig."
-    spans_zero, _ = over(*(rig({CABLE: c}, [CABLE]) for c in (0.5, -0.4, 0.1)))
+    spans_zero, effects = over(*(rig({CABLE: c}, [CABLE]) for c in (0.5, -0.4, 0.1)))
+    assert effects[CABLE].finding == Finding.DIFFERS
     assert fleet_sentence(spans_zero) == "Over 3 rigs no effect repeats."
 
 
@@ -220,11 +216,6 @@ def test_a_parameter_that_was_given_has_no_mean():
     fleet, _ = over(rig({}), rig({}))
     assert {parameter.name for parameter in fleet.parameters} == set(adequate().parameters_after) - {"T_m"}
     assert all(parameter.mean.I2 == 0.0 for parameter in fleet.parameters)  # the same rig twice
-
-
-def test_one_rig_is_no_fleet():
-    with pytest.raises(IdentifierError, match="two rigs or more"):
-        fleet_of({"rig": adequate()})
 
 
 def test_page_and_document_hold_every_effect():
