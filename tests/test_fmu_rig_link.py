@@ -109,24 +109,6 @@ def test_the_first_good_sender_is_the_rig_and_nobody_else(linked):
     assert got(unit, "received", "duplicated") == [60.0, 0.0]
 
 
-def test_a_stray_datagram_before_the_rigs_first_does_not_lock_the_rig_out(linked, monkeypatch):
-    monkeypatch.setattr("heli_identifier.live.datagrams.FORSAKEN", 0.05)
-    unit, rig = linked()
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.sendto(encode(Datagram(7, 99.0, (0.0,) * 5), USUAL), rig.getpeername())
-        stepped(unit, 0)
-    time.sleep(0.1)
-    stepped(unit, 1)
-    for k in range(100):
-        try:
-            rig.send(sample(k))
-        except ConnectionRefusedError:  # what the system says of the one before, which nobody heard
-            rig.send(sample(k))
-        stepped(unit, 2 + k)
-    assert got(unit, "v_front", "pitch") == [1.0, 0.094]
-    assert "fell silent; the rig is 127.0.0.1:" in unit.log_queue[0].msg
-
-
 def test_a_sender_that_is_named_is_the_only_one_and_may_come_back_from_another_port(linked):
     unit, rig = linked(sender="127.0.0.1")
     strange, _ = linked(sender="127.0.0.2")
