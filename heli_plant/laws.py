@@ -1,18 +1,17 @@
 """The laws of the catalogue put together: for each place one function of what enters there.
 
-    added_pitch(time, pitch, ..., p)        sum of the laws at the place ACCELERATION of an axis [rad/s^2]
+    added_pitch(time, pitch, ..., p)        sum of the laws at ACCELERATION of an axis, and of its table [rad/s^2]
+    switched_on(p)                          whether there are any of these, for pitch, elevation and travel
     motor_input(voltage, p)                 saturation, then the laws at VOLTAGE, one after the other [V]
     thrust_voltage(nu, time, p)             the laws at THRUST, one after the other [V]
     motor_time_constant(p)                  T_m, then the laws at LAG [s]
     input_delay(p)                          the laws at DELAY [s]
-    bending_acceleration(...)               sum of the laws at BENDING [rad/s^2]
+    bending_acceleration(q, q', mu_s, p)    sum of the laws at BENDING, q'' [rad/s^2]; bends(p): whether there is one
     next_step_time(time, p)                 when a law steps next [s], infinity if none does
     law_alone(entry)                        one law with c = 1, as a function of the motion alone
 
 No law is written again here. In the text of each function the call of a law stands behind the question whether its
-coefficient is other than zero; arguments that are parameters are read from ``p``. ``switched_on`` answers once for a
-step whether an axis has any effect at all. To the sum on an axis belongs its tabulated torque
-(:mod:`heli_plant.tabulated_torque`) where it has one.
+coefficient is other than zero; arguments that are parameters are read from ``p``.
 """
 
 import linecache
@@ -51,33 +50,27 @@ def _call(entry: Effect, given: tuple[str, ...]) -> str:
     return f"law_{entry.function.__name__}({', '.join(known.get(name, f'p.{name}') for name in entry.arguments)})"
 
 
-def _function(name: str, arguments: Iterable[str], lines: Iterable[str], doc: str) -> FunctionType:
+def _function(name: str, arguments: Iterable[str], lines: Iterable[str]) -> FunctionType:
     """Make a function from its lines, whose source can be looked up as any other's."""
     text = "\n    ".join((f"def {name}({', '.join(arguments)}):", *lines)) + "\n"
     file = f"<{name} of {__name__}>"
     linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
     scope = {**_CALLED, "__name__": __name__}
     exec(compile(text, file, "exec"), scope)
-    scope[name].__doc__ = doc
     return scope[name]
 
 
-def _sum(name: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], doc: str, *further: str) -> FunctionType:
-    """Make a function that adds the laws of ``entries`` that are on, and what ``further`` lines add."""
-    lines = ["total = 0.0"]
-    for entry in entries:
-        lines.append(f"if p.{entry.field} != 0.0: total = total + {_call(entry, arguments)}")
-    lines.extend(further)
-    return _function(name, (*arguments, "p"), (*lines, "return total"), doc)
-
-
-def _chain(name: str, first: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], doc: str) -> FunctionType:
-    """Make a function that passes a value, at first ``first``, through the laws that are on."""
+def _composed(
+    name: str, first: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], *further: str
+) -> FunctionType:
+    """Make a function of a value, at ``first``, to which the laws that are on are added, or which they change."""
     value = first.partition(" ")[0]
     lines = [first] if first != value else []
     for entry in entries:
-        lines.append(f"if p.{entry.field} != 0.0: {value} = {_call(entry, (*arguments, value))}")
-    return _function(name, (*arguments, "p"), (*lines, f"return {value}"), doc)
+        call = _call(entry, (*arguments, value))
+        call = f"{value} + {call}" if entry.place in (ACCELERATION, BENDING) else call
+        lines.append(f"if p.{entry.field} != 0.0: {value} = {call}")
+    return _function(name, (*arguments, "p"), (*lines, *further, f"return {value}"))
 
 
 def _any_on(entries: tuple[Effect, ...]) -> str:
@@ -97,69 +90,32 @@ def _table(axis: str) -> str:
 
 
 added_pitch, added_elevation, added_travel = (
-    _sum(
-        f"added_{axis}",
-        at(ACCELERATION, axis),
-        _MOTION,
-        f"Return the acceleration [rad/s^2] of the {axis} by the effects that are on and by its table.",
+    _composed(
+        f"added_{axis}", "total = 0.0", at(ACCELERATION, axis), _MOTION,
         f"if {_has_table(axis)}: total = total + {_table(axis)}",
     )
     for axis in AXES
+)  # fmt: skip
+_switches = (f"{_any_on(at(ACCELERATION, axis))} or {_has_table(axis)}" for axis in AXES)
+switched_on = _function("switched_on", ("p",), [f"return {', '.join(_switches)}"])
+motor_input = _composed("motor_input", "voltage = saturate(voltage, p.v_max)", at(VOLTAGE), ("voltage",))
+thrust_voltage = _composed("thrust_voltage", "nu", at(THRUST), ("nu", "time"))
+motor_time_constant = _composed("motor_time_constant", "time_constant = p.T_m", at(LAG), ())
+input_delay = _composed("input_delay", "delay = 0.0", at(DELAY), ())
+_BENDING = at(BENDING, "elevation")
+bending_acceleration = _composed(
+    "bending_acceleration", "total = 0.0", _BENDING, ("bending", "bending_rate", "mu_sum")
 )
-switched_on = _function(
-    "switched_on",
-    ("p",),
-    [f"return {', '.join(f'{_any_on(at(ACCELERATION, axis))} or {_has_table(axis)}' for axis in AXES)}"],
-    "Return for pitch, elevation and travel whether any of the effects that accelerate it, or its table, is on.",
-)
-motor_input = _chain(
-    "motor_input",
-    "voltage = saturate(voltage, p.v_max)",
-    at(VOLTAGE),
-    ("voltage",),
-    "Return the voltage [V] that drives the lag of eq. (9) under an applied ``voltage`` [V].",
-)
-thrust_voltage = _chain(
-    "thrust_voltage",
-    "nu",
-    at(THRUST),
-    ("nu", "time"),
-    "Return the thrust-equivalent voltage [V] of a lagged voltage ``nu`` [V] at ``time`` [s].",
-)
-motor_time_constant = _chain(
-    "motor_time_constant",
-    "time_constant = p.T_m",
-    at(LAG),
-    (),
-    "Return the time constant [s] of the motors with the effects that are on.",
-)
-input_delay = _chain(
-    "input_delay", "delay = 0.0", at(DELAY), (), "Return the time [s] that a voltage takes to the motors."
-)
-bending_acceleration = _sum(
-    "bending_acceleration",
-    at(BENDING, "elevation"),
-    ("bending", "bending_rate", "mu_sum"),
-    "Return the acceleration q'' [rad/s^2] of the bending mode at q [rad], q' [rad/s] and mu_s [V].",
-)
-bends = _function(
-    "bends", ("p",), [f"return {_any_on(at(BENDING, 'elevation'))}"], "Return whether the arm's bending mode is on."
-)
-
+bends = _function("bends", ("p",), [f"return {_any_on(_BENDING)}"])
+_stepping = [(entry.field, shape.field) for entry in CATALOGUE for shape in entry.shapes if shape.start == STEP_TIMES]
 next_step_time = _function(
     "next_step_time",
     ("time", "p"),
     [
         "found = inf",
-        *(
-            f"if p.{entry.field} != 0.0 and time < p.{shape.field} < found: found = p.{shape.field}"
-            for entry in CATALOGUE
-            for shape in entry.shapes
-            if shape.start == STEP_TIMES
-        ),
+        *(f"if p.{field} != 0.0 and time < p.{at_time} < found: found = p.{at_time}" for field, at_time in _stepping),
         "return found",
     ],
-    "Return the first time [s] after ``time`` at which a law that is on steps.",
 )
 
 
@@ -169,7 +125,7 @@ def law_alone(entry: Effect) -> FunctionType:
     values = {shape.field: shape.default for shape in entry.shapes} | {entry.field: 1.0, "k_z": 1.0}
     given = ("nu", "time") if entry.place == THRUST else _MOTION
     line = re.sub(r"\bp\.(\w+)", lambda found: repr(values.get(found[1], 0.0)), _call(entry, given))
-    return _function(f"{entry.field}_alone", given, [f"return 0.0 + ({line})"], f"Return {entry.law} with c = 1.")
+    return _function(f"{entry.field}_alone", given, [f"return 0.0 + ({line})"])
 
 
 def thrust_voltages(nu_front: float, nu_rear: float, time: float, p: Any) -> tuple[float, float]:

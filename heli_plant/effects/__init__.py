@@ -5,7 +5,8 @@ add one, write it there; parameters, the plant's sums, FMU variables, search, re
 Sources: section 2.3 of the paper (neglects) and its footnote on thrust asymmetry; eq. (1); LAAS report 18040.
 """
 
-from . import friction, rotors, thrust, arm  # noqa: F401, I001 - in the catalogue's order: parameters follow it
+# ruff: noqa: F401 - this is the door
+from . import friction, rotors, thrust, arm  # noqa: I001 - in the catalogue's order: parameters follow it
 from .definition import (
     ACCELERATION,
     AXES,
@@ -21,11 +22,6 @@ from .definition import (
     Effect,
     Shape,
 )
-
-__all__ = [
-    "ACCELERATION", "AXES", "BENDING", "CATALOGUE", "DELAY", "FRICTION", "LAG", "ROTORS", "STEP_TIMES", "THRUST",
-    "VOLTAGE", "Effect", "Shape", "at", "effect", "effect_of",
-]  # fmt: skip
 
 CATALOGUE = tuple(DECLARED)
 """Every effect on every axis that it acts on."""
