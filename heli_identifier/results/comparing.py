@@ -39,7 +39,7 @@ class Compared:
         if first is None or second is None:
             return f"only in the {'second' if first is None else 'first'}"
         if first.standard_error is None and second.standard_error is None:
-            return "given" if first.value == second.value else "given anew"
+            return "given" if first.value == second.value else "given otherwise"
         error = hypot(first.standard_error or 0.0, second.standard_error or 0.0)
         return "moved" if abs(second.value - first.value) > 1.96 * error else "within its interval"
 

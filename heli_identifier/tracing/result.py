@@ -413,7 +413,7 @@ class Diagnosis(DiagnosisFile):
     correlation_labels: tuple[tuple[str, str], ...]
     """Entries of the catalogue in the order of the rows of ``correlation``."""
     correlation: Array
-    """Shape (K, K): Correlations between the catalogue's signatures beside what is in the model."""
+    """Shape (K, K): correlations between the catalogue's signatures beside what is in the model."""
 
     def summary(self) -> str:
         """Give the verdict, the errors before and after, and what has to be kept in mind, as plain text."""
