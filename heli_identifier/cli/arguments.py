@@ -199,13 +199,19 @@ def assignments(
     return values
 
 
-def by_unit(file: Path | None) -> dict[str, dict[str, float]]:
-    """Give the start values of a parameters.json under the units that take them; nothing without a file."""
+def by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, dict[str, float]]:
+    """Give the start values of a parameters.json under the units that take them; nothing without a file.
+
+    If none of ``units`` takes them, that is refused.
+    """
     if file is None:
         return {}
     parameters = read_with_doubts(file)
     plants = ("HelicopterPlant", "FollowingPlant", "Corrector")  # a corrector begins with the plant that it corrects
-    return dict.fromkeys(plants if parameters.unit == plants[0] else (parameters.unit,), parameters.start_values)
+    takers = plants if parameters.unit == plants[0] else (parameters.unit,)
+    if not set(takers) & set(units):
+        raise ConfigurationError(f"{file} holds parameters of the {parameters.unit}, {refusal}.")
+    return dict.fromkeys(takers, parameters.start_values)
 
 
 def read_with_doubts(file: Path) -> "hi.ParameterSet":
@@ -218,11 +224,7 @@ def read_with_doubts(file: Path) -> "hi.ParameterSet":
 
 def of_unit(unit: str, words: Sequence[str], file: Path | None = None) -> dict[str, Value]:
     """Give parameters of one unit from a file of this unit and from ``name=value`` words, which outrank it."""
-    of_file = by_unit(file)
-    if of_file and unit not in of_file:
-        raise ConfigurationError(
-            f"{file} holds parameters of the {next(iter(of_file))}, those of the {unit} are needed."
-        )
+    of_file = by_unit(file, [unit], f"those of the {unit} are needed")
     return {**of_file.get(unit, {}), **{n: unit_value(unit, n, text, n) for n, text in assignments(words).items()}}
 
 
@@ -240,11 +242,7 @@ def in_scenario(
     """
     values: dict[str, Value] = {}
     units = dict(fmu_src.scenario(scenario).units)
-    given = by_unit(file)
-    if given and not given.keys() & set(units.values()):
-        raise ConfigurationError(
-            f"{file} holds parameters of {next(iter(given))}, which scenario {scenario} does not have."
-        )
+    given = by_unit(file, units.values(), f"which scenario {scenario} does not have")
     values |= {f"{name}.{key}": value for name, unit in units.items() for key, value in given.get(unit, {}).items()}
     for label, text in assignments(words).items():
         unit, _, name = label.partition(".")

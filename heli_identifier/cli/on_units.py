@@ -86,12 +86,9 @@ def build(
             "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange."
         )
     names = units or (list(NATIVE_UNITS) if native else _units())
-    given = by_unit(parameters)
+    given = by_unit(parameters, names, f"which is not among {', '.join(names)}")
     if settings and len(names) != 1:
         raise ConfigurationError("--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
-    if given and not given.keys() & set(names):
-        kind = next(iter(given))
-        raise ConfigurationError(f"{parameters} holds parameters of {kind}, which is not among {', '.join(names)}.")
     for name in names:
         fmu_src.unit_class(name)
     own = of_unit(names[0], settings)
