@@ -15,6 +15,7 @@ from importlib import import_module
 from importlib.metadata import distribution
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 from uuid import UUID, uuid5
 
 from heli_identifier.files import write_atomically
@@ -172,10 +173,16 @@ def _guid(entries: Mapping[str, bytes]) -> str:
     return f"{{{uuid5(_NAMESPACE, digest.hexdigest())}}}"
 
 
-def index_html(unit: type[SlaveBase], start_values: Mapping[str, Value], host: str = "") -> str:
-    """Return the page of a unit; ``start_values`` override those of its variables, ``host`` the text on the host."""
+def index_html(
+    unit: type[SlaveBase], start_values: Mapping[str, Value], host: str = "python.html", **about_host: Any
+) -> str:
+    """Return the page of a unit.
+
+    ``start_values`` override those of its variables; ``host`` is the template of what a host needs to know, which is
+    given ``about_host``.
+    """
     rows, project = _rows(unit, start_values), {"version": VERSION, "author": AUTHOR, "license": LICENSE}
-    return rendered(f"{unit.__name__}.html", unit=unit, rows=rows, host=host, **project)
+    return rendered(f"{unit.__name__}.html", unit=unit, rows=rows, host=host, **project, **about_host)
 
 
 def _rows(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> Iterator[tuple[str, ...]]:

@@ -26,25 +26,6 @@ NATIVE_UNITS = tuple(DEFINITIONS)
 
 _NAMESPACE = UUID("0d1f4a52-8c4e-4f43-8d6c-0f0f3a8e7f35")
 
-_HOST = """<h2>What the host needs</h2>
-<p>The unit is C code and needs nothing but the C library. Its sources are in <code>sources</code>; the FMU contains
-binaries for {platforms}. Compilers must round every product and sum by itself (<code>-ffp-contract=off</code>), and
-<code>-ffast-math</code> is refused.</p>
-<h2>How it behaves</h2>
-<p>Inputs are held over a communication step. Outputs change in <code>doStep</code> only and are right from the start
-time on. A value that is not finite or out of range is refused by the call that sets it (Discard), and steps are refused
-until the variable has a good value; the unit stays usable. Parameters are fixed when the initialisation ends, unless
-the table says tunable. The state can be saved, restored and serialised at any time, exact to the bit.</p>
-"""
-
-_EXCHANGE = """<h2>Model Exchange</h2>
-<p>The unit can be instantiated for Model Exchange as well. Then the importer integrates the variables
-<code>state.*</code>; directional derivatives of their derivatives and of the outputs by states and inputs come from
-dual numbers. There are events in time (a moving mass) and no state events: dry friction is smooth (tanh), saturations
-and dead zones are corners, in front of which a solver with step control shortens its steps. An input delay and encoders
-are refused; the moving mass (ADO) stands where its input says, without the lead screw's speed.</p>
-"""
-
 
 def build_native(
     unit: str,
@@ -94,8 +75,8 @@ def build_native(
     entries["sources/buildDescription.xml"] = build_description(unit, sources)
     entries |= built
     platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
-    said = _HOST.format(platforms=platforms) + (_EXCHANGE if exchange else "")
-    entries["documentation/index.html"] = index_html(kind, start_values, said).encode()
+    page = index_html(kind, start_values, "native.html", platforms=platforms, exchange=bool(exchange))
+    entries["documentation/index.html"] = page.encode()
     entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon()
     entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, token, fmi, TOOL, files, extra))
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
