@@ -1,6 +1,6 @@
 """One step of the plant: its order, comparison with an independent integrator, saturation, the ADO, the bending arm."""
 
-from math import exp, log2, pi, sin, sqrt
+from math import log2, pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -83,14 +83,6 @@ def test_helicopter_at_rest_stays_at_rest():
     np.testing.assert_allclose(run(rest, 20.0, 0.01, TABLE_2, 0.0, 0.0), rest, atol=1e-15)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("model", MODELS)
-def test_damped_helicopter_comes_to_rest_without_voltage(model):
-    """After 400 s the slowest mode, the elevation's a_wz/2 = .016 1/s, has left exp(-6.4) of its swing."""
-    states, _ = simulate(np.zeros((40_000, 2)), 0.01, START, MODELS[model])
-    assert np.abs(states[-1, 3:6]).max() < 0.5 * exp(-6.4)
-
-
 # --- ADO ---------------------------------------------------------------------------------------------------------
 
 
@@ -101,15 +93,7 @@ def test_moving_mass_travels_at_the_lead_screws_speed_and_stops_at_its_goal():
         x.append(mass_after(x[-1], 0.1, 0.01, p))
     assert np.diff(x).max() == pytest.approx(p.ado_speed * 0.01)
     assert x[100] == pytest.approx(0.05) and x[-1] == 0.1
-
-
-def test_moving_mass_stops_at_the_ends_of_its_travel():
-    p = TABLE_2
-    for goal, end in ((5.0, p.ado_travel), (-5.0, -p.ado_travel)):
-        x = 0.0
-        for _ in range(1000):
-            x = mass_after(x, goal, 0.01, p)
-        assert x == end
+    assert mass_after(0.25, 5.0, 1.0, p) == p.ado_travel  # its end
 
 
 @pytest.mark.parametrize("x", [0.2, -0.2])
@@ -119,16 +103,6 @@ def test_moving_mass_shifts_the_elevations_rest_as_a_known_disturbance(x):
     assert state.mass_position == x
     # with a damping of 2 1/s the oscillation has decayed by exp(-30)
     assert state.elevation == pytest.approx(-(p.a_1 + p.ado_offset * x) / (p.a_e + p.ado_stiffness * x), abs=1e-9)
-
-
-def test_moving_mass_disturbs_the_general_model_alike():
-    for p in (TABLE_2, MODELS["general"]):
-        at = dict(t=0, th=0.1, ep=0.2, la=0, w_th=0, w_ep=0, w_la=0, mu_diff=0, mu_sum=0, cable_rest=0, p=p)
-        out, centred = (
-            accelerations(**at, mass_position=x, switches=(False, False, False)) for x in (0.1, 0.0)
-        )  # fmt: skip
-        shift = np.array(out) - centred
-        np.testing.assert_allclose(shift, [0.0, -0.1 * (p.ado_offset + p.ado_stiffness * 0.2), 0.0], atol=1e-15)
 
 
 # --- stops of the pitch --------------------------------------------------------------------------------------------

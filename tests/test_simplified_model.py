@@ -1,6 +1,6 @@
 """The simplified model: its equilibria, its free motions in closed form, its symmetries."""
 
-from math import asin, cos, exp
+from math import exp
 
 import numpy as np
 import pytest
@@ -54,22 +54,3 @@ def test_mirror_image_of_a_motion_is_a_motion_where_the_pitch_hangs_level(pitch,
     a = simplified_accelerations(pitch, elevation, w1, w2, w3, v_f - v_r, v_f + v_r, p)
     b = simplified_accelerations(-pitch, elevation, -w1, w2, -w3, v_r - v_f, v_r + v_f, p)
     assert b == (-a[0], a[1], -a[2])
-
-
-def test_travel_and_pitch_rates_press_the_arm_down_together():
-    both = simplified_accelerations(0, 0, 0.5, 0, 0.8, 0, 0, P)[1]
-    none = simplified_accelerations(0, 0, 0, 0, 0, 0, 0, P)[1]
-    assert both - none == pytest.approx(-P.a_lt * 0.5 * 0.8)
-
-
-def test_pitched_thrust_lifts_with_its_cosine_and_travels_with_its_sine():
-    at = asin(0.6)
-    _, lift, drive = (
-        a - b
-        for a, b in zip(
-            simplified_accelerations(at, 0, 0, 0, 0, 0, 2.0, P),
-            simplified_accelerations(at, 0, 0, 0, 0, 0, 0.0, P),
-            strict=True,
-        )
-    )
-    assert (lift, drive) == pytest.approx((P.k_z * 2.0 * cos(at), P.k_y * 2.0 * 0.6))

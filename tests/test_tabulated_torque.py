@@ -74,13 +74,6 @@ def test_the_error_falls_with_the_cube_of_the_spacing():
     assert error(0.1) / error(0.05) == pytest.approx(8.0, rel=0.15)
 
 
-def test_four_waves_over_the_table_are_followed_to_five_per_cent():
-    wave = math.tau / 5.0  # radians of the wave from one knot to the next
-    y = tuple(math.sin(wave * k + 0.4) for k in range(KNOTS))
-    inner = np.linspace(1.0, KNOTS - 2.0, 501)
-    assert max(abs(tabulated_torque(float(x), 0.0, 1.0, y) - math.sin(wave * x + 0.4)) for x in inner) < 0.052
-
-
 def test_beyond_the_table_the_torque_stays():
     y = tuple(float(k * k) for k in range(KNOTS))
     for x, expected in ((-50.0, y[0]), (1.0, y[0]), (1.0 + 0.1 * (KNOTS - 1), y[-1]), (80.0, y[-1])):
