@@ -2,7 +2,7 @@
 
 Usage::
 
-    python -m benchmarks large_logs [ROWS]      every format, ten million rows by default
+    python -m benchmarks large_logs [ROWS]      every format, a million rows by default
     python -m benchmarks suspicion LOG...       measured logs as they stand, and with each mistake put into them
 """
 
@@ -68,7 +68,7 @@ def write(path: str, columns: Sequence[NDArray[np.float64]]) -> None:
 
 
 def peaks(path: str) -> tuple[int, float, float]:
-    """Read a log in this process; give its rows and the largest memory of this process and of the one that tried it."""
+    """Read a log in this process; give its rows and the largest memory of this process and of the one that read a risky format."""
     log = read_log(path)
     kib = [resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return log.samples, 1024.0 * kib[0], 1024.0 * kib[1]
@@ -76,7 +76,7 @@ def peaks(path: str) -> tuple[int, float, float]:
 
 def large_logs(arguments: Sequence[str]) -> None:
     """Print the peak while a log is read, less that of a log of 6 s, in multiples of the columns' 48 bytes a row."""
-    rows, lines = int(arguments[0]) if arguments else 10_000_000, []
+    rows, lines = int(arguments[0]) if arguments else 1_000_000, []
     for ending in FORMATS:
         with TemporaryDirectory() as folder:
             short, long = (f"{folder}/{count}.{ending}" for count in (SHORT, rows))
@@ -86,7 +86,7 @@ def large_logs(arguments: Sequence[str]) -> None:
             (_, *before), (_, *after) = apart(peaks, short), apart(peaks, long)
         own, trial = ((b - a) / (48.0 * rows) for a, b in zip(before, after, strict=True))
         lines.append((ending, f"{size / 1e6:.0f}", f"{48e-6 * rows:.0f}", f"{own:.2f}", f"{trial:.2f}"))
-    print(table(("format", "file [MB]", "arrays [MB]", "peak, in arrays", "peak of the trial, in arrays"), lines))
+    print(table(("format", "file [MB]", "arrays [MB]", "peak, in arrays", "peak of the reader apart, in arrays"), lines))
 
 
 def suspicion(arguments: Sequence[str]) -> None:

@@ -7,11 +7,9 @@ a row of an unnamed matrix is called as MATLAB calls it: ``ans(4,:)``.
 """
 
 import csv
-import io
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -86,8 +84,7 @@ class Table:
         """Give the cell as the file holds it."""
         if not self.text:
             return str(self.columns[column][sample])
-        line = next(islice(io.StringIO(self.text), sample + self.first_row - 1, None), "")
-        cells = cells_of(line.rstrip("\n"), self.separator)
+        cells = cells_of(self.text.split("\n")[sample + self.first_row - 1], self.separator)
         return cells[column].strip() if column < len(cells) else ""
 
     def places(self, first: int) -> Callable[[int], str]:
@@ -122,7 +119,7 @@ class Table:
                 f"{self.cell(kept.start, column.index)!r} for one; state another unit under [log.units] of "
                 f"{HELI_TOML}."
             )
-        return values * column.factor
+        return values if column.factor == 1.0 else values * column.factor
 
     def holds_stamps(self, index: int) -> bool:
         """Whether a column holds time stamps, by its first cell."""

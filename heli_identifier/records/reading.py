@@ -136,7 +136,8 @@ def _with_signs(values: _Signals, columns: Sequence[Column], format: LogFormat) 
         for column in columns
         if column.unit != SI_UNIT[column.signal]
     ]
-    found = {signal: format.sign(signal.removesuffix("_reference")) * own for signal, own in values.items()}
+    signs = {signal: format.sign(signal.removesuffix("_reference")) for signal in values}
+    found = {signal: -own if signs[signal] < 0 else own for signal, own in values.items()}
     flipped = ", ".join(signal for signal, sign in format.signs.items() if sign < 0)
     notes += [f"sign of {flipped} flipped"] if flipped else []
     notes += ["front and rear voltage swapped"] if format.swap_rotors else []

@@ -19,7 +19,6 @@ import io
 import re
 import warnings
 from collections import Counter
-from itertools import islice
 from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
@@ -120,7 +119,7 @@ def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray
             warnings.simplefilter("ignore", pandas.errors.DtypeWarning)
             # One column more than there are headers catches rows that are too long.
             frame = pandas.read_csv(
-                io.StringIO(text),
+                io.BytesIO(text.encode()),
                 sep=separator if separator != " " else r"\s+",
                 decimal=decimal,
                 header=None,
@@ -140,7 +139,7 @@ def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray
             raise LogError(f"{file}, row {row}: a quotation mark is opened and never closed; correct it.") from error
         too_long = True
     if too_long:
-        lengths = ((row, len(cells_of(line, separator))) for row, line in enumerate(io.StringIO(text), 1))
+        lengths = ((row, len(cells_of(line, separator))) for row, line in enumerate(text.split("\n"), 1))
         row, cells = next((one for one in lengths if one[0] > above and one[1] > count), (above + 1, count + 1))
         raise LogError(
             f"{file}, row {row}: {cells} cells stand under {count} headers; look for a decimal comma or a separator "
@@ -179,7 +178,7 @@ def _is_whole(last: list[str], others: list[list[str]], decimal: str) -> bool | 
 
 def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     decimal = format.decimal
-    lines = [line.rstrip("\n") for line in islice(io.StringIO(text), _LOOKED_AT)]
+    lines = text.split("\n", _LOOKED_AT)[:_LOOKED_AT]
     declared = _DECLARED.match(lines[0])
     first = 1 if declared and len(lines) > 1 else 0
     separator = declared[1] if declared else _separator(lines, decimal)
