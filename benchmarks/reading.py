@@ -68,7 +68,7 @@ def write(path: str, columns: Sequence[NDArray[np.float64]]) -> None:
 
 
 def peaks(path: str) -> tuple[int, float, float]:
-    """Read a log in this process; give its rows and the largest memory of this process and of the one that read a risky format."""
+    """Read a log; give its rows and the largest memory of this process and of the reader apart."""
     log = read_log(path)
     kib = [resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     return log.samples, 1024.0 * kib[0], 1024.0 * kib[1]
@@ -86,7 +86,7 @@ def large_logs(arguments: Sequence[str]) -> None:
             (_, *before), (_, *after) = apart(peaks, short), apart(peaks, long)
         own, trial = ((b - a) / (48.0 * rows) for a, b in zip(before, after, strict=True))
         lines.append((ending, f"{size / 1e6:.0f}", f"{48e-6 * rows:.0f}", f"{own:.2f}", f"{trial:.2f}"))
-    print(table(("format", "file [MB]", "arrays [MB]", "peak, in arrays", "peak of the reader apart, in arrays"), lines))
+    print(table(("format", "file [MB]", "arrays [MB]", "peak, in arrays", "of the reader apart"), lines))
 
 
 def suspicion(arguments: Sequence[str]) -> None:
