@@ -19,8 +19,8 @@ Sources: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 
 Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direct method).
 
 **Prior:** Gamma is the covariance of Omega where innovations have the intensity 1 (:mod:`.prediction_error`), so that
-Gamma(0) can say what can be built on a bench. The widths are those of the tracer (:mod:`.settings`). Without them the
-first seconds of a flight in wind give the plant and the noise model of no rig.
+Gamma(0) can say what can be built on a bench (:data:`.settings.WIDTHS`). Without it the first seconds of a flight in
+wind give the plant and the noise model of no rig.
 """
 
 from math import exp, sqrt

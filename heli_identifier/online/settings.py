@@ -174,17 +174,12 @@ class IdentifierSettings:
             candidate(name, axis)
 
 
-PITCH, PITCH_FREE = (0.5, 4.0, 1.2), (0.5, 4.0, 2.0, 1.2)
-"""Standard deviations of Omega of the pitch before the first sample, theta0 known or not: a motion does not die out
-much faster than in a second [1/s]; g d / l^2 with the mass within 2 cm of its axis [1/s^2]; with theta0 within .5 rad;
-a gain [rad/s^2/V] of twice that of a full thrust of 3 rad/s^2 at 5 V."""
-
-ELEVATION = (0.5, 4.0, 3.0, 0.5, 0.4)
-"""The same of the elevation: its period is longer than 3 s [1/s^2]; the weight that the counterweight leaves
-[rad/s^2]; a_lt [1]; full thrust of 1 rad/s^2."""
-
-TRAVEL = (0.5, 0.4)
-"""The same of the travel."""
+WIDTHS = ModelParameters(
+    a_wx=0.5, a_th=4.0, k_x=1.2, theta0=0.5, a_wz=0.5, a_e=4.0, a_1=3.0, a_lt=0.5, k_z=0.4, a_wy=0.5, k_y=0.4
+)
+"""Standard deviations before the first sample: a motion does not die out much faster than in a second; g d / l^2 of the
+pitch with the mass within 2 cm of its axis; the elevation's period is longer than 3 s, a_1 the weight that the
+counterweight leaves; gains of twice a full thrust of 3 rad/s^2 (pitch) or 1 rad/s^2 at 5 V."""
 
 PITCH_LAG, ELEVATION_LAG = 0.03, 0.008
 """The same of k Delta [rad/s^2 s/V] (:mod:`.signals`): .04 s of lag, half of what is given, times usual gains."""
@@ -257,14 +252,14 @@ def prepare(settings: IdentifierSettings) -> Plan:
     usual_hold = _PREDICTION_HOLD if predicting else _HOLD_RADIANS / omega
     hold = settings.hold_time if settings.hold_time is not None else usual_hold
     spacing = max(1, round(_MOMENT_SPACING / (omega * h)))
-    at = settings.initial
-    pitch: tuple[float, ...] = (at.a_wx, at.a_th, at.k_x)
-    pitch_widths: tuple[float, ...] = PITCH
+    at, w = settings.initial, WIDTHS
+    pitch: tuple[float, ...] = at[:3]
+    widths: tuple[float, ...] = w[:3]
     if settings.rest_angle is None:
         pitch = (at.a_wx, at.a_th * cos(at.theta0), at.a_th * sin(at.theta0), at.k_x)
-        pitch_widths = PITCH_FREE
-    elevation: tuple[float, ...] = (at.a_wz, at.a_e, at.a_1, at.a_lt, at.k_z)
-    of_pitch, of_elevation, of_travel = settings.noise
+        widths = (w.a_wx, w.a_th, w.a_th * w.theta0, w.k_x)
+    lag_1, lag_2 = (PITCH_LAG, ELEVATION_LAG) if estimates_lag else (0.0, 0.0)
+    noise_1, noise_2, noise_3 = settings.noise
     f, calm = discretise(omega, settings.filter_damping, h, lag), Noise()
     return Plan(
         settings=settings,
@@ -281,11 +276,9 @@ def prepare(settings: IdentifierSettings) -> Plan:
         rate_filter=discretised_rates(h, predicting),
         candidates=tuple([candidate(name, axis) for name, axis in settings.watched]),
         axes=(
-            _axis_plan("pitch", pitch, pitch_widths, PITCH_LAG if estimates_lag else 0.0, of_pitch, settings, h),
-            _axis_plan(
-                "elevation", elevation, ELEVATION, ELEVATION_LAG if estimates_lag else 0.0, of_elevation, settings, h
-            ),
-            _axis_plan("travel", (at.a_wy, at.k_y), TRAVEL, 0.0, of_travel, settings, h),
+            _axis_plan("pitch", pitch, widths, lag_1, noise_1, settings, h),
+            _axis_plan("elevation", at[4:9], w[4:9], lag_2, noise_2, settings, h),
+            _axis_plan("travel", at[9:], w[9:], 0.0, noise_3, settings, h),
         ),
     )
 
@@ -294,6 +287,7 @@ def _axis_plan(
     axis: str, first: tuple[float, ...], widths: tuple[float, ...], lag_width: float, noise: Noise,
     settings: IdentifierSettings, h: float,
 ) -> AxisPlan:  # fmt: skip
+    """Return the plan of an axis; ``lag_width`` is that of k Delta, 0 where the lag is not estimated."""
     gain = len(first) - 1
     if lag_width > 0.0:
         first, widths = (*first, 0.0), (*widths, lag_width)
