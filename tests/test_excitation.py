@@ -11,6 +11,7 @@ from heli_identifier.online.excitation import (
     Excitation,
     Multisine,
     SquareChirp,
+    combined,
     paper_channels,
     paper_excitation,
     phases,
@@ -62,15 +63,15 @@ def test_both_channels_together_are_not_the_same_function():
 def test_a_measured_square_and_chirp_log_is_reproduced():
     # Samples of a rig's training log, printed to 1e-5 V: its start, an edge of the difference at 11.70 s, and two
     # late ones, where a wrong period or chirp rate would have run away.
-    rig = Excitation(
-        base=0.5,
-        difference=SquareChirp(-0.5, 0.5, 15.4, 3.7, 0.25, 1.5, 0.3, 13.0),
-        total=SquareChirp(0.5, 2.0, 20.0, 0.0, 0.4, 2.0, 0.5, 10.0),
-    )
+    square = SquareChirp(-0.5, 0.5, 15.4, chirp_amplitude=0.0)  # runs 3.7 s ahead
+    chirp = SquareChirp(0.0, 0.0, 15.4, 0.25, 1.5, 0.3, 13.0)
+    total = SquareChirp(0.5, 2.0, 20.0, 0.4, 2.0, 0.5, 10.0)
     log = {0: (1.75, 1.25), 1: (1.78682, 1.26330), 2: (1.82311, 1.27629), 3: (1.85839, 1.28870)}
     log |= {1169: (0.79644, 1.04887), 1170: (1.30687, 0.55847), 4321: (1.59268, 1.08791), 8888: (1.48723, 1.18325)}
     for k, expected in log.items():
-        assert voltages(k * H, rig) == pytest.approx(expected, abs=1.5e-5)
+        t = k * H
+        found = combined(0.5, square.at(t + 3.7) + chirp.at(t), total.at(t), 5.0)
+        assert found == pytest.approx(expected, abs=1.5e-5)
 
 
 def test_voltages_stop_at_the_amplifier_limit():

@@ -61,9 +61,9 @@ _POINTS_PER_CYCLE = 8
 
 @dataclass(frozen=True)
 class SquareChirp:
-    """A square wave plus a chirp: levels of the square [V], its period T and the time by which it runs ahead [s].
+    """A square wave plus a chirp.
 
-    Of the chirp the amplitude A [V], the frequencies f_0 and f_1 [Hz] and the period T_c [s].
+    Levels [V] and period T [s] of the square; amplitude A [V], frequencies f_0 and f_1 [Hz], period T_c [s] of the chirp.
 
     Raises
     ------
@@ -74,7 +74,6 @@ class SquareChirp:
     low: float = 0.25
     high: float = 1.0
     period: float = 20.0
-    lead: float = 0.0
     chirp_amplitude: float = 0.2
     chirp_start: float = 2.0
     chirp_end: float = 0.5
@@ -84,7 +83,6 @@ class SquareChirp:
         require_range("square.low", self.low, "V")
         require_range("square.high", self.high, "V")
         require_positive("square.period", self.period, "s")
-        require_range("square.lead", self.lead, "s")
         require_range("chirp.amplitude", self.chirp_amplitude, "V", lower=0.0)
         require_range("chirp.start", self.chirp_start, "Hz", lower=0.0)
         require_range("chirp.end", self.chirp_end, "Hz", lower=0.0)
@@ -92,7 +90,7 @@ class SquareChirp:
 
     def at(self, t: float) -> float:
         """Value [V] at time ``t`` [s]."""
-        in_first_half = ((t + self.lead) / self.period + _EDGE) % 1.0 < 0.5
+        in_first_half = (t / self.period + _EDGE) % 1.0 < 0.5
         level = self.high if in_first_half else self.low
         s = max((t / self.chirp_period + _EDGE) % 1.0 - _EDGE, 0.0) * self.chirp_period
         cycles = s * (self.chirp_start + (self.chirp_end - self.chirp_start) * s / (2.0 * self.chirp_period))
