@@ -63,7 +63,7 @@ _POINTS_PER_CYCLE = 8
 class SquareChirp:
     """A square wave plus a chirp.
 
-    Levels [V] and period T [s] of the square; amplitude A [V], frequencies f_0 and f_1 [Hz], period T_c [s] of the chirp.
+    Levels [V] and period T [s] of the square; amplitude [V], frequencies f_0, f_1 [Hz] and period T_c [s] of the chirp.
 
     Raises
     ------
