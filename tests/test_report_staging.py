@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from heli_identifier import signals
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.results.folder import whole_folder
 
@@ -42,7 +43,8 @@ def test_files_of_the_same_name_are_replaced_and_others_stay(tmp_path):
     assert (tmp_path / "mine").read_text() == "kept"
 
 
-def test_a_move_that_fails_takes_back_those_before_it(tmp_path):
+@pytest.mark.parametrize("signalled", [False, True])
+def test_a_move_that_fails_or_is_ended_by_a_signal_takes_back_those_before_it(tmp_path, signalled):
     (tmp_path / "a").write_text("old")
     (tmp_path / "b").write_text("old")
     (tmp_path / "c").write_text("old")
@@ -51,6 +53,8 @@ def test_a_move_that_fails_takes_back_those_before_it(tmp_path):
     def replace(self, target):
         # the disk fails when the last file is moved to its place
         if self.name == "c" and Path(target) == tmp_path / "c" and ".replaced" not in str(self):
+            for _, undo in reversed(signals._to_undo if signalled else []):  # what the handler of a signal does
+                undo()
             raise OSError(28, "No space left on device")
         return original(self, target)
 

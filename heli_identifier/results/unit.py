@@ -72,7 +72,6 @@ def build(
         There is no such unit, or it does not take a parameter or its value.
     """
     from fmu_src import build as build_unit
-    from fmu_src.native import build_native
 
     if isinstance(parameters, ParameterSet):
         if parameters.unit != unit:
@@ -80,6 +79,8 @@ def build(
         parameters.check_complete()
         parameters = parameters.start_values
     if native:
+        from fmu_src.native import build_native
+
         return build_native(unit, Path(folder), parameters, fmi, all_platforms, model_exchange)
     return build_unit(unit, Path(folder), parameters)
 
