@@ -41,12 +41,6 @@ LARGEST_JSON = 1024
 LARGEST_DATAGRAM = 65_507
 """Bytes of the longest datagram of UDP under IPv4."""
 
-LARGEST_SEQUENCE = 2.0**53
-"""Whole numbers up to here are exact as doubles."""
-
-LONGEST_TIME = 1e19
-"""Bound of the rig's clock; nanoseconds since 1970 lie below it."""
-
 BUFFER = 1 << 20
 """Bytes that the system keeps of a receiver that is late: about 10 s of a rig at 1 kHz."""
 
@@ -54,13 +48,15 @@ FORSAKEN = 2.0
 """Silence of a sender that was not named after which another one may be the rig [s]."""
 
 BOUNDS = {
-    "v_front": 30.0,  # [V], as the units' inputs take them
-    "v_rear": 30.0,
-    "pitch": 2.5 * pi,  # [rad] a quarter of a turn, and a turn of the encoder
-    "elevation": 2.5 * pi,
-    "travel": 1e4,
+    "v_front": (-30.0, 30.0),  # [V], as the units' inputs take them
+    "v_rear": (-30.0, 30.0),
+    "pitch": (-2.5 * pi, 2.5 * pi),  # [rad] a quarter of a turn, and a turn of the encoder
+    "elevation": (-2.5 * pi, 2.5 * pi),
+    "travel": (-1e4, 1e4),
+    "sequence": (0.0, 2.0**53),  # whole numbers up to here are exact as doubles
+    "time": (-1e19, 1e19),  # nanoseconds since 1970 lie within
 }
-"""Largest value of each signal either way."""
+"""Smallest and largest value of what a datagram holds."""
 
 _UNITS = {"rad]": 1.0, "deg]": pi / 180.0}
 _ANGLES = SIGNALS[2:]
@@ -149,37 +145,20 @@ def decode(datagram: bytes, layout: Layout) -> Decoded:
         if len(datagram) != layout.size:
             return f"it has {len(datagram)} bytes, {layout.size} are needed for {' '.join(layout.names)}"
         content = dict(zip(layout.names, struct.unpack(f"<{len(layout.names)}d", datagram), strict=True))
-    for name, factor in zip(layout.names, layout.factors, strict=True):
-        if _is_number(content.get(name)):
-            content[name] *= factor
-    return _sample(content)
-
-
-def _sample(content: dict[str, Any]) -> Decoded:
-    """Return the sample with these values, or the reason why there is none."""
-    signals = []
-    for name in SIGNALS:
+    factors, found = dict(zip(layout.names, layout.factors, strict=True)), {}
+    for name, (low, high) in BOUNDS.items():
         value: Any = content.get(name)
-        bound = BOUNDS[name]
-        if not _is_number(value) or not -bound <= value <= bound:  # not true of a NaN either
-            return f"{name} = {value!r} must be a number in [{-bound:.5g}, {bound:.5g}]"
-        signals.append(float(value))
-    sequence: Any = content.get("sequence")
-    time: Any = content.get("time")
-    if sequence is not None:
-        if not _is_number(sequence) or not 0.0 <= sequence <= LARGEST_SEQUENCE or sequence != int(sequence):
-            return f"sequence = {sequence!r} must be a whole number in [0, {LARGEST_SEQUENCE:g}]"
-        sequence = int(sequence)
-    if time is not None:
-        if not _is_number(time) or not -LONGEST_TIME <= time <= LONGEST_TIME:
-            return f"time = {time!r} must be a number in [{-LONGEST_TIME:g}, {LONGEST_TIME:g}]"
-        time = float(time)
-    return Datagram(sequence, time, tuple(signals))
-
-
-def _is_number(value: Any) -> bool:
-    """Whether a value is a number that a double holds; JSON also has longer ones, texts, true and false."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and -1e300 < value < 1e300
+        if value is None and name not in SIGNALS:
+            continue
+        # JSON also has numbers that no double holds, texts, true and false
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and -1e300 < value < 1e300
+        value = value * factors.get(name, 1.0) if is_number else value
+        whole = name == "sequence"
+        if not is_number or not low <= value <= high or (whole and value != int(value)):
+            return f"{name} = {value!r} must be a {'whole ' * whole}number in [{low:.5g}, {high:.5g}]"
+        found[name] = int(value) if whole else float(value)
+    sequence, time = found.get("sequence"), found.get("time")
+    return Datagram(None if sequence is None else int(sequence), time, tuple([found[name] for name in SIGNALS]))
 
 
 def encode(sample: Datagram, layout: Layout) -> bytes:
