@@ -1,26 +1,23 @@
 """What the values of a twin are off by while nothing changes: learned in flight, and allowed for by every test.
 
-No twin is exact. Its gains and stiffnesses err by a percent, its offset by a hundredth of a rad/s^2; in large motions
-that is as much as a change that matters. The coefficients theta that the regressors of an axis lack are therefore no
-zero but N(m, P), with the prior N(0, P_0). In a block with R and b (:mod:`.blocks`), b = R theta + noise of the
-covariance R, so that given everything before
+No twin is exact; in large motions its errors are as much as a change that matters. The coefficients theta that the
+regressors of an axis lack are therefore no zero but N(m, P), with the prior N(0, P_0). In a block with R and b
+(:mod:`.blocks`), given everything before,
 
     b ~ N(R m, R + R P R)   without a change,     b ~ N(R (m + delta D), R + R P R)   with one.
 
-The log-likelihood ratio of the two is that of a block with
+The log-likelihood ratio of the two, the prequential one (Dawid, Journal of the Royal Statistical Society A 147, 1984),
+is that of a block with
 
-    W = (I + R P)^-1 R   in place of R,           u = (I + R P)^-1 (b - R m)   in place of b,
+    W = (I + R P)^-1 R   in place of R,           u = (I + R P)^-1 (b - R m)   in place of b
 
-and its exponential has mean one given the past, which is all that a CUSUM asks for (:mod:`.cusum`): the
-prequential likelihood ratio (Dawid, Journal of the Royal Statistical Society A 147, 1984). Afterwards
+Afterwards
 
     m <- m + P u,   P <- P - P W P     (Kalman filter),    then   m <- a m,   P <- a^2 P + (1 - a^2) P_0,
 
-the last because values wander within P_0 over a time of _WANDERING: a baseline never becomes certain.
-
-It is learned while the twin follows, not while a change is named or on trial. A change is far larger than P_0 allows,
-so that little of it is learned before the alarm: with z^2 = 28 needed for an alarm and values that err by a tenth of
-nu, at most 28/(100 + 28) of it.
+the last because values wander within P_0 over a time of _WANDERING: a baseline never becomes certain. It is learned
+while the twin follows. A change is far larger than P_0 allows, so that little of it is learned before the alarm: with
+z^2 = 28 needed for an alarm and values that err by a tenth of nu, at most 28/(100 + 28) of it.
 """
 
 from math import exp, sqrt

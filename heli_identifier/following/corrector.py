@@ -22,7 +22,7 @@ from ..online import (
 from . import blocks
 from .baseline import allow_for_baseline, forget_latest, start_baseline
 from .blocks import Sums, Vector
-from .cusum import NOTHING, Cusum
+from .cusum import Cusum
 from .naming import make_event
 from .observer import (
     Angles,
@@ -65,9 +65,6 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     twin, zero = plan.twin(plan.first_values), (Cusum(),) * (2 * len(plan.changes))
     instant = start_instant(start_state(*angles, *voltages), twin.parameters, plan)
     return CorrectorState(
-        samples=0,
-        mode="starting",
-        since=0,
         settled=plan.settling,
         observer=start_observer(instant, voltages),
         stream=start_stream(angles),
@@ -77,15 +74,9 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         noises=(blocks.Noise(),) * 3,
         baseline=start_baseline(plan.deviations),
         inflations=(blocks.Inflation(),) * len(plan.changes),
-        blocks=(),
-        tested=(),
         cusums=zero,
         cusums_before=zero,
-        alarm=0.0,
-        run=0,
-        finding=NOTHING,
         scored=(0,) * len(plan.settings.effects),
-        heard=(),
     )
 
 
@@ -215,8 +206,8 @@ def _take_innovations(
             innovation = share * (angles[axis] - predicted[axis])
             if state.mode != "starting":
                 innovation = saturate(innovation, _LARGEST_INNOVATION * noise[axis])
-            psi = instant.sensitivities[axis].angle
-            total = blocks.add_sample(total, psi if share == 1.0 else tuple([share * x for x in psi]), innovation)
+            psi = tuple([share * x for x, _, _ in instant.sensitivities[axis]])
+            total = blocks.add_sample(total, psi, innovation)
         result.append(total)
     return tuple(result)
 

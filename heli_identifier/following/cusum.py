@@ -7,29 +7,18 @@ has in each block the log-likelihood ratio against no change
 
 Page's CUSUM sums it for delta = +-nu, the smallest change that matters, and restarts at zero:
 
-    S_k = max(0, S_(k-1) + s_k(+-nu)),    alarm as soon as one S exceeds its threshold
+    S_k = max(0, S_(k-1) + s_k(+-nu)),    alarm as soon as one S exceeds b = ln(M T / 1 s) + ln(s/2) - 1.166 sqrt(s)
 
-for M tests and a mean time T between false alarms. Without a change exp(s) has mean one given the past, so that with
-the threshold b = ln(M T / 1 s) the mean time of one test is at least exp(b) blocks, and that of M together at least T
-(Lorden). The bound is not tight: a test of which a block holds the information s = nu^2 D^T R D has steps
-N(-s/2, s), which do not meet the threshold but jump over it, and small ones take long to come there. Its mean time is
-2 exp(b + 1.166 sqrt(s))/s (Siegmund), so that
-
-    b = ln(M T / 1 s) + ln(s/2) - 1.166 sqrt(s)
-
-is enough: at least 1.6 less, and for tests of which a block tells little, which are slow, up to 3.4 less. Twins whose
-parameters err by less than nu/2 give no alarm either: the mean of s is then negative.
+for M tests and a mean time T between false alarms. The first term is Lorden's bound. The others are what Siegmund's
+mean time of a test, 2 exp(b + 1.166 sqrt(s))/s, says for one of which a block holds the information s = nu^2 D^T R D.
 
 After an alarm the size is estimated for every change from every block on, delta = D^T b / D^T R D with sums from that
 block to now, and judged by its Bayes factor against no change, for a size with the prior N(0, (3 nu)^2):
 
     ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
 
-The prior keeps a change from winning that would have to be absurdly large; sizes below nu/4 are no change that matters.
-Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Lai, IEEE
-Transactions on Information Theory 44 (1998), for dependent observations; Siegmund, Sequential Analysis, 1985, chapter
-2; Willsky and Jones, IEEE Transactions on Automatic Control 21 (1976); Basseville and Nikiforov, Detection of Abrupt
-Changes, 1993, chapters 2, 5 and 7.
+Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Siegmund,
+Sequential Analysis, 1985, chapter 2; Willsky and Jones, IEEE Transactions on Automatic Control 21 (1976).
 """
 
 from math import log, sqrt

@@ -1,24 +1,23 @@
 """How much a sample counts after samples that did not come in, and what is not known of their voltages.
 
-In a stream without gaps the observer (:mod:`heli_plant.observer`) is the Kalman filter in its steady state. After a gap
-the state is known less well; the next sample counts for more, and its innovation scatters more. With P the covariance
-of the errors of angle, rate and unmodelled acceleration (x, w, d), in units of the variance r of the encoder's noise,
+After a gap the state is known less well than in the steady state of the observer (:mod:`heli_plant.observer`). With P
+the covariance of the errors of angle, rate and unmodelled acceleration (x, w, d), in units of the variance r of the
+encoder's noise,
 
     prediction     P <- F P F^T + diag(0, q_w, q_d),    F = [[1, h, h^2/2], [0, 1, h], [0, 0, exp(-gamma h)]]
     innovation     s = P_xx + 1,    l = P_(.x)/s
     correction     P <- P - l P_(x.)
 
 q_d = omega_o^6 h^2 is what the observer's bandwidth stands for, and q_w = (k h sigma)^2/r for each lost voltage, k the
-gain of the axis. Lost voltages are taken to lie on a straight line between those before and after the gap. A controller
-answers every count of an encoder with a kick, which the line misses by sigma. It is learned where no sample is missing:
-of three in a row the middle one is taken for lost,
+gain of the axis. Lost voltages are taken to lie on a straight line between those before and after the gap, which misses
+by sigma. It is learned where no sample is missing: of three in a row the middle one is taken for lost,
 
     sigma^2 = mean of (V_(k-1) - (V_(k-2) + V_k)/2)^2
 
 for the difference (front - rear) and the sum of the voltages, over two minutes.
 
-Sources: Anderson and Moore, Optimal Filtering, 1979, chapter 3; Sinopoli, Schenato, Franceschetti, Poolla, Jordan,
-Sastry, Kalman filtering with intermittent observations, IEEE Transactions on Automatic Control 49 (2004).
+Sources: Anderson and Moore, Optimal Filtering, 1979, chapter 3; Sinopoli and others, Kalman filtering with intermittent
+observations, IEEE Transactions on Automatic Control 49 (2004).
 """
 
 from math import log

@@ -8,17 +8,15 @@ With (x, w, d) what g makes of them per unit, and the axis' own stiffness a and 
     x -= l_1 psi,  w -= l_2 psi,  d -= l_3 psi
 
 so that e = delta psi + white noise for a change of size delta along g. psi is known before the sample is.
+Source: Gustafsson, Adaptive Filtering and Change Detection, 2000, section 8.3.
 
-**Gaps.** While no sample comes in, the twin goes on under the last voltages. That is not what acted on the rig. A
-controller answers the motion, so that the difference goes along with the rate, as a friction or a damping does: a
-twentieth of the samples lost gives a bias, not noise. With the next sample the voltages at both ends of the gap are
-known. The twin goes back to the gap's begin and through it once more, under voltages on a straight line between them,
+**Gaps.** While no sample comes in, the twin goes on under the last voltages; what a controller wanted instead goes
+along with the rate, as a friction does. With the next sample the voltages V at both ends of the gap are known. The twin
+goes back to the gap's begin and through it once more, under voltages on a straight line between them,
 
     V_j = V_0 + (V_n - V_0) j/n,     j = 0 .. n - 1  of  n  sampling intervals
 
 How much that sample counts, :mod:`.gaps` says.
-
-Source: Gustafsson, Adaptive Filtering and Change Detection, 2000, section 8.3.
 """
 
 from math import cos, sin, sqrt
@@ -48,12 +46,8 @@ Angles = tuple[float, float, float]
 """Of pitch, elevation and travel [rad]."""
 
 
-class Sensitivity(NamedTuple):
-    """What the regressors of one axis make of its errors: angles [rad], rates [rad/s], torques [rad/s^2] per unit."""
-
-    angle: Vector
-    rate: Vector
-    torque: Vector
+Sensitivity = tuple[tuple[float, float, float], ...]
+"""(x, w, d) of each regressor of an axis: what it makes of angle [rad], rate [rad/s] and torque [rad/s^2] per unit."""
 
 
 class Instant(NamedTuple):
@@ -100,8 +94,7 @@ class Observer(NamedTuple):
 
 def start_instant(first: PlantState, p: PlantParameters, plan: FollowPlan) -> Instant:
     """Return the twin in the state ``first``, nothing having acted on the regressors."""
-    nothing = [(0.0,) * len(own) for own in plan.deviations]
-    return Instant(begin(first, p), Torque(), tuple([Sensitivity(zero, zero, zero) for zero in nothing]))
+    return Instant(begin(first, p), Torque(), tuple([((0.0, 0.0, 0.0),) * len(own) for own in plan.deviations]))
 
 
 def start_observer(instant: Instant, voltages: Voltages) -> Observer:
@@ -118,8 +111,7 @@ def apply_shares(voltages: Voltages, twin: Twin) -> Voltages:
 def advance(now: Instant, voltages: Voltages, time: float, twin: Twin, plan: FollowPlan) -> tuple[Instant, Voltages]:
     """Return the twin one sampling interval after ``time`` [s], and the voltages that arrived at its motors [V].
 
-    ``voltages`` [V] are held meanwhile. The sensitivities' ``angle`` is then psi; what arrived is without the rotors'
-    shares.
+    ``voltages`` [V] are held meanwhile; what arrived is without the rotors' shares.
     """
     h, p, before = plan.settings.sample_time, twin.parameters, now.memory.state
     front, rear = apply_shares(voltages, twin)
@@ -135,7 +127,8 @@ def advance(now: Instant, voltages: Voltages, time: float, twin: Twin, plan: Fol
     acting = regress_motion(before, mu_diff, mu_sum, plan.laws, p.theta0)
     own: list[tuple[float, float]] = [(p.a_th * cos(before.pitch - p.theta0), p.a_wx), (p.a_e, p.a_wz), (0.0, p.a_wy)]
     sensitivities = [
-        predict_sensitivity(now.sensitivities[axis], acting[axis], *own[axis], h, plan.gains[axis]) for axis in range(3)
+        predict_sensitivity(now.sensitivities[axis], acting[axis], *own[axis], h, plan.gains[axis].kept)
+        for axis in range(3)
     ]
     return Instant(memory._replace(state=kept), torque, tuple(sensitivities)), voltages
 
@@ -184,31 +177,24 @@ def correct_observer(observer: Observer, angles: Angles, weight: Weight, plan: F
 
 
 def predict_sensitivity(
-    s: Sensitivity, acting: list[float], stiffness: float, damping: float, h: float, g: ObserverGains
+    s: Sensitivity, acting: list[float], stiffness: float, damping: float, h: float, kept: float
 ) -> Sensitivity:
-    """Return psi (as ``angle``) and the rest one sample later, before its correction.
+    """Return the sensitivity one sample later, before its correction: x is then psi.
 
-    ``acting``: the accelerations g over the step [rad/s^2 per unit]; ``stiffness`` [1/s^2] and ``damping`` [1/s].
+    ``acting``: the accelerations g over the step [rad/s^2 per unit]; ``stiffness`` a [1/s^2] and ``damping`` b [1/s] of
+    the axis; exp(-gamma h) ``kept``.
     """
-    half = 0.5 * h * h
-    total = [
-        of + d - stiffness * x - damping * w for of, x, w, d in zip(acting, s.angle, s.rate, s.torque, strict=True)
-    ]
-    return Sensitivity(
-        tuple([x + h * w + half * a for x, w, a in zip(s.angle, s.rate, total, strict=True)]),
-        tuple([w + h * a for w, a in zip(s.rate, total, strict=True)]),
-        tuple([g.kept * d for d in s.torque]),
-    )
+    found = []
+    for (x, w, d), g in zip(s, acting, strict=True):
+        total = g + d - stiffness * x - damping * w
+        found.append((x + h * w + 0.5 * h * h * total, w + h * total, kept * d))
+    return tuple(found)
 
 
 def correct_sensitivity(s: Sensitivity, g: ObserverGains) -> Sensitivity:
     """Return the sensitivity after the sample's correction."""
     left = 1.0 - g.angle
-    return Sensitivity(
-        tuple([left * x for x in s.angle]),
-        tuple([w - g.rate * x for x, w in zip(s.angle, s.rate, strict=True)]),
-        tuple([d - g.torque * x for x, d in zip(s.angle, s.torque, strict=True)]),
-    )
+    return tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in s])
 
 
 def weigh_sample(observer: Observer, unseen: int, noise: Vector, p: PlantParameters, plan: FollowPlan) -> Weight:

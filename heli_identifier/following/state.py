@@ -137,9 +137,6 @@ class CorrectorState(NamedTuple):
     the score of each effect has been beyond its threshold; ``heard``: what the identifier estimated after each block.
     """
 
-    samples: int
-    mode: Mode
-    since: int
     settled: int
     observer: Observer
     stream: Stream
@@ -149,15 +146,18 @@ class CorrectorState(NamedTuple):
     noises: tuple[Noise, ...]
     baseline: Baseline
     inflations: tuple[Inflation, ...]
-    blocks: tuple[Block, ...]
-    tested: tuple[tuple[tuple[float, float], ...], ...]
     cusums: tuple[Cusum, ...]
     cusums_before: tuple[Cusum, ...]
-    alarm: float
-    run: int
-    finding: Finding
     scored: tuple[int, ...]
-    heard: tuple[Vector, ...]
+    samples: int = 0
+    mode: Mode = "starting"
+    since: int = 0
+    blocks: tuple[Block, ...] = ()
+    tested: tuple[tuple[tuple[float, float], ...], ...] = ()
+    alarm: float = 0.0
+    run: int = 0
+    finding: Finding = NOTHING
+    heard: tuple[Vector, ...] = ()
 
     def enter(self, mode: Mode, **more: Any) -> "CorrectorState":
         """Return the state that enters ``mode`` now."""

@@ -4,10 +4,8 @@
                             |                  |                    |
                             +-----held---------+--------held--------+--worse: rolled back--> following
 
-What is named is put on trial if it passes three gates, else it is held, and the event says which gate held it:
-* significant: a CUSUM raised the alarm, and z of the estimate is at least 4,
-* excited: its standard error is at most the smallest change that matters, and the identifier sees its axes move,
-* physically possible: the value stays within its bounds, a friction never pushes, a gain keeps its sign.
+What is named is put on trial if it is significant (z of at least 4), excited (its standard error is at most the
+smallest change that matters, and the identifier sees its axes move) and physically possible; else it is held.
 
 On trial a rival twin that has the change flies beside the one in use over the window, which begins after the change was
 estimated, so that its errors 1 s ahead are out of sample for both. It must have been better, and the on-line identifier
