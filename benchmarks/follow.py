@@ -1,6 +1,6 @@
 """The following twin on generated rigs that change in flight: noticed, named, how well it predicts afterwards.
 
-    python -m benchmarks follow [--tuning] [--seeds N] [--first N] [--hours H] [--kind KIND]... [--rows FILE]
+    python -m benchmarks follow [--tuning] [--seeds N] [--first N] [--hours H] [--rows FILE] [KIND]...
     python -m benchmarks follow --step          processor time of a step of the scenario follow, pythonfmu units
 
 ``--tuning`` takes the rigs that the rules and their constants were chosen on; ``--rows`` keeps a line per flight and
@@ -18,12 +18,11 @@ were worse over the next 60 s than with the values before (1 %). False alarms: o
 **Excited flight.** A change adds the acceleration g to one axis. An oracle that knows all but whether the change has
 taken place has the Kalman filter of x'' = -a x - b x' + d + g, d' = -d/tau + white noise, y = x + white noise, which
 makes of g the innovations' mean psi, of variance S; after a time t it has J(t) = sum psi^2/S of information. A detector
-that does not know which of M changes took place, but all the rest, notices this one in 95 % from J* = (z_M + 1.645)^2,
-z_M the quantile of 1 - 20 s/(M T), T the time between false alarms. The 20 s of excited flight are over 20 s after the
-change, or when J reaches J*, whichever is later.
+that does not know which of M changes took place notices this one in 95 % from J* = (z_M + 1.645)^2, z_M the quantile of
+1 - 20 s/(M T), T the time between false alarms. The 20 s of excited flight are over 20 s after the change, or when J
+reaches J*, whichever is later.
 """
 
-import argparse
 import json
 import math
 from collections.abc import Sequence
@@ -35,10 +34,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
+from scipy.signal import lfilter
 from scipy.stats import norm
 
 from benchmarks.flown import SHAKE, TORQUE_STD, TORQUE_TIME, Rig, Stage, draw_rig, flight
-from benchmarks.harness import table
+from benchmarks.harness import options, table
 from heli_identifier.following import (
     CorrectorState,
     FollowPlan,
@@ -50,6 +50,7 @@ from heli_identifier.following import (
     start_correcting,
 )
 from heli_identifier.live import Clock, ClockSettings, Timed, tick
+from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters, to_names
 from tests.blind.coefficients import Coefficients
 from tests.blind.encoders import COUNTS_PER_TURN
@@ -70,7 +71,6 @@ GAIN, MASS, SHARE, WARM, SLOW = 0.2, 0.08, 0.8, 0.85, 60.0
 FRICTION, CABLE = 0.03, 0.06
 """Added dry friction [rad/s^2], stiffness of a cable that is hung on [1/s^2]."""
 
-AXES = ("pitch", "elevation", "travel")
 NAMES = {
     "k_x": "pitch.gain",
     "k_z": "elevation.gain",
@@ -245,11 +245,7 @@ def _added(kind: str, rows: Array, c: Coefficients) -> tuple[int, Array] | None:
 def _turned(voltage: Array, c: Coefficients) -> Array:
     """Return a sum of voltages [V] as the rotors follow it."""
     stay = math.exp(-H / c.t_m)
-    nu, result = float(voltage[0]), np.empty(len(voltage))
-    for k in range(len(voltage)):
-        result[k] = nu
-        nu = voltage[k] + stay * (nu - voltage[k])
-    return result
+    return lfilter([0.0, 1.0 - stay], [1.0, -stay], voltage - voltage[0]) + voltage[0]
 
 
 def _information(g: Array, axis: int, c: Coefficients) -> Array:
@@ -467,17 +463,18 @@ def step_cost() -> str:
 
 def follow(arguments: Sequence[str]) -> None:
     """Fly, and print the tables."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks follow", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    asked = options(
+        arguments,
+        "follow",
+        __doc__,
+        "kind",
+        tuning=(False, "the half that the rules were chosen on"),
+        seeds=(40, "number behind the last seed of flights with a change"),
+        first=(0, "seed of the first flight"),
+        hours=(20.0, "flight of unchanged rigs of each kind, from seed 0"),
+        rows=(Path, "file of the flights' results, which a later run goes on with"),
+        step=(False, "time of a step alone"),
     )
-    parser.add_argument("--tuning", action="store_true", help="the half that the rules were chosen on")
-    parser.add_argument("--seeds", type=int, default=40, help="number behind the last seed of flights with a change")
-    parser.add_argument("--first", type=int, default=0, help="seed of the first flight")
-    parser.add_argument("--hours", type=float, default=20.0, help="flight of unchanged rigs of each kind, from seed 0")
-    parser.add_argument("--kind", action="append", choices=(*KINDS, *UNCHANGED_KINDS), help="only this; repeatable")
-    parser.add_argument("--rows", type=Path, help="file of the flights' results, which a later run goes on with")
-    parser.add_argument("--step", action="store_true", help="time of a step alone")
-    asked = parser.parse_args(arguments)
     if asked.step:
         print(step_cost())
         return
