@@ -155,7 +155,7 @@ def test_the_offset_of_a_log_is_found_and_costs_its_prior():
 
 def test_the_noise_floor_is_the_true_plants_own_error():
     runs = [run_along(model(), record_of(windy(seed), RIG), np.zeros(3)) for seed in (11, 12)]
-    made = [made_by_itself(model(), run.record, np.zeros(3), seed) for seed, run in enumerate(runs)]
+    made = [made_by_itself(replace(run, model=model(), offset=np.zeros(3)), seed) for seed, run in enumerate(runs)]
     own, floor = ([run.errors(ALL) for run in of] for of in (runs, made))
     for name in ALL:
         figures = [rms_figures([e[name] for e in errors], 0.25) for errors in (own, floor)]
@@ -167,7 +167,7 @@ def test_the_noise_floor_is_the_true_plants_own_error():
 
 def test_an_unstable_plant_in_closed_loop_has_a_floor_and_no_free_run(monkeypatch):
     run = run_along(model(UNSTABLE), record_of(flown(7, monkeypatch), RIG), np.zeros(3))
-    made = made_by_itself(model(UNSTABLE), run.record, np.zeros(3))
+    made = made_by_itself(replace(run, model=model(UNSTABLE), offset=np.zeros(3)))
     assert np.isfinite(made.errors(ALL)["ahead_200ms"]).all()
     assert RIG.stable(UNSTABLE) == (False, True, False)
     assert RIG.stable(TABLE_2._replace(cable_stiffness_travel=0.01)) == (True, True, True)

@@ -16,6 +16,7 @@ Sources: Diebold and Mariano 1995 (paired differences); Ljung and Box 1978, eq. 
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import log, pi
 
 import numpy as np
@@ -129,67 +130,135 @@ def compare(
         No passage is long enough for a prediction over two seconds.
     """
     rig, left_out = after.likelihood.rig, left_out or {}
-    records = records_of(logs, rig, left_out)
-    fitted = np.prod([sum(r.weights.sum(0) for r in f.likelihood.records) > 0 for f in (before, after)], axis=0)
-    records = tuple(replace(r, weights=r.weights * fitted) for r in records)  # no noise model, no likelihood
-    if faults := after.likelihood.faults:
-        alone = replace(after.likelihood, records=records, faults={}, logged=())
-        calm = alone.resting(after.parameters, after.point.z)
-        e, _ = alone.filtered(calm)
-        records = alone.undoing(faults, e).records
+    records = _records(before, after, logs, left_out)
     passages = [_clear(record, left_out.get(record.name, ())) for record in records]
-    models = {"before": Model.of(before), "after": Model.of(after)}
-    found = {n: [_on(m, r, own) for r, own in zip(records, passages, strict=True)] for n, m in models.items()}
     starts = [rig.begin(own.angles, own.voltages, own.step) for own in logs]
-    runs = {name: [rig.simulate(own.voltages, own.step, start, m.parameters)
-                   for own, start in zip(logs, starts, strict=True)] for name, m in models.items()}  # fmt: skip
-    measured, steps = [own.angles for own in logs], [own.step for own in logs]
-    free = {name: _free(m, measured, runs[name], steps) for name, m in models.items()}
-    errors = {name: _errors([on.run for on in found[name]], free[name]) for name in models}
-    made = [made_by_itself(on.run.model, on.run.record, on.run.offset, seed) for seed, on in enumerate(found["after"])]
-    floor = _errors([run for run in made if run is not None], _free_in_air(found["after"]))
-    stays = [rms_figures(list(own), SPACING, "error over 1 s") for own in
-             zip(*(on.run.naive() for on in found["after"]), strict=True)]  # fmt: skip
-    stood = rms_figures([on.run.still("ahead_200ms") for on in found["after"]], SPACING, "error over .2 s")
-    change = _changes([on.run for on in found["before"]], [on.run for on in found["after"]])
-    near, length = [own.ahead_200ms.value for own in errors["after"]], 1.0 if closed_loop else 0.0
-    drawn = {n: {i: on.run.run_on(length) for i, on in enumerate(own) if length} for n, own in found.items()}
-    if closed_loop and all(error < least.value for error, least in zip(near, stood, strict=True)):
-        laws = controllers_of(logs)  # all axes fly together: one that the model does not know would spoil the others
-        both = [i for i, own in enumerate(laws) if len(own) == len(CHANNELS)]
-        flown = {name: {i: found[name][i].run.flown_again(laws[i]) for i in both} for name in models}
-        again = {name: [_thinned(records[i], own) for i, own in one.items()] for name, one in flown.items()}
-        if sum(map(len, again["after"])) and all(np.isfinite(own).all() for one in again.values() for own in one):
-            for name, one in again.items():
+    models = {
+        name: _Held.of(Model.of(fitted), records, passages, logs, starts)
+        for name, fitted in (("before", before), ("after", after))
+    }
+    held = models["after"]
+    errors = {name: _errors(own.ahead, own.free(logs)) for name, own in models.items()}
+    change = {n: _change(zip(models["before"].ahead[n], held.ahead[n], strict=True)) for n in HORIZONS}
+    made = [run for seed, on in enumerate(held.on) if (run := made_by_itself(on.run, seed))]
+    floor = _errors(_ahead(made), held.free_in_air())
+    stays = [rms_figures(list(own), SPACING, "error over 1 s")
+             for own in zip(*(on.run.naive() for on in held.on), strict=True)]  # fmt: skip
+    stood = rms_figures([on.run.still("ahead_200ms") for on in held.on], SPACING, "error over .2 s")
+    drawn, length = dict[str, dict[int, list[Stretch]]](), 0.0
+    if closed_loop:
+        length = 1.0
+        drawn = {name: {i: on.run.run_on(length) for i, on in enumerate(own.on)} for name, own in models.items()}
+        known = all(own.ahead_200ms.value < least.value for own, least in zip(errors["after"], stood, strict=True))
+        if again := _again(models, logs) if known else {}:
+            drawn, length = again, FLOWN
+            thin = {name: [_thinned(records[i], own) for i, own in one.items()] for name, one in again.items()}
+            for name, one in thin.items():
                 figures = rms_figures(one, SPACING, f"closed-loop error over {FLOWN:g} s")
                 errors[name] = [replace(e, closed_loop_3s=own) for e, own in zip(errors[name], figures, strict=True)]
-            change["closed_loop_3s"] = _change(zip(again["before"], again["after"], strict=True))
-            drawn, length = flown, FLOWN
-    white = {n: [on.standardised(models["after"]) for on in found[n]] for n in models}
-    p = {n: [_ljung_box_p([z[:, i] for z in white[n]], [r.weights[:, i] for r in records], records[0].step)
-             for i in range(len(rig.axes))] for n in models}  # fmt: skip
-    air, noise, axes = after.air(), models["after"].encoder_noise, {}
+            change["closed_loop_3s"] = _change(zip(thin["before"], thin["after"], strict=True))
+    white = {name: [on.standardised(held.model) for on in own.on] for name, own in models.items()}
+    air, axes = after.air(), dict[str, AxisReport]()
     for i, axis in enumerate(rig.axes):
         own, bare, ahead = errors["after"][i].prediction_1s, min(stays[0][i].value, stays[1][i].value), 1.0
         if closed_loop:
             own, bare, ahead = errors["after"][i].ahead_200ms, stood[i].value, HORIZONS["ahead_200ms"]
         use, why = use_of(rig.gains[i], (reports or {}).get(rig.gains[i]), own.value, bare, ahead)
+        weights = [record.weights[:, i] for record in records]
+        p = {name: _ljung_box_p([z[:, i] for z in own], weights, records[0].step) for name, own in white.items()}
         axes[axis] = AxisReport(
-            errors["before"][i], errors["after"][i], floor[i], stays[0][i], stays[1][i],
-            {name: own[i] for name, own in p.items()}, float(air[0, i]), float(air[1, i]), float(noise[i]), use, why,
-            {name: own[i] for name, own in change.items()},
+            errors["before"][i], errors["after"][i], floor[i], stays[0][i], stays[1][i], p, float(air[0, i]),
+            float(air[1, i]), float(held.model.encoder_noise[i]), use, why,
+            {name: figures[i] for name, figures in change.items()},
         )  # fmt: skip
-    judged = {} if judge is None else {name: judge(m.parameters) for name, m in models.items()}
+    judged = {} if judge is None else {name: judge(own.model.parameters) for name, own in models.items()}
     series = tuple(
         HeldOutSeries(
-            own, runs["before"][i], runs["after"][i], dict(zip(rig.state, map(float, starts[i]), strict=True)),
+            own, models["before"].alone[i], held.alone[i], dict(zip(rig.state, map(float, starts[i]), strict=True)),
             white["before"][i], white["after"][i], records[i].step,
             tuple(event for event in events if event.log == own.name),
             {name: _drawn(records[i], stretches[i]) for name, stretches in drawn.items() if i in stretches}, length,
         )
         for i, own in enumerate(logs)
     )  # fmt: skip
-    return axes, _likelihood(found["before"], found["after"], judged), series
+    return axes, _likelihood(models["before"].on, held.on, judged), series
+
+
+def _records(
+    before: Fit, after: Fit, logs: Sequence[Log], left_out: Mapping[str, Sequence[tuple[float, float]]]
+) -> tuple[Record, ...]:
+    """Prepare held-out logs; an axis without a noise model has no likelihood, and faults are undone as in training."""
+    likelihood = after.likelihood
+    fitted = np.prod([sum(r.weights.sum(0) for r in f.likelihood.records) > 0 for f in (before, after)], axis=0)
+    records = tuple(replace(r, weights=r.weights * fitted) for r in records_of(logs, likelihood.rig, left_out))
+    if not likelihood.faults:
+        return records
+    alone = replace(likelihood, records=records, faults={}, logged=())
+    return alone.undoing(likelihood.faults, alone.filtered(alone.resting(after.parameters, after.point.z))[0]).records
+
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """One model on all held-out logs."""
+
+    model: Model
+    on: list[_OnLog]
+    alone: list[Array]
+    """Angles (N, a) [rad] of the plant alone under the voltages, at the rate of the log."""
+
+    @classmethod
+    def of(
+        cls,
+        model: Model,
+        records: Sequence[Record],
+        passages: Sequence[Sequence[tuple[int, int]]],
+        logs: Sequence[Log],
+        starts: Sequence[Array],
+    ) -> "_Held":
+        """Run a model along the logs."""
+        on = [_on(model, record, own) for record, own in zip(records, passages, strict=True)]
+        return cls(model, on, [
+            model.rig.simulate(log.voltages, log.step, start, model.parameters)
+            for log, start in zip(logs, starts, strict=True)
+        ])  # fmt: skip
+
+    @cached_property
+    def ahead(self) -> dict[str, list[Array]]:
+        """Errors (S, a) [rad] of every log by the name of the figure."""
+        return _ahead([on.run for on in self.on])
+
+    def free(self, logs: Sequence[Log]) -> list[ErrorFigure | None]:
+        """Figures by axis of the plant alone."""
+        errors = [log.angles - own for log, own in zip(logs, self.alone, strict=True)]
+        return _free(self.model, errors, [log.step for log in logs])
+
+    def free_in_air(self) -> list[ErrorFigure | None]:
+        """Figures by axis of the plant alone on whole records that it made itself."""
+        errors, rig, p = list[Array](), self.model.rig, self.model.parameters
+        for seed, on in enumerate(self.on):
+            r, random = on.run.record, np.random.default_rng(seed)
+            torque = on.run.offset + self.model.torque(r.step, r.samples, random)
+            noise = self.model.encoder_errors(r.step, r.samples, random)
+            made, own = (rig.simulate(r.inputs, r.step, r.start, p, *t) for t in ((torque,), ()))
+            errors.append(made + noise - own)
+        return _free(self.model, errors, [on.run.record.step for on in self.on])
+
+
+def _ahead(runs: Sequence[Run]) -> dict[str, list[Array]]:
+    """Errors (S, a) [rad] of runs by the name of the figure."""
+    found = [run.errors(tuple(HORIZONS)) for run in runs]
+    return {name: [own[name] for own in found] for name in HORIZONS}
+
+
+def _again(models: Mapping[str, _Held], logs: Sequence[Log]) -> dict[str, dict[int, list[Stretch]]]:
+    """Stretches, by model and log, that plant and recovered controller fly again; nothing where no law is known.
+
+    All axes fly together: one that the model does not know would spoil the others.
+    """
+    laws = {i: own for i, own in enumerate(controllers_of(logs)) if len(own) == len(CHANNELS)}
+    found = {name: {i: own.on[i].run.flown_again(law) for i, law in laws.items()} for name, own in models.items()}
+    errors = [e for one in found.values() for own in one.values() for _, e in own]
+    return found if errors and all(np.isfinite(e).all() for e in errors) else {}
 
 
 def _thinned(record: Record, stretches: Sequence[Stretch]) -> Array:
@@ -215,22 +284,13 @@ def _clear(record: Record, left_out: Sequence[tuple[float, float]]) -> list[tupl
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
-def _errors(runs: Sequence[Run], free: Sequence[ErrorFigure | None]) -> list[AxisError]:
-    """Figures by axis of one model's runs; zero, which bounds nothing, where there is no run."""
-    if not runs:
+def _errors(ahead: Mapping[str, Sequence[Array]], free: Sequence[ErrorFigure | None]) -> list[AxisError]:
+    """Figures by axis of one model's errors; zero, which bounds nothing, where there is no run."""
+    if not any(map(len, ahead.values())):
         nothing = ErrorFigure(0.0, 0.0, 0.0)
         return [AxisError(nothing, nothing, nothing, nothing, own) for own in free]
-    errors = [run.errors(tuple(HORIZONS)) for run in runs]
-    figures = [
-        rms_figures([own[name] for own in errors], SPACING, f"error over {H:g} s") for name, H in HORIZONS.items()
-    ]
+    figures = [rms_figures(own, SPACING, f"error over {HORIZONS[name]:g} s") for name, own in ahead.items()]
     return [AxisError(a, b, c, d, own) for a, b, c, d, own in zip(*figures, free, strict=True)]
-
-
-def _changes(before: Sequence[Run], after: Sequence[Run]) -> dict[str, list[ErrorFigure]]:
-    """Figures by axis of the errors ahead of one model over those of another, less 1, on the same segments."""
-    pairs = [(old.errors(tuple(HORIZONS)), new.errors(tuple(HORIZONS))) for old, new in zip(before, after, strict=True)]
-    return {name: _change((old[name], new[name]) for old, new in pairs) for name in HORIZONS}
 
 
 def _change(pairs: Iterable[tuple[Array, Array]]) -> list[ErrorFigure]:
@@ -248,26 +308,12 @@ def _ratio(squares: Array) -> Array:
     return np.sqrt(squares[..., a:] / np.maximum(squares[..., :a], 1e-300)) - 1.0
 
 
-def _free(model: Model, measured: Sequence[Array], runs: Sequence[Array], steps: Sequence[float]) -> list:
+def _free(model: Model, errors: Sequence[Array], steps: Sequence[float]) -> list[ErrorFigure | None]:
     """Figures by axis of free runs; None where the axis is not stable."""
-    errors = [own - run for own, run in zip(measured, runs, strict=True)]
     stable = model.rig.stable(model.parameters)
     if not all(np.isfinite(own).all() for own in errors):
         return [None] * len(stable)
     return [own if ok else None for own, ok in zip(rms_figures(errors, steps), stable, strict=True)]
-
-
-def _free_in_air(found: Sequence[_OnLog]) -> list:
-    """Figures by axis of the free runs of a model on whole records that it made itself."""
-    made, runs, steps = [], [], []
-    for seed, on in enumerate(found):
-        model, r, random = on.run.model, on.run.record, np.random.default_rng(seed)
-        torque = on.run.offset + model.torque(r.step, r.samples, random)
-        noise = model.encoder_errors(r.step, r.samples, random)
-        made.append(model.rig.simulate(r.inputs, r.step, r.start, model.parameters, torque) + noise)
-        runs.append(model.rig.simulate(r.inputs, r.step, r.start, model.parameters))
-        steps.append(r.step)
-    return _free(found[0].run.model, made, runs, steps)
 
 
 def _likelihood(

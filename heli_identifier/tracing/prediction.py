@@ -271,13 +271,14 @@ def _states(model, record, offset, at, e, carry=None, first=0) -> Array:
     return np.array(carries)
 
 
-def made_by_itself(model: Model, record: Record, offset: Array, seed: int = 0) -> Run | None:
+def made_by_itself(run: Run, seed: int = 0) -> Run | None:
     """Let a plant make a record of its own, and run its filter along it; None if it runs away everywhere.
 
     The record is made in pieces of SETTLING + BLOCK = 6 s under the measured inputs, each begun at the rig's own
     motion: in another air these inputs no longer hold the plant where it was, and the errors ahead depend on where it
     is. Pieces that run away from the rig by half a turn are left out.
     """
+    model, record, offset = run.model, run.record, run.offset
     h, a, N = record.step, len(model.rig.axes), record.samples
     random = np.random.default_rng(seed)
     first, length = round(SETTLING / h), min(round((SETTLING + BLOCK) / h), N - round(SETTLING / h))
