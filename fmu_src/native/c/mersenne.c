@@ -58,10 +58,10 @@ static uint32_t draw(Twister *t)
     return y ^ (y >> 18);
 }
 
-Floats phases(Space *space, int64_t seed, int64_t count)
+List_f phases(Space *space, int64_t seed, int64_t count)
 {
     const double full = 2.0 * 3.141592653589793;
-    Floats drawn = new_Floats(space, count);
+    List_f drawn = new_List_f(space, count);
     Twister twister;
     seed_array(&twister, (uint32_t)seed);
     for (int64_t k = 0; k < count; k++) {

@@ -64,7 +64,7 @@ class Row:
         """The name in C."""
         if set(self.items) == {FLOAT}:
             return f"Row{len(self.items)}"
-        return "Row_" + "_".join(item.short for item in self.items)
+        return "_".join(["Row", *(item.short for item in self.items)])
 
     short = name
 
@@ -74,14 +74,8 @@ class Listing:
     """A list, or a tuple whose length is known at run time only."""
 
     item: CType
+    name = short = property(lambda self: f"List_{self.item.short}")
     said = property(lambda self: f"a list of {self.item.said}")
-
-    @property
-    def name(self) -> str:
-        """The name in C."""
-        return {FLOAT: "Floats", INT: "Integers"}.get(self.item, f"List_{self.item.short}")  # type: ignore[arg-type]
-
-    short = name
 
 
 @dataclass(frozen=True)
