@@ -13,7 +13,7 @@ import pytest
 
 from fmu_src.native import build_native
 from fmu_src.native.toolchain import LINUX, compiler
-from fmu_src.native.translator import Translation, header, source
+from fmu_src.native.translator import header, source
 
 HOSTS = Path(__file__).parent / "hosts"
 RUNTIME = files("fmu_src.native").joinpath("c")
@@ -35,15 +35,12 @@ def needs_a_compiler(target=LINUX):
         pytest.skip(f"this machine has no C compiler for {target.fmi2} (extra 'native')")
 
 
-def library(folder, entries, more="", flags=("-O2",), translation=None):
+def library(folder, translation, more):
     """Translated functions, compiled and loaded; ``more`` is C text behind them."""
-    translation = translation or Translation()
-    for entry in entries:
-        translation.entry(*(entry if isinstance(entry, tuple) else (entry,)))
     (folder / "model.h").write_text(header(translation))
     (folder / "model.c").write_text(source(translation, more))
     command = [
-        *c_compiler(), "-std=c11", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror", "-ffp-contract=off", *flags,
+        *c_compiler(), "-std=c11", "-O2", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror", "-ffp-contract=off",
         "-shared", "-fPIC", f"-I{RUNTIME}", "model.c", str(RUNTIME / "memory.c"), "-o", "model.so", "-lm",
     ]  # fmt: skip
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)

@@ -2,7 +2,6 @@
 
 import ctypes
 import math
-import struct
 from functools import reduce
 from math import atan2, ceil, copysign, floor, hypot, sin, sqrt
 from operator import add, mul
@@ -13,11 +12,6 @@ import pytest
 
 from fmu_src.native import Untranslatable
 from fmu_src.native.translator import Translation
-from heli_plant import plant
-from heli_plant.effects import AXES, CATALOGUE, VOLTAGE
-from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters
-from heli_plant.state import PlantState
-from heli_plant.tabulated_torque import KNOTS, VARIABLES
 from tests.native_builds import library
 
 FEW = [0.0, -0.0, 0.1, -0.1, 0.5, 1.0, -1.0, 1.5, 2.5, -2.5, 3.7, -3.7, 1e-300, 1e300, math.inf, -math.inf]
@@ -119,8 +113,26 @@ def parts_are_lists_of_their_own(n: int, x: float) -> float:
     return a + 10.0 * b + 100.0 * first[0] + 1000.0 * first[1] + first[-1]
 
 
+def _doubled(xs: list[float]) -> float:
+    for k in range(len(xs)):
+        xs[k] *= 2.0
+    return xs[0]
+
+
+def effects_and_carried_values(n: int, x: float) -> float:
+    xs, a, b, sign = [x + k for k in range(n)], 0.0, 1.0, "+"
+    _doubled(xs)
+    for k, value in enumerate(xs):
+        a, b = b, a + value
+        if k % 3 == 2:
+            continue
+        sign = "-" if sign == "+" else "+"
+    flags = [value > 0.0 for value in xs[::2]]
+    return (a - 3.0 * b if sign == "+" else b) + (1.0 if any(flags) else 0.0) + (0.5 if all(flags) else 0.0)
+
+
 NUMBERS = [remainder, extremes, ordered_sums, both_ways, chained, turned]
-LISTS = [polynomial, gram, grown, unrolled, parts_are_lists_of_their_own]
+LISTS = [polynomial, gram, grown, unrolled, parts_are_lists_of_their_own, effects_and_carried_values]
 KINDS = {float: ctypes.c_double, int: ctypes.c_int64}
 
 
@@ -129,10 +141,8 @@ def built(tmp_path_factory):
     functions = [*NUMBERS, *LISTS, whole, rounded]
     translation = Translation()
     units = {f: translation.entry(f) for f in functions}
-    made = library(
-        tmp_path_factory.mktemp("c"), [], "Space *make_space(void) { return calloc(1, sizeof(Space)); }",
-        translation=translation,
-    )  # fmt: skip
+    space = "Space *make_space(void) { return calloc(1, sizeof(Space)); }"
+    made = library(tmp_path_factory.mktemp("c"), translation, space)
     made.make_space.restype = ctypes.c_void_p
     space = ctypes.c_void_p(made.make_space())
 
@@ -249,74 +259,3 @@ def test_what_it_does_not_know_is_refused_with_file_line_and_reason(function, re
     assert problem.file.endswith("test_native_translator.py")
     assert first <= problem.line <= first + 4
     assert str(problem) == f"{problem.file}, line {problem.line}: {problem.reason}"
-
-
-# The plant's step, over every effect and both models
-
-STEPS = 20_000
-STATES = len(PlantState._fields)
-_MANY = """
-void many(const double *states, const double *inputs, const double *sets, const int *which, int n, double *out)
-{
-    for (int k = 0; k < n; k++) {
-        PlantState state;
-        memcpy(&state, states + 12 * k, sizeof state);
-        const double *u = inputs + 5 * k;
-        const PlantParameters *p = (const PlantParameters *)sets + which[k];
-        const PlantState next = plant_step(&state, u[0], u[1], u[2], u[3], u[4], p);
-        memcpy(out + 12 * k, &next, sizeof next);
-    }
-}
-
-int size(void) { return (int)(sizeof(PlantParameters) / sizeof(double)); }
-"""
-
-
-def parameter_sets(draw):
-    """Each effect alone, none, all, all on the general model, a table of each variable, at random values in range."""
-
-    def value(entry):
-        low, high = max(entry.lower, -0.2), min(entry.upper, 0.2)
-        return draw.uniform(low, high) or 0.5 * high
-
-    def table(axis, number):
-        torques = {f"table_torque_{k}_{axis}": draw.uniform(-0.3, 0.3) for k in range(1, KNOTS + 1)}
-        shape = {f"table_first_{axis}": draw.uniform(-1.5, -0.5), f"table_spacing_{axis}": draw.uniform(0.05, 0.2)}
-        return TABLE_2._replace(**torques, **shape, **{f"table_variable_{axis}": float(number)})
-
-    alone = [TABLE_2._replace(**{entry.field: value(entry)}) for entry in CATALOGUE]
-    every = TABLE_2._replace(**{entry.field: value(entry) for entry in CATALOGUE})
-    without_lag = TABLE_2._replace(T_m=0.0, **{e.field: value(e) for e in CATALOGUE if e.place == VOLTAGE})
-    tables = [table(axis, number) for axis in AXES for number in range(1, len(VARIABLES) + 1)]
-    general = [TABLE_2._replace(general_model=1.0), every._replace(general_model=1.0)]
-    stopped = TABLE_2._replace(pitch_stop=0.1)
-    return [TABLE_2, without_lag, stopped, every, *general, *alone, *tables]
-
-
-def bits(values):
-    return struct.pack(f"{len(values)}d", *values)
-
-
-def test_a_step_of_the_plant_in_c_has_the_bits_of_cpython(tmp_path):
-    """Random steps; no difference is allowed, so there is no tolerance."""
-    draw = Random(14)
-    sets = parameter_sets(draw)
-    which = [draw.randrange(len(sets)) for _ in range(STEPS)]
-    states = [[draw.uniform(-1.5, 1.5) for _ in range(STATES)] for _ in range(STEPS)]
-    for state in states[::3]:
-        state[10] = 0.0  # the ADO at rest in its middle
-    inputs = [
-        [draw.uniform(-8.0, 8.0), draw.uniform(-8.0, 8.0), draw.uniform(-0.3, 0.3), draw.uniform(0.0, 90.0),
-         draw.uniform(1e-4, 0.05)]
-        for _ in range(STEPS)
-    ]  # fmt: skip
-    expected = [bits(plant.step(PlantState(*x), *u, sets[i])) for x, u, i in zip(states, inputs, which, strict=True)]
-    flat = [[x for row in table for x in row] for table in (states, inputs, sets)]
-    for flags in (("-O0",), ("-O3", "-march=native")):
-        made = library(tmp_path, [plant.step], _MANY, flags)
-        assert made.size() == len(PlantParameters._fields) == len(PARAMETERS)
-        out = (ctypes.c_double * (STATES * STEPS))()
-        made.many(*((ctypes.c_double * len(values))(*values) for values in flat), (ctypes.c_int * STEPS)(*which), STEPS,
-                  out)  # fmt: skip
-        assert [bits(out[STATES * k : STATES * (k + 1)]) for k in range(STEPS)] == expected
-        (tmp_path / "model.so").unlink()  # a library of the same name would be the one that is loaded already
