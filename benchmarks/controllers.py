@@ -21,7 +21,7 @@ from statistics import median
 import numpy as np
 
 from benchmarks.harness import figure, in_parallel, options, span, table
-from benchmarks.rigs import windy_log
+from benchmarks.rigs import windy_logs, windy_plant
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, plant_values
@@ -99,11 +99,9 @@ def of_rig(plants: int, job: tuple[str, int]) -> dict[str, Verdict]:
     """Identify a rig, design on each model, and judge on the truth; give a verdict by model and design."""
     colour, seed = job
     rig = windy_rig(seed, colour, counts=LOGS)
-    fields = {name.replace("/", "_"): value for name, value in rig.truth.effects.items()}
-    truth = PlantParameters(**rig.truth.parameters, **fields)
-    part = {letter: [windy_log(name, log) for name, log in rig.part(letter).items()] for letter in LOGS}
+    truth = windy_plant(rig)
     try:
-        diagnosis = diagnose(part["a"], held_out=part["t"])
+        diagnosis = diagnose(windy_logs(rig, "a"), held_out=windy_logs(rig, "t"))
     except IdentifierError as error:
         return dict.fromkeys(MODELS, Verdict(str(error)))
     sets = {

@@ -2,7 +2,7 @@
 
     python -m benchmarks windy [--seeds 0:16] [--choose] [--colours ou,slow,swirl] [--quiet] [--unlogged] [--rate 100]
                                [--effects KIND] [--workers N] [--csv FILE]
-    python -m benchmarks measured RIG... [--begin SECONDS] [--workers N] [--download FOLDER] [--csv FILE]
+    python -m benchmarks measured RIG... [--from SECONDS] [--workers N] [--download FOLDER] [--csv FILE]
                                   [--online]
 
 *windy*: generated rigs in the air of measured ones, under students' controllers. The odd seeds report; rules are chosen
@@ -37,7 +37,7 @@ import numpy as np
 
 from benchmarks.harness import in_parallel, options, span, table
 from benchmarks.measured import DownloadError, download
-from benchmarks.rigs import DETECTABLE, likelihood_of, told_scores, windy_log
+from benchmarks.rigs import DETECTABLE, likelihood_of, told_scores, windy_logs, windy_plant
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import PREDICTION_ERROR
 from heli_identifier.records import Log, LogFormat, read_logs
@@ -148,22 +148,19 @@ def nats_under(plant: PlantParameters, logs: Sequence[Log]) -> float:
 
 # --- where the rigs come from ------------------------------------------------------------------------------------
 
+
 def windy_halves(colour: str, quiet: bool, rate: float, effects: str | None, logged: bool, seed: int) -> list[Half]:
     """Make a windy rig and diagnose its halves."""
     rig = windy_rig(seed, colour, quiet, rate, effects, logged, WINDY_LOGS)
-    fields = {name.replace("/", "_"): value for name, value in rig.truth.effects.items()}
-    plant = PlantParameters(**rig.truth.parameters, **fields)
-
-    def logs(letter: str) -> list[Log]:
-        return [windy_log(name, log) for name, log in rig.part(letter).items()]
-
+    fields = tuple(name.replace("/", "_") for name in rig.truth.effects)
+    plant, held_out, other = windy_plant(rig), windy_logs(rig, "t"), windy_logs(rig, "c")
     words = (colour, f"{rate:g} Hz", "quiet" * quiet, "not logged" * (not logged), effects or "")
-    halves = []
+    kind, halves = " ".join(filter(None, words)), []
     for letter in "ab":
-        training = logs(letter)
+        training = windy_logs(rig, letter)
         slopes = rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in training]))))
-        known = Known(tuple(fields), frozenset(map(family_of, fields)), slopes, plant, logs("c"))
-        halves.append(half_of(" ".join(filter(None, words)), f"{colour} {seed}", letter, training, logs("t"), known))
+        known = Known(fields, frozenset(map(family_of, fields)), slopes, plant, other)
+        halves.append(half_of(kind, f"{colour} {seed}", letter, training, held_out, known))
     return halves
 
 
@@ -345,7 +342,7 @@ def measured(arguments: Sequence[str]) -> None:
     """Measured rigs."""
     asked = options(
         arguments, "measured", __doc__, "rigs",
-        begin=(6.0, "leave out what is earlier [s]"),
+        from_=(6.0, "leave out what is earlier [s]"),
         workers=(1, "processes"),
         csv=(Path, "file that gets the errors"),
         online=(False, "compare the on-line identifier as well"),
@@ -355,11 +352,11 @@ def measured(arguments: Sequence[str]) -> None:
         rigs = [*asked.rigs, *(map(str, download(asked.download)) if asked.download else ())]
     except DownloadError as error:
         sys.exit(str(error))
-    done = _run([partial(measured_halves, rig, asked.begin) for rig in rigs], asked.workers).get("measured", [])
+    done = _run([partial(measured_halves, rig, asked.from_) for rig in rigs], asked.workers).get("measured", [])
     for own in (errors_table, closed_loop_table):
         print("\n" + own([half for half in done if half.found]))
     if asked.csv:
         write_errors(asked.csv, [half for half in done if half.found])
     if asked.online:
-        for name, overlapping, count, apart in in_parallel(partial(online, start=asked.begin), rigs, asked.workers):
+        for name, overlapping, count, apart in in_parallel(partial(online, start=asked.from_), rigs, asked.workers):
             print(f"{name}: {overlapping} of {count} intervals on line and off line overlap; not {apart or 'one'}")

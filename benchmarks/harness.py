@@ -24,21 +24,23 @@ FIGURES = ROOT / "docs" / "figures"
 
 
 def options(
-    arguments: Sequence[str], name: str, doc: str | None, rest: str = "", **known: tuple[Any, str]
+    arguments: Sequence[str], benchmark: str, doc: str | None, rest: str = "", **known: tuple[Any, str]
 ) -> Namespace:
     """Read the options of a benchmark, and words for the ``rest``.
 
-    Each option has its default, or for none its type, and what it means. One that is False is a flag.
+    Each option has its default, or for none its type, and what it means. One that is False is a flag; ``from_`` is
+    ``--from``.
     """
-    program = f"python -m benchmarks {name}"
+    program = f"python -m benchmarks {benchmark}"
     parser = ArgumentParser(program, description=doc, formatter_class=RawDescriptionHelpFormatter)
-    for option, (default, meaning) in known.items():
+    for name, (default, meaning) in known.items():
+        option = f"--{name.rstrip('_')}"
         if default is False:
-            parser.add_argument(f"--{option}", action="store_true", help=meaning)
+            parser.add_argument(option, dest=name, action="store_true", help=meaning)
         elif isinstance(default, type):
-            parser.add_argument(f"--{option}", type=default, help=meaning)
+            parser.add_argument(option, dest=name, type=default, help=meaning)
         else:
-            parser.add_argument(f"--{option}", type=type(default), default=default, help=f"{meaning}; {default}")
+            parser.add_argument(option, dest=name, type=type(default), default=default, help=f"{meaning}; {default}")
     if rest:
         parser.add_argument(rest, nargs="*", metavar=rest.upper())
     return parser.parse_args(arguments)

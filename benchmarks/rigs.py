@@ -15,8 +15,9 @@ from heli_identifier.tools import GeneratedRig, Rig, TrueEffect, TrueUnknown, Tr
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
 from heli_identifier.tracing.select import with_shapes
 from heli_plant.effects import effect
+from heli_plant.parameters import PlantParameters
 from tests.blind.battery import BATTERY, Case
-from tests.blind.windy import WindyLog
+from tests.blind.windy import WindyLog, WindyRig
 
 GROUPS = tuple(dict.fromkeys(case.group for case in BATTERY))
 
@@ -42,6 +43,17 @@ def windy_log(name: str, log: WindyLog) -> Log:
     """Give a log of a windy rig, with its references where they are logged."""
     rate = (len(log.time) - 1) / float(log.time[-1] - log.time[0])
     return Log(name, round(rate, 6), log.voltages, log.angles, references=dict(log.references))
+
+
+def windy_logs(rig: WindyRig, letter: str) -> list[Log]:
+    """Give the logs of a windy rig whose names begin with a letter."""
+    return [windy_log(name, log) for name, log in rig.part(letter).items()]
+
+
+def windy_plant(rig: WindyRig) -> PlantParameters:
+    """Give the true plant of a windy rig."""
+    effects = {name.replace("/", "_"): value for name, value in rig.truth.effects.items()}
+    return PlantParameters(**rig.truth.parameters, **effects)
 
 
 def blind_sources(groups: Collection[str] = GROUPS, limit: int | None = None) -> Sources:
