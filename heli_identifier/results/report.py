@@ -43,7 +43,6 @@ from heli_identifier.tracing import (
     EffectCurve,
     HeldOutSeries,
     NamedShape,
-    PeriodicShape,
     Use,
     Verdict,
 )
@@ -121,9 +120,7 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
         "sentence": verdict_line(diagnosis),
         "cards": [_card(diagnosis, axis, report) for axis, report in diagnosis.axes.items()],
         "overlay": _overlay(diagnosis),
-        "caption": _caption(diagnosis),
         "found": [_found(diagnosis, number) for number, own in enumerate(diagnosis.effects) if own.in_plant],
-        "left_out": list(_left_out(diagnosis)),
         "experiments": [f"{text} It would settle: {listed(what)}." for what, text in ranked_experiments(diagnosis)],
     }
 
@@ -176,17 +173,6 @@ def _overlay(diagnosis: Diagnosis) -> str:
     return figure(panels, "time [s]", said, 1100.0)
 
 
-def _caption(diagnosis: Diagnosis) -> str:
-    """Say what the models of the overlay were told."""
-    begin, length = "The held-out log, which decided nothing: measured, and", diagnosis.series[0].stretch
-    again = f"every {length:g} s they begin again at the measured motion"
-    if leading(diagnosis) == "closed_loop_3s":
-        return f"{begin} simulated together with the controller that was recovered from it; {again}."
-    if length:
-        return f"{begin} simulated under its voltages, which answer the air; {again}."
-    return f"{begin} simulated under its voltages without ever being corrected. An axis that nothing pulls back drifts."
-
-
 def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
     """Give facts and figure of an effect of the plant."""
     effect = diagnosis.effects[number]
@@ -224,21 +210,6 @@ def _law_figure(curve: EffectCurve, title: str) -> str:
         own.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
     label = f"{variable_name(curve.variable)} [{unit_text(curve.unit) or '1'}]"
     return figure([own], label, f"{title}: the law with its band over what the training logs show")
-
-
-def _left_out(diagnosis: Diagnosis) -> Iterator[str]:
-    """Name what was found and is not in the plant, with the reason, and what is possible."""
-    for effect in diagnosis.effects:
-        if not effect.in_plant:
-            periodic = isinstance(effect.shape, PeriodicShape)
-            why = "a plant has no periodic torque" if periodic else "it makes left-out logs less likely"
-            yield f"{effect_title(effect)}: found, and not in the plant: {why}."
-    for effect in diagnosis.possible:
-        gain = effect.left_out_gain
-        logs = "" if gain is None else ", left-out logs gain " + f"{gain:+.1f} nats".replace("-", "−")
-        place = "in the plant" if effect.in_plant else "not in the plant"
-        score = f"score {significant(effect.score, 2)} nats{logs}"
-        yield f"{effect_title(effect)}: possible, no finding; {place} ({score})."
 
 
 def ranked_experiments(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
