@@ -100,9 +100,11 @@ def read_mdf(library: Any, path: Path, file: str, format: LogFormat) -> Table:
 
 def read_workbook(library: Any, path: Path, file: str, format: LogFormat) -> Table:
     """Read the first sheet of an Excel workbook that holds a table."""
+    import pandas
+
     check_zip(path)
     with path.open("rb") as stream:
-        sheets = need("pandas", "pandas", file, "an Excel workbook").read_excel(
+        sheets = pandas.read_excel(
             stream, sheet_name=None, header=None, dtype=object, na_filter=False, engine="openpyxl"
         )
     for title, frame in sheets.items():
