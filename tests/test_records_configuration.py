@@ -139,7 +139,7 @@ def test_a_diagnosis_takes_the_configuration_that_all_its_logs_were_read_with(mo
     (path, second, *_), (held,) = demo_logs("rig-a")
     own, too, other = read_log(path, rig), read_log(second, rig), read_log(held)
     for logs, expected in (((own, too), DiagnosisSettings.from_rig(rig)), (own, DiagnosisSettings.from_rig(rig)),
-                           ((own, read_log(second)), DiagnosisSettings())):  # fmt: skip
+                           ((own, read_log(second)), DiagnosisSettings()), ([path, str(second)], DiagnosisSettings())):  # fmt: skip
         with pytest.raises(Asked) as caught:
             module.diagnose(logs, held_out=other)
         assert caught.value.args == (expected,)
