@@ -138,8 +138,9 @@ def test_a_diagnosis_takes_the_configuration_that_all_its_logs_were_read_with(mo
     rig = RigConfiguration(motor_time_constant=0.12, format=LogFormat(encoder_counts=(2000, 2000, 2000)))
     (path, second, *_), (held,) = demo_logs("rig-a")
     own, too, other = read_log(path, rig), read_log(second, rig), read_log(held)
-    for logs, expected in (((own, too), DiagnosisSettings.from_rig(rig)), (own, DiagnosisSettings.from_rig(rig)),
-                           ((own, read_log(second)), DiagnosisSettings()), ([path, str(second)], DiagnosisSettings())):  # fmt: skip
+    of_rig, usual = DiagnosisSettings.from_rig(rig), DiagnosisSettings()
+    mixed = (own, read_log(second))
+    for logs, expected in (((own, too), of_rig), (own, of_rig), (mixed, usual), ([path, str(second)], usual)):
         with pytest.raises(Asked) as caught:
             module.diagnose(logs, held_out=other)
         assert caught.value.args == (expected,)
