@@ -1,31 +1,22 @@
-"""Estimators, filters, integrator and fits beside independent references: the largest relative difference of each.
+"""The adaptation and the fit beside independent references: the largest relative difference of each.
 
-The references are mpmath with 60 digits, scipy, the Kalman filter of statsmodels, and python-control.
+The references are mpmath with 60 digits, the Kalman filter of statsmodels, and scipy.
 """
 
 from collections.abc import Iterator
 from dataclasses import replace
 from math import exp
 
-import control
 import numpy as np
 import scipy.optimize
-import scipy.signal
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 from statsmodels.tsa.statespace.kalman_filter import KalmanFilter
 
 from benchmarks.harness import section, table
 from benchmarks.rigs import likelihood_of
 from heli_identifier.online.adaptation import adapt, gain_matrix, initial_factor, measurement_noise
-from heli_identifier.online.state_filter import discretise, filter_line
-from heli_identifier.tools.linearisation import linear_model, operating_point
-from heli_identifier.tools.loop import TO_ROTORS, controller, controller_response, frequencies, plant_response
 from heli_identifier.tracing import fit
-from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
-from heli_plant.simulation import simulate
-from heli_plant.state import start_state
 from tests.simulated import drive, noisy
 
 H = 0.01
@@ -125,61 +116,6 @@ def collinear() -> Iterator[tuple[str, ...]]:
         )  # fmt: skip
 
 
-def signals() -> Iterator[Row]:
-    """Compare the state filter (11)."""
-    omega, rho = 1.0, 0.7
-    f, u = discretise(omega, rho, H, 0.08), np.random.default_rng(2).standard_normal(20_000)
-    a, b = np.array([[0.0, 1.0], [-(omega**2), -2.0 * rho * omega]]), np.array([[0.0], [omega**2]])
-    _, _, wanted = scipy.signal.lsim((a, b, np.eye(2), np.zeros((2, 1))), u, H * np.arange(len(u)))
-    xi, ours = (0.0, 0.0), [(0.0, 0.0)]
-    for before, now in zip(u[:-1].tolist(), u[1:].tolist(), strict=True):
-        xi = filter_line(xi, before, now, f)
-        ours.append(xi)
-    yield "state filter (11), 20 000 samples", "scipy.signal.lsim", apart(np.array(ours), wanted), "largest sample"
-
-
-def motion() -> Iterator[Row]:
-    """Compare the plant's step with DOP853 on the equations as the paper prints them."""
-    p, seconds = TABLE_2, 30.0
-    voltages = drive(seconds)
-
-    def right(_: float, x: Array, u: Array) -> list[float]:
-        theta, eps, _lam, w_theta, w_eps, w_lam, front, rear = x
-        front_now, rear_now = np.clip(u, -p.v_max, p.v_max)
-        return [
-            w_theta, w_eps, w_lam,
-            -p.a_wx * w_theta - p.a_th * np.sin(theta - p.theta0) + p.k_x * (front - rear),
-            -p.a_wz * w_eps - p.a_e * eps - p.a_1 - p.a_lt * w_theta * w_lam
-            + p.k_z * (front + rear) * np.cos(theta),
-            -p.a_wy * w_lam + p.k_y * (front + rear) * np.sin(theta),
-            (front_now - front) / p.T_m, (rear_now - rear) / p.T_m,
-        ]  # fmt: skip
-
-    x = np.array([0.1, 0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    start, wanted = start_state(0.1, 0.05, 0.0, 0.0, 0.0), []
-    for u in voltages:
-        wanted.append(x[:3])
-        x = solve_ivp(right, (0.0, H), x, "DOP853", rtol=1e-12, atol=1e-14, args=(u,)).y[:, -1]
-    _, angles = simulate(voltages, H, start, p)
-    yield "plant over 30 s, steps of 10 ms", "scipy DOP853, 1e-12", apart(angles, np.array(wanted)), "largest angle"
-
-
-def linear() -> Iterator[Row]:
-    """Compare frequency responses."""
-    model = linear_model(TABLE_2, operating_point(TABLE_2, 0.1, 0.2))
-    omega = frequencies(H)
-    z = np.exp(1j * omega * H)
-    theirs = np.moveaxis(control.frequency_response(model.sampled, omega).frdata, -1, 0) @ TO_ROTORS
-    wanted = theirs * (np.exp(-1j * omega * model.input_delay) / z)[:, None, None]
-    ours = plant_response(model, omega)
-    yield "frequency response of the linear plant", "python-control", apart(ours, wanted), "largest gain"
-    pid = controller(PidSettings(), H)
-    response = control.frequency_response(control.ss(pid.A, pid.B[:, :3], pid.C, pid.D[:, :3], H), omega).frdata
-    wanted = np.linalg.inv(TO_ROTORS) @ np.moveaxis(response, -1, 0)
-    ours = controller_response(PidSettings(), H, omega)
-    yield "frequency response of the PID", "python-control", apart(ours, wanted), "largest gain"
-
-
 def fits() -> Iterator[Row]:
     """Minimise the criterion with scipy from beside where the fit stops; the logs' offsets stay."""
     logs = [noisy(TABLE_2, drive(60.0, seed), seed) for seed in (1, 2)]
@@ -206,7 +142,7 @@ def fits() -> Iterator[Row]:
 
 def numbers() -> str:
     """Compare all."""
-    rows = [row for part in (adaptation, signals, motion, linear, fits) for row in part()]
+    rows = [row for part in (adaptation, fits) for row in part()]
     head = ("difference of the columns", "condition", "Omega", "Gamma", "Gamma positive definite",
             "textbook RLS: Omega")  # fmt: skip
     return section(
@@ -214,8 +150,8 @@ def numbers() -> str:
         table(("what", "reference", "largest difference", "in"), [(a, b, f"{c:.1e}", d) for a, b, c, d in rows]),
         "Two of five regressors nearly collinear: largest difference from 60 digits over the largest element.",
         table(head, list(collinear())),
-        "The plant's difference is the error of the Runge-Kutta method at its step, all others are rounding or, of the "
-        "fit, where a search stops. Collinear regressors cost digits of Omega in any form; the factored gain stays "
-        "positive definite.",
-        packages=("numpy", "scipy", "statsmodels", "control", "mpmath"),
+        "Differences are rounding or, of the fit, where a search stops. Collinear regressors cost digits of Omega in "
+        "any form; the factored gain stays positive definite. Tests hold the state filter, the plant and frequency "
+        "responses to scipy and python-control.",
+        packages=("numpy", "scipy", "statsmodels", "mpmath"),
     )
