@@ -1,23 +1,16 @@
 __all__ = [
-    "ClosedLoopErrors",
     "CONSOLIDATED",
     "CONTROLLER",
     "ClosedLoopErrors",
     "ControllerDesign",
-    "FEEDBACK",
-    "KINDS",
-    "OTHERS",
     "Advice",
-    "Coefficient",
     "EstimateHistory",
     "Finding",
-    "Fleet",
     "GeneratedRig",
     "Identification",
     "Limits",
     "Progress",
     "Rig",
-    "RigFolder",
     "Row",
     "SHORTEST_TO_SPLIT",
     "Source",
@@ -44,7 +37,6 @@ __all__ = [
     "fleet_of",
     "fleet_sentence",
     "fleet_tables",
-    "geometry_of",
     "flight_outlooks",
     "flight_table",
     "generated_rigs",
@@ -66,22 +58,21 @@ __all__ = [
 from .campaign import CONSOLIDATED, Progress, run_campaign
 from .campaign_rows import Row, campaign_tables, read_rows, summarised, write_rows
 from .closed_loop import ClosedLoopErrors, closed_loop_errors
-from .controller import KINDS, OTHERS, Advice, ControllerDesign, control_advice, design_controller, design_pid
+from .controller import Advice, ControllerDesign, control_advice, design_controller, design_pid
 from .controller_page import controller_html, design_table, margin_table, step_figure
-from .course import controller_m, corrected_init, course_values, geometry_of
+from .course import controller_m, corrected_init, course_values
 from .experiment import Limits, designs, effects_named, experiment_table, separation_warning
-from .fleet import Coefficient, Finding, Fleet, diagnose_rigs, fleet_of
+from .fleet import Finding, diagnose_rigs, fleet_of
 from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table
 from .identification import EstimateHistory, Identification, identify
 from .joint import Together
 from .linearisation import linearise
-from .loop import CONTROLLER, FEEDBACK, controller_settings
+from .loop import CONTROLLER, controller_settings
 from .rigs import (
     SHORTEST_TO_SPLIT,
     GeneratedRig,
     Rig,
-    RigFolder,
     Source,
     TrueEffect,
     TrueUnknown,
