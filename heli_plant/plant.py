@@ -14,7 +14,6 @@ the ends of its travel; over one integration step it counts as standing where it
 
 from typing import Any
 
-from .general_model import general_accelerations
 from .laws import (
     added_elevation,
     added_pitch,
@@ -27,9 +26,9 @@ from .laws import (
     switched_on,
     thrust_voltages,
 )
+from .models import general_accelerations, simplified_accelerations
 from .motor import kept, mean_held, saturate, toward
 from .parameters import PlantParameters
-from .simplified_model import simplified_accelerations
 from .state import PlantState
 
 STOP_RATE = 50.0

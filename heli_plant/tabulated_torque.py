@@ -14,6 +14,7 @@ Source: Catmull and Rom 1974; the error falls with the cube of the spacing (Keys
 """
 
 from math import floor, tau
+from typing import Any
 
 KNOTS = 21
 """Torques in a table: it follows four waves over its range to 5 % of their amplitude."""
@@ -24,14 +25,8 @@ VARIABLES = {
 }  # fmt: skip
 """What a table may run over, names of the laws' vocabulary with their units; a table says it by number, from 1 on."""
 
-Torques = tuple[
-    float, float, float, float, float, float, float, float, float, float, float,
-    float, float, float, float, float, float, float, float, float, float,
-]  # fmt: skip
-"""As many as there are knots: the length of a tuple is part of its type in C."""
 
-
-def tabulated_torque(x: float, first: float, spacing: float, y: Torques) -> float:
+def tabulated_torque(x: float, first: float, spacing: float, y: Any) -> float:
     """Return the torque per inertia [rad/s^2] of a table at ``x``.
 
     Parameters
@@ -39,7 +34,7 @@ def tabulated_torque(x: float, first: float, spacing: float, y: Torques) -> floa
     x, first, spacing : float
         Value of the variable, its first value in the table and the distance to the next, all in its unit.
     y : tuple of float
-        The :data:`KNOTS` torques [rad/s^2].
+        The :data:`KNOTS` torques [rad/s^2], a tuple of this length in C as well.
     """
     s = (x - first) / spacing
     if s <= 0.0:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from heli_plant.general_model import (
+from heli_plant.models import (
     GRAVITY,
     coriolis_torques,
     counterweight,

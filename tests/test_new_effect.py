@@ -22,7 +22,6 @@ LAW = '''
         family="tilt of the table",
         experiment="Turn the arm slowly by a whole turn.",
         drawn_against="travel",
-        watchable=True,
     )
     def table_tilt(travel: float, c: float) -> float:
         """A table that is not level: the arm runs downhill."""

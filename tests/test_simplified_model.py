@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
+from heli_plant.models import simplified_accelerations
 from heli_plant.parameters import TABLE_2
-from heli_plant.simplified_model import simplified_accelerations
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state, start_state
 

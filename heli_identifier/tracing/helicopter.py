@@ -286,7 +286,7 @@ def _numbers() -> dict[str, float]:
 def _table_rows() -> Array:
     """Weights (20 n + 1, K) of a table's torques at n = 50 points to a spacing."""
     alone, s = np.eye(KNOTS).tolist(), np.linspace(0.0, KNOTS - 1.0, 50 * (KNOTS - 1) + 1).tolist()
-    return np.array([[tabulated_torque(at, 0.0, 1.0, tuple(unit)) for unit in alone] for at in s])  # type: ignore[arg-type]
+    return np.array([[tabulated_torque(at, 0.0, 1.0, tuple(unit)) for unit in alone] for at in s])
 
 
 def _table_basis(s: Array) -> Array:

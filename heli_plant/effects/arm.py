@@ -14,7 +14,6 @@ from .definition import BENDING, LOWEST_ELEVATION, PAPER_NEGLECTS, SISTER_RIGS, 
     family="pull of the cable",
     experiment="Turn the arm slowly by several turns either way and let it come to rest.",
     drawn_against="travel",
-    watchable=True,
 )
 def cable_stiffness(travel: float, travel_rest: float, c: float) -> float:
     """Cable stiffness: the cable to the rig pulls the arm back to where the record began."""
@@ -33,7 +32,6 @@ _INERTIAL: Common = {
               "elevation from the horizontal arm when the encoder reads zero, for every law with eps_h",
               grid=(-0.5, 0.0, 0.5), estimated=False),
     ),
-    "watchable": True,
     "certain": True,
 }  # fmt: skip
 
@@ -63,6 +61,7 @@ def inertial_coupling_travel(horizontal_elevation: float, elevation_rate: float,
     experiment="Let the elevation visit angles above .5 rad on either side.",
     drawn_against="elevation",
     certain=True,
+    watchable=False,
 )
 def large_angle_gravity(
     elevation: float, horizontal_elevation: float, horizontal_offset: float, a_e: float, a_1: float, c: float
@@ -89,6 +88,7 @@ def large_angle_gravity(
     family="gravity at large angles",
     experiment="Swing the pitch at elevations above .5 rad and at zero.",
     drawn_against="elevation",
+    watchable=False,
 )
 def pitch_gravity_coupling(pitch: float, horizontal_elevation: float, a_th: float, theta0: float, c: float) -> float:
     """Gravity of the body at large elevations: its lever about the pitch axis shrinks with the cosine of it."""
@@ -104,7 +104,6 @@ def pitch_gravity_coupling(pitch: float, horizontal_elevation: float, a_th: floa
     family="speed stability",
     experiment="Let the arm travel fast either way at a constant sum of the voltages, the pitch near rest.",
     drawn_against="travel_rate",
-    watchable=True,
 )
 def speed_stability(travel_rate: float, c: float) -> float:
     """Speed stability: the airspeed along the travel tilts both rotors' thrust and turns the pitch.
@@ -130,7 +129,6 @@ def speed_stability(travel_rate: float, c: float) -> float:
         Shape("ground_height", "ground_height", "eps_g", "rad", 0.15, 0.01, 2.0,
               "elevation over which the ground effect falls to 1/e", grid=(0.05, 0.15, 0.4)),
     ),
-    watchable=True,
     share_of_lift=True,
 )  # fmt: skip
 def ground_effect(
@@ -157,6 +155,7 @@ def ground_effect(
               grid=(1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.7, 4.3, 5.0, 6.0, 8.0)),
         Shape("damping", "bending_damping", "zeta", "1", 0.05, 0.002, 1.0, "damping ratio zeta"),
     ),
+    watchable=False,
 )  # fmt: skip
 def arm_bending(
     bending: float, bending_rate: float, mu_sum: float, c: float, frequency: float, damping: float
@@ -183,6 +182,7 @@ def arm_bending(
         Shape("step_time", "moving_mass_time", "t_1", "s", 0.0, 0.0, 1e6, "time of the step", start=STEP_TIMES,
               difference_step=0.3),
     ),
+    watchable=False,
 )  # fmt: skip
 def moving_mass(time: float, step_time: float, c: float) -> float:
     """Step of the elevation's offset a_1 by c: something on the arm shifts once."""

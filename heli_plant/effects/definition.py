@@ -125,7 +125,7 @@ class Effect:
     drawn_against: str | None = None
     place: str = ACCELERATION
     shapes: tuple[Shape, ...] = ()
-    watchable: bool = False
+    watchable: bool = True
     share_of_lift: bool = False
     certain: bool = False
 

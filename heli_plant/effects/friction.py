@@ -17,7 +17,6 @@ SMOOTHING_RATE = 0.005
     family=FRICTION,
     experiment="Let the axis swing out freely from a large angle, and move it slowly back and forth through rest.",
     drawn_against="rate",
-    watchable=True,
 )
 def dry_friction(rate: float, c: float) -> float:
     """Dry friction of a bearing (Coulomb): a constant torque against the motion.
@@ -41,7 +40,6 @@ def dry_friction(rate: float, c: float) -> float:
         Shape("stribeck_rate", "stribeck_rate_{axis}", "w_s", "rad/s", 0.05, 0.005, 1.0,
               "rate over which the breakaway friction fades", grid=(0.02, 0.06, 0.18)),
     ),
-    watchable=True,
 )  # fmt: skip
 def breakaway_friction(rate: float, c: float, stribeck_rate: float) -> float:
     """Breakaway friction: the excess of static over sliding friction, which fades over the Stribeck rate w_s."""
@@ -57,7 +55,6 @@ def breakaway_friction(rate: float, c: float, stribeck_rate: float) -> float:
     family="drag of the air",
     experiment="Swing the axis at twice the amplitude and half of it, so that drag and damping part.",
     drawn_against="rate",
-    watchable=True,
 )
 def quadratic_drag(rate: float, c: float) -> float:
     """Drag of the air on a moving axis, quadratic in its rate."""
@@ -74,7 +71,6 @@ def quadratic_drag(rate: float, c: float) -> float:
     family="constant torque",
     experiment="Hold several steady pitch angles on either side of rest, with the rotors at several sums.",
     drawn_against="time",
-    watchable=True,
 )
 def constant_torque(c: float) -> float:
     """Constant torque: a cable under tension, a table out of level, a rotor mounted askew."""

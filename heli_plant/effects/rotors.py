@@ -12,7 +12,6 @@ from .definition import DELAY, LAG, ROTORS, THRUST, THRUST_MAP, VOLTAGE, declare
     family="mismatch of the rotors",
     experiment="Change the sum v_f + v_r in steps of 1 V while the difference stays zero.",
     drawn_against="mu_sum",
-    watchable=True,
 )
 def rotor_mismatch(mu_sum: float, c: float) -> float:
     """Rotor mismatch: one rotor pulls more than the other, so that their sum turns the pitch."""
@@ -29,7 +28,6 @@ def rotor_mismatch(mu_sum: float, c: float) -> float:
     experiment="Raise the voltage sum in steps from 0 to 5 V, each held until the elevation rests.",
     drawn_against="mu_sum",
     place=THRUST,
-    watchable=True,
 )
 def quadratic_thrust(nu: float, c: float) -> float:
     """Quadratic thrust: the thrust of a rotor grows faster than its voltage."""
@@ -46,7 +44,6 @@ def quadratic_thrust(nu: float, c: float) -> float:
     experiment="Drive the rotors below 0 V for several seconds, both together and one alone.",
     drawn_against="mu_sum",
     place=THRUST,
-    watchable=True,
 )
 def reverse_thrust_loss(nu: float, c: float) -> float:
     """Reverse thrust loss: a propeller that turns backwards pulls less, by the share c."""
@@ -63,6 +60,7 @@ def reverse_thrust_loss(nu: float, c: float) -> float:
     experiment="Let the rotors' voltages cross zero slowly, both together and one alone.",
     drawn_against="mu_sum",
     place=VOLTAGE,
+    watchable=False,
 )
 def dead_zone(voltage: float, c: float) -> float:
     """Dead zone: the rotors do not turn at small voltages."""
@@ -79,6 +77,7 @@ def dead_zone(voltage: float, c: float) -> float:
     experiment="Excite the pitch between 1 and 3 Hz, where the motors' phase shows.",
     drawn_against="mu_rate",
     place=LAG,
+    watchable=False,
 )
 def motor_lag(time_constant: float, c: float) -> float:
     """Motor lag: motors and propellers are slower than the time constant of eq. (9) that is assumed."""
@@ -95,6 +94,7 @@ def motor_lag(time_constant: float, c: float) -> float:
     experiment="Excite the pitch between 1 and 3 Hz, where a delay and a lag differ in gain.",
     drawn_against="mu_rate",
     place=DELAY,
+    watchable=False,
 )
 def input_delay(delay: float, c: float) -> float:
     """Input delay: a voltage takes time from the controller to the motor."""
@@ -111,6 +111,7 @@ def input_delay(delay: float, c: float) -> float:
     experiment="Repeat the same excitation at the beginning and at the end of a run of several minutes.",
     drawn_against="time",
     place=THRUST,
+    watchable=False,
 )
 def thrust_fade(nu: float, time: float, c: float) -> float:
     """Thrust fade: motors that warm up pull less and less."""

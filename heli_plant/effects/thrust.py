@@ -11,7 +11,6 @@ _AIRSPEED: Common = {
     "family": "thrust against airspeed",
     "experiment": "Swing the axis at a large voltage sum and at a small one.",
     "drawn_against": "rate",
-    "watchable": True,
 }
 
 
@@ -34,7 +33,6 @@ _GYROSCOPIC: Common = {
     "family": "gyroscopic torque",
     "experiment": "Swing pitch and elevation at different frequencies under a large voltage sum.",
     "drawn_against": "other_rate",
-    "watchable": True,
 }
 
 
@@ -59,7 +57,6 @@ def gyroscopic_coupling_elevation(mu_sum: float, pitch_rate: float, c: float) ->
     family="drag torque of the rotors",
     experiment="Change the voltage sum in steps while the pitch rests at zero.",
     drawn_against="mu_sum",
-    watchable=True,
 )
 def rotor_drag_torque(mu_sum: float, pitch: float, horizontal_elevation: float, c: float) -> float:
     """Rotor drag torque: the air's drag on both propellers turns the arm round its post."""
@@ -75,7 +72,6 @@ def rotor_drag_torque(mu_sum: float, pitch: float, horizontal_elevation: float, 
     family="tilt of the thrust",
     experiment="Hold the pitch at +20 and at -20 degrees at the same sum of the voltages.",
     drawn_against="pitch",
-    watchable=True,
 )
 def thrust_tilt(mu_sum: float, pitch: float, c: float) -> float:
     """Thrust tilt: the rotors' axes lean towards the post, so that their lift is largest at another pitch than zero.
@@ -95,7 +91,6 @@ def thrust_tilt(mu_sum: float, pitch: float, c: float) -> float:
     family="translational lift",
     experiment="Let the arm travel fast at a constant sum of the voltages, then stop it.",
     drawn_against="travel_rate",
-    watchable=True,
 )
 def translational_lift(mu_sum: float, pitch: float, travel_rate: float, c: float) -> float:
     """Lift in translation: a rotor that travels through still air meets less of its own inflow and lifts more."""

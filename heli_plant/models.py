@@ -1,5 +1,12 @@
-"""The general model, eq. (1), K' + omega x K = M, from four point masses (Brentari et al., LAAS report 18040, 2018).
+"""The two models of the motion: the paper's simplified one, and eq. (1), of which it is a part.
 
+**Simplified**, eqs (2), (10) and (12), with mu_d = nu_f - nu_r and mu_s = nu_f + nu_r [V]:
+
+    theta''   = -a_wx theta' - a_th sin(theta - theta0) + k_x mu_d
+    epsilon'' = -a_wz epsilon' - a_e epsilon - a_1 - a_lt theta' lambda' + k_z mu_s cos(theta)
+    lambda''  = -a_wy lambda' + k_y mu_s sin(theta)
+
+**General**, eq. (1), K' + omega x K = M, from four point masses (Brentari et al., LAAS report 18040, 2018).
 In the angles q = (theta, epsilon, lambda) it reads M(q) q'' + C(q, q') q' + R q' + g(q) = S(q) tau. Rotations: travel
 lambda about Z, then -epsilon about Y', then pitch theta about the arm. Masses: m1 at [-l1, 0, -d1] and m2 at
 [l2, 0, 0] in the arm frame; two halves of m3 at [0, +-l3, -d2] in the body frame, which is shifted by l2 along the
@@ -20,6 +27,22 @@ GRAVITY = 9.81
 
 Six = tuple[float, float, float, float, float, float]
 """A symmetric matrix of order three: its entries 11, 12, 13, 22, 23, 33."""
+
+
+def simplified_accelerations(
+    pitch: float, elevation: float, pitch_rate: float, elevation_rate: float, travel_rate: float,
+    mu_diff: float, mu_sum: float, p: PlantParameters,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Return (theta'', epsilon'', lambda'') [rad/s^2] at angles [rad], rates [rad/s] and thrust voltages [V]."""
+    return (
+        p.k_x * mu_diff - p.a_wx * pitch_rate - p.a_th * sin(pitch - p.theta0),
+        p.k_z * mu_sum * cos(pitch)
+        - p.a_wz * elevation_rate
+        - p.a_e * elevation
+        - p.a_1
+        - p.a_lt * pitch_rate * travel_rate,
+        p.k_y * mu_sum * sin(pitch) - p.a_wy * travel_rate,
+    )
 
 
 def counterweight(p: PlantParameters) -> float:
