@@ -77,11 +77,10 @@ def gain_matrix(factor: Sequence[float], size: int) -> list[list[float]]:
     gain = [[0.0] * size for _ in range(size)]
     start = 0
     for k in range(size):
-        column = [*factor[start : start + k], 1.0]
-        d = factor[start + k]
-        for i in range(k + 1):
-            for j in range(k + 1):
-                gain[i][j] += column[i] * d * column[j]
+        column, d = [*factor[start : start + k], 1.0], factor[start + k]
+        for i, a in enumerate(column):
+            for j, b in enumerate(column):
+                gain[i][j] += a * d * b
         start += k + 1
     return gain
 

@@ -64,9 +64,9 @@ class Instruments(NamedTuple):
     """
 
     waiting: tuple[float, ...]
-    products: tuple[float, ...]
+    products: tuple[tuple[float, ...], ...]
     first_stage: tuple[tuple[float, ...], ...]
-    cross: tuple[float, ...]
+    cross: tuple[tuple[float, ...], ...]
     squares: tuple[float, ...]
     gain: float
     standard_error: float
@@ -80,9 +80,9 @@ def first_references(references: tuple[float, float, float]) -> References:
 def no_instruments(parameters: int) -> Instruments:
     """Return the state before the first sample of an axis with so many ``parameters``."""
     n = parameters
-    nothing = tuple([(0.0,) * _SIZE for _ in range(n)])
+    products, first_stage = ((0.0,) * n,) * _SIZE, ((0.0,) * _SIZE,) * n
     return Instruments(
-        (0.0,) * (n + 1), (0.0,) * (_SIZE * n), nothing, (0.0,) * (n * (n + 1)), (0.0,) * (n * (n + 1) // 2), 0.0, 0.0
+        (0.0,) * (n + 1), products, first_stage, ((0.0,) * (n + 1),) * n, tuple(outer([0.0] * n)), 0.0, 0.0
     )
 
 
@@ -118,13 +118,20 @@ def add_signals(
     if stride == 0:
         return i._replace(waiting=waiting)
     z = [dot(column, b) for column in i.first_stage]
-    products = [x * w for x in b for w in waiting[:-1]]
-    cross = [x * w for x in z for w in waiting]
     return i._replace(
         waiting=(0.0,) * len(waiting),
-        products=tuple([kept * x + y for x, y in zip(i.products, products, strict=True)]),
-        cross=tuple([kept * x + y for x, y in zip(i.cross, cross, strict=True)]),
+        products=_added(i.products, kept, b, waiting[:-1]),
+        cross=_added(i.cross, kept, z, waiting),
         squares=tuple([kept * x + stride * y for x, y in zip(i.squares, outer(z), strict=True)]),
+    )
+
+
+def _added(
+    sums: tuple[tuple[float, ...], ...], kept: float, u: Sequence[float], v: Sequence[float]
+) -> tuple[tuple[float, ...], ...]:
+    """Return kept sums + u v^T."""
+    return tuple(
+        [tuple([kept * x + a * b for x, b in zip(row, v, strict=True)]) for row, a in zip(sums, u, strict=True)]
     )
 
 
@@ -135,19 +142,12 @@ def evaluated(
 
     The ``prior`` variances stand at the places of Omega.
     """
-    n = len(i.waiting) - 1
-    M = []
-    for j in range(n):
-        row = i.cross[j * (n + 1) : (j + 1) * (n + 1)]
-        M.append([*row[:n], row[n] - dot(row[:n], omega)])
+    n = len(i.cross)
+    M = [[*row[:n], row[n] - dot(row[:n], omega)] for row in i.cross]
     S = explained(*eliminated(i.squares, M))
-    normal, g = [], []
-    for j in range(n):
-        g.append(h * S[j][n])
-        for k in range(j, n):
-            normal.append(h * S[j][k] + (1.0 / prior[j] if j == k else 0.0))
-    first_stage = solved(*eliminated(r.products, [list(i.products[j * n : (j + 1) * n]) for j in range(_SIZE)]))
-    U, C = eliminated(normal, [[1.0 if j == index else 0.0, g[j]] for j in range(n)])
+    normal = [h * S[j][k] + (1.0 / prior[j] if j == k else 0.0) for j in range(n) for k in range(j, n)]
+    first_stage = solved(*eliminated(r.products, [list(row) for row in i.products]))
+    U, C = eliminated(normal, [[1.0 if j == index else 0.0, h * S[j][n]] for j in range(n)])
     if is_singular(U):
         return i._replace(first_stage=first_stage)
     found = explained(U, C)

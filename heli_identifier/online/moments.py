@@ -184,15 +184,11 @@ def excitation_level(window: Sequence[float], size: int, parameters: int) -> flo
 
 def smallest_eigenvalue(packed: Sequence[float], size: int) -> float:
     """Return the smallest eigenvalue of a packed matrix that is between 0 and 1: the largest x with A - x I regular."""
-    diagonal = [i == j for i in range(size) for j in range(i, size)]
+    diagonal = [1.0 if i == j else 0.0 for i in range(size) for j in range(i, size)]
     low, high = 0.0, 1.0
     for _ in range(_HALVINGS):
         x = 0.5 * (low + high)
-        U, _ = eliminated(
-            [a - x if own else a for a, own in zip(packed, diagonal, strict=True)], [[0.0] for _ in range(size)]
-        )
-        if is_singular(U):
-            high = x
-        else:
-            low = x
+        shifted = [a - x * one for a, one in zip(packed, diagonal, strict=True)]
+        U, _ = eliminated(shifted, [[0.0] for _ in range(size)])
+        low, high = (low, x) if is_singular(U) else (x, high)
     return low
