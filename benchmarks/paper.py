@@ -33,7 +33,7 @@ from fmu_src import AXES, OPEN_LOOP, VOLTAGES, Connection, Scenario, Value, buil
 from fmu_src.master import run_apart
 from heli_identifier.online import ModelParameters
 from heli_identifier.results import Axes, figure, write_figure
-from heli_identifier.tools.figures import ROLES
+from heli_identifier.tools.history import ROLES
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.state import rest_state
 

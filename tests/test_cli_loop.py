@@ -21,7 +21,7 @@ from heli_identifier.results import run_figure
 from heli_identifier.results.parameters import plant_values, read_parameters
 from heli_identifier.results.unit import check_free_run, unit_run
 from heli_identifier.results.words import meaning
-from heli_identifier.tools.identification import NAMES
+from heli_identifier.tools.history import NAMES
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import to_names
 from heli_plant.simulation import simulate

@@ -7,7 +7,7 @@ import heli_identifier as hi
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, gain_matrix
 from heli_identifier.records import RigConfiguration
-from heli_identifier.tools.figures import NAMES, history_figure, history_limits
+from heli_identifier.tools.history import NAMES, history_figure, history_limits
 from heli_identifier.tools.identification import LONGER, choose, loop_is_closed
 from heli_identifier.tracing import plausible_range
 from heli_plant.parameters import TABLE_2

@@ -1,7 +1,7 @@
 """What people do with logs and plants beside a diagnosis.
 
 ================  =====================================================================================
-`identification`  the on-line identifier over whole logs; `joint`: all logs together
+`identification`  the on-line identifier over whole logs; `history`: over one; `joint`: all together
 `linearisation`   the plant at an operating point as a linear system
 `loop`            a controller around it: closed loop, margins, steps of the whole plant
 `synthesis`       gains of PID, LQR and LQI with a Kalman filter

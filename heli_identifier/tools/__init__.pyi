@@ -65,7 +65,8 @@ from .experiment import Limits, designs, effects_named, experiment_table, separa
 from .fleet import Finding, diagnose_rigs, fleet_of
 from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table
-from .identification import EstimateHistory, Identification, identify
+from .history import EstimateHistory
+from .identification import Identification, identify
 from .joint import Together
 from .linearisation import linearise
 from .loop import CONTROLLER, controller_settings

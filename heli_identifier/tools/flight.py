@@ -18,7 +18,7 @@ from heli_identifier.online.excitation import Excitation, Multisine, voltages
 from heli_identifier.records import Log
 from heli_identifier.results import Table
 from heli_identifier.tools.experiment import STEP, air_torque, on_encoders
-from heli_identifier.tools.identification import identify_log
+from heli_identifier.tools.history import identify_log
 from heli_identifier.tools.loop import fly
 from heli_plant.control import PidSettings, start_pid
 from heli_plant.parameters import PlantParameters

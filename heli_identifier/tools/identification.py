@@ -16,8 +16,6 @@ The adaptation takes the motors' lag T_m for known, and no standard error covers
 identified once more with T_m + :data:`LONGER`; the differences are the sensitivities.
 """
 
-import csv
-import io
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -25,7 +23,6 @@ from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm
 
 from heli_identifier.errors import ConfigurationError
@@ -37,13 +34,7 @@ from heli_identifier.online import (
     PREDICTION_ERROR,
     Estimate,
     IdentifierSettings,
-    IdentifierState,
-    ModelParameters,
-    Plan,
     output_of,
-    prepare,
-    start,
-    step,
 )
 from heli_identifier.provenance import from_python
 from heli_identifier.records import (
@@ -63,15 +54,15 @@ from heli_identifier.results import (
     plant_values,
     several,
     unit_text,
+    whole_folder,
     with_interval,
+    write_figure,
 )
+from heli_identifier.tools.history import EstimateHistory, history_figure, history_text, identify_log
 from heli_identifier.tools.joint import Together, joint, weighted
 from heli_identifier.tracing import sign_notes
 from heli_plant.effects import AXES
-from heli_plant.parameters import BY_FIELD, PlantParameters
-
-NAMES = ModelParameters._fields
-"""The paper's symbols of the estimated parameters; they are fields of :class:`PlantParameters`."""
+from heli_plant.parameters import PlantParameters
 
 PASSES = 3
 """Times that prediction errors pass every log; the adaptation does twice, once with a longer lag."""
@@ -84,32 +75,6 @@ LONGER = 0.01
 
 LEAST = 0.01
 """Relative change of a parameter from which on it is worth a word."""
-
-
-class EstimateHistory(NamedTuple):
-    """Estimates of one log over time.
-
-    ``time`` [s], shape (M,); ``parameters`` and ``standard_errors`` by :data:`NAMES`, shape (M, 11), in the units of
-    :class:`PlantParameters`; ``state`` of the identifier at the end, standard errors evaluated there, and its ``plan``.
-    """
-
-    name: str
-    time: NDArray[np.float64]
-    parameters: NDArray[np.float64]
-    standard_errors: NDArray[np.float64]
-    state: IdentifierState
-    plan: Plan
-
-    @property
-    def last(self) -> dict[str, Estimate]:
-        """The last estimates by symbol, with the motors' lag ``T_m`` where it was estimated."""
-        found = {
-            name: Estimate(float(value), float(error), BY_FIELD[name].unit)
-            for name, value, error in zip(NAMES, self.parameters[-1], self.standard_errors[-1], strict=True)
-        }
-        if self.plan.estimates_lag:
-            found["T_m"] = Estimate(*output_of(self.state, self.plan).lag, BY_FIELD["T_m"].unit)
-        return found
 
 
 class Choice(NamedTuple):
@@ -229,9 +194,6 @@ class Identification(Tabular):
         ConfigurationError
             The folder cannot be written to.
         """
-        from heli_identifier.results import whole_folder, write_figure
-        from heli_identifier.tools.figures import history_figure
-
         with whole_folder(folder) as draft:
             self.parameters.write(draft / "parameters.json")
             write_atomically(draft / "history.csv", history_text(self.histories))
@@ -338,28 +300,6 @@ def identify(
     return Identification(tuple(histories), together, parameters, choice, given_lag)
 
 
-def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
-    """Run the identifier over a log, with its references where it has any.
-
-    The history has a row for every evaluation of the standard errors.
-    """
-    plan = prepare(settings)
-    samples = list(zip(*np.column_stack((log.voltages, log.angles)).T.tolist(), strict=True))
-    rest = np.zeros(len(samples))
-    asked = list(zip(*(log.references.get(axis, rest).tolist() for axis in AXES), strict=True))
-    state = start(plan, samples[0], asked[0])
-    every = max(1, round(settings.report_interval / settings.sample_time))
-    time, parameters, errors = [], [], []
-    output = output_of(state, plan)
-    for k, now in enumerate(samples[1:], start=1):
-        state, output = step(state, now, plan, asked[k])
-        if (k % every == 0 and output.adapting) or k == len(samples) - 1:
-            time.append(k * settings.sample_time)
-            parameters.append(tuple(output.parameters))
-            errors.append(tuple(output.standard_errors))
-    return EstimateHistory(log.name, np.array(time), np.array(parameters), np.array(errors), state, plan)
-
-
 def begun_at(settings: IdentifierSettings, together: Together) -> IdentifierSettings:
     """Return ``settings`` that begin with the noise models and the motors' lag of all logs together."""
     pitch, elevation, travel = together.noise
@@ -397,15 +337,3 @@ def combined(histories: Sequence[EstimateHistory]) -> Together:
     if plan.predicting:
         return joint([history.state for history in histories], plan)
     return weighted([history.last for history in histories])
-
-
-def history_text(histories: Sequence[EstimateHistory]) -> str:
-    """Return histories as CSV: log, time, every parameter and every standard error."""
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    columns = [f"{name} [{BY_FIELD[name].unit}]" for name in NAMES]
-    rows.writerow(["log", "time [s]", *columns, *(f"standard_error.{column}" for column in columns)])
-    for history in histories:
-        table = np.column_stack((history.time, history.parameters, history.standard_errors))
-        rows.writerows([history.name, *row] for row in table.tolist())
-    return text.getvalue()
