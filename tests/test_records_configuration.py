@@ -112,6 +112,8 @@ def test_every_key_arrives(configured):
         ("[log.columns]\npitch = 3", "log.columns.pitch = 3 must be a text in quotes"),
         ("[rig.encoder_counts]\npitch = 4096.0", "rig.encoder_counts.pitch = 4096.0 must be a whole number"),
         ("[log]\nstart = 9\nend = 3", "log.end = 3 s must come after log.start = 9 s"),
+        ("[controller]\nair = ['a', 0.1, 0.1]", r"controller.air = \['a', 0.1, 0.1\] must be a list of three numbers"),
+        ("[controller.pid]\npitch = 3", "controller.pid.pitch = 3 must be a list of three numbers"),
         ("[log]\ndecimal = ';'", "decimal = ';' is unknown"),
         ("[log.units]\nv_front = 'deg'", "log.units.v_front = 'deg' is unknown; choose one of V, mV"),
         ("[rig]\nencoder_counts = 3", r"encoder_counts = 3 must be a section that begins with \[rig.encoder_counts\]"),

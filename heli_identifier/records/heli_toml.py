@@ -62,7 +62,7 @@ KEYS: dict[str, Any] = {
     ),
     "controller": _keys(
         ControllerConfiguration,
-        weights=_keys(Weights), pid={**dict.fromkeys(ANGLES, tuple[float, float, float]), "trim": float},
+        weights=_keys(Weights), pid={**dict.fromkeys(ANGLES, AxisGains), "trim": float},
     ),
     "geometry": _keys(Geometry),
 }  # fmt: skip
@@ -77,6 +77,12 @@ def _section(name: str, keys: Mapping[str, Any]) -> Any:
 
 
 _FILE = _section("File", KEYS)
+
+
+def _given(section: msgspec.Struct) -> dict[str, Any]:
+    """Give what a section states, without what is unset."""
+    found = ((key, getattr(section, key)) for key in section.__struct_fields__)
+    return {key: _given(v) if isinstance(v, msgspec.Struct) else v for key, v in found if v is not msgspec.UNSET}
 
 
 def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
@@ -106,7 +112,7 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
             said = "is nested too deeply for a configuration" if nested else "is not UTF-8 text"
         raise ConfigurationError(f"{path} {said}; {advice}.") from error
     try:
-        found = msgspec.to_builtins(msgspec.convert(content, _FILE))
+        found = _given(msgspec.convert(content, _FILE))
     except msgspec.ValidationError as error:
         raise ConfigurationError(f"{path}: {_explained(str(error), content)}") from error
     rig, log, controller, geometry = (found.get(section, {}) for section in KEYS)
@@ -116,19 +122,21 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
         format = LogFormat(**log, encoder_counts=tuple(counts.get(a, CONTRACT.counts_per_turn(a)) for a in ANGLES))
         effects = {name: _expected(name, given) for name, given in rig.pop("effects", {}).items()}
         weights, pid = Weights(**controller.pop("weights", {})), _pid(controller.pop("pid", {}), format.voltage_limit)
-        controller |= {"air": tuple(controller["air"])} if "air" in controller else {}
         aim = ControllerConfiguration(**controller, weights=weights, pid=pid)
         return RigConfiguration(**rig, effects=effects, format=format, controller=aim, geometry=_geometry(geometry))
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
 
-_TYPES = {"str": "a text in quotes", "float": "a number", "int": "a whole number", "bool": "true or false"}
+_TYPES = {
+    "str": "a text in quotes", "float": "a number", "int": "a whole number", "bool": "true or false",
+    "array": "a list of three numbers",
+}  # fmt: skip
 
 
 def _pid(given: Mapping[str, Any], voltage_limit: float) -> PidSettings | None:
     """Give the PID that is stated; a loop that is not stated is off."""
-    loops, trim = {axis: AxisGains(*given[axis]) for axis in ANGLES if axis in given}, given.get("trim", 0.0)
+    loops, trim = {axis: given[axis] for axis in ANGLES if axis in given}, given.get("trim", 0.0)
     for axis, gains in loops.items():
         for name, value in gains._asdict().items():
             require_range(f"controller.pid.{axis}, {name}", value, "V/rad", 0.0, 1e3)
@@ -160,7 +168,7 @@ def _expected(name: str, given: Any) -> Estimate:
 def _explained(problem: str, content: Mapping[str, Any]) -> str:
     """Say in the file's words what msgspec found, such as "Expected `float`, got `str` - at `$.rig.rest_pitch`"."""
     what, _, place = problem.partition(" - at ")
-    key = place.strip("`").removeprefix("$.")
+    key = place.strip("`").removeprefix("$.").partition("[")[0]  # a list is named as a whole
     section = key.split(".") if key else []
     if "unknown field" in what:
         name = what.partition("`")[2].removesuffix("`")
@@ -168,7 +176,7 @@ def _explained(problem: str, content: Mapping[str, Any]) -> str:
         advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
         written = name if re.fullmatch(r"[\w-]+", name) else repr(name)
         return f"key {'.'.join([*section, written])} is unknown{advice}"
-    expected = what.split("`")[1].split()[0]
+    expected = "array" if "[" in place else what.split("`")[1].split()[0]
     wanted = _TYPES.get(expected, f"a section that begins with [{key}]")
     return f"{key} = {reduce(getitem, section, content)!r} must be {wanted}."
 
