@@ -102,30 +102,29 @@ def update_stream(
     if not fresh:
         unseen = stream.unseen + 1
         return stream._replace(unseen=unseen, broken=stream.broken or unseen >= plan.stop)
-    state, torque = predicted.memory.state, predicted.torque
+    state = predicted.memory.state
     seen, rates = measured_angles(state), (state.pitch_rate, state.elevation_rate, state.travel_rate)
-    h, jumped = plan.settings.sample_time, False
-    encoders: list[Encoder] = []
-    for axis in range(3):
-        one = stream.encoders[axis]
-        unsettled = max(0, one.unsettled - 1)
-        if angles[axis] != one.angle:
-            if one.still >= plan.stuck:
-                unsettled = plan.settling
-                jumped = jumped or abs(angles[axis] - seen[axis]) > _JUMP * noise[axis]
-            encoders.append(one._replace(angle=angles[axis], still=0, way=0.0, stuck=False, unsettled=unsettled))
-            continue
-        if one.still == 0:
-            one = one._replace(rate=rates[axis], torque=torque[axis])
-        still = one.still + 1
-        passed = abs(one.rate) * still * h > max(_PATH, _PATH_NOISE * noise[axis])
-        held = still >= plan.stuck and abs(torque[axis] - one.torque) > _HELD
-        encoders.append(
-            one._replace(
-                still=still,
-                way=one.way + rates[axis] * h,
-                stuck=one.stuck or passed or held,  # until it moves: meanwhile nothing holds the observer
-                unsettled=unsettled,
-            )
-        )
-    return Stream(tuple(encoders), 0, jumped or any(one.stuck for one in encoders))
+    axes = list(zip(stream.encoders, angles, seen, rates, predicted.torque, noise, strict=True))
+    jumped = any(
+        angle != one.angle and one.still >= plan.stuck and abs(angle - expected) > _JUMP * deviation
+        for one, angle, expected, _, _, deviation in axes
+    )
+    encoders = tuple(
+        [_update_encoder(one, angle, rate, torque, deviation, plan) for one, angle, _, rate, torque, deviation in axes]
+    )
+    return Stream(encoders, 0, jumped or any(one.stuck for one in encoders))
+
+
+def _update_encoder(
+    one: Encoder, angle: float, rate: float, torque: float, deviation: float, plan: FollowPlan
+) -> Encoder:
+    unsettled = max(0, one.unsettled - 1)
+    if angle != one.angle:
+        return Encoder(angle, unsettled=plan.settling if one.still >= plan.stuck else unsettled)
+    if one.still == 0:
+        one = one._replace(rate=rate, torque=torque)
+    h, still = plan.settings.sample_time, one.still + 1
+    passed = abs(one.rate) * still * h > max(_PATH, _PATH_NOISE * deviation)
+    held = still >= plan.stuck and abs(torque - one.torque) > _HELD
+    stuck = one.stuck or passed or held  # until it moves: meanwhile nothing holds the observer
+    return one._replace(still=still, way=one.way + rate * h, stuck=stuck, unsettled=unsettled)
