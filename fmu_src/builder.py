@@ -116,7 +116,7 @@ def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | No
     entries["model.png"] = icon()
     entries |= _from_pythonfmu(unit)
     entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, _NO_GUID))
-    entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, _guid(entries)))
+    entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, content_guid(entries)))
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 
@@ -164,8 +164,8 @@ def _from_pythonfmu(identifier: str) -> dict[str, bytes]:
     return entries
 
 
-def _guid(entries: Mapping[str, bytes]) -> str:
-    """GUID that depends on the content of all entries."""
+def content_guid(entries: Mapping[str, bytes]) -> str:
+    """Return the GUID of the content of all entries."""
     digest = hashlib.sha256()
     for name in sorted(entries):
         digest.update(f"{name}\0{len(entries[name])}\0".encode())

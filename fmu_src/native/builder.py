@@ -7,14 +7,12 @@ those of the pythonfmu unit.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from pathlib import Path
-from uuid import UUID, uuid5
 
 from heli_identifier.files import write_atomically
 
-from ..builder import checked_start_values, icon, index_html, unit_class, zip_bytes
+from ..builder import checked_start_values, content_guid, icon, index_html, unit_class, zip_bytes
 from ..description import TOOL, model_description, xml_text
 from ..variables import Value
 from .definitions import DEFINITIONS
@@ -23,8 +21,6 @@ from .toolchain import binaries
 
 NATIVE_UNITS = tuple(DEFINITIONS)
 """Units that have a native twin; the others run in Python only."""
-
-_NAMESPACE = UUID("0d1f4a52-8c4e-4f43-8d6c-0f0f3a8e7f35")
 
 
 def build_native(
@@ -67,7 +63,8 @@ def build_native(
     start_values = checked_start_values(kind, parameters or {})
     exchange = exchange_of(unit) if model_exchange else None
     extra = exchange.variables if exchange else ()
-    token = _token(native_sources(kind, start_values, "", fmi, exchange))
+    untold = native_sources(kind, start_values, "", fmi, exchange)
+    token = content_guid({name: text.encode() for name, text in untold.items()})  # the same one on every machine
     sources = native_sources(kind, start_values, token, fmi, exchange)
     files = compiled_files(sources)
     built = binaries(sources, unit, fmi, all_platforms)
@@ -80,11 +77,3 @@ def build_native(
     entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon()
     entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, token, fmi, TOOL, files, extra))
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
-
-
-def _token(sources: Mapping[str, str]) -> str:
-    """Return a GUID that depends on the sources alone: every machine builds a unit under the same one."""
-    digest = hashlib.sha256()
-    for name, text in sources.items():
-        digest.update(f"{name}\0{text}\0".encode())
-    return f"{{{uuid5(_NAMESPACE, digest.hexdigest())}}}"
