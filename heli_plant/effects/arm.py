@@ -161,12 +161,7 @@ def arm_bending(
     bending: float, bending_rate: float, mu_sum: float, c: float, frequency: float, damping: float
 ) -> float:
     """Bending of the arm: the elevation's encoder reads the rigid angle plus q [rad], a mode that the rotors drive."""
-    return (
-        2.0
-        * pi
-        * frequency
-        * (2.0 * pi * frequency * (c * mu_sum - bending) - 2.0 * damping * bending_rate)
-    )  # fmt: skip
+    return 2.0 * pi * frequency * (2.0 * pi * frequency * (c * mu_sum - bending) - 2.0 * damping * bending_rate)
 
 
 @declared(
