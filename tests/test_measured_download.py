@@ -1,25 +1,15 @@
 """Public logs are fetched as they were cited, whole or not at all, and become logs of the contract."""
 
-import os
 from dataclasses import replace
 from hashlib import sha256
 from io import BytesIO
-from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.io import loadmat, savemat
+from scipy.io import savemat
 
 from benchmarks import measured
-from benchmarks.measured import LAYOUTS, DownloadError, Source, converted, download, fetched, sources
-from heli_identifier.records import read_log
-
-RAW = os.environ.get("HELI_MEASURED_RAW")
-"""Folder of the published files, each as RIG-LOG.mat."""
-
-needs_raw = pytest.mark.skipif(
-    not RAW, reason="the environment variable HELI_MEASURED_RAW names no folder with the published files"
-)
+from benchmarks.measured import LAYOUTS, DownloadError, Source, converted, download, fetched
 
 
 def hosted(folder, content):
@@ -95,23 +85,3 @@ def test_rows_become_the_signals_of_the_contract(rig):
     assert log.angles[:, 0] == pytest.approx(sign * unit * values[3])
     assert log.angles[:, 1] == pytest.approx(unit * values[5])
     assert log.angles[:, 2] == pytest.approx(unit * values[1])
-
-
-@needs_raw
-def test_the_published_files_become_logs_of_the_contract(tmp_path):
-    files = {source: Path(RAW) / f"{source.rig}-{source.log}.mat" for source in sources()}
-    missing = [path.name for path in files.values() if not path.is_file()]
-    if missing:
-        pytest.skip(f"{RAW} lacks {', '.join(missing)}")
-    address = hosted(tmp_path / "host", {source: path.read_bytes() for source, path in files.items()})
-    assert [folder.name for folder in download(tmp_path, address)] == list(LAYOUTS)
-    for source in sources():
-        log = read_log(tmp_path / source.rig / f"{source.log}.csv")
-        (rows,) = (v for k, v in loadmat(files[source]).items() if not k.startswith("__"))
-        assert (log.rate_hz, log.samples) == (500.0, rows.shape[1])
-        assert np.abs(log.voltages).max() <= 5.0
-        # a larger front voltage raises the pitch: its acceleration goes with the difference a motor's lag ago
-        smooth = np.convolve(log.angles[3000:, 0], np.ones(50) / 50.0, "valid")
-        bend = smooth[100:] - 2.0 * smooth[50:-50] + smooth[:-100]
-        push = np.convolve(log.voltages[3000:] @ [1.0, -1.0], np.ones(50) / 50.0, "valid")[: len(bend)]
-        assert np.corrcoef(bend, push)[0, 1] > 0.3
