@@ -20,7 +20,7 @@ from heli_plant.dual import Dual
 
 from ...errors import BuildError
 from . import types as c
-from .values import Expr, Run, known_items, literal, relation, type_of, unwrapped
+from .values import Expr, Run, known_items, literal, type_of, unwrapped
 
 
 class Untranslatable(BuildError):
@@ -218,114 +218,7 @@ class Body:
         parts = self.unpacked(value, len(shape))
         return [one for own, part in zip(shape, parts, strict=True) for one in self.flat(own, part)]
 
-    def truth(self, value: Any) -> Any:
-        """Return whether ``value`` counts as true."""
-        if not isinstance(value, Expr):
-            return bool(value)
-        if isinstance(value.type, c.Maybe):
-            return self.both(Expr(self, c.BOOL, value.path("some")), lambda: unwrapped(value))
-        if value.type in (c.INT, c.FLOAT):
-            return Expr(self, c.BOOL, f"({value.code} != 0)")
-        if isinstance(value.type, c.Listing):
-            return Expr(self, c.BOOL, f"({value.path('count')} > 0)")
-        if value.type != c.BOOL:
-            raise c.NoType(f"{value.type.said} has no truth value in C")
-        return value
-
-    # Decisions of Python's
-
-    def opposite(self, value: Any) -> Any:
-        """``not value``."""
-        test = self.truth(value)
-        return Expr(self, c.BOOL, f"(!{test.code})") if isinstance(test, Expr) else not test
-
-    def both(self, first: Any, second: Callable[[], Any]) -> Any:
-        """``first and second``, of conditions."""
-        return self.choose(first, lambda: self.truth(second()), lambda: False)
-
-    def either(self, first: Any, second: Callable[[], Any]) -> Any:
-        """``first or second``: the value that decides."""
-        if type_of(first) == c.BOOL:
-            return self.choose(first, lambda: True, lambda: self.truth(second()))
-        first = self.kept(first)
-        return self.choose(first, lambda: unwrapped(first), second)
-
-    def is_one(self, value: Any, other: Any) -> Any:
-        """``value is None``."""
-        if other is not None:
-            raise c.NoType("`is` has a translation for None only")
-        if isinstance(value, Expr) and isinstance(value.type, c.Maybe):
-            return Expr(self, c.BOOL, f"(!{value.path('some')})")
-        return value is None
-
-    def is_among(self, value: Any, items: Any) -> Any:
-        """``value in items``."""
-        found: Any = False
-        for item in items:
-            found = self.either(found, lambda item=item: relation(self, "==", value, item))  # type: ignore[misc]
-        return found
-
-    def compared(self, symbol: str, a: Any, b: Any) -> Any:
-        """Return the comparison of two values."""
-        return relation(self, symbol, a, b)
-
-    def choose(self, test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
-        """``yes if test else no``; each is computed only where it is chosen."""
-        test = self.truth(test)
-        if not isinstance(test, Expr):
-            return yes() if test else no()
-        parts: tuple[list[str], list[str]] = [], []
-        values = []
-        for lines, value in zip(parts, (yes, no), strict=True):
-            with self.aside(lines):
-                values.append(value())
-        kinds = [type_of(value) for value in values]
-        if not any(parts) and all(kind in (c.BOOL, c.INT, c.FLOAT, c.TEXT) for kind in kinds):
-            kind = c.joined(*kinds)
-            first, second = (self.as_type(value, kind).code for value in values)
-            if kind == c.BOOL and second == "false":
-                return Expr(self, c.BOOL, f"({test.code} && {first})")
-            if kind == c.BOOL and first == "true":
-                return Expr(self, c.BOOL, f"({test.code} || {second})")
-            return Expr(self, kind, f"({test.code} ? {first} : {second})")
-        return self.branched(test, parts, [{"t": value} for value in values])["t"]  # type: ignore[index]
-
-    # Branches and loops
-
-    def branched(
-        self, test: Expr, parts: tuple[list[str], list[str]], ends: list[dict[str, Any] | None]
-    ) -> dict[str, Any] | None:
-        """Add ``if`` and ``else``, which end with these variables; return those behind both."""
-        live = [end for end in ends if end is not None]
-        both = live[0] if live else None
-        if len(live) == 2:
-            shared = [name for name in live[0] if name in live[1]]
-            both = {name: self._merged(name, live[0][name], live[1][name], parts) for name in shared}
-        self.emit(f"if ({test.bare}) {{")
-        self.lines += parts[0]
-        if parts[1]:
-            self.emit("} else {")
-            self.lines += parts[1]
-        self.emit("}")
-        return both
-
-    def _merged(self, name: str, a: Any, b: Any, parts: tuple[list[str], list[str]]) -> Any:
-        """Return one value for two branches, which assign it to a variable unless they agree."""
-        if a is b or (not isinstance(a, Expr | tuple) and type(a) is type(b) and repr(a) == repr(b)):
-            return a
-        if isinstance(a, Expr) and isinstance(b, Expr) and (a.type, a.code) == (b.type, b.code):
-            return a
-        if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b) and not hasattr(a, "_fields"):
-            return tuple(self._merged(name, *each, parts) for each in zip(a, b, strict=True))
-        if isinstance(a, Dual) or isinstance(b, Dual):
-            (a, own), (b, other) = ((x.value, x.slope) if isinstance(x, Dual) else (x, 0.0) for x in (a, b))
-            return Dual(self._merged(name, a, b, parts), self._merged(name, own, other, parts))
-        kind = c.joined(type_of(a), type_of(b))
-        made = self.declare(kind, name)
-        for lines, value in zip(parts, (a, b), strict=True):
-            with self.aside(lines):
-                self.emit(f"{made.code} = {self.as_type(value, kind).bare};")
-        return self.opened(made)
+    # Loops
 
     def repeat(self, head: str, assigned: Collection[str], turn: Callable[[], None]) -> None:
         """Add a loop whose body ``turn`` translates; it assigns to variables, some of which live before it."""

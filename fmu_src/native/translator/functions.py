@@ -17,8 +17,9 @@ from typing import Any
 from heli_plant.dual import SLOPES, Dual
 
 from .body import Body
+from .decisions import both, choose, compared, either
 from .types import BOOL, FLOAT, INT, NoType, joined
-from .values import Expr, Run, known_items, relation, type_of, unwrapped
+from .values import Expr, Run, known_items, type_of, unwrapped
 
 _MATHEMATICS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log2 sqrt copysign".split()
 _POWER = "a power may differ in the last bit from library to library; write a product"
@@ -65,7 +66,7 @@ def _whole(name: str) -> Callable[..., Expr]:
 
 def _abs(body: Body, x: Any) -> Any:
     if isinstance(x, Dual):
-        return body.choose(relation(body, "<", x.value, 0.0), lambda: -x, lambda: x)
+        return choose(body, compared(body, "<", x.value, 0.0), lambda: -x, lambda: x)
     if type_of(unwrapped(x)) == INT:
         raise NoType("abs of an int has no translation")
     return _mathematical("fabs")(body, x)
@@ -146,7 +147,7 @@ def _decided(wanted: bool) -> Callable[..., Any]:
 
     def translate(body: Body, over: Any) -> Any:
         items = known_items(over)
-        join = body.both if wanted else body.either
+        join = partial(both if wanted else either, body)
         if items is not None:
             return functools.reduce(lambda sofar, item: join(sofar, lambda: item), items, wanted)
         found = body.declare(BOOL, "found", str(wanted).lower())

@@ -1,7 +1,7 @@
 """What Python decides itself becomes a call: ``and``, ``or``, ``not``, ``is``, ``in``, ``a if b else c``, loops.
 
 All other expressions are evaluated as they stand, with :class:`.values.Expr` for what is known at run time only. The
-calls are of methods of the function in translation, :class:`.body.Body`, whose name is ``__body__``.
+calls are of the functions of :mod:`.decisions`, and of methods of the function in translation, :class:`.body.Body`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 
 def compiled(node: ast.expr) -> CodeType:
-    """Return the code of an expression whose decisions are calls of ``__body__``."""
+    """Return the code of an expression whose decisions are calls."""
     rewritten = _Rewriter().visit(deepcopy(node))
     return compile(ast.fix_missing_locations(ast.Expression(rewritten)), "<expression>", "eval")
 
@@ -31,7 +31,7 @@ def names(target: ast.expr) -> list[str]:
 
 
 def _call(function: str, *arguments: ast.expr) -> ast.expr:
-    return ast.Call(ast.parse(f"__body__.{function}", mode="eval").body, list(arguments), [])
+    return ast.Call(ast.Name(f"__{function}__", ast.Load()), list(arguments), [])
 
 
 def _later(value: ast.expr, *arguments: str) -> ast.expr:

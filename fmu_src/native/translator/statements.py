@@ -7,10 +7,12 @@ import builtins
 import inspect
 import re
 from collections.abc import Callable, Iterable
+from functools import partial
 from types import FunctionType
 from typing import Any
 
 from .body import Body, Untranslatable
+from .decisions import DECISIONS, branched, opposite, truth
 from .functions import STAGED
 from .rewriting import compiled, names, pattern
 from .types import FLOAT, INT, NOTHING, TEXT, UNKNOWN, Listing, NoType, annotated, joined, listed
@@ -35,7 +37,8 @@ def translate(body: Body, function: FunctionType, definition: ast.FunctionDef, p
 def _globals(body: Body, function: FunctionType) -> dict[str, Any]:
     """Return what the global names of a function stand for."""
     return {
-        "__body__": body,
+        **{name: partial(decide, body) for name, decide in DECISIONS.items()},
+        **{f"__{name}__": getattr(body, name) for name in ("item", "display", "each", "collect", "columns")},
         "__builtins__": {},
         **{name: _staged(body, value) for name, value in vars(builtins).items() if callable(value)},
         **{name: _staged(body, value) for name, value in function.__globals__.items() if name != "__builtins__"},
@@ -147,7 +150,7 @@ def _store(body: Body, name: str, value: Any) -> None:
 
 
 def _branch(body: Body, node: ast.If) -> None:
-    test = body.truth(evaluated(body, node.test))
+    test = truth(body, evaluated(body, node.test))
     if not isinstance(test, Expr):
         run(body, node.body if test else node.orelse)
         return
@@ -159,13 +162,13 @@ def _branch(body: Body, node: ast.If) -> None:
         with body.aside(lines):
             run(body, nodes)
         ends.append(body.env)
-    body.env = body.branched(test, parts, ends)
+    body.env = branched(body, test, parts, ends)
 
 
 def _repeat_while(body: Body, node: ast.While) -> None:
 
     def turn() -> None:
-        body.emit(f"if ({body.as_type(body.opposite(evaluated(body, node.test)), type_of(True)).bare})")
+        body.emit(f"if ({body.as_type(opposite(body, evaluated(body, node.test)), type_of(True)).bare})")
         body.emit("    break;")
         run(body, node.body)
 

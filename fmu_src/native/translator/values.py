@@ -7,7 +7,6 @@ the same order. Where the two differ, a function of ``arithmetic.h`` does what P
 
 from __future__ import annotations
 
-import operator
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,10 +17,6 @@ from typing import Any
 from heli_plant.dual import Dual
 
 from . import types as c
-
-_RELATIONS = {
-    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
-}  # fmt: skip
 
 
 class Expr:
@@ -138,26 +133,6 @@ def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
             raise c.NoType(f"{symbol} of {kind.said} has no translation; use floor(a / b)")
         return Expr(body, kind, f"{name}({left.bare}, {right.bare})")
     return Expr(body, kind, f"({left.code} {symbol} {right.code})")
-
-
-def relation(body: Any, symbol: str, a: Any, b: Any) -> Any:
-    """Return the comparison of two numbers or texts; equal dual numbers have the same slope as well."""
-    a, b = unwrapped(a), unwrapped(b)
-    if isinstance(a, Dual) or isinstance(b, Dual):
-        a, b = (one if isinstance(one, Dual) else Dual(one, 0.0) for one in (a, b))
-        if symbol == "!=":
-            return body.opposite(relation(body, "==", a, b))
-        test = relation(body, symbol, a.value, b.value)
-        return body.both(test, lambda: relation(body, "==", a.slope, b.slope)) if symbol == "==" else test
-    if not isinstance(a, Expr) and not isinstance(b, Expr):
-        return _RELATIONS[symbol](a, b)
-    kind = c.joined(type_of(a), type_of(b))
-    a, b = body.as_type(a, kind), body.as_type(b, kind)
-    if kind == c.TEXT:
-        return Expr(body, c.BOOL, f"(strcmp({a.bare}, {b.bare}) {symbol} 0)")
-    if kind not in c.NUMBERS:
-        raise c.NoType("only numbers and texts can be compared")
-    return Expr(body, c.BOOL, f"({a.code} {symbol} {b.code})")
 
 
 for _name, _symbol in dict(add="+", sub="-", mul="*", truediv="/", floordiv="//", mod="%", pow="**").items():
