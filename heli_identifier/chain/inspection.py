@@ -57,7 +57,9 @@ ON_GRID = 0.1
 
 TIMING, BENDING = ("lag or delay of the rotors",), ("arm bending of the elevation",)
 THRUST = ("curve of the thrust", "thrust fade of the rotors", "thrust tilt of the elevation", "torque on the travel")
-"""Families of effects that errors of the voltages, or of an angle's timing, look like."""
+ANSWERED = ("speed stability of the pitch", "thrust lost by airspeed")
+"""Families of effects that errors of the voltages, or of an angle's timing, look like; and that what was cut off a
+controller's answer to the rates looks like."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,8 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
         found.append(Defect(
             "clipped", "voltages", f"the voltages of {len(tops)} of {len(logs)} logs stay at {np.median(tops):.2f} V, "
             f"below the limit of {voltage_limit:g} V: they were clipped on their way to the log, or that is the limit "
-            "of the rig (voltage_limit of heli.toml). Curves of the thrust cannot be told", TIMING + THRUST + BENDING,
+            "of the rig (voltage_limit of heli.toml). Curves of the thrust and torques by the rates cannot be told",
+            TIMING + THRUST + BENDING + ANSWERED,
         ))  # fmt: skip
     return tuple(found)
 

@@ -1,10 +1,10 @@
 """From logs of one rig to the plant that a controller's designer needs: one likelihood, judged by instruments.
 
 defects    <- what the logs show of themselves                 heli_identifier.chain
-events     <- passages in which something else acts            events.py
+events     <- passages in which something else acts            heli_identifier.chain
 rig        <- axes, parameters with priors, effects            helicopter.py, rig.py
 records    <- samples that count                               records.py
-null       <- fit of the simplified model, air and offsets     fit.py, likelihood.py, noise.py
+null       <- fit of the simplified model, air and offsets     fit.py, likelihood.py, sensitivity.py, noise.py
 logs       <- zeros of the elevation aligned                   strangers.py
 set        <- effects, and faults of the logs that are undone, by efficient scores and exact refits
                                                                select.py, score.py
