@@ -482,6 +482,15 @@ def test_a_stop_of_the_stream_is_said_and_changes_nothing():
     assert parameters_in_use(state, plan) == TABLE_2
 
 
+def test_a_stop_ends_a_trial_and_the_event_says_which_change_was_on_trial():
+    rows = changed_rows("elevation.gain")[:4600]
+    state, events, states, plan = followed(rows, [0.0 if 4200 <= k < 4300 else 1.0 for k in range(len(rows))])
+    assert states[4198].mode == "on trial" and parameters_in_use(state, plan) == TABLE_2
+    held = next(event for event in events if event.why == REASONS["cut"])
+    assert held.what == "held" and held.name == "elevation.gain" and held.since < 40.0
+    assert abs(held.value - 1.2 * TABLE_2.k_z) < 4.0 * held.standard_error
+
+
 @pytest.mark.parametrize("samples", [300, 600])
 def test_an_encoder_that_stands_still_while_the_rig_moves_is_said_once_however_long_it_stands(samples):
     """The observer is not corrected meanwhile: the acceleration with which it held the axis fades within a second."""

@@ -64,15 +64,11 @@ _IGNORED = "-"
 
 
 class Layout(NamedTuple):
-    """What a datagram holds: the names in their order with their factors to SI, as doubles or as JSON.
-
-    ``stated``: names whose unit the layout states.
-    """
+    """What a datagram holds, doubles or JSON: names in their order, and their factors to SI, None if not stated."""
 
     names: tuple[str, ...]
-    factors: tuple[float, ...]
+    factors: tuple[float | None, ...]
     is_json: bool = False
-    stated: tuple[str, ...] = ()
 
     @property
     def size(self) -> int:
@@ -104,12 +100,12 @@ def read_layout(text: str) -> Layout:
     """
     words = text.replace(",", " ").split()
     is_json = words == [JSON]
-    names, factors, stated = [], [], []
+    names: list[str] = []
+    factors: list[float | None] = []
     for word in USUAL_LAYOUT.split() if is_json else words:
         name, bracket, unit = word.partition("[")
-        if bracket and unit in _UNITS and name in _ANGLES:
-            stated.append(name)
-        elif bracket:
+        factor = _UNITS.get(unit) if name in _ANGLES else None
+        if bracket and factor is None:
             name = word
         if name not in (*SIGNALS, "sequence", "time", _IGNORED):
             raise ConfigurationError(
@@ -119,7 +115,7 @@ def read_layout(text: str) -> Layout:
         if name in names and name != _IGNORED:
             raise ConfigurationError(f"layout {text!r}: {name!r} stands there twice")
         names.append(name)
-        factors.append(_UNITS[unit] if name in stated else 1.0)
+        factors.append(factor)
     missing = [name for name in SIGNALS if name not in names]
     if missing:
         raise ConfigurationError(f"layout {text!r} lacks {', '.join(missing)}")
@@ -127,7 +123,7 @@ def read_layout(text: str) -> Layout:
         raise ConfigurationError(
             f"the layout has {len(names)} doubles, a datagram holds {LARGEST_DATAGRAM // 8} at most"
         )
-    return Layout(tuple(names), tuple(factors), is_json, tuple(stated))
+    return Layout(tuple(names), tuple(factors), is_json)
 
 
 def decode(datagram: bytes, layout: Layout) -> Decoded:
@@ -152,7 +148,7 @@ def decode(datagram: bytes, layout: Layout) -> Decoded:
             continue
         # JSON also has numbers that no double holds, texts, true and false
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and -1e300 < value < 1e300
-        value = value * factors.get(name, 1.0) if is_number else value
+        value = value * (factors.get(name) or 1.0) if is_number else value
         whole = name == "sequence"
         if not is_number or not low <= value <= high or (whole and value != int(value)):
             return f"{name} = {value!r} must be a {'whole ' * whole}number in [{low:.5g}, {high:.5g}]"
@@ -167,7 +163,7 @@ def encode(sample: Datagram, layout: Layout) -> bytes:
     content["sequence"], content["time"] = sample.sequence or 0, sample.time or 0.0
     if layout.is_json:
         return (json.dumps({name: content[name] for name in layout.names}) + "\n").encode()
-    numbers = [content.get(name, 0.0) / k for name, k in zip(layout.names, layout.factors, strict=True)]
+    numbers = [content.get(name, 0.0) / (k or 1.0) for name, k in zip(layout.names, layout.factors, strict=True)]
     return struct.pack(f"<{len(numbers)}d", *numbers)
 
 

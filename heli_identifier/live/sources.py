@@ -85,8 +85,7 @@ class Listening:
         self.is_stamped = "time" in layout.names or "sequence" in layout.names
         # a unit that the layout states itself stays
         units = [
-            k if name in layout.stated else _factor(name, format)
-            for name, k in zip(layout.names, layout.factors, strict=True)
+            _factor(name, format) if k is None else k for name, k in zip(layout.names, layout.factors, strict=True)
         ]
         port.layout = layout._replace(factors=tuple(units))
         self.unit: float | None = None  # of the rig's clock [s]
