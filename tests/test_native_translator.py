@@ -73,7 +73,7 @@ def polynomial(n: int, x: float) -> float:
 
 def gram(n: int, x: float) -> float:
     rows = [[sin(x * (i + 1) * (j + 2)) for j in range(n)] for i in range(n)]
-    columns = list(zip(*rows))  # noqa: B905
+    columns = [[row[k] for row in rows] for k in range(n)]
     products = [reduce(add, map(mul, a, b), 0.0) for a in rows for b in columns if len(b) > 1]
     shifted = [*products[1:], 1.0, *products[:1]]
     for k, value in enumerate(shifted):

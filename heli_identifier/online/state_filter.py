@@ -136,8 +136,7 @@ def second_derivative(xi: Pair, u: float, u_1: float, u_2: float, f: FilterCoeff
 
 
 def _product(a: Rows, b: Rows) -> Rows:
-    columns = list(zip(*b, strict=True))
-    return [[dot(row, column) for column in columns] for row in a]
+    return [[dot(row, [other[k] for other in b]) for k in range(len(b[0]))] for row in a]
 
 
 def matrix_exponential(m: Rows) -> Rows:

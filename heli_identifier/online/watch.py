@@ -230,7 +230,7 @@ def scores(
     # Neighbouring blocks of a white residual are independent: a parameter takes one of them.
     if candidates == 0 or freedom(weights, n + 1, 1.0 if whitened else OVERLAP) < LEAST_FREEDOM:
         return (NOTHING,) * candidates
-    moments = [dot(weights, entries) for entries in zip(*blocks, strict=True)]
+    moments = [dot(weights, [block[k] for block in blocks]) for k in range(len(blocks[0]))]
     residual = projection(moments, size, n, size - 1)
     if residual is None:
         return (NOTHING,) * candidates

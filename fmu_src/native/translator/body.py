@@ -31,14 +31,6 @@ class Untranslatable(BuildError):
         self.file, self.line, self.reason = file, line, reason
 
 
-@dataclasses.dataclass
-class Loop:
-    """A loop in C: the variables that it carries from turn to turn, their types, and the widest ones assigned."""
-
-    carried: dict[str, Expr]
-    kinds: dict[str, c.CType]
-
-
 class Body:
     """One function in translation.
 
@@ -75,7 +67,8 @@ class Body:
         self.depth, self.count = 1, 0
         self.env: dict[str, Any] | None = {}
         """Values of the variables; None behind a return."""
-        self.loops: list[Loop] = []
+        self.loops: list[tuple[dict[str, Expr], dict[str, c.CType]]] = []
+        """Of each loop around: the variables that it carries from turn to turn, and the widest types assigned."""
 
     # Lines
 
@@ -231,12 +224,12 @@ class Body:
             kinds, self.count, lines = wider or kinds, start, list[str]()
             carried = {name: Expr(self, kind, self.fresh(name)) for name, kind in kinds.items()}
             opened = {name: self.opened(made) for name, made in carried.items()}
-            self.loops.append(Loop(carried, dict(kinds)))
+            self.loops.append((carried, dict(kinds)))
             self.env = {**before, **opened}
             with self.aside(lines):
                 turn()
                 self.commit()
-            wider = self.loops.pop().kinds
+            wider = self.loops.pop()[1]
         for name, made in carried.items():
             self._begin(made, self.as_type(first[name], made.type).bare)
         self.emit(f"{head} {{")
@@ -248,12 +241,12 @@ class Body:
         """Assign what the innermost loop carries into its next turn, or out of it."""
         if self.env is None:
             return
-        loop, texts = self.loops[-1], {}
-        own = {made.code for made in loop.carried.values()}
-        for name, made in loop.carried.items():
+        (carried, kinds), texts = self.loops[-1], {}
+        own = {made.code for made in carried.values()}
+        for name, made in carried.items():
             value = self.env[name]
-            loop.kinds[name] = c.joined(loop.kinds[name], type_of(value))
-            if loop.kinds[name] != made.type:
+            kinds[name] = c.joined(kinds[name], type_of(value))
+            if kinds[name] != made.type:
                 continue  # the loop is translated again
             new = self.as_type(value, made.type)
             if new.code == made.code:
@@ -318,16 +311,6 @@ class Body:
         """Return a new tuple or list of the same elements."""
         room = "0" if known_items(over) is not None else self.run(over).count
         return self.collect(lambda put: self.each(over, 0, put), room)
-
-    def columns(self, rows: Any) -> Run:
-        """``zip(*rows)`` of a list of lists."""
-        over = self.run(rows)
-        size = over.at("0").path("count")
-
-        def column(k: str) -> Any:
-            return self.collected(Run(over.count, lambda i: self.item(over.at(i), Expr(self, c.INT, k))))
-
-        return Run(f"({over.count} > 0 ? {size} : 0)", column)
 
     def display(self, *parts: tuple[bool, Any]) -> Any:
         """Return ``(a, *b)``: of known length unless a list is among its parts."""

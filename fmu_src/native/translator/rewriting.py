@@ -65,12 +65,6 @@ class _Rewriter(ast.NodeTransformer):
             whole = _call("both", parts.pop(), _later(whole))
         return whole
 
-    def visit_Call(self, node: ast.Call) -> ast.expr:
-        self.generic_visit(node)
-        if isinstance(node.func, ast.Name) and node.func.id == "zip" and isinstance(node.args[0], ast.Starred):
-            return _call("columns", node.args[0].value)
-        return node
-
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
         self.generic_visit(node)
         place = node.slice

@@ -38,7 +38,7 @@ def _globals(body: Body, function: FunctionType) -> dict[str, Any]:
     """Return what the global names of a function stand for."""
     return {
         **{name: partial(decide, body) for name, decide in DECISIONS.items()},
-        **{f"__{name}__": getattr(body, name) for name in ("item", "display", "each", "collect", "columns")},
+        **{f"__{name}__": getattr(body, name) for name in ("item", "display", "each", "collect")},
         "__builtins__": {},
         **{name: _staged(body, value) for name, value in vars(builtins).items() if callable(value)},
         **{name: _staged(body, value) for name, value in function.__globals__.items() if name != "__builtins__"},
