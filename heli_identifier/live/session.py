@@ -202,16 +202,19 @@ class Session:
         self.declared = tuple(declared.get(axis) for axis in AXES)
         self.errors = {name: value.standard_error or 0.0 for name, value in parameters.values.items()}
         _make(folder)
-        self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
-        angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
-        try:
-            self.predictions = Journal(folder / PREDICTIONS, ["time [s]", *angles])
-        except BaseException:
-            self.recorded.close()
-            (folder / RECORDED).unlink()
-            raise
         self.events: list[dict[str, Any]] = []  # as they stand in their file
-        self._write_events()
+        angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
+        journals: list[Journal] = []
+        try:
+            for name, columns in ((RECORDED, CONTRACT_HEADERS), (PREDICTIONS, ["time [s]", *angles])):
+                journals.append(Journal(folder / name, columns))
+            self._write_events()
+        except BaseException:
+            for journal in journals:
+                journal.close()
+                journal.path.unlink()
+            raise
+        self.recorded, self.predictions = journals
         self.plan: Follower | None = None
         self.state: FollowState | None = None
         self.due: list[Due] = []  # since the last view
