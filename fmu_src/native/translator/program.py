@@ -41,7 +41,6 @@ class Unit:
     parameters: list[tuple[str, c.CType]]
     result: c.CType = c.NOTHING
     lines: list[str] = field(default_factory=list)
-    callees: list[Unit] = field(default_factory=list)
     needs_space: bool = False
 
     @property
@@ -133,8 +132,6 @@ class Translation:
         translate(body, function, definition_of(function), given)
         unit.result = body.returns or (c.NOTHING if body.returned == c.UNKNOWN else body.returned)
         unit.lines, unit.needs_space = body.lines, body.needs_space
-        called = set(re.findall(r"\w+(?=\()", "\n".join(body.lines)))
-        unit.callees = [other for other in self.units.values() if other.name in called]
         return unit
 
     def _name(self, function: Any, differentiated: bool) -> str:
@@ -168,15 +165,10 @@ def parts_of(kind: c.CType) -> list[tuple[str, c.CType]]:
 
 
 def definition_of(function: FunctionType) -> ast.FunctionDef:
-    """Return a function's definition without docstring, annotations and decorators."""
+    """Return the syntax tree of a function."""
     with _LOCK:
         tree = ast.parse(dedent(inspect.getsource(function))).body[0]
     assert isinstance(tree, ast.FunctionDef)
-    tree.decorator_list, tree.returns = [], None
-    for argument in (*tree.args.posonlyargs, *tree.args.args):
-        argument.annotation = None
-    if isinstance(tree.body[0], ast.Expr) and isinstance(tree.body[0].value, ast.Constant):
-        del tree.body[0]
     return tree
 
 
@@ -225,21 +217,6 @@ def _type_text(kind: c.CType) -> str:
     return f"typedef struct {{\n{members}}} {kind.name};\n".replace(" at[i];", " *at;")
 
 
-def _reached(entries: Iterable[Unit]) -> list[Unit]:
-    """Return the functions that the entries need, each behind those that it calls."""
-    out: dict[Unit, None] = {}
-
-    def visit(unit: Unit) -> None:
-        if unit not in out:
-            for callee in unit.callees:
-                visit(callee)
-            out[unit] = None
-
-    for entry in entries:
-        visit(entry)
-    return list(out)
-
-
 def header(translation: Translation, more: str = "") -> str:
     """Return the header of a program: its types and the functions that C by hand calls."""
     types = "\n".join(map(_type_text, translation.types))
@@ -257,9 +234,13 @@ def header(translation: Translation, more: str = "") -> str:
 
 
 def source(translation: Translation, more: str = "") -> str:
-    """Return the source file of a program."""
-    units = [unit for unit in _reached(translation.entries) if unit.name not in translation.externals.values()]
-    functions = "\n".join(unit.text(static=unit not in translation.entries) for unit in units)
+    """Return the source file of a program: what its entries need, each function behind those that it calls."""
+    needed, texts = {unit.name for unit in translation.entries}, list[str]()
+    for unit in reversed(translation.units.values()):
+        if unit.name in needed and unit.name not in translation.externals.values():
+            needed.update(re.findall(r"\w+(?=\()", "\n".join(unit.lines)))
+            texts.insert(0, unit.text(static=unit not in translation.entries))
+    functions = "\n".join(texts)
     return (
         "/* Translated from the Python sources of the unit; change those, not this file. */\n"
         f'#include "model.h"\n\n{functions}\n{more}'
