@@ -37,14 +37,14 @@ def test_a_fault_is_undone_by_its_own_size(damage, field, size, channel, toleran
     if size is None:  # a = exp(-2 pi 5 h) of the damage's filter: size = h a / (1 - a)
         a = np.exp(-2.0 * np.pi * 5.0 * H)
         size = H * a / (1.0 - a)
-    inputs, angles = undone({BY_FIELD[field]: size}, v, y, ANGLES, H)
+    inputs, angles = undone({BY_FIELD[field]: size}, v, y, H)
     found, true = np.hstack([inputs, angles]), np.hstack([VOLTAGES, ANGLES])
     np.testing.assert_allclose(found[2:-2, channel], true[2:-2, channel], atol=tolerance)
 
 
 def test_a_fault_of_size_zero_changes_nothing():
     for fault in FAULTS:
-        inputs, angles = undone({fault: 0.0}, VOLTAGES, ANGLES, ANGLES, H)
+        inputs, angles = undone({fault: 0.0}, VOLTAGES, ANGLES, H)
         np.testing.assert_allclose(np.hstack([inputs, angles]), np.hstack([VOLTAGES, ANGLES]), atol=1e-15)
 
 
@@ -59,7 +59,7 @@ def test_play_is_undone_but_for_the_passage_from_one_side_to_the_other():
     before its first reversal, and behind its last, a log does not say on which side its encoder is pushed."""
     gap = 12.0 * np.pi / 4096.0
     v, y = DAMAGES["pitch with a play of 6 counts"](TIME, VOLTAGES, ANGLES)
-    _, angles = undone({BY_FIELD["log_backlash_pitch"]: gap}, v, y, ANGLES, H)
+    _, angles = undone({BY_FIELD["log_backlash_pitch"]: gap}, v, y, H)
     inner = slice(500, -500)
     assert np.abs(y[inner, 0] - ANGLES[inner, 0]).max() == pytest.approx(0.5 * gap, rel=0.01)
     assert np.abs(angles[inner, 0] - ANGLES[inner, 0]).max() < 0.1 * gap

@@ -27,7 +27,7 @@ from scipy.special import ndtri
 
 from heli_identifier.records import Log
 
-from .fault import ANGLES, Array
+from .faults import ANGLES, Array
 
 EventKind = Literal["force", "slip"]
 

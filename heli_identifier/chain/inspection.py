@@ -24,8 +24,7 @@ from scipy.signal import savgol_filter
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 
-from .fault import ANGLES, Array
-from .late import SMOOTHED
+from .faults import ANGLES, Array, parabola_samples
 
 LEAST_STEP = 0.03
 """Share of a voltage's standard deviation: an error of 1 % of it, as large as that of a good multimeter."""
@@ -157,7 +156,7 @@ def jitter(angles: Array, step: float) -> tuple[float, float]:
     tau, error : float
         Standard deviation of d [s], and of tau; 0 where no two axes move.
     """
-    length = max(round(SMOOTHED / step), 5) // 2 * 2 + 1
+    length = parabola_samples(step)
     if len(angles) < 4 * length:
         return 0.0, 0.0
     rate = savgol_filter(angles, length, 2, 1, step, axis=0)[1:-2]

@@ -29,7 +29,7 @@ from heli_identifier.records import Log
 
 from .fit import Fit, around, fit
 from .helicopter import helicopter
-from .likelihood import Likelihood
+from .likelihood import Likelihood, without
 from .noise import error_dynamics, filters, physical, recoloured, start_response
 from .prediction import FLOWN, HORIZONS, Model, Run, Stretch, made_by_itself, rms_figures, run_along, segment_means
 from .records import record_of, records_of
@@ -191,10 +191,7 @@ def _records(
     likelihood = after.likelihood
     fitted = np.prod([sum(r.weights.sum(0) for r in f.likelihood.records) > 0 for f in (before, after)], axis=0)
     records = tuple(replace(r, weights=r.weights * fitted) for r in records_of(logs, likelihood.rig, left_out))
-    if not likelihood.faults:
-        return records
-    alone = replace(likelihood, records=records, faults={}, logged=())
-    return alone.undoing(likelihood.faults, alone.filtered(alone.resting(after.parameters, after.point.z))[0]).records
+    return tuple(without(likelihood.faults, record) for record in records)
 
 
 @dataclass(frozen=True, eq=False)

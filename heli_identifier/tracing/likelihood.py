@@ -70,8 +70,6 @@ class Likelihood:
     """Sizes of the faults of the logs that are undone in the records."""
     logged: tuple[Record, ...] = ()
     """The records as they were logged; empty where nothing is undone."""
-    predicted: tuple[Array, ...] = ()
-    """Angles (N_i, a) that a filter predicted [rad], along which faults are undone; empty where nothing is."""
 
     @property
     def widths(self) -> Array:
@@ -152,14 +150,12 @@ class Likelihood:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
         return float(0.5 * (x @ x + (point.z**2).sum() + ((point.own / self.widths) ** 2).sum()))
 
-    def undoing(self, faults: Mapping[Fault, float], e: Sequence[Array]) -> "Likelihood":
-        """Give the likelihood of the logs with faults undone, from the innovations ``e`` of the present records."""
+    def undoing(self, faults: Mapping[Fault, float]) -> "Likelihood":
+        """Give the likelihood of the logs with faults undone."""
         logged = self.logged or self.records
         if not faults:
-            return replace(self, records=logged, faults={}, logged=(), predicted=())
-        predicted = tuple(record.angles - own for record, own in zip(self.records, e, strict=True))
-        records = tuple(without(faults, own, along) for own, along in zip(logged, predicted, strict=True))
-        return replace(self, records=records, faults=faults, logged=logged, predicted=predicted)
+            return replace(self, records=logged, faults={}, logged=())
+        return replace(self, records=tuple(without(faults, own) for own in logged), faults=faults, logged=logged)
 
     def moved(self, point: Point, coordinate: Coordinate, x: float) -> Move:
         """Move one coordinate by its finite difference."""
@@ -206,7 +202,7 @@ class Likelihood:
         return state
 
 
-def without(faults: Mapping[Fault, float], logged: Record, predicted: Array) -> Record:
-    """Give a record with faults undone; ``predicted`` (N, a) are the angles that the filter predicts [rad]."""
-    inputs, angles = undone(faults, logged.inputs, logged.angles, predicted, logged.step)
+def without(faults: Mapping[Fault, float], logged: Record) -> Record:
+    """Give a record with faults undone."""
+    inputs, angles = undone(faults, logged.inputs, logged.angles, logged.step)
     return replace(logged, inputs=inputs, angles=angles)

@@ -144,7 +144,7 @@ class _Search:
             else self.around.value(name, chosen) * (stretch or 1.0)
             for name, fault in self.faults.items() if name in chosen
         }  # fmt: skip
-        likelihood = self.fitted.likelihood.undoing(wrong, self.fitted.e)
+        likelihood = self.fitted.likelihood.undoing(wrong)
         own = [name for name in chosen if name not in self.faults]
         return fit(likelihood, with_shapes(self.core, own, self.candidates), self.fitted, {**shapes, **off}, value_only)
 

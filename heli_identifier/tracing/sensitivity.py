@@ -182,8 +182,8 @@ class Sensitivities:
         axes = self._at_rate.setdefault(record.step, []) or self._axes(record)
         self._at_rate[record.step] = axes
         plant, *plants = (L.of_log(i, point, p) for p in (point.parameters, *(move.parameters for move in moves)))
-        logged, along = (L.logged[i], L.predicted[i]) if L.faults else (record, record.angles - e)
-        altered = [without(move.faults, logged, along) if move.faults else None for move in moves]
+        logged = L.logged[i] if L.faults else record
+        altered = [without(move.faults, logged) if move.faults else None for move in moves]
         starts = [start_response(axis.own, held, -(-record.samples // held)).T for axis in axes]
         colours = [_Colour(axis) for axis in axes]
         slower = _slower(record, held)

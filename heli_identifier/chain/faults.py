@@ -1,0 +1,175 @@
+"""Faults of a log that can be undone: their laws, their sizes, and the catalogue of them.
+
+A channel is a voltage, both voltages, or an angle; x is an angle, v a voltage, h the sampling interval [s].
+
+* **Late.** The log has x(t - size). Whole samples are undone by a shift, which leaves the noise as it is; what remains
+  of a sample by the slope of a local parabola. A mean of two samples would have less noise than a log has, so logs
+  would get likelier by it without any delay. A voltage is held over each sample.
+* **Low pass.** The log of the voltages has y with size y' = v - y. An angle behind a filter is found by
+  :mod:`.inspection`: it has lost the grid of its encoder.
+* **Drift.** The zero of an encoder drifts, a quarter turn an hour at most: the log has x + size t.
+* **Backlash** between an axis and its encoder: the log has the play operator of x with a gap of the given size. After
+  each reversal of the axis the encoder stands still until the gap is crossed. Where it was last pushed one way and is
+  first pushed the other, the log shows of itself; between the two the axis turns back under an even acceleration.
+* **Scale.** The column of a voltage has another scale than that of its twin: the log has v / (1 + size).
+
+Source: M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989, section 2 (play).
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+Array = NDArray[np.float64]
+
+VOLTAGES = ("v_front", "v_rear")
+ANGLES = ("pitch", "elevation", "travel")
+
+SMOOTHED = 0.1
+"""Length [s] of a local parabola: a bench moves slower."""
+
+SHIFT = 1e-4
+"""Difference of delays [s] at which a signature is taken: a small part of a sample, so that it is the parabola's slope
+and not the difference of two samples, whose noise a mean of both would lessen."""
+
+DITHER = 6.0
+"""Standard deviations of a reading's noise, some two counts of an encoder, that are no push of a backlash."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of one channel, or of both voltages."""
+
+    name: str
+    channel: str
+    """`voltages`, `v_front` or an angle."""
+    law: str
+    """What the log holds, in the letters of its file."""
+    unit: str
+    """Of the size."""
+    lower: float
+    upper: float
+    """lower, upper: Sizes that laboratories meet."""
+    step: float
+    """Difference of sizes at which its signature is taken."""
+    undo: Callable[[Array, float, float], Array]
+    """(logged, h, size) -> Array, shape (N,): The true signal."""
+    advice: str
+    """What to do in the laboratory."""
+
+    @property
+    def family(self) -> str:
+        """Faults that logs hardly tell apart: all that shifts a channel in time."""
+        kind = "timing" if self.name in ("late", "low pass") else self.name
+        return f"{kind} of {self.channel}"
+
+    @property
+    def field(self) -> str:
+        """Its name among the parameters of a fit."""
+        return f"log_{self.name.replace(' ', '_')}_{self.channel}"
+
+
+def undone(faults: Mapping[Fault, float], inputs: Array, angles: Array, h: float) -> tuple[Array, Array]:
+    """Undo faults of a log.
+
+    Parameters
+    ----------
+    faults : mapping of Fault to float
+        Their sizes.
+    inputs, angles : Array, shapes (N, 2) and (N, 3)
+        As logged [V], [rad].
+    h : float
+        Sampling interval [s].
+
+    Returns
+    -------
+    inputs, angles : Array
+    """
+    v, y = inputs.copy(), angles.copy()
+    for fault, size in faults.items():
+        for signals, names in ((v, VOLTAGES), (y, ANGLES)):
+            for k, name in enumerate(names):
+                if fault.channel == name or (fault.channel == "voltages" and signals is v):
+                    signals[:, k] = fault.undo(signals[:, k], h, size)
+    return v, y
+
+
+def parabola_samples(h: float) -> int:
+    """Count the samples of a local parabola, an odd number."""
+    return max(round(SMOOTHED / h), 5) // 2 * 2 + 1
+
+
+def _of_late_angle(logged: Array, h: float, size: float) -> Array:
+    """Give x(t), at the end on a straight line."""
+    n, slope = round(size / h), savgol_filter(logged, parabola_samples(h), 2, 1)
+    shifted = np.concatenate((logged[n:], logged[-1] + slope[-1] * np.arange(1, n + 1)))
+    return np.asarray(shifted + (size / h - n) * np.append(slope[n:], np.full(n, slope[-1])))
+
+
+def _of_late_voltage(logged: Array, h: float, size: float) -> Array:
+    """Give v(t), held over each sample: a share of it is already the next one of the log."""
+    whole, share = divmod(size / h, 1.0)
+    ahead = np.concatenate((logged[int(whole) :], np.full(int(whole), logged[-1])))
+    return np.asarray((1.0 - share) * ahead + share * np.append(ahead[1:], logged[-1]))
+
+
+def _of_low_pass(logged: Array, h: float, size: float) -> Array:
+    """Give v = y + size y', the filter y_k = a y_(k-1) + (1 - a) v_k solved for v with size = h a / (1 - a)."""
+    return np.asarray(logged + size / h * np.diff(logged, prepend=logged[:1]))
+
+
+def _of_drift(logged: Array, h: float, size: float) -> Array:
+    return np.asarray(logged - size * h * np.arange(len(logged)))
+
+
+def _of_scale(logged: Array, h: float, size: float) -> Array:
+    return (1.0 + size) * logged
+
+
+def _of_backlash(logged: Array, h: float, size: float) -> Array:
+    """Add half of the gap in the direction of the push."""
+    noise = float(np.diff(logged, 3).std()) / np.sqrt(20.0)  # squares of a third difference's weights: 1 + 9 + 9 + 1
+    at = np.flatnonzero(pushes := np.diff(_played(logged, DITHER * noise)))
+    if len(at) == 0:
+        return logged
+    way, time = np.sign(pushes[at]), np.arange(len(logged))
+    after = np.searchsorted(at, time)
+    before, after = np.clip(after - 1, 0, None), np.clip(after, None, len(at) - 1)
+    share = np.clip((time - at[before]) / np.maximum(at[after] - at[before], 1), 0.0, 1.0)
+    return np.asarray(logged + 0.5 * size * (way[before] + (way[after] - way[before]) * share**2))
+
+
+def _played(x: Array, gap: float) -> Array:
+    """Play operator: y (N,) stays as near to its last value as half of the gap around x allows."""
+    # y_k = max(low_k, min(high_k, y_k-1)): such steps in a row are one such step, so pairs are joined again and again
+    low, high, reach = x - 0.5 * gap, x + 0.5 * gap, 1
+    low[0] = high[0] = x[0]
+    while reach < len(low):
+        before = low[:-reach].copy(), high[:-reach].copy()
+        low[reach:], high[reach:] = (np.clip(end, low[reach:], high[reach:]) for end in before)
+        reach *= 2
+    return low
+
+
+FAULTS: tuple[Fault, ...] = (
+    *(Fault("late", axis, "x(t - size)", "s", 0.0, 0.1, SHIFT, _of_late_angle,
+            f"Look for a filter or a buffer between the {axis}'s encoder and the file; log all channels in one task.")
+      for axis in ANGLES),
+    Fault("late", "voltages", "v(t - size)", "s", 0.0, 0.1, SHIFT, _of_late_voltage,
+          "Log the voltages behind the controller in the step in which they are sent, not in the next one."),
+    Fault("low pass", "voltages", "y, size y' = v - y", "s", 0.0, 0.2, 0.005, _of_low_pass,
+          "Log the voltages that are sent to the amplifiers, ahead of any filter."),
+    *(Fault("drift", axis, "x + size t", "rad/s", -1e-3, 1e-3, 1e-5, _of_drift,
+            f"Fasten the coupling of the {axis}'s encoder; if it measures by a gyroscope or a camera, "
+            "remove its drift.")
+      for axis in ("pitch", "elevation")),
+    *(Fault("backlash", axis, "play of x, gap = size", "rad", 0.0, 0.06, 0.002, _of_backlash,
+            f"Turn the {axis} by hand to and fro: the encoder has to follow at once. Tighten its gear or coupling.")
+      for axis in ANGLES),
+    Fault("scale", "v_front", "v / (1 + size)", "1", -0.5, 0.5, 0.02, _of_scale,
+          "Measure both voltages at the motors with a meter while the log runs, and mend the factor of the column."),
+)  # fmt: skip
+"""The catalogue of faults that are searched in the likelihood."""
