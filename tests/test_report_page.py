@@ -116,7 +116,9 @@ def test_the_first_experiment_is_the_one_that_settles_most():
     (gain, first), *others = ranked_experiments(whole)
     assert gain == ["travel gain"] and first.startswith("Lean the pitch")
     assert any("Turn the travel fast." in text and len(names) == 2 for names, text in others)
-    assert ranked_experiments(replace(adequate(), parameters={}, catalogue=())) == []
+    settled = replace(adequate(), parameters={}, catalogue=())
+    assert ranked_experiments(settled) == []
+    assert "These logs leave no question open" in report_page(settled, "rig")
 
 
 def test_faults_of_the_logs_and_remarks_stand_before_the_details():
