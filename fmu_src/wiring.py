@@ -51,16 +51,6 @@ class Connection:
 class Scenario:
     """Units, their connections, and parameters that differ from their defaults.
 
-    Attributes
-    ----------
-    name, title : str
-    units : tuple of (name in this scenario, unit class)
-        ``("plant", "HelicopterPlant")``.
-    connections : tuple of Connection
-    parameters : tuple of (``unit.parameter``, value)
-    in_real_time : bool
-        Whether the master waits before each step until it is due, because a unit waits for nothing itself.
-
     Raises
     ------
     WiringError
@@ -70,9 +60,11 @@ class Scenario:
     name: str
     title: str
     units: tuple[tuple[str, str], ...]
+    """``("plant", "HelicopterPlant")``."""
     connections: tuple[Connection, ...]
     parameters: tuple[tuple[str, Value], ...] = ()
     in_real_time: bool = False
+    """Whether the master waits before each step until it is due, because a unit waits for nothing itself."""
 
     def __post_init__(self) -> None:
         known = dict(self.units)

@@ -16,27 +16,18 @@ from ..errors import WiringError
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Outputs of a run.
-
-    Attributes
-    ----------
-    names : tuple of str
-        ``unit.variable``, with the unit's name in the scenario.
-    units : tuple of str
-        Physical unit of each, ``1`` where it has none.
-    time : ndarray, shape (N,)
-        Communication points k H [s].
-    values : ndarray, shape (N, M)
-        Row k holds the outputs at ``time[k]``.
-    seconds : float
-        Wall time of the steps alone, without building, loading and initialising the units [s].
-    """
+    """Outputs of a run."""
 
     names: tuple[str, ...]
+    """``unit.variable``, with the unit's name in the scenario."""
     units: tuple[str, ...]
+    """Physical unit of each, ``1`` where it has none."""
     time: NDArray[np.float64]
+    """Communication points k H [s], shape (N,)."""
     values: NDArray[np.float64]
+    """Row k holds the outputs at ``time[k]``, shape (N, M)."""
     seconds: float = 0.0
+    """Wall time of the steps alone, without building, loading and initialising the units [s]."""
 
     def column(self, name: str) -> NDArray[np.float64]:
         """Return one output, shape (N,).
@@ -64,22 +55,15 @@ class Result:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Bands(Result):
-    """The nominal one of many runs, whose ``seconds`` are those of all, and the bands of the varied ones.
-
-    Attributes
-    ----------
-    low, high : ndarray, shape (N, M)
-        Ends of the band of each output.
-    runs : int
-        Varied runs that came to their end.
-    refused : tuple of str
-        One sentence per run that a unit refused.
-    """
+    """The nominal one of many runs, whose ``seconds`` are those of all, and the bands of the varied ones."""
 
     low: NDArray[np.float64]
     high: NDArray[np.float64]
+    """low, high: Ends of the band of each output, shape (N, M)."""
     runs: int
+    """Varied runs that came to their end."""
     refused: tuple[str, ...]
+    """One sentence per run that a unit refused."""
 
     def write_csv(self, path: str | Path) -> Path:
         """Write the nominal run and behind it the ends of the bands as CSV, complete or not at all."""

@@ -45,24 +45,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, repr=False)
 class ClosedLoopErrors(Tabular):
-    """Closed-loop errors over 3 s.
-
-    Attributes
-    ----------
-    errors : dict of str to dict of str to float
-        By log and axis [rad].
-    voltages : dict of str to float
-        By log, what the controller asks for along the measured angles less what was logged [V]: root mean square.
-    followed : tuple of str
-        Axes that the controller follows.
-    limit : float
-        Largest error of these that passes [rad].
-    """
+    """Closed-loop errors over 3 s."""
 
     errors: dict[str, dict[str, float]]
+    """By log and axis [rad]."""
     voltages: dict[str, float]
+    """By log, what the controller asks for along the measured angles less what was logged [V]: root mean square."""
     followed: tuple[str, ...]
+    """Axes that the controller follows."""
     limit: float = inf
+    """Largest error of these that passes [rad]."""
 
     @property
     def table(self) -> Table:

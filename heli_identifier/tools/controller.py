@@ -69,28 +69,18 @@ _FLOWN_BY = {"pitch": "k_x", "elevation": "k_z", "travel": "k_y"}
 
 @dataclass(frozen=True, eq=False)
 class ControllerDesign:
-    """A nominal and a robust controller of one kind.
-
-    Attributes
-    ----------
-    kind : str
-        pid, lqr or lqi.
-    axes : tuple of str
-        Controlled angles: the elevation and travel or pitch.
-    plants : Plants
-        Over which they were judged.
-    nominal, robust : Judged
-    continuous : dict of str to NDArray
-        K, K_z, L and N of the same weights in continuous time; empty of a PID.
-    notes : tuple of str
-    """
+    """A nominal and a robust controller of one kind."""
 
     kind: str
+    """pid, lqr or lqi."""
     axes: tuple[str, str]
+    """Controlled angles: the elevation and travel or pitch."""
     plants: Plants
+    """Over which they were judged."""
     nominal: Judged
     robust: Judged
     continuous: dict[str, NDArray[np.float64]]
+    """K, K_z, L and N of the same weights in continuous time; empty of a PID."""
     notes: tuple[str, ...]
 
     def document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:

@@ -100,25 +100,17 @@ class Coefficient(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Fleet:
-    """What several diagnoses say together.
-
-    Attributes
-    ----------
-    diagnoses : mapping of str to Diagnosis
-        By rig.
-    effects : tuple of Coefficient
-        Every entry of the catalogue: first what repeats, then what differs between rigs, and so on in the order of
-        :class:`Finding`; inside of these the effects that most rigs name first.
-    parameters : tuple of Coefficient
-        Parameters of the corrected models by the paper's symbols.
-    failures : mapping of str to str
-        Why a rig has no diagnosis, by rig.
-    """
+    """What several diagnoses say together."""
 
     diagnoses: Mapping[str, Diagnosis]
+    """By rig."""
     effects: tuple[Coefficient, ...]
+    """Every entry of the catalogue: first what repeats, then what differs between rigs, and so on in the order of
+    :class:`Finding`; inside of these the effects that most rigs name first."""
     parameters: tuple[Coefficient, ...]
+    """Parameters of the corrected models by the paper's symbols."""
     failures: Mapping[str, str]
+    """Why a rig has no diagnosis, by rig."""
 
     def found(self, *findings: Finding) -> tuple[Coefficient, ...]:
         """Effects with one of these findings."""

@@ -104,28 +104,19 @@ class GivenLag(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(Tabular):
-    """Parameters that the identifier found.
-
-    Attributes
-    ----------
-    histories : tuple of EstimateHistory
-        Per log ``name``, ``time`` [s] (M,), ``parameters`` and ``standard_errors`` (M, 11), whose columns are the
-        fields of :class:`heli_identifier.online.ModelParameters`.
-    together : Together
-        All logs together, each weighted by its certainty: ``estimates`` by symbol, and ``notes``.
-    parameters : ParameterSet
-        The plant with these estimates.
-    choice : Choice
-        The method that was taken, why, and whether a controller flew.
-    given_lag : GivenLag or None
-        What the motors' lag means for the parameters, where it was given and not estimated.
-    """
+    """Parameters that the identifier found."""
 
     histories: tuple[EstimateHistory, ...]
+    """Per log ``name``, ``time`` [s] (M,), ``parameters`` and ``standard_errors`` (M, 11), whose columns are the fields
+    of :class:`heli_identifier.online.ModelParameters`."""
     together: Together
+    """All logs together, each weighted by its certainty: ``estimates`` by symbol, and ``notes``."""
     parameters: ParameterSet
+    """The plant with these estimates."""
     choice: Choice
+    """The method that was taken, why, and whether a controller flew."""
     given_lag: GivenLag | None
+    """What the motors' lag means for the parameters, where it was given and not estimated."""
 
     files: ClassVar = ("parameters.json", "history.csv", "history.svg")
     """What :meth:`write` leaves in a folder."""

@@ -59,31 +59,21 @@ SMALLER_IS_BETTER = ("gain_down", "sensitivity", "settling")
 
 @dataclass(frozen=True, eq=False)
 class Plants:
-    """The estimated plant at an operating point, and the plants that the data allow, each at its own.
-
-    Attributes
-    ----------
-    plant : PlantParameters
-        The estimated one.
-    model : LinearModel
-        Of it.
-    drawn, drawn_models : tuple
-        Those that the data allow, and their linear models.
-    omega : NDArray, shape (N,)
-        Frequencies [rad/s].
-    responses : NDArray, shape (M + 1, N, 3, 2), complex
-        :func:`plant_response` of the estimated plant and of the M drawn ones.
-    notes : tuple of str
-        How many plants were left out.
-    """
+    """The estimated plant at an operating point, and the plants that the data allow, each at its own."""
 
     plant: PlantParameters
+    """The estimated one."""
     model: LinearModel
+    """Of it."""
     drawn: tuple[PlantParameters, ...]
     drawn_models: tuple[LinearModel, ...]
+    """drawn, drawn_models: those that the data allow, and their linear models."""
     omega: Array
+    """Frequencies [rad/s], shape (N,)."""
     responses: Responses
+    """:func:`plant_response` of the estimated plant and of the M drawn ones, shape (M + 1, N, 3, 2)."""
     notes: tuple[str, ...]
+    """How many plants were left out."""
 
 
 def drawn_plants(parameters: ParameterSet, count: int, seed: int = 0) -> list[PlantParameters]:
@@ -134,39 +124,27 @@ class Figure(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A controller around the plant and around every plant that the data allow.
-
-    Attributes
-    ----------
-    settings : PidSettings or FeedbackSettings
-    figures : dict of str to Figure
-        ``LOOP.NAME`` with the names of :class:`Margins`; ``disk``, the disk margin at both actuators at once;
-        ``AXIS.settling``, the time [s] of a linear reference step.
-    is_stable : bool
-        Whether the loop with the estimated plant is.
-    stable : float
-        Share of the plants for which the loop is stable.
-    poles : NDArray, shape (n,), complex
-        Of the closed loop with the estimated plant [1/s].
-    disks : NDArray, shape (M,)
-        Disk margin of every plant.
-    steps : tuple of StepResponse
-        Of the whole plant.
-    band : dict of str to NDArray, shape (2, N)
-        Lowest and highest response to a unit step among 95 % of the plants, by axis, at the times of the steps after 0.
-    effort : float
-        Factor by which the voltages were made dearer.
-    """
+    """A controller around the plant and around every plant that the data allow."""
 
     settings: Settings
     figures: dict[str, Figure]
+    """``LOOP.NAME`` with the names of :class:`Margins`; ``disk``, the disk margin at both actuators at once;
+    ``AXIS.settling``, the time [s] of a linear reference step."""
     is_stable: bool
+    """Whether the loop with the estimated plant is."""
     stable: float
+    """Share of the plants for which the loop is stable."""
     poles: NDArray[Any]
+    """Of the closed loop with the estimated plant [1/s], shape (n,)."""
     disks: Array
+    """Disk margin of every plant, shape (M,)."""
     steps: tuple[StepResponse, ...]
+    """Of the whole plant."""
     band: dict[str, Array]
+    """Lowest and highest response to a unit step among 95 % of the plants, by axis, at the times of the steps after 0,
+    shape (2, N)."""
     effort: float = 1.0
+    """Factor by which the voltages were made dearer."""
 
     @property
     def document(self) -> dict[str, Any]:

@@ -51,40 +51,27 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Pooled:
-    """The random-effects mean of one coefficient over k ``rigs``, in the unit of the coefficient, intervals of 95 %.
-
-    Attributes
-    ----------
-    mean, standard_error : float
-    interval : tuple of float
-        Of the mean, by Hartung and Knapp.
-    p : float
-        Two-sided probability of such a mean if the true one is zero, whatever the spread.
-    none_p : float
-        Two-sided probability of such estimates if no rig has the effect: of the fixed-effect mean over its standard
-        error, a normal variable. It is far smaller than p where the rigs are few, as it does without the spread.
-    spread : float
-        tau, the standard deviation between the rigs.
-    spread_interval : tuple of float
-    prediction : tuple of float or None
-        Of the true value of a further rig; None for two rigs, whose interval says nothing.
-    Q, Q_p : float
-        Statistic of Cochran's test that all rigs have one value, and its probability.
-    I2 : float
-        Share of the variance of the estimates that the rigs' differences make, 0 to 1.
-    """
+    """The random-effects mean of one coefficient over k ``rigs``, in the unit of the coefficient, intervals of 95 %."""
 
     mean: float
     standard_error: float
     interval: tuple[float, float]
+    """Of the mean, by Hartung and Knapp."""
     p: float
+    """Two-sided probability of such a mean if the true one is zero, whatever the spread."""
     none_p: float
+    """Two-sided probability of such estimates if no rig has the effect: of the fixed-effect mean over its standard
+    error, a normal variable. It is far smaller than p where the rigs are few, as it does without the spread."""
     spread: float
+    """tau, the standard deviation between the rigs."""
     spread_interval: tuple[float, float]
     prediction: tuple[float, float] | None
+    """Of the true value of a further rig; None for two rigs, whose interval says nothing."""
     Q: float
     Q_p: float
+    """Q, Q_p: statistic of Cochran's test that all rigs have one value, and its probability."""
     I2: float
+    """Share of the variance of the estimates that the rigs' differences make, 0 to 1."""
     rigs: int
 
     @property

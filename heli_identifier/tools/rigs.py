@@ -82,25 +82,17 @@ class Truth:
 
 @dataclass(frozen=True)
 class Rig:
-    """The data set of one rig.
-
-    Attributes
-    ----------
-    training, held_out : tuple of Log
-        Logs to fit and search in, and held-out logs.
-    truth : Truth or None
-        Not given to the diagnosis; a result row compares it with what was found.
-    configuration : RigConfiguration or None
-        What else is known of the rig; with None the campaign's settings apply.
-    note : str
-        What was held out where no log is named so.
-    """
+    """The data set of one rig."""
 
     training: tuple[Log, ...]
     held_out: tuple[Log, ...]
+    """training, held_out: logs to fit and search in, and held-out logs."""
     truth: Truth | None = None
+    """Not given to the diagnosis; a result row compares it with what was found."""
     configuration: RigConfiguration | None = None
+    """What else is known of the rig; with None the campaign's settings apply."""
     note: str = ""
+    """What was held out where no log is named so."""
 
     def __post_init__(self) -> None:
         for name in ("training", "held_out"):
@@ -112,24 +104,16 @@ class Rig:
 
 @dataclass(frozen=True)
 class RigFolder:
-    """A rig whose logs lie in a folder.
-
-    Attributes
-    ----------
-    rig : str
-        Name of the folder, or its path where two folders have one name.
-    training : tuple of Path
-        Logs to fit and to search, in the order of their names.
-    held_out : tuple of Path
-        Logs whose names begin with "held"; empty if none does, and the last log is then to be held out.
-    configuration : Path or None
-        heli.toml of the folder, else the one that all rigs share.
-    """
+    """A rig whose logs lie in a folder."""
 
     rig: str
+    """Name of the folder, or its path where two folders have one name."""
     training: tuple[Path, ...]
+    """Logs to fit and to search, in the order of their names."""
     held_out: tuple[Path, ...]
+    """Logs whose names begin with "held"; empty if none does, and the last log is then to be held out."""
     configuration: Path | None
+    """heli.toml of the folder, else the one that all rigs share."""
 
     def content(self) -> str:
         """Return the digest of names and bytes of its files."""
