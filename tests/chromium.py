@@ -105,11 +105,6 @@ class Chromium:
         sent = [event["params"] for event in self.events if event.get("method") == "Network.requestWillBeSent"]
         return [event["request"]["url"] for event in sent]
 
-    def picture(self, file: Path) -> None:
-        """Write a PNG of the whole page."""
-        data = self.call("Page.captureScreenshot", captureBeyondViewport=True)["data"]
-        file.write_bytes(base64.b64decode(data))
-
     def printed(self, file: Path) -> None:
         """Write a PDF of the page on A4."""
         data = self.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)["data"]

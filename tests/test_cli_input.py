@@ -5,7 +5,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 from typer import Typer
@@ -24,12 +23,6 @@ from tests.test_cli_app import _refused as refused
 
 def run(*words):
     return CliRunner().invoke(app, list(map(str, words)))
-
-
-def test_identify_counts_no_log_twice(tmp_path):
-    (log, *_), _ = demo_logs("rig-b")
-    said = "holds the same samples as"
-    refused(tmp_path, said, "identify", log, log, "--output", tmp_path / "out")
 
 
 UNFORESEEN = {
@@ -183,28 +176,3 @@ def test_values_under_another_unit_s_name_are_refused_with_both_units(tmp_path):
     file = parameter_file(tmp_path, "PidController")
     said = "is of the unit PidController, which has no parameter 'pitch.damping'; its values are of the HelicopterPlant"
     refused(tmp_path, said, "simulate", "closed_loop", "--parameters", file)
-
-
-def test_init_makes_the_folders_above_the_configuration(tmp_path):
-    assert run("init", tmp_path / "rigs" / "north-lab.toml").exit_code == 0
-    assert (tmp_path / "rigs" / "north-lab.toml").is_file()
-
-
-@pytest.mark.usefixtures("interruptible")
-@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
-def test_a_diagnosis_that_is_asked_to_end_leaves_nothing_behind(tmp_path, asked):
-    (log, *_), (held,) = demo_logs("rig-b")
-    code = "from heli_identifier.cli import main; main()"
-    words = ["diagnose", str(log), "--validate", str(held), "--output", str(tmp_path / "out")]
-    child = subprocess.Popen([sys.executable, "-c", code, *words], stderr=subprocess.DEVNULL)
-    try:
-        deadline = time.monotonic() + 180.0
-        while not list(tmp_path.iterdir()) and time.monotonic() < deadline:
-            time.sleep(0.02)
-        assert list(tmp_path.glob(".heli-draft-*"))
-        time.sleep(0.5)  # into the reading and searching, which take seconds
-        child.send_signal(asked)
-        assert child.wait(180.0) == 128 + asked
-    finally:
-        child.kill()
-    assert list(tmp_path.iterdir()) == []

@@ -20,8 +20,6 @@ from heli_identifier.records import RigConfiguration, demo_logs, write_log
 from heli_identifier.results import run_figure
 from heli_identifier.results.parameters import plant_values, read_parameters
 from heli_identifier.results.unit import check_free_run, unit_run
-from heli_identifier.results.words import meaning
-from heli_identifier.tools.history import NAMES
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import to_names
 from heli_plant.simulation import simulate
@@ -192,14 +190,6 @@ def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_pat
     history = (tmp_path / "out" / "history.csv").read_text().splitlines()
     assert history[0].startswith("log,time [s],a_wx [1/s],")
     assert {line.split(",")[0] for line in history[1:]} == {"train1", "train2"}
-
-
-def test_identify_says_what_every_symbol_means(tmp_path):
-    training, _ = demo_logs("rig-c")
-    said = run("identify", training[0], "--to", 30, "--output", tmp_path / "out")
-    assert said.exit_code == 0
-    rows = {line.split()[0]: line for line in said.stdout.splitlines() if line.strip()}
-    assert all(meaning(name) in rows[name] for name in NAMES)
 
 
 def test_build_makes_every_unit_and_lists_them(tmp_path):

@@ -61,18 +61,3 @@ def test_a_block_of_commands_is_run_or_says_why_not(name):
             pytest.fail(f"line {block.line}: a block of {block.language} is never run; call it bash")
         if block.language in SHELL:
             assert typed(block) or block.reason, f"line {block.line}: nothing in this block is run"
-
-
-# --- the runner itself ---------------------------------------------------------------------------------------------
-
-
-def test_a_failing_command_fails_with_its_own_words(tmp_path):
-    with pytest.raises(AssertionError, match="line 4 ended with 3:\nso it is"):
-        session("```bash\ntrue\n```\n```bash\necho so it is; exit 3\n```\n```bash\ntrue\n```\n", tmp_path)
-
-
-def test_shown_output_has_the_words_and_the_figures_of_what_is_printed():
-    printed = "axis error\npitch  1 s ahead  5.13 (4.9 to 6.1)\n"
-    assert unlike("pitch 1 s ahead 5.10 (5.0 to 6.0)\n...\n", printed) == []
-    for line in ("travel 1 s ahead 5.13 (4.9 to 6.1)", "pitch 1 s ahead 5.5 (4.9 to 6.1)", "pitch 1 s ahead 5.13"):
-        assert unlike(f"{line}\n", printed) == [line]

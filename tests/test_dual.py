@@ -6,7 +6,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from heli_plant.continuous import STATES, rates_of_change
+from heli_plant.continuous import rates_of_change
 from heli_plant.dual import Dual, seeded, slopes, with_duals
 from heli_plant.effects import CATALOGUE
 from heli_plant.laws import next_step_time
@@ -93,7 +93,3 @@ def test_the_next_step_of_a_law_is_told():
     assert next_step_time(0.0, on) == 5.0
     assert next_step_time(5.0, on) == inf
     assert next_step_time(0.0, TABLE_2) == inf
-
-
-def test_the_states_are_the_first_fields_of_the_plants_state():
-    assert tuple(name for name, _, _ in STATES) == PlantState._fields[: len(STATES)]

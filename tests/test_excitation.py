@@ -52,14 +52,6 @@ def test_the_difference_drives_pitch_and_the_total_drives_elevation():
         assert isclose(front + rear, 1.0 + 2.0 * SquareChirp().at(t))
 
 
-def test_both_channels_together_are_not_the_same_function():
-    both = paper_excitation(1)
-    v = np.array([voltages(k * H, both) for k in range(9000)])
-    correlation = np.corrcoef(v[:, 0] - v[:, 1], v[:, 0] + v[:, 1])[0, 1]
-    # Squares of incommensurate periods: over 90 s (9 half periods) the correlation is of order 1/9.
-    assert abs(correlation) < 0.3
-
-
 def test_a_measured_square_and_chirp_log_is_reproduced():
     # Samples of a rig's training log, printed to 1e-5 V: its start, an edge of the difference at 11.70 s, and two
     # late ones, where a wrong period or chirp rate would have run away.

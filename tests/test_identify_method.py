@@ -7,9 +7,7 @@ import heli_identifier as hi
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, gain_matrix
 from heli_identifier.records import RigConfiguration
-from heli_identifier.tools.history import NAMES, history_figure, history_limits
 from heli_identifier.tools.identification import LONGER, choose, loop_is_closed
-from heli_identifier.tracing import plausible_range
 from heli_plant.parameters import TABLE_2
 from tests.simulated import closed_loop, drive, noisy
 
@@ -93,16 +91,3 @@ def test_a_method_asked_for_is_taken():
     assert choose([(5.0, 5.0, 0.0)], ADAPTATION).method == ADAPTATION
     with pytest.raises(ConfigurationError, match="method 'kalman' must be one of"):
         hi.identify(closed_loop(TABLE_2, 12.0, 1), method="kalman")
-
-
-def test_histories_are_drawn_within_what_a_bench_can_have(flown):
-    """An ordinate has a quarter of its range as room at both ends; what the logs determine fills its plot."""
-    for name in ("a_wx", "a_th", "k_x", "a_wz", "a_e", "k_z", "a_wy", "k_y"):
-        final, (low, high) = flown.estimates[name].value, plausible_range(name, 5.0)
-        bottom, top = history_limits(flown.histories, NAMES.index(name), final, (low, high))
-        low, high = min(low, final), max(high, final)
-        room = 0.25 * (high - low)
-        assert low - room - 1e-9 <= bottom < final < top <= high + room + 1e-9
-        if name == "k_z":
-            assert top - bottom < sum(map(abs, plausible_range("k_z", 5.0)))
-    assert history_figure(flown.histories, flown.estimates, 5.0).count("<svg") == 1 + 2 * len(NAMES)

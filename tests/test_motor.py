@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import cont2discrete
 
-from heli_plant.communication import EncoderCounts, quantise
+from heli_plant.communication import quantise
 from heli_plant.compiled import compiled, parameter_record
 from heli_plant.motor import kept, lagged, mean_held, remember, saturate
 from heli_plant.parameters import TABLE_2
@@ -44,10 +44,6 @@ def test_reading_is_the_nearest_whole_count_and_never_turns_back(x, y, n):
     assert read * n / (2 * pi) == pytest.approx(round(read * n / (2 * pi)), abs=1e-10)
     assert quantise(min(x, y), n) <= quantise(max(x, y), n)
     assert quantise(x, 0) == x
-
-
-def test_travel_has_twice_the_counts():
-    assert EncoderCounts() == (4096, 4096, 8192)
 
 
 # --- input delay -------------------------------------------------------------------------------------------------

@@ -97,24 +97,3 @@ def test_a_direction_without_excitation_rests_at_the_limit_while_the_others_go_o
     assert gain[0, 0] == pytest.approx(alpha, rel=0.2)
     assert omega[0] == pytest.approx(2.0 - exp(-5.0), abs=0.003)
     assert limit * 0.98 < gain[1, 1] < limit * 1.011
-
-
-@pytest.mark.slow
-def test_the_gain_stays_positive_definite_and_bounded_through_excitation_silence_and_noise():
-    """In turns: 100 s excited, 800 s silent, 300 s of noise at the level of an encoder; Gamma forgets in 10 s."""
-    limit, alpha, rng = 1e3, 0.1, np.random.default_rng(1)
-    factor, omega, snapshots = initial_factor([limit] * 5), [0.0] * 5, []
-    for k in range(120_000):
-        phase = (k // 10_000) % 12
-        phi = (rng.uniform(-1.0, 1.0, 5) * (1.0 if phase == 0 else 1e-4 if phase > 8 else 0.0)).tolist()
-        phi[2] = -1.0
-        y = 0.3 * phi[0] - 0.2 * phi[1] + phi[2] + 2.0 * phi[3] - phi[4] + 1e-4 * phi[0]
-        adapt(factor, omega, phi, y, k, alpha, H, limit)
-        if k % 97 == 0:
-            snapshots.append(list(factor))
-    eigenvalues = np.linalg.eigvalsh([gain_matrix(row, 5) for row in snapshots])
-    # Positive as found by an eigenvalue routine that knows the largest to 1e-16 of itself: 1e-13 here. Bounded but for
-    # the 1 % that may be forgotten before information is restored.
-    assert np.array(snapshots)[:, [0, 2, 5, 9, 14]].min() > 0.0
-    assert eigenvalues.min() > 1e-12
-    assert limit * 0.9 < eigenvalues.max() < limit * 1.011

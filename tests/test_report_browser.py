@@ -1,4 +1,10 @@
-"""The page in a real browser: silent, nothing fetched, no overflow at a desk's and a telephone's width, both themes."""
+"""The page in a real browser: silent, fits a desk and a telephone, both themes, on paper, and for those who hear it."""
+
+import re
+import shutil
+import subprocess
+from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
@@ -7,6 +13,9 @@ from tests.chromium import CHROMIUM, Chromium
 from tests.diagnosis_example import example
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+
+PACKAGE = find_spec("axe_playwright_python")
+AXE = Path(PACKAGE.origin or "").with_name("axe.min.js") if PACKAGE else None
 
 SMALLEST_LETTER = 7.0
 """Height [CSS px] of a font below which a label cannot be read on a telephone."""
@@ -55,12 +64,13 @@ def browser(tmp_path_factory):
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-@pytest.mark.parametrize("width", [1280, 390])
-def test_the_page_is_silent_and_fits_and_can_be_read(browser, page, width, dark):
+@pytest.mark.parametrize(("width", "longest"), [(1280, 5000), (390, 10_000)])
+def test_the_page_is_silent_and_short_and_fits_and_can_be_read(browser, page, width, longest, dark):
     browser.open(page, width, dark)
     assert browser.complaints() == []
     assert [address for address in browser.requests() if not address.startswith(("file:", "data:"))] == []
     assert browser.value("document.documentElement.scrollWidth") == width
+    assert browser.value("document.documentElement.scrollHeight") < longest
     assert browser.value(OVERFLOWING) == []
     assert browser.value(CUT) == []
     assert browser.value(LETTERS) > SMALLEST_LETTER
@@ -68,26 +78,37 @@ def test_the_page_is_silent_and_fits_and_can_be_read(browser, page, width, dark)
     assert browser.value(CONTRAST) > 4.5
 
 
-def test_details_are_folded_on_a_screen_and_open_on_paper(browser, page):
+def test_details_are_folded_on_a_screen_and_open_on_white_paper(browser, page):
     height = "document.querySelector('details.fold').getBoundingClientRect().height"
-    browser.open(page, 390)
-    assert browser.value(height) < 100
-    browser.call("Emulation.setEmulatedMedia", media="print")
-    assert browser.value(height) > 300
-
-
-def test_the_page_is_short(browser, page):
-    for width, most in ((1280, 5000), (400, 10_000)):
-        browser.open(page, width)
-        assert browser.value("document.documentElement.scrollHeight") < most
-
-
-def test_the_dark_theme_is_dark_and_paper_is_white(browser, page, tmp_path):
     background = "getComputedStyle(document.body).backgroundColor"
-    browser.open(page, 1280, dark=True)
+    browser.open(page, 390, dark=True)
+    assert browser.value(height) < 100
     assert browser.value(background) == "rgb(15, 19, 24)"
     browser.call("Emulation.setEmulatedMedia", media="print")
+    assert browser.value(height) > 300
     assert browser.value(background) == "rgb(255, 255, 255)"
     assert browser.value("getComputedStyle(document.body).color") == "rgb(27, 31, 36)"
+
+
+@pytest.mark.skipif(AXE is None, reason="axe-core (axe-playwright-python) is missing")
+@pytest.mark.parametrize("width", [1280, pytest.param(400, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("dark", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["light", "dark"])
+def test_axe_finds_nothing(browser, page, width, dark):
+    browser.open(page, width, dark)
+    browser.value(f"{AXE.read_text(encoding='utf-8')}; 1")
+    found = browser.awaited("axe.run(document).then(r => r.violations.map(v => [v.id, v.nodes[0].html]))")
+    assert found == []
+    assert browser.awaited("axe.run(document).then(r => r.passes.length)") > 10
+
+
+@pytest.mark.skipif(shutil.which("pdftotext") is None, reason="pdftotext is missing")
+def test_no_page_of_the_print_ends_with_a_heading(browser, page, tmp_path):
+    browser.open(page, 1280)
     browser.printed(tmp_path / "report.pdf")
-    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+    text = subprocess.run(
+        ["pdftotext", "-layout", str(tmp_path / "report.pdf"), "-"], capture_output=True, text=True, check=True
+    ).stdout
+    pages = [[line.strip() for line in part.splitlines() if line.strip()] for part in text.split("\f")]
+    headings = {re.sub(r"<[^>]+>", "", text).strip() for text in re.findall("<h[23]>(.*?)</h", page.read_text())}
+    assert len(headings) > 5
+    assert [lines[-1] for lines in pages if lines and lines[-1] in headings] == []

@@ -98,40 +98,6 @@ def test_the_limit_of_an_axis_is_a_multiple_of_the_larger_of_error_and_noise_flo
     assert quiet.limits(1.5)["pitch"] == 1.5
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (None, "does not exist"),
-        ("{", "is no JSON"),
-        ("[]", "its schema is None"),
-        ('{"schema": "heli-diagnosis/1"}', "schema is 'heli-diagnosis/1'"),
-        ('{"schema": "heli-parameters/1", "unit": "HelicopterPlant"}', "missing required field `values`"),
-        ('{"schema": "heli-parameters/0"}', "of another version of this program"),
-    ],
-)
-def test_a_file_that_is_no_parameter_set_is_refused_in_one_sentence(tmp_path, text, said):
-    file = tmp_path / "parameters.json"
-    if text is not None:
-        file.write_text(text)
-    with pytest.raises(ConfigurationError, match=said) as problem:
-        read_parameters(file)
-    assert str(file) in str(problem.value)
-    assert "\n" not in str(problem.value)
-
-
-def test_parameters_of_another_unit_make_no_plant():
-    parameters = corrected_parameters(_named_effects_only())
-    with pytest.raises(ConfigurationError, match="PidController"):
-        replace(parameters, unit="PidController").plant()
-
-
-def test_a_parameter_that_is_missing_is_not_made_up():
-    parameters = corrected_parameters(_named_effects_only())
-    fewer = {name: value for name, value in parameters.values.items() if name != "pitch.stiffness"}
-    with pytest.raises(ConfigurationError, match=r"lack pitch\.stiffness; values of another rig"):
-        replace(parameters, values=fewer).plant()
-
-
 def test_parameters_that_no_held_out_log_has_judged_give_no_limit():
     parameters = corrected_parameters(_named_effects_only())
     with pytest.raises(ConfigurationError, match="no error on held-out logs"):

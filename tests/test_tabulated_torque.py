@@ -61,19 +61,6 @@ def test_between_the_values_of_the_table_runs_the_cubic_with_central_slopes():
     assert found == pytest.approx(reference(x), abs=1e-12)
 
 
-def test_the_error_falls_with_the_cube_of_the_spacing():
-    """Keys 1981: third order. At the ends a one-sided slope is of second order; only the inner part is looked at."""
-
-    def error(spacing):
-        first = -0.5 * (KNOTS - 1) * spacing
-        y = tuple(math.sin(3.0 * (first + k * spacing)) for k in range(KNOTS))
-        x = np.linspace(first + 2.0 * spacing, -first - 2.0 * spacing, 501)
-        return max(abs(tabulated_torque(float(v), first, spacing, y) - math.sin(3.0 * v)) for v in x)
-
-    assert error(0.1) < 0.3**3 / 24.0  # the largest third derivative, 27, times h^3 / 24
-    assert error(0.1) / error(0.05) == pytest.approx(8.0, rel=0.15)
-
-
 def test_beyond_the_table_the_torque_stays():
     y = tuple(float(k * k) for k in range(KNOTS))
     for x, expected in ((-50.0, y[0]), (1.0, y[0]), (1.0 + 0.1 * (KNOTS - 1), y[-1]), (80.0, y[-1])):
