@@ -6,6 +6,8 @@ and what to do. The command line prints an `IdentifierError` as it stands and ex
 
 from math import inf, isfinite
 
+from heli_plant.errors import out_of_range
+
 HELI_TOML = "heli.toml (written by `heli init`)"
 """The configuration of a rig, as messages name it."""
 
@@ -39,7 +41,7 @@ def require_range(name: str, value: float, unit: str, lower: float = -inf, upper
         Names the setting, its value, its bounds and unit.
     """
     if not isfinite(value) or not lower <= value <= upper:
-        raise ConfigurationError(f"{name} = {value!r} {unit} must lie in [{lower:g}, {upper:g}] {unit}")
+        raise ConfigurationError(out_of_range(name, value, lower, upper, unit))
     return value
 
 

@@ -114,6 +114,7 @@ def test_every_key_arrives(configured):
         ("[log]\nstart = 9\nend = 3", "log.end = 3 s must come after log.start = 9 s"),
         ("[controller]\nair = ['a', 0.1, 0.1]", r"controller.air = \['a', 0.1, 0.1\] must be a list of three numbers"),
         ("[controller.pid]\npitch = 3", "controller.pid.pitch = 3 must be a list of three numbers"),
+        ("[controller.weights]\nvoltage = 0", r"controller.weights.voltage = 0.0 must lie in \[1e-09, 1e\+09\]$"),
         ("[log]\ndecimal = ';'", "decimal = ';' is unknown"),
         ("[log.units]\nv_front = 'deg'", "log.units.v_front = 'deg' is unknown; choose one of V, mV"),
         ("[rig]\nencoder_counts = 3", r"encoder_counts = 3 must be a section that begins with \[rig.encoder_counts\]"),
