@@ -26,7 +26,7 @@ from heli_identifier.records import (
 
 from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect, log_faults
 from .fit import Fit, covariance, fit
-from .held_out import Judge, compare
+from .held_out import compare
 from .helicopter import LAG_FIELD
 from .identification import FAULT_EFFECTS, Identification, Progress, identify_plant
 from .references import References
@@ -81,9 +81,9 @@ def diagnose(
     faults = log_faults(found.selection, found.defects)
     tell("comparing before and after", 0.7)
     axes, nats, series = compare(
-        before, after, found.beside, found.left_out, found.parameters, _judge(found), found.events,
-        found.references.closed_loop,
-    )  # fmt: skip
+        before, after, found.beside, found.left_out, found.parameters, found.events, found.references.closed_loop
+    )
+    nats = replace(nats, chi2=_judged(found, {"before": before, "after": after}))
     in_plant = {(own.name, own.axis) for own in (*effects, *possible) if own.in_plant}
     names = [effect.field for effect in rig.effects if (effect.name, effect.axis) in in_plant]
     names += [name for name in after.fields if name not in (*null.fields, *names)]
@@ -153,17 +153,14 @@ def _checked(
     return training, kept, (*notes, *excitation_notes(training, kept))
 
 
-def _judge(found: Identification) -> Judge | None:
-    """Say what the instruments make of a plant on the training logs: chi2 and degrees of freedom over the axes."""
-    outside, rig, records = found.outside, found.plant.likelihood.rig, found.plant.likelihood.records
-    if outside is None:
-        return None
-
-    def judge(parameters) -> tuple[float, int]:
-        judged = outside.judge([rig.measured(record, parameters) for record in records])
-        return sum(own.chi2 for own in judged), sum(own.freedom for own in judged)
-
-    return judge
+def _judged(found: Identification, fits: Mapping[str, Fit]) -> dict[str, tuple[float, int]]:
+    """Say what the instruments make of plants on the training logs: chi2 and degrees of freedom over the axes."""
+    rig, records, chi2 = found.plant.likelihood.rig, found.plant.likelihood.records, dict[str, tuple[float, int]]()
+    if found.outside is not None:
+        for name, fitted in fits.items():
+            judged = found.outside.judge([rig.measured(record, fitted.parameters) for record in records])
+            chi2[name] = sum(own.chi2 for own in judged), sum(own.freedom for own in judged)
+    return chi2
 
 
 def _effects(found: Identification) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:

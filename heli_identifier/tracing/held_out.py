@@ -14,7 +14,7 @@ the voltages, from the state that a log's first samples give, at the log's own r
 Sources: Diebold and Mariano 1995 (paired differences); Ljung and Box 1978, eq. (1.2), for whiteness.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import log, pi
@@ -31,7 +31,7 @@ from .fit import Fit, around, fit
 from .helicopter import helicopter
 from .likelihood import Likelihood, without
 from .noise import error_dynamics, filters, physical, recoloured, start_response
-from .prediction import FLOWN, HORIZONS, Model, Run, Stretch, made_by_itself, rms_figures, run_along, segment_means
+from .prediction import HORIZONS, Model, Run, Stretch, made_by_itself, rms_figures, run_along, segment_means
 from .records import record_of, records_of
 from .references import CHANNELS, controllers_of
 from .result import (
@@ -45,35 +45,21 @@ from .result import (
     Use,
 )  # fmt: skip
 from .rig import Parameters, Record
-from .settings import HUBER, SPACING, START, WHITE_TIME, DiagnosisSettings
+from .settings import FLOWN, HUBER, SPACING, START, WHITE_TIME, DiagnosisSettings
 
 Array = NDArray[np.float64]
-Judge = Callable[[Parameters], tuple[float, int]]
 
 
-@dataclass(frozen=True, eq=False)
-class _OnLog:
-    """One model on one held-out log: its run, and the log-density of every sample [nats]."""
+def likelihood_of(model: Model, record: Record, passages: Sequence[tuple[int, int]] = ()) -> tuple[Run, Array]:
+    """Fit what a log has of its own, its constant torques and its start, then run a model along it.
 
-    run: Run
-    density: Array
-
-    def standardised(self, model: Model) -> Array:
-        """Give the innovations (N, a) under the air and over the scales of ``model``."""
-        record, own, scales = self.run.record, self.run.model, model.scales(self.run.record.step)
-        old, new = (filters(record.step, own.rig.linear(own.parameters), physical(z)) for z in (own.z, model.z))
-        columns = [recoloured(e, was, now) for e, was, now in zip(self.run.e.T, old, new, strict=True)]
-        return np.column_stack(columns) / scales
-
-
-def likelihood_of(model: Model, record: Record) -> tuple[Array, Array]:
-    """Give the log-density (N,) [nats] of every sample of a log, and its likeliest constant torque (a,) [rad/s^2]."""
-    found = _on(model, record, [])
-    return found.density, found.run.offset
-
-
-def _on(model: Model, record: Record, passages: Sequence[tuple[int, int]]) -> _OnLog:
-    """Fit what a log has of its own, its constant torques and its start, then run along it."""
+    Returns
+    -------
+    run : Run
+        With the likeliest constant torques; its predictions lie within ``passages`` [samples].
+    density : Array, shape (N,)
+        Log-density of every sample [nats].
+    """
     h, sigma, a = record.step, model.scales(record.step), len(model.encoder_noise)
     first = run_along(model, record, np.zeros(a), []).e / sigma
     w = record.weights * np.minimum(1.0, HUBER / np.maximum(np.abs(first), 1e-12))
@@ -91,16 +77,15 @@ def _on(model: Model, record: Record, passages: Sequence[tuple[int, int]]) -> _O
     u = np.abs(run.e) / sigma
     loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
     density = -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - of_log / record.samples
-    return _OnLog(run, density)
+    return run, density
 
 
 def compare(
     before: Fit,
     after: Fit,
     logs: Sequence[Log],
-    left_out: Mapping[str, Sequence[tuple[float, float]]] | None = None,
-    reports: Mapping[str, ParameterReport] | None = None,
-    judge: Judge | None = None,
+    left_out: Mapping[str, Sequence[tuple[float, float]]] = {},
+    reports: Mapping[str, ParameterReport] = {},
     events: Sequence[Event] = (),
     closed_loop: bool = False,
 ) -> tuple[dict[str, AxisReport], HeldOutLikelihood, tuple[HeldOutSeries, ...]]:
@@ -116,8 +101,6 @@ def compare(
         Passages [s] by log in which something other than the plant acts; they count in the free run only.
     reports : mapping of str to ParameterReport, optional
         What the parameters of the plant after rest on; a gain that is not among them was given.
-    judge : callable, optional
-        Chi-squared and degrees of freedom of the instruments for a plant.
     events : sequence of Event, optional
         Passages to be shown.
     closed_loop : bool
@@ -129,26 +112,23 @@ def compare(
     LogError
         No passage is long enough for a prediction over two seconds.
     """
-    rig, left_out = after.likelihood.rig, left_out or {}
-    records = _records(before, after, logs, left_out)
+    rig, records = after.likelihood.rig, _records(before, after, logs, left_out)
     passages = [_clear(record, left_out.get(record.name, ())) for record in records]
     starts = [rig.begin(own.angles, own.voltages, own.step) for own in logs]
-    models = {
-        name: _Held.of(Model.of(fitted), records, passages, logs, starts)
-        for name, fitted in (("before", before), ("after", after))
-    }
-    held = models["after"]
+    first, second = (_Held.of(Model.of(fitted), records, passages, logs, starts) for fitted in (before, after))
+    models = {"before": first, "after": second}
     errors = {name: _errors(own.ahead, own.free(logs)) for name, own in models.items()}
-    change = {n: _change(zip(models["before"].ahead[n], held.ahead[n], strict=True)) for n in HORIZONS}
-    made = [run for seed, on in enumerate(held.on) if (run := made_by_itself(on.run, seed))]
-    floor = _errors(_ahead(made), held.free_in_air())
-    stays = [rms_figures(list(own), SPACING, "error over 1 s")
-             for own in zip(*(on.run.naive() for on in held.on), strict=True)]  # fmt: skip
-    stood = rms_figures([on.run.still("ahead_200ms") for on in held.on], SPACING, "error over .2 s")
+    change = {name: _change(zip(first.ahead[name], second.ahead[name], strict=True)) for name in HORIZONS}
+    made = [it for seed, run in enumerate(second.runs) if (it := made_by_itself(run, seed))]
+    floor = _errors(_ahead(made), second.free_in_air())
+    angle_stays, rate_stays = (
+        rms_figures(own, SPACING, "error over 1 s") for own in zip(*(run.naive() for run in second.runs), strict=True)
+    )
+    stood = rms_figures([run.still("ahead_200ms") for run in second.runs], SPACING, "error over .2 s")
     drawn, length = dict[str, dict[int, list[Stretch]]](), 0.0
     if closed_loop:
         length = 1.0
-        drawn = {name: {i: on.run.run_on(length) for i, on in enumerate(own.on)} for name, own in models.items()}
+        drawn = {name: {i: run.flown_again(length) for i, run in enumerate(own.runs)} for name, own in models.items()}
         known = all(own.ahead_200ms.value < least.value for own, least in zip(errors["after"], stood, strict=True))
         if again := _again(models, logs) if known else {}:
             drawn, length = again, FLOWN
@@ -157,31 +137,30 @@ def compare(
                 figures = rms_figures(one, SPACING, f"closed-loop error over {FLOWN:g} s")
                 errors[name] = [replace(e, closed_loop_3s=own) for e, own in zip(errors[name], figures, strict=True)]
             change["closed_loop_3s"] = _change(zip(thin["before"], thin["after"], strict=True))
-    white = {name: [on.standardised(held.model) for on in own.on] for name, own in models.items()}
+    white = {name: [_standardised(run, second.model) for run in own.runs] for name, own in models.items()}
     air, axes = after.air(), dict[str, AxisReport]()
     for i, axis in enumerate(rig.axes):
-        own, bare, ahead = errors["after"][i].prediction_1s, min(stays[0][i].value, stays[1][i].value), 1.0
+        own, bare, ahead = errors["after"][i].prediction_1s, min(angle_stays[i].value, rate_stays[i].value), 1.0
         if closed_loop:
             own, bare, ahead = errors["after"][i].ahead_200ms, stood[i].value, HORIZONS["ahead_200ms"]
-        use, why = use_of(rig.gains[i], (reports or {}).get(rig.gains[i]), own.value, bare, ahead)
+        use, why = use_of(rig.gains[i], reports.get(rig.gains[i]), own.value, bare, ahead)
         weights = [record.weights[:, i] for record in records]
         p = {name: _ljung_box_p([z[:, i] for z in own], weights, records[0].step) for name, own in white.items()}
         axes[axis] = AxisReport(
-            errors["before"][i], errors["after"][i], floor[i], stays[0][i], stays[1][i], p, float(air[0, i]),
-            float(air[1, i]), float(held.model.encoder_noise[i]), use, why,
+            errors["before"][i], errors["after"][i], floor[i], angle_stays[i], rate_stays[i], p, float(air[0, i]),
+            float(air[1, i]), float(second.model.encoder_noise[i]), use, why,
             {name: figures[i] for name, figures in change.items()},
         )  # fmt: skip
-    judged = {} if judge is None else {name: judge(own.model.parameters) for name, own in models.items()}
     series = tuple(
         HeldOutSeries(
-            own, models["before"].alone[i], held.alone[i], dict(zip(rig.state, map(float, starts[i]), strict=True)),
+            own, first.alone[i], second.alone[i], dict(zip(rig.state, map(float, starts[i]), strict=True)),
             white["before"][i], white["after"][i], records[i].step,
             tuple(event for event in events if event.log == own.name),
             {name: _drawn(records[i], stretches[i]) for name, stretches in drawn.items() if i in stretches}, length,
         )
         for i, own in enumerate(logs)
     )  # fmt: skip
-    return axes, _likelihood(models["before"].on, held.on, judged), series
+    return axes, _likelihood(first, second), series
 
 
 def _records(
@@ -199,7 +178,9 @@ class _Held:
     """One model on all held-out logs."""
 
     model: Model
-    on: list[_OnLog]
+    runs: list[Run]
+    densities: list[Array]
+    """Log-density (N,) of every sample [nats]."""
     alone: list[Array]
     """Angles (N, a) [rad] of the plant alone under the voltages, at the rate of the log."""
 
@@ -213,16 +194,15 @@ class _Held:
         starts: Sequence[Array],
     ) -> "_Held":
         """Run a model along the logs."""
-        on = [_on(model, record, own) for record, own in zip(records, passages, strict=True)]
-        return cls(model, on, [
-            model.rig.simulate(log.voltages, log.step, start, model.parameters)
-            for log, start in zip(logs, starts, strict=True)
-        ])  # fmt: skip
+        found = [likelihood_of(model, record, own) for record, own in zip(records, passages, strict=True)]
+        alone = [model.rig.simulate(log.voltages, log.step, start, model.parameters)
+                 for log, start in zip(logs, starts, strict=True)]  # fmt: skip
+        return cls(model, [run for run, _ in found], [density for _, density in found], alone)
 
     @cached_property
     def ahead(self) -> dict[str, list[Array]]:
         """Errors (S, a) [rad] of every log by the name of the figure."""
-        return _ahead([on.run for on in self.on])
+        return _ahead(self.runs)
 
     def free(self, logs: Sequence[Log]) -> list[ErrorFigure | None]:
         """Figures by axis of the plant alone."""
@@ -232,13 +212,21 @@ class _Held:
     def free_in_air(self) -> list[ErrorFigure | None]:
         """Figures by axis of the plant alone on whole records that it made itself."""
         errors, rig, p = list[Array](), self.model.rig, self.model.parameters
-        for seed, on in enumerate(self.on):
-            r, random = on.run.record, np.random.default_rng(seed)
-            torque = on.run.offset + self.model.torque(r.step, r.samples, random)
+        for seed, run in enumerate(self.runs):
+            r, random = run.record, np.random.default_rng(seed)
+            torque = run.offset + self.model.torque(r.step, r.samples, random)
             noise = self.model.encoder_errors(r.step, r.samples, random)
             made, own = (rig.simulate(r.inputs, r.step, r.start, p, *t) for t in ((torque,), ()))
             errors.append(made + noise - own)
-        return _free(self.model, errors, [on.run.record.step for on in self.on])
+        return _free(self.model, errors, [run.record.step for run in self.runs])
+
+
+def _standardised(run: Run, model: Model) -> Array:
+    """Innovations (N, a) of a run under the air and over the scales of another model."""
+    step, own = run.record.step, run.model
+    old, new = (filters(step, own.rig.linear(own.parameters), physical(z)) for z in (own.z, model.z))
+    columns = [recoloured(e, was, now) for e, was, now in zip(run.e.T, old, new, strict=True)]
+    return np.column_stack(columns) / model.scales(step)
 
 
 def _ahead(runs: Sequence[Run]) -> dict[str, list[Array]]:
@@ -253,7 +241,7 @@ def _again(models: Mapping[str, _Held], logs: Sequence[Log]) -> dict[str, dict[i
     All axes fly together: one that the model does not know would spoil the others.
     """
     laws = {i: own for i, own in enumerate(controllers_of(logs)) if len(own) == len(CHANNELS)}
-    found = {name: {i: own.on[i].run.flown_again(law) for i, law in laws.items()} for name, own in models.items()}
+    found = {name: {i: own.runs[i].flown_again(FLOWN, law) for i, law in laws.items()} for name, own in models.items()}
     errors = [e for one in found.values() for own in one.values() for _, e in own]
     return found if errors and all(np.isfinite(e).all() for e in errors) else {}
 
@@ -313,17 +301,15 @@ def _free(model: Model, errors: Sequence[Array], steps: Sequence[float]) -> list
     return [own if ok else None for own, ok in zip(rms_figures(errors, steps), stable, strict=True)]
 
 
-def _likelihood(
-    before: Sequence[_OnLog], after: Sequence[_OnLog], chi2: Mapping[str, tuple[float, int]]
-) -> HeldOutLikelihood:
+def _likelihood(before: _Held, after: _Held) -> HeldOutLikelihood:
     """Compare the densities of two models in pairs."""
-    steps = [on.run.record.step for on in before]
-    seconds = sum(len(on.density) * h for on, h in zip(before, steps, strict=True))
-    totals = [sum(float(on.density.sum()) for on in found) for found in (before, after)]
-    gains = [second.density - first.density for first, second in zip(before, after, strict=True)]
+    steps = [run.record.step for run in before.runs]
+    seconds = sum(len(density) * h for density, h in zip(before.densities, steps, strict=True))
+    totals = [sum(float(density.sum()) for density in own.densities) for own in (before, after)]
+    gains = [second - first for first, second in zip(before.densities, after.densities, strict=True)]
     low, high = np.quantile(segment_means(gains, steps), (0.025, 0.975)) * sum(map(len, gains))
     gain = ErrorFigure(totals[1] - totals[0], float(low), float(high))
-    return HeldOutLikelihood(seconds, totals[0] / seconds, totals[1] / seconds, gain, chi2)
+    return HeldOutLikelihood(seconds, totals[0] / seconds, totals[1] / seconds, gain)
 
 
 def _ljung_box_p(white: Sequence[Array], weights: Sequence[Array], step: float) -> float:

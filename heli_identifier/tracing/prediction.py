@@ -30,7 +30,7 @@ from .noise import SHAPES, AxisFilter, filters, gains, physical
 from .references import CHANNELS, Controller
 from .result import ErrorFigure
 from .rig import Parameters, Record, Rig
-from .settings import BLOCK, DRAWS, FLOWN, ROUND, SETTLED, SETTLING, SMOOTHING, SPACING
+from .settings import BLOCK, DRAWS, ROUND, SETTLED, SETTLING, SMOOTHING, SPACING
 
 Array = NDArray[np.float64]
 
@@ -142,36 +142,34 @@ class Run:
             found += self._ahead(states, np.zeros_like(K), np.zeros_like(self.offset), [steps[name] for name in far])
         return dict(zip((*near, *far), found, strict=True))
 
-    def naive(self) -> tuple[Array, Array]:
-        """Errors (S, a) [rad] 1 s ahead of "the angle stays" and of "the rate stays"."""
-        a = self.motion.shape[1] // 2
-        ends = self.at + round(1.0 / self.record.step)
-        stays = np.full((len(self.at), a), np.nan)
+    def measured_ahead(self, seconds: float) -> Array:
+        """Angles (S, a) [rad] measured so many seconds after the starts; not a number where the passage ends before."""
+        ends = self.at + round(seconds / self.record.step)
         inside = ends < self.ends
-        stays[inside] = self.record.angles[ends[inside]] - self.motion[inside, :a]
-        return stays, stays - self.motion[:, a:]
-
-    def run_on(self, seconds: float) -> list[Stretch]:
-        """Stretches of so many seconds under the measured inputs, each begun at the measured motion."""
-        record, rig, length, found = self.record, self.model.rig, round(seconds / self.record.step), list[Stretch]()
-        still, local = np.zeros((len(rig.axes), 10)), np.zeros_like(self.offset)
-        for first, end, carry, motion in zip(self.at, self.ends, self.carries, self.motion, strict=True):
-            if end - first >= length and (not found or first >= found[-1][0] + length):
-                e, last = np.empty((length, len(rig.axes))), first + length
-                state = rig.placed(carry, motion)
-                rig.filter(record, self.model.parameters, still, local, _NONE, first, last, state, e, _NO_MOTION)
-                found.append((int(first), e))
+        found = np.full((len(self.at), self.record.angles.shape[1]), np.nan)
+        found[inside] = self.record.angles[ends[inside]]
         return found
 
-    def flown_again(self, laws: Sequence[Controller]) -> list[Stretch]:
-        """Stretches of :data:`FLOWN` s that plant and controller fly, each begun at the measured motion.
+    def naive(self) -> tuple[Array, Array]:
+        """Errors (S, a) [rad] 1 s ahead of "the smoothed angle stays" and of "the smoothed rate stays"."""
+        angles, rates = np.hsplit(self.motion, 2)
+        stays = self.measured_ahead(1.0) - angles
+        return stays, stays - rates
+
+    def still(self, name: str) -> Array:
+        """Errors (S, a) [rad] of "the measured angle stays" over the horizon of a figure; no future sample is in it."""
+        return self.measured_ahead(HORIZONS[name]) - self.record.angles[self.at]
+
+    def flown_again(self, seconds: float, laws: Sequence[Controller] = ()) -> list[Stretch]:
+        """Stretches of so many seconds that plant and controller fly, each begun at the measured motion.
 
         The simulated voltages are the measured ones less what the controller's laws answer to delta, the simulated less
         the measured angles: what came from outside stays, and feedback cannot flatter the plant. delta and the voltages
-        of each block of :data:`ROUND` s are found in turns, which is exact after one more than it has samples, as
-        a voltage moves later angles only, and close to it after a few.
+        of each block of :data:`.settings.ROUND` s are found in turns, which is exact after one more than it has
+        samples, as a voltage moves later angles only, and close to it after a few. Without ``laws`` the voltages are
+        the measured ones.
         """
-        record, rig, length = self.record, self.model.rig, round(FLOWN / self.record.step)
+        record, rig, length = self.record, self.model.rig, round(seconds / self.record.step)
         block = max(1, round(ROUND / record.step))
         still, local, found, free = np.zeros((len(rig.axes), 10)), np.zeros_like(self.offset), list[Stretch](), 0
         for first, end, carry, motion in zip(self.at, self.ends, self.carries, self.motion, strict=True):
@@ -194,14 +192,6 @@ class Run:
                         break
                 state = after
             found.append((int(first), e))
-        return found
-
-    def still(self, name: str) -> Array:
-        """Errors (S, a) [rad] of "the measured angle stays" over the horizon of a figure; no future sample is in it."""
-        found = np.full((len(self.at), self.record.angles.shape[1]), np.nan)
-        ends = self.at + round(HORIZONS[name] / self.record.step)
-        inside = ends < self.ends
-        found[inside] = self.record.angles[ends[inside]] - self.record.angles[self.at[inside]]
         return found
 
     def _ahead(self, states: Sequence[Array] | Array, K: Array, local: Array, steps: Sequence[int]) -> list[Array]:
