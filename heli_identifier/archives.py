@@ -1,15 +1,12 @@
-"""Archives, compressed files and XML from strangers, looked at before they are unpacked or parsed.
+"""Archives and compressed files from strangers, looked at before they are unpacked.
 
 A few kilobytes of zip can hold a petabyte, and an entry's name can lead out of the folder that it is unpacked into. So
-the directory of a zip is read first, and a compressed stream is read only up to a limit. A document type of XML can
-define entities, by which a few lines grow to gigabytes or name other files.
+the directory of a zip is read first, and a compressed stream is read only up to a limit.
 """
 
 import stat
 import zipfile
 from pathlib import Path, PurePosixPath
-from typing import Any, NoReturn
-from xml.etree.ElementTree import Element, TreeBuilder, XMLParser
 
 LARGEST = 2_000_000_000
 """Bytes that an archive may hold unpacked. The largest FMUs, with tables in them, have some hundred megabytes."""
@@ -26,10 +23,6 @@ MOST_ENTRIES = 20_000
 
 class ArchiveError(ValueError):
     """An archive is damaged, too large unpacked, or leads out of its folder; the message says which."""
-
-
-class MarkupError(ValueError):
-    """An XML text has a document type."""
 
 
 def check_zip(path: Path) -> None:
@@ -74,25 +67,3 @@ def check_size(unpacked: int, packed: int) -> None:
             f"it holds {unpacked / 1e6:.3g} MB packed {unpacked / max(packed, 1):.0f} times, "
             f"at most {LARGEST_RATIO:g} times are unpacked"
         )
-
-
-class _Untyped(TreeBuilder):
-    # Searching the bytes for a document type misses a file in UTF-16, so the parser itself reports it.
-    def doctype(self, name: str, public: str | None, system: str | None) -> NoReturn:
-        raise MarkupError("its XML has a document type, which may define entities; take it out")
-
-
-def plain_xml(text: bytes) -> Element:
-    """Parse an XML text that has no document type.
-
-    Raises
-    ------
-    MarkupError
-        It has one.
-    xml.etree.ElementTree.ParseError, LookupError, ValueError
-        It is no XML, or its encoding is unknown.
-    """
-    parser: Any = XMLParser(target=_Untyped())
-    parser.feed(text)
-    root: Element = parser.close()
-    return root

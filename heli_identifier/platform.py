@@ -4,17 +4,14 @@ On Windows resource does not exist, nor do fork, SIGHUP and masks of signals, an
 neither removed nor replaced. Each function here has an equal there, or says what is missing.
 """
 
-import faulthandler
 import os
 import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from math import ceil
-from pathlib import Path
 from platform import node
 from threading import Thread
-from time import process_time, sleep
+from time import sleep
 from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
@@ -38,9 +35,6 @@ NEW_GROUP: dict[str, Any] = (
 
 NO_WAIT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
 """Flags to open a pipe without a wait for its other end, and a terminal without becoming its process."""
-
-NO_END = -int(getattr(signal, "SIGXCPU", 0)) or None
-"""Exit code of a process that computed for longer than it may; None where there is no such signal."""
 
 _PR_SET_PDEATHSIG = 1  # of Linux' <sys/prctl.h>
 
@@ -143,26 +137,3 @@ def memory_limits() -> list[tuple[int, str]]:
     kinds = ((resource.RLIMIT_AS, "ulimit -v"), (resource.RLIMIT_DATA, "ulimit -d"))
     found = [(resource.getrlimit(kind)[0], name) for kind, name in kinds]
     return [(limit, name) for limit, name in found if limit != resource.RLIM_INFINITY]
-
-
-def bound_process(patience: float, memory: int) -> None:
-    """Bound the time that this process may compute from now on [s], and the memory beyond what it has [bytes].
-
-    Windows bounds neither. POSIX ends the process with the code :data:`NO_END`, or raises MemoryError.
-    """
-    faulthandler.disable()  # a crash is an answer here, not news
-    if not _IS_POSIX:
-        return
-    held = 0  # where there is no /proc, as on macOS, it is little beside the bound
-    with suppress(OSError):
-        held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    _lower(resource.RLIMIT_CORE, 0)  # no image of a process that crashed is left behind
-    _lower(resource.RLIMIT_CPU, ceil(patience + process_time()))
-    with suppress(ValueError, OSError):  # macOS may refuse to bound the memory
-        _lower(resource.RLIMIT_AS, held + memory)
-
-
-def _lower(limit: int, bound: int) -> None:
-    """Lower a limit of this process to ``bound`` unless it is lower."""
-    now, hard = resource.getrlimit(limit)
-    resource.setrlimit(limit, (bound if now == resource.RLIM_INFINITY else min(now, bound), hard))

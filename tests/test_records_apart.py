@@ -1,7 +1,6 @@
 """A reader that crashes or hangs does not take the command with it."""
 
 import os
-import signal
 
 import pytest
 
@@ -10,19 +9,15 @@ from heli_identifier.records import opening
 from heli_identifier.records.opening import apart
 
 
-def test_a_reader_that_crashes_is_a_damaged_file_and_leaves_no_image_of_its_memory(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_reader_that_crashes_is_a_damaged_file():
     with pytest.raises(LogError, match="log.mat is not readable: it is damaged so that its reader crashes"):
         apart(os.abort, (), 1, "log.mat")
-    assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(("call", "arguments"), [(exec, ("while True: pass",)), (signal.pause, ())])
-def test_a_reader_without_end_is_ended(monkeypatch, call, arguments):
-    monkeypatch.setattr(opening, "PATIENCE", 0.1)
-    monkeypatch.setattr(opening, "BUSY", 50.0)
-    with pytest.raises(LogError, match=r"its reader came to no end within 0.1 s"):
-        apart(call, arguments, 1, "log.mat")
+def test_a_reader_without_end_is_ended(monkeypatch):
+    monkeypatch.setattr(opening, "PATIENCE", 5.0)
+    with pytest.raises(LogError, match=r"its reader came to no end within 5 s"):
+        apart(exec, ("while True: pass",), 1, "log.mat")
 
 
 def test_what_a_reader_gives_or_raises_arrives_and_what_it_prints_does_not(capfd):
@@ -30,6 +25,4 @@ def test_what_a_reader_gives_or_raises_arrives_and_what_it_prints_does_not(capfd
     assert apart(print, ("noise",), 1, "log.mat") is None
     with pytest.raises(ZeroDivisionError):
         apart(divmod, (1, 0), 1, "log.mat")
-    with pytest.raises(MemoryError):
-        apart(bytearray, (10**11,), 1, "log.mat")
     assert capfd.readouterr() == ("", "")

@@ -22,7 +22,7 @@ if __name__ == "__main__":
     assert "fcntl" in sys.modules and sys.modules["fcntl"] is None and not hasattr(os, "fork")
     folder = Path(sys.argv[1])
     for read, argument in ((os.abort, ()), (time.sleep, (1000.0,))):
-        opening.PATIENCE, opening.BUSY = 0.5, 1.0
+        opening.PATIENCE = 5.0
         try:
             opening.apart(read, argument, 1, "log.mat")
         except LogError as error:

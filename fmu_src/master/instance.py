@@ -29,7 +29,7 @@ from fmpy.fmi2 import (
 )
 from fmpy.logging import addLoggerProxy
 
-from heli_identifier.archives import check_zip, plain_xml
+from heli_identifier.archives import check_zip
 from heli_plant.errors import did_you_mean
 
 from ..errors import MasterError
@@ -79,7 +79,6 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
     try:
         check_zip(fmu)
         fmpy.extract(str(fmu), str(folder))
-        plain_xml((folder / "modelDescription.xml").read_bytes())
         description = fmpy.read_model_description(str(folder))
     except Exception as error:  # fmpy raises whatever its parsers raise on damaged archives and descriptions
         said = " ".join(str(error).split()) or type(error).__name__

@@ -54,31 +54,20 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Columns of one file.
-
-    Attributes
-    ----------
-    file : str
-        The file, as messages name it.
-    headers : tuple[str, ...]
-        Header of each column.
-    columns : tuple[NDArray, ...]
-        Values of each column, shape (N,); of type object where a cell is not a number.
-    first_row : int
-        Row of the first sample as an editor counts: 2 below a header line, 1 in a MATLAB array.
-    notes : tuple[str, ...]
-        What was left out of the file, or cannot be known of it.
-    text, separator : str
-        Content of a text file and what separates its cells.
-    """
+    """Columns of one file."""
 
     file: str
+    """As messages name it."""
     headers: tuple[str, ...]
     columns: tuple[NDArray[Any], ...]
+    """Values of each column, shape (N,); of type object where a cell is not a number."""
     first_row: int = 1
+    """Row of the first sample as an editor counts: 2 below a header line, 1 in a MATLAB array."""
     notes: tuple[str, ...] = ()
+    """What was left out of the file, or cannot be known of it."""
     text: str = ""
     separator: str = ""
+    """Content of a text file and what separates its cells."""
 
     def cell(self, sample: int, column: int) -> str:
         """Give the cell as the file holds it."""

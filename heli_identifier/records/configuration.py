@@ -46,33 +46,6 @@ class LogFormat:
 
     The default is the contract: header ``time [s],v_front [V],...``, no sign changed, nothing cut.
 
-    Attributes
-    ----------
-    columns : Mapping[str, str]
-        Header of a signal's column, for signals whose header differs from the contract's; v_sum and v_difference
-        stand in place of v_front and v_rear in a log that holds their sum and difference.
-    units : Mapping[str, str]
-        Unit of a signal; overrides the unit in the header.
-    signs : Mapping[str, int]
-        +1 or -1 of a voltage or angle; signals that are not named keep their sign.
-    references : Mapping[str, str]
-        Header of the column that holds what the pilot asked of an axis, where it is not ``pitch_reference [rad]`` or
-        alike; unit and sign are the axis's where the header states no unit.
-    swap_rotors : bool
-        Front and rear voltage change places, after columns and signs were applied.
-    start, end : float or None
-        First and last instant kept, in the file's own time [s].
-    decimal : str
-        Decimal mark of a text file, "." or ",".
-    encoder_counts : tuple[int, int, int]
-        Counts per turn of the pitch, elevation and travel encoders.
-    voltage_limit : float
-        Limit of the amplifiers' voltage [V]. A log that exceeds it is read, and a note says so.
-    clip : bool
-        Whether the file holds voltages before the amplifiers limit them; they are then limited on reading.
-    largest_file : float
-        Size up to which a file is read [MB].
-
     Raises
     ------
     ConfigurationError
@@ -80,17 +53,30 @@ class LogFormat:
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
+    """Headers of signals whose header differs from the contract's; v_sum and v_difference stand in place of v_front
+    and v_rear in a log that holds their sum and difference."""
     units: Mapping[str, str] = field(default_factory=dict)
+    """Unit of a signal; overrides the unit in the header."""
     signs: Mapping[str, int] = field(default_factory=dict)
+    """+1 or -1 of a voltage or angle; signals that are not named keep their sign."""
     references: Mapping[str, str] = field(default_factory=dict)
+    """Header of what the pilot asked of an axis, where it is not ``pitch_reference [rad]`` or alike; unit and sign are
+    the axis's where the header states no unit."""
     swap_rotors: bool = False
+    """Front and rear voltage change places, after columns and signs were applied."""
     start: float | None = None
     end: float | None = None
+    """First and last instant kept, in the file's own time [s]."""
     decimal: str = "."
+    """Decimal mark of a text file, "." or ","."""
     encoder_counts: tuple[int, int, int] = (4096, 4096, 8192)
+    """Counts per turn of the pitch, elevation and travel encoders."""
     voltage_limit: float = bounded(5.0, "V", LOWEST_LIMIT, HIGHEST_VOLTAGE)
+    """Limit of the amplifiers' voltage [V]. A log that exceeds it is read, and a note says so."""
     clip: bool = False
+    """Whether the file holds voltages before the amplifiers limit them; they are then limited on reading."""
     largest_file: float = 1000.0
+    """Size up to which a file is read [MB]."""
 
     def __post_init__(self) -> None:
         check_bounds("rig.", self)
@@ -173,30 +159,19 @@ class Weights:
 
 @dataclass(frozen=True)
 class ControllerConfiguration:
-    """What a controller is designed for.
-
-    Attributes
-    ----------
-    period : float
-        Sampling period [s].
-    disk_margin : float
-        Least disk margin at both actuators at once that 95 % of the plants have to keep with the robust design; .6
-        allows factors of 1.86 and phases of 33 degrees at once in both.
-    air : tuple of float
-        Standard deviation of the air's torque on pitch, elevation, travel [rad/s^2].
-    encoder_noise : float
-        [rad].
-    weights : Weights
-    pid : PidSettings or None
-        The PID that flies the rig; None if it is not stated.
-    """
+    """What a controller is designed for."""
 
     period: float = bounded(0.01, "s", 5e-4, 1.0)
+    """Sampling period [s]."""
     disk_margin: float = bounded(0.6, "1", 0.05, 1.9)
+    """Least disk margin at both actuators at once that 95 % of the plants have to keep with the robust design; .6
+    allows factors of 1.86 and phases of 33 degrees at once in both."""
     air: tuple[float, float, float] = bounded((0.1, 0.03, 0.01), "rad/s^2", 1e-6, 10.0)
+    """Standard deviation of the air's torque on pitch, elevation, travel [rad/s^2]."""
     encoder_noise: float = bounded(6e-4, "rad", 1e-7, 0.1)
     weights: Weights = Weights()
     pid: PidSettings | None = None
+    """The PID that flies the rig; None if it is not stated."""
 
     def __post_init__(self) -> None:
         check_bounds("controller.", self)
@@ -205,31 +180,6 @@ class ControllerConfiguration:
 @dataclass(frozen=True)
 class RigConfiguration:
     """One rig.
-
-    Attributes
-    ----------
-    name : str
-        Name of the rig in reports.
-    motor_time_constant : float
-        Assumed time constant T_m of the motors, eq. (9) of the paper [s]. The logs may refute it: a wrong one shows
-        as the effect motor_lag.
-    rest_pitch : float or None
-        Pitch θ₀ at which gravity exerts no torque [rad]; None if it is to be estimated.
-    elevation_gain : float or None
-        Gain k_z of the elevation [rad/s^2/V], from geometry and a thrust measurement; None if it is to be estimated.
-        Under a controller the logs hardly determine it.
-    horizontal : float or None
-        What the elevation's encoder reads where the arm is horizontal [rad], for laws with a sine of the elevation;
-        None if it is to be estimated where such a law is found.
-    effects : Mapping[str, Estimate]
-        Effects that theory demands, by their field: the coefficient with its standard deviation, as the inertial
-        coupling's 1. They belong to the model before, and the logs move them as far as they know better.
-    format : LogFormat
-        How the rig writes its logs, with its encoder counts and voltage limit.
-    controller : ControllerConfiguration
-        What a controller is designed for.
-    geometry : Geometry
-        Masses, lengths and hover; by default none is stated.
 
     Raises
     ------
@@ -240,14 +190,23 @@ class RigConfiguration:
     name: str = "rig"
     # From a tenth of a log's shortest step to far above any bench motor: a value outside is in another unit.
     motor_time_constant: float = bounded(0.08, "s", 5e-5, 5.0)
+    """Assumed T_m of eq. (9) of the paper [s]. The logs may refute it: a wrong one shows as the effect motor_lag."""
     rest_pitch: float | None = bounded(None, "rad", -1.6, 1.6)  # a quarter of a turn; a larger value is in degrees
+    """Pitch θ₀ at which gravity exerts no torque [rad]; None if it is to be estimated."""
     # A thousandth would not lift any bench helicopter, ten would throw it.
     elevation_gain: float | None = bounded(None, "rad/s^2/V", 1e-3, 10.0)
+    """Gain k_z of the elevation [rad/s^2/V], from geometry and a thrust measurement; None if it is to be estimated.
+    Under a controller the logs hardly determine it."""
     horizontal: float | None = bounded(None, "rad", -1.0, 1.0)  # more than the arm's travel; a larger one is in degrees
+    """What the elevation's encoder reads where the arm is horizontal [rad], for laws with a sine of the elevation; None
+    if it is to be estimated where such a law is found."""
     effects: Mapping[str, Estimate] = field(default_factory=dict)
+    """Effects that theory demands, by their field: the coefficient with its standard deviation, as the inertial
+    coupling's 1. They belong to the model before, and the logs move them as far as they know better."""
     format: LogFormat = CONTRACT
     controller: ControllerConfiguration = ControllerConfiguration()
     geometry: Geometry = Geometry()
+    """Masses, lengths and hover; by default none is stated."""
 
     def __post_init__(self) -> None:
         check_given("rig.", self)

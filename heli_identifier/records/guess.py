@@ -63,21 +63,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Guess:
-    """A probable configuration of the log.
-
-    Attributes
-    ----------
-    format : LogFormat
-        What reads it.
-    reasons : dict of str to str
-        Why, by key of the configuration: ``columns.pitch``, ``units.pitch``, ``signs.travel``, ``decimal``, ...
-    doubts : tuple of str
-        What has to be looked at before the guess is used.
-    """
+    """A probable configuration of the log."""
 
     format: LogFormat
     reasons: dict[str, str] = field(default_factory=dict)
+    """Why, by key of the configuration: ``columns.pitch``, ``units.pitch``, ``signs.travel``, ``decimal``, ..."""
     doubts: tuple[str, ...] = ()
+    """What has to be looked at before the guess is used."""
 
 
 def guess(path: str | PathLike[str]) -> Guess:

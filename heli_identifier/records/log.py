@@ -22,31 +22,6 @@ FARTHEST_TRAVEL = 1e4
 class Log:
     """One run of one rig, sampled uniformly.
 
-    Attributes
-    ----------
-    name : str
-        Short name for tables and figures, unique within a data set.
-    rate_hz : float
-        Sampling rate [Hz].
-    voltages : NDArray, shape (N, 2)
-        Front and rear voltage [V], each held from its sample to the next.
-    angles : NDArray, shape (N, 3)
-        Pitch, elevation and travel [rad] at the samples.
-    path : str
-        File that the log came from; empty if it was computed.
-    sha256 : str
-        Hash of that file's bytes; empty if it was computed.
-    references : Mapping[str, NDArray]
-        What the pilot or a plan asked the controller for, by axis (pitch, elevation, travel), shape (N,) each [rad].
-    extra : Mapping[str, NDArray]
-        Further numeric columns, shape (N,) each, under their own header and in their own unit.
-    notes : tuple[str, ...]
-        All that was converted or repaired on reading, one sentence each.
-    start : float
-        What the file calls the instant time = 0 [s].
-    configuration : RigConfiguration or None
-        The rig's, if the log was read with one.
-
     Raises
     ------
     LogError
@@ -54,16 +29,26 @@ class Log:
     """
 
     name: str
+    """Short name for tables and figures, unique within a data set."""
     rate_hz: float
+    """Sampling rate [Hz]."""
     voltages: NDArray[np.float64]
+    """Front and rear voltage [V], shape (N, 2), each held from its sample to the next."""
     angles: NDArray[np.float64]
+    """Pitch, elevation and travel [rad] at the samples, shape (N, 3)."""
     path: str = ""
     sha256: str = ""
+    """File that the log came from, and the hash of its bytes; empty if it was computed."""
     extra: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    """Further numeric columns, shape (N,) each, under their own header and in their own unit."""
     notes: tuple[str, ...] = ()
+    """All that was converted or repaired on reading, one sentence each."""
     start: float = 0.0
+    """What the file calls the instant time = 0 [s]."""
     references: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    """What was asked of the controller, by axis (pitch, elevation, travel), shape (N,) each [rad]."""
     configuration: RigConfiguration | None = None
+    """The rig's, if the log was read with one."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate_hz", float(self.rate_hz))

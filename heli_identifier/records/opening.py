@@ -1,8 +1,7 @@
 """From a log's file to a table: who reads it, by the ending of its name, and what is looked at before.
 
-The libraries that read MATLAB, TDMS or MDF files are written for honest ones. A damaged or hostile file makes some of
-them crash the process (scipy's reader of MATLAB files, for one), run without end, or ask for all memory. So a process
-of its own reads such a file and hands over what it found.
+A damaged MATLAB, TDMS or MDF file can make the library that reads it crash the process (scipy's reader of MATLAB
+files, for one) or run without end. So a process of its own reads such a file and hands over what it found.
 """
 
 import errno
@@ -13,29 +12,24 @@ import os
 import pickle
 import subprocess
 import sys
+import tempfile
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from threading import Timer
 from typing import Any, NamedTuple
 
 from heli_identifier.archives import ArchiveError, check_size
 from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.files import draft_folder, regular_bytes
-from heli_identifier.platform import NO_END, bound_process, end_with_parent
+from heli_identifier.platform import end_with_parent
 from heli_identifier.records.binary import need, read_matlab, read_mdf, read_parquet, read_tdms, read_workbook
 from heli_identifier.records.columns import Table
 from heli_identifier.records.configuration import LogFormat
 from heli_identifier.records.text import read_text
 
-PATIENCE, PATIENCE_PER_MB = 10.0, 0.1
-"""Longest time that a parser may compute [s], and its growth with the size [s/MB], ten times what readers need."""
-
-BUSY = 30.0
-"""How many times as long it may take by the clock: a machine that does other things, or a slow disk, is no defect."""
-
-MEMORY = 8_000_000_000
-"""Memory that a parser may take beyond what a process has [bytes]."""
+PATIENCE, PATIENCE_PER_MB = 300.0, 3.0
+"""Longest time that a parser may take [s], and its growth with the size [s/MB]: 300 times what readers need, because a
+machine that does other things, or a slow disk, is no defect."""
 
 
 class _Reader(NamedTuple):
@@ -140,38 +134,30 @@ def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file:
         It crashed or took longer than `PATIENCE`.
     """
     patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
-    task = pickle.dumps((read, arguments, patience, MEMORY, os.getpid()))
     code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import _answer; _answer()"
-    pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
-    with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, stderr=nothing) as process:
-        timer = Timer(BUSY * patience, process.kill)
-        timer.start()
+    command, task = [sys.executable, "-c", code], pickle.dumps((read, arguments, os.getpid()))
+    with tempfile.TemporaryFile() as out:
         try:
-            assert process.stdin is not None and process.stdout is not None
-            with process.stdin as stdin:
-                stdin.write(task)
-            answer, error = pickle.load(process.stdout)
-        except (OSError, EOFError, pickle.UnpicklingError):
-            answer, error = None, LogError("")
-        in_time = timer.is_alive()
-        timer.cancel()
-    if process.returncode == 0:
-        if error is not None:
-            raise error
-        return answer
-    problem = "it is damaged so that its reader crashes"
-    if not in_time or process.returncode == NO_END:
-        problem = f"its reader came to no end within {patience:.3g} s"
+            subprocess.run(command, input=task, stdout=out, stderr=subprocess.DEVNULL, timeout=patience, check=True)
+            out.seek(0)
+            answer, error = pickle.load(out)
+        except subprocess.TimeoutExpired:
+            problem = f"its reader came to no end within {patience:.3g} s"
+        except subprocess.CalledProcessError:
+            problem = "it is damaged so that its reader crashes"
+        else:
+            if error is not None:
+                raise error
+            return answer
     raise LogError(f"{file} is not readable: {problem}; save it again.")
 
 
 def _answer() -> None:
     """Read in the process apart; what libraries print goes nowhere."""
-    read, arguments, patience, memory, parent = pickle.load(sys.stdin.buffer)
+    read, arguments, parent = pickle.load(sys.stdin.buffer)
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)
         end_with_parent(parent)
-        bound_process(patience, memory)
         answer: tuple[Any, Exception | None]
         try:
             answer = read(*arguments), None
