@@ -88,7 +88,7 @@ def check_rules(diagnosis):
     else:
         assert "no axis's error" in heading
     for axis, own in document["axes"].items():
-        word = "unchanged" if axis not in real else "better" if real[axis] < 0.0 else "worse"
+        word = "no" if axis not in real else "better" if real[axis] < 0.0 else "worse"
         card = re.search(rf"{axis}: {CARD[Use(own['use'])]}; (\w+)", page)
         assert card and card[1] == word
     told = f"{heading} {page}"

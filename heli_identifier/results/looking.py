@@ -9,6 +9,7 @@ import numpy as np
 from heli_identifier.online import GAINS
 from heli_identifier.records import Log, RigConfiguration, common_configuration
 from heli_identifier.results.documents import plain
+from heli_identifier.results.report import ranked_experiments
 from heli_identifier.results.simulation import LogSource, several
 from heli_identifier.results.tables import Table, Tabular, gain_cells
 from heli_identifier.results.words import listed, significant
@@ -66,9 +67,12 @@ class Look(Tabular):
 
     @property
     def lines(self) -> tuple[str, str, str]:
-        """Give :func:`look_lines` of these logs."""
+        """Give :func:`look_lines` of these logs; to fly next is what the gain needs that least came from outside."""
         references = self.identification.references
-        return look_lines(references.closed_loop, listed(references.names), self.movement, self.gains)
+        wanting = [report for report in self.gains.values() if report.experiment]
+        worst = min(wanting, key=lambda report: report.outside_share or 0.0, default=None)
+        experiment = worst.experiment if worst else ""
+        return look_lines(references.closed_loop, listed(references.names), self.movement, self.gains, experiment)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -102,7 +106,11 @@ class Look(Tabular):
 
 
 def look_lines(
-    closed_loop: bool, references: str, movement: Mapping[str, float], reports: Mapping[str, ParameterReport]
+    closed_loop: bool,
+    references: str,
+    movement: Mapping[str, float],
+    reports: Mapping[str, ParameterReport],
+    experiment: str,
 ) -> tuple[str, str, str]:
     """Say in three lines who flew and what moved the rig, how far each axis moved, which gains the logs determine."""
     flown = "A controller flew" if closed_loop else "Open loop"
@@ -111,21 +119,20 @@ def look_lines(
     gains = f"These logs determine {listed(sure) or 'no gain'}"
     if missing := [name for name in reports if name not in sure]:
         gains += f", not {listed(missing)}"
-    wanting = [report for report in reports.values() if report.experiment]
-    worst = min(wanting, key=lambda report: report.outside_share or 0.0, default=None)
     return (
         f"{flown}; moved from outside: {references or 'nothing that these logs show'}.",
         f"Root mean square of the motion in encoder counts: {moved}.",
-        f"{gains}; next flight: {worst.experiment}" if worst else f"{gains}; nothing is missing for the gains.",
+        f"{gains}; to fly next: {experiment}" if experiment else f"{gains}; nothing is missing for the gains.",
     )
 
 
 def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str, str, str]:
-    """Give :func:`look_lines` of a diagnosis and its training logs."""
+    """Give :func:`look_lines` of a diagnosis and its training logs; to fly next is what its report says."""
     counts = np.array(diagnosis.settings["counts"], dtype=float)
     gains = {name: diagnosis.parameters[name] for name in GAINS if name in diagnosis.parameters}
     origins = listed([_ORIGINS[part] for part in diagnosis.references.split(" and ") if part in _ORIGINS])
-    return look_lines(diagnosis.closed_loop, origins, _movement(training, 2.0 * np.pi / counts), gains)
+    experiment = next((text for _, text in ranked_experiments(diagnosis)), "")
+    return look_lines(diagnosis.closed_loop, origins, _movement(training, 2.0 * np.pi / counts), gains, experiment)
 
 
 def _movement(logs: Sequence[Log], resolution: Sequence[float] | np.ndarray) -> dict[str, float]:

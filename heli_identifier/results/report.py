@@ -128,7 +128,7 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
 def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
     """Give the card of an axis: its use in one word, the change of its error, its gain."""
     name, field = GAIN_OF[axis], leading(diagnosis)
-    change, kind, word = report.change.get(field), "same", "unchanged"
+    change, kind, word = report.change.get(field), "same", "no clear change"
     if change is not None and change.high < 0.0:
         kind, word = "better", "better"
     elif change is not None and change.low > 0.0:

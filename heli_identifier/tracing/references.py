@@ -97,7 +97,7 @@ def find_references(logs: Sequence[Log]) -> References:
             for axis in (axis for axis in axes if axis in log.references):
                 reason = refusal(log.references[axis], log.angles, log.rate_hz)
                 if reason:
-                    notes.append(f"{log.name}: the {axis} reference is not used, {reason}.")
+                    notes.append(f"{log.name}: the {axis} reference is not used: {reason}.")
                 else:
                     found[i][axis] = log.references[axis]
             if not found[i].keys() & set(axes):
@@ -108,7 +108,7 @@ def find_references(logs: Sequence[Log]) -> References:
         for i, law in answering:
             controller, signal, reason = law.rebuilt(channel, axes)
             if reason:
-                notes.append(f"{logs[i].name}: what moved {channel} from outside cannot be rebuilt, {reason}.")
+                notes.append(f"{logs[i].name}: what moved {channel} from outside cannot be rebuilt: {reason}.")
             else:
                 found[i][channel] = signal
             if controller:
@@ -184,7 +184,7 @@ def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True)
         return "it never moves"
     still = float(np.mean(np.abs(np.diff(slow)) * rate_hz / every < STILL_RATE * span))
     if steps and still < 0.5:
-        return f"it is still in {still:.0%} of the samples, a reference in at least 50 %"
+        return f"it is still in {100.0 * still:.0f} % of the samples, a reference in at least 50 %"
     own, target = np.column_stack([_past(np.diff(slow)[:, None], lags), slow[lags:-1]]), np.diff(slow)[lags:]
     added, chance = _added_r2(target, own, outputs)
     if added <= ADDED_R2 or chance > 1e-3:
@@ -327,7 +327,7 @@ class _Law:
         """Give the controller, r of shape (N,) [V] at the log's rate, and why it is refused if it is."""
         nothing = np.zeros(len(self.log.angles))
         if not len(self.shape):
-            clipped = f"{self.clipped.mean():.0%} of the samples are at the limit of {self.limit:.2f} V"
+            clipped = f"{100.0 * self.clipped.mean():.0f} % of the samples are at the limit of {self.limit:.2f} V"
             return None, nothing, clipped if self.clipped.any() else "the log is too short or the voltages rest"
         gains, rates, n = self.loss(self.shape)[1], np.exp(self.shape), self.n
         rows = self.terms(self.signals, self.shape)

@@ -273,7 +273,7 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     half = 1.96 * CURVE_WIDTH * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
     there = visits > 0.0
     x, y, half, unit = x[there], y[there], half[there], tables.variables[u.variable]
-    words = f"a torque of {u.variable}, {_words(u, turning and bool(there.all()), unit, x, y, half)}"
+    words = f"a torque by the {u.variable.replace('_', ' ')}, {_words(u, turning and bool(there.all()), unit, x, y, half)}"
     return CurveShape(u.variable, unit, words, np.column_stack((x, y)), np.column_stack((x, y - half, y + half)))
 
 
@@ -284,6 +284,8 @@ def _words(u: Unknown, closed: bool, unit: str, x: Array, y: Array, half: Array)
         known = less
     X, Y = x[known], y[known]
     words = f"{np.ptp(Y):.2g} rad/s^2 from lowest to highest"
+    if not known.all():
+        words += f" between {X[0]:.2g} and {X[-1]:.2g} {unit}, where its band is narrow"
     if closed:
         power = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean())) ** 2
         n = int(power.argmax())
