@@ -172,11 +172,17 @@ ON_AXES = {
 }  # fmt: skip
 """Effects whose coefficient the generator names by axis."""
 
-SMOOTH = [e for e in CATALOGUE if e.place == ACCELERATION and "friction" not in e.name]
-
 
 def blind_field(e):
     return f"{e.name}_{e.axis}" if e.name in ON_AXES else e.name
+
+
+SMOOTH = [
+    e
+    for e in CATALOGUE
+    if e.place == ACCELERATION and "friction" not in e.name and blind_field(e) in Coefficients._fields
+]
+"""Effects that the generator has too."""
 
 
 angle, rate, volts = st.floats(-0.8, 0.8), st.floats(-2.0, 2.0), st.floats(-10.0, 10.0)

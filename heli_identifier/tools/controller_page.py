@@ -62,8 +62,8 @@ def controller_html(design: ControllerDesign, provenance: Mapping[str, Any]) -> 
     model, robust = design.plants.model, design.robust
     point, (nominal, kept) = model.point, (own.figures["disk"].promised for own in (design.nominal, robust))
     sentence = (
-        f"{100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants that the data allow keep a disk margin of {kept:.2f} "
-        f"with the robust design, {nominal:.2f} with the nominal one."
+        f"{100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants that the data allow keep a disk margin of "
+        f"{kept:.2f} with the robust design, {nominal:.2f} with the nominal one."
     )
     return page(
         "design.html.j2",

@@ -273,7 +273,8 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     half = 1.96 * CURVE_WIDTH * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
     there = visits > 0.0
     x, y, half, unit = x[there], y[there], half[there], tables.variables[u.variable]
-    words = f"a torque by the {u.variable.replace('_', ' ')}, {_words(u, turning and bool(there.all()), unit, x, y, half)}"
+    said = _words(u, turning and bool(there.all()), unit, x, y, half)
+    words = f"a torque by the {u.variable.replace('_', ' ')}, {said}"
     return CurveShape(u.variable, unit, words, np.column_stack((x, y)), np.column_stack((x, y - half, y + half)))
 
 
