@@ -1,6 +1,5 @@
 """Parameters: values of Table 2, ranges, names, and the messages of refused values."""
 
-import pickle
 from math import inf, nan, radians
 
 import pytest
@@ -9,7 +8,7 @@ from hypothesis import strategies as st
 
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.errors import ParameterError
-from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked, from_names, to_names
+from heli_plant.parameters import PARAMETERS, TABLE_2, checked, from_names, to_names
 
 DESIGN = {
     "dry_friction": "pitch elevation travel", "breakaway_friction": "pitch elevation travel",
@@ -89,15 +88,3 @@ def test_parameters_survive_the_way_through_structured_names(data):
     if p.T_m + p.motor_lag_rotors < 0.0:
         return  # refused, see above
     assert from_names(to_names(p), start=TABLE_2._replace(k_x=1.0)) == p
-
-
-def test_parameters_are_a_frozen_value_with_a_named_tuples_vocabulary():
-    p = TABLE_2._replace(k_x=0.3)
-    assert tuple(p) == tuple(p._asdict().values()) and list(p._asdict()) == list(PlantParameters._fields)
-    again = PlantParameters(**p._asdict())
-    assert again == p == pickle.loads(pickle.dumps(p)) and hash(again) == hash(p)
-    assert TABLE_2.k_x == 0.293
-    with pytest.raises(AttributeError):
-        p.k_x = 0.1
-    with pytest.raises(ValueError, match="k_q"):
-        p._replace(k_q=0.1)

@@ -272,14 +272,6 @@ def test_a_last_line_that_was_cut_is_left_out_and_that_is_said(tmp_path, case):
     assert (log.samples, [note[:20] for note in log.notes]) == (samples, said)
 
 
-def test_a_last_number_that_may_have_been_cut_is_kept_and_that_is_said(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join(rewritten(TRUTH.T)))
-    log = read_log(path)
-    assert log.samples == 1001
-    assert "cannot be known" in log.notes[0]
-
-
 ASKED = np.arange(1001) * 0.01
 
 

@@ -6,35 +6,26 @@ import pytest
 from heli_identifier.records.plausibility import still
 
 COUNT = 2.0 * np.pi / 4096
-SAMPLES = 3000
-RANDOM = np.random.default_rng(16)
-TIME = np.arange(SAMPLES) / 100.0
+TIME = np.arange(3000) / 100.0
+NOISE = np.random.default_rng(16).standard_normal(len(TIME))
 
 
 def read(angle, shake=0.25):
     """What an encoder shows whose lines are shaken by a share of a count."""
-    return COUNT * np.round(angle / COUNT + shake * RANDOM.standard_normal(len(angle)))
+    return COUNT * np.round(angle / COUNT + shake * NOISE)
 
 
-@pytest.mark.parametrize("counts", [0.5, 0.6, 0.7])
-def test_a_quiet_hover_under_shaking_motors_is_motion_though_flicker_outweighs_it(counts):
-    hover = read(counts * COUNT * np.sin(0.7 * TIME), shake=0.5)
-    assert 0.5 * np.mean(np.diff(hover) ** 2) > 0.5 * np.var(hover)
-    assert still(hover) is None
+ANGLES = {
+    "a flight": (read(0.1 * np.sin(1.3 * TIME)), False),
+    "a quiet hover that flicker outweighs": (read(0.5 * COUNT * np.sin(0.7 * TIME), 0.5), False),
+    "a clamped axis on a count": (read(0.0 * TIME), True),
+    "a clamped axis between two counts": (read(0.0 * TIME + 0.5 * COUNT), True),
+    "noise of many counts": (read(5.0 * COUNT * NOISE), True),
+    "noise without counts": (0.01 * NOISE, True),
+}
 
 
-@pytest.mark.parametrize("place", [0.0, 0.3, 0.5])
-def test_a_clamped_axis_that_flickers_about_its_count_is_still(place):
-    assert still(read(np.full(SAMPLES, place * COUNT))) is not None
-
-
-def test_noise_of_many_counts_is_noise_though_it_is_quantised():
-    assert still(read(5.0 * COUNT * RANDOM.standard_normal(SAMPLES))) == "holds nothing but noise"
-
-
-def test_noise_without_counts_is_noise():
-    assert still(0.01 * RANDOM.standard_normal(SAMPLES)) == "holds nothing but noise"
-
-
-def test_a_flight_is_motion():
-    assert still(read(0.1 * np.sin(1.3 * TIME))) is None
+@pytest.mark.parametrize("angle", ANGLES)
+def test_what_moves_is_told_from_flicker_and_noise(angle):
+    values, is_still = ANGLES[angle]
+    assert (still(values) is not None) == is_still

@@ -1,5 +1,7 @@
-"""Every command of the documentation does what its page says: typed in order, in a fresh copy of a clone."""
+"""Commands and notebooks of the documentation do what they show: in order, in a fresh copy of a clone."""
 
+import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -61,3 +63,33 @@ def test_a_block_of_commands_is_run_or_says_why_not(name):
             pytest.fail(f"line {block.line}: a block of {block.language} is never run; call it bash")
         if block.language in SHELL:
             assert typed(block) or block.reason, f"line {block.line}: nothing in this block is run"
+
+
+NOTEBOOKS = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in DOCS.glob("notebooks/*.ipynb")}
+LARGEST = 1_000_000
+"""Bytes of a notebook with its outputs."""
+
+
+def code_cells(name):
+    return [cell for cell in NOTEBOOKS[name]["cells"] if cell["cell_type"] == "code"]
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_a_notebook_is_small_and_was_executed_once_from_top_to_bottom(name):
+    assert (DOCS / "notebooks" / name).stat().st_size < LARGEST
+    assert [cell["execution_count"] for cell in code_cells(name)] == list(range(1, len(code_cells(name)) + 1))
+    assert all(output["output_type"] != "error" for cell in code_cells(name) for output in cell["outputs"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_the_code_of_a_notebook_runs_and_prints_what_it_shows(name, tmp_path):
+    script = "\n".join("".join(cell["source"]) for cell in code_cells(name))
+    environment = {**os.environ, "MPLBACKEND": "agg"}
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    outputs = [output for cell in code_cells(name) for output in cell["outputs"] if output["output_type"] == "stream"]
+    assert unlike("".join("".join(output["text"]) for output in outputs), done.stdout) == []
