@@ -1,14 +1,28 @@
-"""A file is written whole or not at all; drafts of processes that work in one folder, or are asked to end."""
+"""Files and folders of results are written whole or not at all; drafts of processes that share a folder or are ended."""
 
 import os
 import signal
 from contextlib import contextmanager
 from multiprocessing import get_context
+from pathlib import Path
 
 import pytest
 
-from heli_identifier import files
+from heli_identifier import files, signals
+from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
+from heli_identifier.results.folder import whole_folder
+
+
+def names(folder):
+    return sorted(path.name for path in Path(folder).iterdir())
+
+
+def contents(folder):
+    return {path.name: path.read_text() for path in Path(folder).iterdir() if path.is_file()}
+
+
+# --- one file ----------------------------------------------------------------------------------------------------
 
 
 @contextmanager
@@ -23,13 +37,9 @@ def files_of_at_most(size):
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def test_text_keeps_its_line_ends_and_bytes_are_written_as_they_are(tmp_path):
-    assert write_atomically(tmp_path / "text", "θ\r\n").read_bytes() == "θ\r\n".encode()
-    assert write_atomically(tmp_path / "bytes", b"\0\xff").read_bytes() == b"\0\xff"
-
-
-def test_missing_folders_are_made(tmp_path):
-    assert write_atomically(tmp_path / "a" / "b" / "file", "text").read_text() == "text"
+def test_text_keeps_its_line_ends_and_bytes_are_written_as_they_are_in_folders_that_are_made(tmp_path):
+    assert write_atomically(tmp_path / "a" / "text", "θ\r\n").read_bytes() == "θ\r\n".encode()
+    assert write_atomically(tmp_path / "b" / "c" / "bytes", b"\0\xff").read_bytes() == b"\0\xff"
 
 
 @pytest.mark.parametrize("size", [2_000, 2_000_000])
@@ -37,15 +47,17 @@ def test_a_full_disk_leaves_the_old_file_and_no_part_of_the_new_one(tmp_path, si
     path = write_atomically(tmp_path / "file", "old")
     with files_of_at_most(1_000), pytest.raises(OSError, match="too large"):
         write_atomically(path, "n" * size)
-    assert path.read_text() == "old"
-    assert [file.name for file in tmp_path.iterdir()] == ["file"]
+    assert contents(tmp_path) == {"file": "old"}
 
 
 def test_a_folder_in_the_file_s_place_stays_and_no_draft_remains(tmp_path):
     (tmp_path / "taken").mkdir()
     with pytest.raises(OSError, match="it is a folder"):
         write_atomically(tmp_path / "taken", "text")
-    assert [file.name for file in tmp_path.iterdir()] == ["taken"]
+    assert names(tmp_path) == ["taken"]
+
+
+# --- drafts ------------------------------------------------------------------------------------------------------
 
 
 def drafts_made(folder, count):
@@ -62,7 +74,7 @@ def test_processes_that_sweep_one_folder_leave_each_other_s_drafts_alone(tmp_pat
     for process in processes:
         process.join()
     assert [process.exitcode for process in processes] == [0, 0, 0]
-    assert os.listdir(tmp_path) == []
+    assert names(tmp_path) == []
 
 
 @pytest.mark.usefixtures("interruptible")
@@ -77,3 +89,78 @@ def test_ctrl_c_while_a_draft_is_made_leaves_none(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt), files.draft_folder(tmp_path):
         pytest.fail("the signal was lost")
     assert os.listdir(tmp_path) == []
+
+
+# --- a folder of results -----------------------------------------------------------------------------------------
+
+
+def test_results_appear_together_replace_those_of_their_names_and_leave_others(tmp_path):
+    with whole_folder(tmp_path / "a" / "b") as draft:
+        (draft / "x").write_text("old")
+        assert not (tmp_path / "a").exists()
+    (tmp_path / "a" / "b" / "mine").write_text("kept")
+    with whole_folder(tmp_path / "a" / "b") as draft:
+        (draft / "x").write_text("new")
+    assert contents(tmp_path / "a" / "b") == {"x": "new", "mine": "kept"}
+    assert names(tmp_path) == ["a"]
+
+
+def test_an_exception_leaves_nothing_behind_and_nothing_changed(tmp_path):
+    (tmp_path / "x").write_text("old")
+    for target in (tmp_path, tmp_path / "a" / "b"):
+        with pytest.raises(RuntimeError), whole_folder(target) as draft:
+            (draft / "x").write_text("new")
+            raise RuntimeError
+    assert contents(tmp_path) == {"x": "old"} and names(tmp_path) == ["x"]
+
+
+@pytest.mark.parametrize("signalled", [False, True])
+def test_a_move_that_fails_or_is_ended_by_a_signal_takes_back_those_before_it(tmp_path, signalled):
+    old, original = dict.fromkeys("abc", "old"), Path.replace
+    for name, text in old.items():
+        (tmp_path / name).write_text(text)
+
+    def replace(self, target):
+        # the disk fails when the last file is moved to its place
+        if self.name == "c" and Path(target) == tmp_path / "c" and ".replaced" not in str(self):
+            for _, undo in reversed(signals._to_undo if signalled else []):  # what the handler of a signal does
+                undo()
+            raise OSError(28, "No space left on device")
+        return original(self, target)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Path, "replace", replace)
+        with pytest.raises(ConfigurationError, match="nothing was changed"), whole_folder(tmp_path) as draft:
+            for name in old:
+                (draft / name).write_text("new")
+    assert contents(tmp_path) == old and names(tmp_path) == list(old)
+
+
+def test_a_target_that_cannot_be_a_folder_is_refused_before_the_work_begins(tmp_path):
+    file = tmp_path / "x"
+    file.write_text("1")
+    for target in (file, file / "below"):
+        with pytest.raises(ConfigurationError, match="is a file"), whole_folder(target):
+            pytest.fail("the work began")
+
+
+def test_a_folder_of_the_user_is_not_replaced_by_a_file_of_the_same_name(tmp_path):
+    (tmp_path / "x").mkdir()
+    (tmp_path / "x" / "mine").write_text("kept")
+    with pytest.raises(ConfigurationError, match="is a folder and is not replaced"), whole_folder(tmp_path) as draft:
+        (draft / "x").write_text("new")
+    assert contents(tmp_path / "x") == {"mine": "kept"} and names(tmp_path) == ["x"]
+
+
+def test_a_link_to_a_folder_and_a_link_in_it_are_followed(tmp_path):
+    real = tmp_path / "real"
+    real.mkdir()
+    (tmp_path / "elsewhere").write_text("old")
+    (real / "x").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "link").symlink_to(real)
+    (tmp_path / "dangling").symlink_to(tmp_path / "made")
+    for target in ("link", "dangling"):
+        with whole_folder(tmp_path / target) as draft:
+            (draft / "x").write_text("new")
+    assert (real / "x").is_symlink() and (tmp_path / "dangling").is_symlink()
+    assert contents(tmp_path) == {"elsewhere": "new"} and contents(tmp_path / "made") == {"x": "new"}
