@@ -1,4 +1,4 @@
-"""Files and folders of results are written whole or not at all; drafts of processes that share a folder or are ended."""
+"""Files and folders of results are written whole or not at all; drafts of processes that share a folder or end."""
 
 import os
 import signal
