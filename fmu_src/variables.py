@@ -13,8 +13,6 @@ from functools import reduce
 from sys import float_info
 from typing import Any, NamedTuple, Union
 
-from heli_plant.errors import out_of_range
-
 Value = Union[float, int, bool, str]  # noqa: UP007 - evaluated, also by Python 3.9
 
 TYPES = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
@@ -116,13 +114,12 @@ def problem_with(variable: Variable, value: object) -> str | None:
     """Return what is wrong with ``value`` for ``variable`` (name, value, bounds, unit), or None if it is good."""
     if variable.type in ("Real", "Integer"):
         low, high = variable.bounds
-        whole = variable.type == "Integer"
+        unit = f" {variable.unit}" if variable.unit not in (None, "1") else ""
+        within, whole = f"in [{low:.6g}, {high:.6g}]{unit}", variable.type == "Integer"
         if not isinstance(value, (int, float)) or (whole and low <= value <= high and value != int(value)):
-            unit = f" {variable.unit}" if variable.unit not in (None, "1") else ""
-            kind = "whole number" if whole else "number"
-            return f"{variable.name} = {value!r} must be a {kind} in [{low:g}, {high:g}]{unit}"
+            return f"{variable.name} = {value!r} must be a {'whole ' if whole else ''}number {within}"
         if not low <= value <= high:
-            return out_of_range(variable.name, value, low, high, variable.unit)
+            return f"{variable.name} = {value!r}{unit} must lie {within}"
     elif variable.type == "Boolean" and value not in (True, False):
         return f"{variable.name} = {value!r} must be 0 or 1"
     elif variable.type == "String" and not isinstance(value, str):

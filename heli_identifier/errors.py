@@ -6,8 +6,6 @@ and what to do. The command line prints an `IdentifierError` as it stands and ex
 
 from math import inf, isfinite
 
-from heli_plant.errors import out_of_range
-
 HELI_TOML = "heli.toml (written by `heli init`)"
 """The configuration of a rig, as messages name it."""
 
@@ -41,7 +39,9 @@ def require_range(name: str, value: float, unit: str, lower: float = -inf, upper
         Names the setting, its value, its bounds and unit.
     """
     if not isfinite(value) or not lower <= value <= upper:
-        raise ConfigurationError(out_of_range(name, value, lower, upper, unit))
+        if unit == "1":
+            raise ConfigurationError(f"{name} = {value!r} must lie in [{lower:g}, {upper:g}]")
+        raise ConfigurationError(f"{name} = {value!r} {unit} must lie in [{lower:g}, {upper:g}] {unit}")
     return value
 
 

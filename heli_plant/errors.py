@@ -13,12 +13,6 @@ class ParameterError(PlantError):
     """A parameter has an impossible value or a name that does not exist."""
 
 
-def out_of_range(name: str, value: float, lower: float, upper: float, unit: str | None) -> str:
-    """Return the sentence on a value out of its bounds; the unit ``1``, or None, is not written."""
-    after = "" if unit in (None, "1") else f" {unit}"
-    return f"{name} = {value!r}{after} must lie in [{lower:g}, {upper:g}]{after}"
-
-
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return ``; did you mean 'x'?`` with the closest of the known names, or nothing if none is close."""
     from difflib import get_close_matches  # only an error needs it

@@ -11,7 +11,7 @@ from math import isfinite, radians
 from typing import Any, NamedTuple
 
 from .effects import AXES, CATALOGUE
-from .errors import ParameterError, did_you_mean, out_of_range
+from .errors import ParameterError, did_you_mean
 from .laws import motor_time_constant
 from .tabulated_torque import KNOTS, VARIABLES
 
@@ -146,7 +146,9 @@ def checked(parameters: PlantParameters) -> PlantParameters:
     for row in PARAMETERS:
         value = getattr(parameters, row.field)
         if not isfinite(value) or not row.minimum <= value <= row.maximum:
-            raise ParameterError(out_of_range(row.name, value, row.minimum, row.maximum, row.unit))
+            raise ParameterError(
+                f"{row.name} = {value!r} {row.unit} must lie in [{row.minimum:g}, {row.maximum:g}] {row.unit}"
+            )
     time_constant = motor_time_constant(parameters)
     if time_constant < 0.0:
         raise ParameterError(
