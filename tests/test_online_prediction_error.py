@@ -75,12 +75,6 @@ def test_whitening_is_its_transfer_function_with_butterworth_poles_and_the_zeros
     assert np.poly(np.exp(H * np.append(np.roots([1.0, 1.4, 1.0]), -0.8))) == pytest.approx(zeros, abs=1e-12)
 
 
-def test_a_constant_signal_is_settled_from_the_first_sample_on():
-    values = whitened(np.full(300, 2.5), USUAL)
-    # Rounding of 2.5, 3e-16, is amplified by 1/A_o at frequency zero, 1/(7 h)^3 = 3e3, and little more.
-    assert values == pytest.approx(values[-1], abs=1e-11)
-
-
 def test_the_slopes_are_the_derivatives_of_the_innovations():
     x = np.random.default_rng(1).standard_normal(600)
     memory, found, noise = [settled_memory(x[0], USUAL)], [], first_noise(1.0)

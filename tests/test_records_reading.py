@@ -3,7 +3,6 @@
 import gzip
 import hashlib
 import io
-import tracemalloc
 
 import numpy as np
 import pytest
@@ -192,13 +191,6 @@ def test_a_foreign_log_is_read_through_its_configuration(tmp_path):
     )
 
 
-def test_sum_and_difference_of_the_voltages_are_taken_apart(tmp_path):
-    t, front, rear, *angles = TRUTH.T
-    lines = rewritten([t, front + rear, rear - front, *angles], ["time [s]", "Vs [V]", "Vd [V]", *CONTRACT_HEADERS[3:]])
-    form = LogFormat(columns={"v_sum": "Vs", "v_difference": "Vd"}, signs={"v_difference": -1})
-    assert same(read_log(written(tmp_path, lines), form), rtol=1e-14)
-
-
 def test_voltages_before_the_limit_of_the_amplifiers_are_limited_where_that_is_stated(tmp_path):
     columns = TRUTH.T.copy()
     columns[1, 100:110] = 2050.0
@@ -314,19 +306,3 @@ def test_the_name_of_a_file_cannot_command_a_terminal(tmp_path):
     with pytest.raises(LogError, match="is empty") as caught:
         read_log(path)
     assert str(caught.value).isprintable()
-
-
-def test_reading_takes_little_more_memory_than_file_and_arrays(tmp_path):
-    count = 100_000
-    t = np.arange(count) / 200.0
-    columns = (t, np.sin(3 * t), np.sin(2 * t), 0.2 * np.sin(t), 0.1 * np.cos(t), 0.1 * t)
-    path = tmp_path / "log.csv"
-    np.savetxt(path, np.column_stack(columns), delimiter=",", fmt="%.5f", header=LINES[0], comments="")
-    read_log(HELD)  # what the first reading imports and keeps is not the log's
-    tracemalloc.start()
-    log = read_log(path)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert log.samples == count
-    # the text twice while its end is looked at; then once, with the columns and what pandas makes of them at a time
-    assert peak < 2.0 * path.stat().st_size + 2.0 * 48 * count + 25e6

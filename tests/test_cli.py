@@ -1,0 +1,251 @@
+"""The command line answers at once, shows an example for everything, and refuses bad input in one sentence."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer import Typer
+from typer.main import get_command
+from typer.testing import CliRunner
+
+from heli_identifier.cli.app import app
+from heli_identifier.cli.arguments import in_scenario, spread, unit_value
+from heli_identifier.cli.guard import guarded
+from heli_identifier.cli.terminal import print_table
+from heli_identifier.errors import ConfigurationError, IdentifierError
+from heli_identifier.records import demo_logs
+from heli_identifier.results import Table
+from heli_identifier.results.parameters import read_parameters
+from tests.faults.material import document
+
+COMMANDS = sorted(get_command(app).commands)
+
+
+def run(*words, **options):
+    return CliRunner().invoke(app, list(map(str, words)), **options)
+
+
+def refused(folder, said, *words):
+    before = sorted(folder.rglob("*"))
+    result = run(*words)
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    sentence = result.stderr
+    assert said in " ".join(sentence.replace("│", " ").split())
+    assert "Traceback" not in sentence
+    assert sorted(folder.rglob("*")) == before
+    return sentence
+
+
+def test_linear_algebra_runs_on_one_thread_unless_the_user_wants_otherwise():
+    code = (
+        "import sys, os; sys.argv = ['heli', '--version']\n"
+        "try:\n import heli_identifier.cli as c; c.main()\n"
+        "finally:\n print(os.environ['OPENBLAS_NUM_THREADS'])"
+    )
+    for given, expected in ((None, "1"), ("3", "3")):
+        environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+        environment |= {"OPENBLAS_NUM_THREADS": given} if given else {}
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+        assert done.stdout.split()[-1] == expected
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_examples_whose_options_exist(command):
+    said = run(command, "--help")
+    assert said.exit_code == 0
+    known = get_command(app).commands[command]
+    options = {word for parameter in known.params for word in (*parameter.opts, *parameter.secondary_opts)}
+    examples = [line for line in known.epilog.splitlines() if line.startswith("heli ")]
+    assert examples
+    for example in examples:
+        assert example.split()[1] == command
+        assert set(re.findall(r" (--?[a-z][a-z-]*)", example)) <= options
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [("heli sim", "simulate"), ("heli simulate clo", "closed_loop"), ("heli build Log", "LogPlayer")],
+)
+def test_the_shell_completes_commands_scenarios_and_units(typed, offered):
+    words = {"_HELI_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(len(typed.split()) - 1)}
+    script = Path(sys.executable).parent / "heli"
+    done = subprocess.run([script], capture_output=True, text=True, env={**os.environ, **words}, check=False)
+    assert done.stdout.split() == [offered]
+
+
+def test_validate_takes_all_files_up_to_the_next_option():
+    words = "diagnose a b --validate c d --output x e"
+    assert spread(words.split()) == "diagnose a b --validate c --validate d --output x e".split()
+    again = "--validate a --validate b c -v d".split()
+    assert spread(again) == "--validate a --validate b --validate c -v d".split()
+    joined = "a --validate=b c d --json e".split()
+    assert spread(joined) == "a --validate=b --validate c --validate d --json e".split()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("build", "Helicopter"), "HelicopterPlant"),
+        (("build", "HelicopterPlant", "--set", "effects.dry_friction.pich=.02"), "effects.dry_friction.pitch"),
+        (("build", "HelicopterPlant", "--set", "pitch.damping"), "NAME=VALUE"),
+        (("build", "--set", "pitch.damping=1"), "one unit"),
+        (("simulate", "measured_data"), "--log"),
+        (("simulate", "open_loop", "--log", "log.csv"), "plays no log"),
+        (("simulate", "open_loop", "--fmu", "plant"), "UNIT=FILE"),
+        (("simulate", "open_loop", "--set", "plant=3"), "--set plant=3 must name unit and parameter"),
+        (("effects", "--axis", "roll"), "pitch"),
+        (("diagnose", "--validate", "a.csv"), "LOG"),
+        (("diagnose", "a.csv", "--validate", "--output", "x"), "--validate names no log"),
+        (("diagnose", "a.csv", "--no-such-option"), "--no-such-option"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,
+)
+def test_bad_usage_gets_one_sentence_and_exit_code_two(tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    refused(tmp_path, said, *words)
+
+
+def test_a_configuration_of_this_folder_is_taken_and_that_is_said(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run("init").exit_code == 0
+    said = refused(tmp_path, "does not exist", "diagnose", "nothing.csv")
+    assert "configuration: heli.toml" in said
+
+
+def test_on_a_narrow_terminal_figures_stand_without_their_intervals_unless_they_are_asked_for(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "60")
+    rows = [("pitch gain of the model as it was", "0.2930 ± 0.0057 rad/s²/V", "5.00 (4.50 to 5.50)")]
+    table = Table("Gains (± 1.96 standard errors)", ("parameter", "value", "error"), rows)
+    printed = []
+    for terminal, intervals in ((False, False), (True, True), (True, False)):
+        monkeypatch.setattr(sys.stdout, "isatty", lambda told=terminal: told)
+        print_table(table, intervals)
+        printed.append(" ".join(capsys.readouterr().out.split()))
+    assert "± 0.0057" in printed[0] and "to" in printed[1]
+    assert "0.2930 rad/s²/V 5.00" in printed[2] and "±" not in printed[2]
+
+
+UNFORESEEN = {
+    "a mistake in the code": (ZeroDivisionError("nobody thought of this"), 70, "ZeroDivisionError: nobody thought"),
+    "a full disk": (OSError(28, "No space left on device"), 2, "heli: No space left on device."),
+    "a file that cannot be read": (OSError(13, "Permission denied", "a.csv"), 2, "heli: a.csv: Permission denied."),
+    "no memory": (MemoryError(), 2, "heli: there is not enough memory for this"),
+    "no memory for a library": (
+        ImportError("numpy/_generator.so: failed to map segment from shared object"),
+        2,
+        "heli: there is not enough memory for this",
+    ),
+    "a library that is not there": (ImportError("No module named 'nonsense'"), 70, "No module named 'nonsense'"),
+    "an error of the system without a number": (OSError("timed out"), 2, "heli: timed out."),
+}
+
+
+@pytest.mark.parametrize("case", UNFORESEEN)
+def test_a_command_that_could_not_do_its_work_has_another_exit_code_than_one_with_a_bad_answer(case):
+    """Exit code 1 is an answer of a check: the model no longer explains the log."""
+    error, code, said = UNFORESEEN[case]
+
+    def fails():
+        raise error
+
+    one = Typer()
+    one.command()(guarded(fails))
+    result = CliRunner().invoke(one)
+    assert result.exit_code == code
+    assert said in result.stderr
+    assert ("Traceback" in result.stderr) == (code == 70)
+    assert result.stdout == ""
+
+
+ENDED = """
+import pathlib, signal, sys, time, typer, weakref
+from heli_identifier.cli import app, main
+from heli_identifier.cli.guard import guarded, is_of_memory
+from heli_identifier.files import draft_folder
+
+class Thing:
+    pass
+
+def dropped():  # the interpreter drops an exception in the callback of a weak reference, as every import has one
+    thing = Thing()
+    kept = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGTERM))
+    del thing
+    time.sleep(600)
+
+def changed():  # a library makes another error of it
+    try:
+        signal.raise_signal(signal.SIGTERM)
+    except BaseException as end:
+        raise RuntimeError from end
+
+def stuck():  # a thread that never ends
+    import threading
+    threading.Thread(target=threading.Event().wait).start()
+    signal.raise_signal(signal.SIGTERM)
+
+def command():
+    with draft_folder(".") as draft:
+        (draft / "half.csv").write_text("1")
+        globals()[case]()
+
+case = sys.argv.pop()
+app.app = typer.Typer()
+app.app.command()(guarded(command))
+main()
+"""
+
+
+@pytest.mark.parametrize("case", ["dropped", "changed", "stuck"])
+def test_a_command_that_is_asked_to_end_does_and_leaves_nothing_whatever_a_library_makes_of_it(tmp_path, case):
+    done = subprocess.run(
+        [sys.executable, "-c", ENDED, case], capture_output=True, text=True, timeout=300, check=False, cwd=tmp_path
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (128 + signal.SIGTERM, "", "")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("unit", "setting", "said"),
+    [
+        ("HelicopterPlant", "pitch.damping=abc", "pitch.damping = 'abc' must be a number in [-10, 10] 1/s."),
+        ("HelicopterPlant", "pitch.damping=", "pitch.damping = '' must be a number in [-10, 10] 1/s."),
+        ("HelicopterPlant", "pitch.damping=nan", "pitch.damping = nan 1/s must lie in [-10, 10] 1/s."),
+        ("HelicopterPlant", "encoder.enabled=yes", "encoder.enabled = 'yes' must be 0 or 1."),
+        ("HelicopterPlant", "pitch.dampin=1", "has no parameter 'pitch.dampin'; did you mean 'pitch.damping'?"),
+        ("HelicopterPlant", "v_front=1", "the HelicopterPlant has no parameter 'v_front'"),
+        ("Exciter", "excitation.experiment=1.5", "excitation.experiment = 1.5 must be a whole number in [0, 3]."),
+    ],
+)
+def test_a_wrong_setting_is_refused_in_one_sentence(unit, setting, said):
+    name, _, text = setting.partition("=")
+    with pytest.raises(ConfigurationError, match=re.escape(said)):
+        unit_value(unit, name, text, f"unit.{name}")
+
+
+def test_a_text_parameter_takes_a_text_that_looks_like_a_number():
+    assert unit_value("LogPlayer", "log.path", "3", "log.path") == "3"
+
+
+def test_what_a_foreign_fmu_takes_is_left_to_it():
+    # a unit from a file may have parameters that this project's unit of the same name does not
+    assert in_scenario("open_loop", None, ["plant.mass=2"], foreign=("plant",)) == {"plant.mass": 2.0}
+
+
+def test_every_command_says_the_same_of_a_wrong_setting_and_of_a_damaged_parameter_file(tmp_path):
+    said, full = "pitch.damping = 'abc' must be a number in [-10, 10] 1/s.", "plant.pitch.damping=abc"
+    refused(tmp_path, said, "build", "HelicopterPlant", "--output", tmp_path / "out", "--set", "pitch.damping=abc")
+    run_ = refused(tmp_path, f"plant.{said}", "simulate", "open_loop", "--duration", 1, "--set", full)
+    assert run_ == refused(tmp_path, said, "ssp", "open_loop", "--output", tmp_path / "out.ssp", "--set", full)
+    file = tmp_path / "parameters.json"
+    file.write_text(json.dumps(document(lambda d: d.pop("values"))))
+    with pytest.raises(IdentifierError) as problem:
+        read_parameters(file)
+    for command, what in (("check", demo_logs("rig-c")[1][0]), ("simulate", "open_loop")):
+        sentence = refused(tmp_path, "missing required field", command, what, "--parameters", file)
+        assert sentence.strip() == f"heli: {problem.value}"
