@@ -139,7 +139,8 @@ def runs(count: int = 1000, duration: float = 30.0, step: float = 0.01) -> str:
         fmus = {unit: build_native(kind, Path(name)) for unit, kind in CLOSED_LOOP.units}
         gains = [{"plant.pitch.gain": TABLE_2.k_x * (0.9 + 0.2 * k / count)} for k in range(count)]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        bands = run_many_apart(CLOSED_LOOP, duration, step, {}, gains, fmus, ["plant.pitch", "plant.elevation"])
+        record = ["plant.pitch", "plant.elevation"]
+        bands = run_many_apart(CLOSED_LOOP, duration, step, {}, fmus, variations=gains, record=record)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
     busy = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     bars = [

@@ -23,7 +23,7 @@ def files(twins):
 
 
 def many(files, variations, **more):
-    return run_many_apart(OPEN_LOOP, DURATION, 0.01, {}, variations, files, RECORD, **more)
+    return run_many_apart(OPEN_LOOP, DURATION, 0.01, {}, files, variations=variations, record=RECORD, **more)
 
 
 def test_every_run_begins_at_the_start_and_has_the_bits_of_a_run_alone(files):

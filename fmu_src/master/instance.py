@@ -60,6 +60,16 @@ _ALLOCATE = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
 _FREE = fmi2CallbackFreeMemoryTYPE(fmpy.free)
 
 
+WATCHES: list[Callable[[], object]] = []
+"""Called whenever the units have answered, by whoever waits for a call that never returns."""
+
+
+def alive() -> None:
+    """Tell those who wait that the units have answered."""
+    for watch in WATCHES:
+        watch()
+
+
 class Call(NamedTuple):
     """A call that is prepared once and made at every step: ``run`` returns the status of ``unit``."""
 
@@ -105,19 +115,13 @@ class Instance:
         The FMU file.
     folder : Path
         Where the FMU is unpacked; it does not exist yet.
-
-    Attributes
-    ----------
-    messages : list of str
-        What it has logged.
-    worst : int
-        The worst status of a message.
     """
 
     def __init__(self, name: str, fmu: Path, folder: Path) -> None:
+        alive()
         self.name, self.folder = name, str(folder)
-        self.messages: list[str] = []
-        self.worst = 0
+        self.messages: list[str] = []  # what it has logged
+        self.worst = 0  # the worst status of a message
         self.description = unpack(name, fmu, folder)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self.outputs = [name for name, v in self.variables.items() if v.causality == "output" and v.type == "Real"]
@@ -206,6 +210,7 @@ class Instance:
 
     def initialise(self, parameters: Mapping[str, Value], start: float, stop: float) -> None:
         """Set the parameters and enter initialisation mode at ``start`` [s]."""
+        alive()
         self._call("setupExperiment", start, self.slave.setupExperiment, startTime=start, stopTime=stop)
         for name, value in parameters.items():
             variable = self.variable(name, "parameter")
@@ -218,6 +223,7 @@ class Instance:
 
     def finish_initialisation(self, start: float) -> None:
         """Leave initialisation mode."""
+        alive()
         self._call("exitInitializationMode", start, self.slave.exitInitializationMode)
 
     def reset(self) -> None:

@@ -24,7 +24,7 @@ from ..errors import MasterError, WiringError
 from ..native import build_native
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
-from .instance import WARNING, Call, Instance, Place
+from .instance import WARNING, Call, Instance, Place, alive
 from .result import Bands, Result
 
 STRIDE = 1000
@@ -52,7 +52,6 @@ def run(
     progress: bool = False,
     record: Collection[str] | None = None,
     native: bool = False,
-    alive: Callable[[], None] = lambda: None,
 ) -> Result:
     """Run a scenario in this process.
 
@@ -74,9 +73,6 @@ def run(
         Outputs to record (``identifier.a_wx``); outputs that feed an input are recorded as well. All by default.
     native : bool
         Build units in C in place of units in Python; runs of 100 000 steps and more take them in a compiled loop.
-    alive : callable
-        Called whenever the units have answered: at least once in :data:`STRIDE` steps, in the compiled loop once in
-        :data:`WORTH_COMPILING`.
 
     Returns
     -------
@@ -91,8 +87,8 @@ def run(
     wiring = scenario(scenario_name)
     steps = whole_steps(duration, step)
     given = wiring.parameters_by_unit(parameters or {})
-    with instances(wiring, fmus or {}, build_native if native else build, alive) as units:
-        wired = Wired(wiring, units, step, record, alive)
+    with instances(wiring, fmus or {}, build_native if native else build) as units:
+        wired = Wired(wiring, units, step, record)
         values = np.empty((steps + 1, len(wired.names)))
         values[0] = wired.start(given, steps * step)
         compiled = steps >= WORTH_COMPILING and all(unit.is_native for unit in units.values())
@@ -104,7 +100,7 @@ def run(
                 take(values[first + 1 : first + 1 + WORTH_COMPILING], first)
         else:
             counted = _counted(steps, progress, wiring.title)
-            wired.play(values[1:], _paced(counted, step, alive) if wiring.in_real_time else counted)
+            wired.play(values[1:], _paced(counted, step) if wiring.in_real_time else counted)
         seconds = perf_counter() - began
     return Result(wired.names, wired.physical_units, np.arange(steps + 1, dtype=np.float64) * step, values, seconds)
 
@@ -114,10 +110,10 @@ def run_many(
     duration: float,
     step: float,
     parameters: Mapping[str, Value],
+    fmus: Mapping[str, str | Path] | None,
+    *,
     variations: Sequence[Mapping[str, Value]],
-    fmus: Mapping[str, str | Path] | None = None,
     record: Collection[str] | None = None,
-    alive: Callable[[], None] = lambda: None,
 ) -> Bands:
     """Run a scenario once with ``parameters`` and once more with each of ``variations`` on top of them.
 
@@ -134,11 +130,11 @@ def run_many(
     wiring = scenario(scenario_name)
     steps = whole_steps(duration, step)
     nominal = wiring.parameters_by_unit(parameters)
-    with instances(wiring, fmus or {}, build_native, alive) as units:
+    with instances(wiring, fmus or {}, build_native) as units:
         for name, unit in units.items():
             if not unit.is_native:
                 raise MasterError(f"many runs need native units; {name} is none, build it with --native")
-        wired = Wired(wiring, units, step, record, alive)
+        wired = Wired(wiring, units, step, record)
         take = wired.compiled()
         width = len(wired.names)
         stride = max(1, int(np.ceil((len(variations) + 1) * (steps + 1) * width / MOST_NUMBERS)))
@@ -177,13 +173,11 @@ def instances(
     wiring: Scenario,
     fmus: Mapping[str, str | Path],
     builder: Callable[[str, str | Path], Path],
-    alive: Callable[[], None],
 ) -> Iterator[dict[str, Instance]]:
     """Instantiate every unit of a scenario; free them all at the end."""
     units: dict[str, Instance] = {}
     with draft_folder() as folder, ExitStack() as loaded:
         for name, file in scenario_fmus(wiring, fmus, folder, builder).items():
-            alive()
             units[name] = Instance(name, file, folder / f"{name}.unpacked")
             loaded.callback(units[name].close)
         yield units
@@ -201,17 +195,11 @@ class Wired:
         Communication step [s].
     record : collection of str, optional
         Outputs to read, beside those that feed an input; all by default.
-    alive : callable
-        Called whenever the units have answered.
 
-    Attributes
-    ----------
-    names, physical_units : tuple of str
-        ``unit.variable`` of every output that is read, and its unit.
-    shown : ndarray, shape (number of these outputs,)
-    fed : ndarray, shape (number of connected inputs,)
-    sources : ndarray, shape of ``fed``
-        For each input, the place of the output that feeds it.
+    Notes
+    -----
+    ``names`` and ``physical_units`` are those of every output that is read, as ``unit.variable``; ``shown`` has their
+    values, ``fed`` those of all connected inputs, and ``sources`` for each input the place of the output that feeds it.
 
     Raises
     ------
@@ -225,9 +213,8 @@ class Wired:
         units: dict[str, Instance],
         step: float,
         record: Collection[str] | None = None,
-        alive: Callable[[], None] = lambda: None,
     ) -> None:
-        self.units, self.step, self.alive = units, step, alive
+        self.units, self.step = units, step
         every = [f"{name}.{output}" for name, unit in units.items() for output in unit.outputs]
         feeding = {f"{wire.source_unit}.{wire.source}" for wire in wiring.connections}
         for name in (*sorted(feeding), *(record or ())):
@@ -259,12 +246,10 @@ class Wired:
     def start(self, given: Mapping[str, Mapping[str, Value]], stop: float) -> NDArray[np.float64]:
         """Initialise all units with the parameters of each at t = 0; return the outputs then."""
         for name, unit in self.units.items():
-            self.alive()
             unit.initialise(given[name], 0.0, stop)
         self.fetch(0.0)
         self._copy_connections()
         for unit, put, get in zip(self.units.values(), self._puts, self._gets, strict=True):
-            self.alive()
             self._make(0.0, put)
             unit.finish_initialisation(0.0)
             self._make(0.0, get)
@@ -294,7 +279,7 @@ class Wired:
             calls += [*put, unit.do_step(self._time, self._step), *get]
         for k in counted:
             if k % STRIDE == 0:
-                self.alive()
+                alive()
             self._copy_connections()
             self._make(k * self.step, calls)
             values[k] = self.shown
@@ -311,7 +296,7 @@ class Wired:
             unit.reset()
 
 
-def _paced(counted: Iterable[int], step: float, alive: Callable[[], None]) -> Iterator[int]:
+def _paced(counted: Iterable[int], step: float) -> Iterator[int]:
     """Give each number ``k`` of ``counted`` at the time k ``step`` [s] after the first one, or late."""
     began = monotonic()
     for k in counted:

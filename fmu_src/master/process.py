@@ -14,10 +14,10 @@ import pickle
 import signal
 import subprocess
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from heli_identifier.files import draft_folder
 from heli_identifier.platform import NEW_GROUP, end_process, end_with_parent
@@ -26,58 +26,22 @@ from heli_identifier.signals import undone
 from ..errors import FmuError, MasterError
 from ..variables import Value
 from ..wiring import Scenario
-from .result import Bands, Result
 
 PATIENCE = 120.0
 """Longest time without an answer of a unit to a call or to a thousand steps [s]; a unit that takes longer hangs."""
 
 
-def leave(code: int) -> NoReturn:
-    """End a process that has run FMUs: flush, then skip the interpreter's own end."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)
-
-
-def run_apart(
+def _apart(
+    function: str,
     scenario_name: str | Scenario,
     duration: float,
     step: float = 0.01,
     parameters: Mapping[str, Value] | None = None,
     fmus: Mapping[str, str | Path] | None = None,
-    progress: bool = False,
-    record: Collection[str] | None = None,
-    native: bool = False,
-) -> Result:
-    """Run a scenario in a child process; parameters and result are those of :func:`fmu_src.master.run`.
-
-    Raises
-    ------
-    WiringError, MasterError, BuildError
-        As ``run``; MasterError also if the child ends without a result, or a unit does not answer.
-    OSError
-        There is no room for temporary files.
-    """
-    order = {"scenario_name": scenario_name, "duration": duration, "step": step, "parameters": parameters}
-    return _apart("run", order | {"fmus": fmus or {}, "progress": progress, "record": record, "native": native})
-
-
-def run_many_apart(
-    scenario_name: str | Scenario,
-    duration: float,
-    step: float,
-    parameters: Mapping[str, Value],
-    variations: Sequence[Mapping[str, Value]],
-    fmus: Mapping[str, str | Path] | None = None,
-    record: Collection[str] | None = None,
-) -> Bands:
-    """Run a scenario many times in a child process; as :func:`fmu_src.master.loop.run_many`, with its errors."""
-    order = {"scenario_name": scenario_name, "duration": duration, "step": step, "parameters": parameters}
-    return _apart("run_many", order | {"fmus": fmus or {}, "variations": variations, "record": record})
-
-
-def _apart(function: str, order: dict[str, Any]) -> Any:
-    """Return what a function of :mod:`.loop` gives in a child process."""
+    **more: Any,
+) -> Any:
+    """Return what a function of :mod:`.loop` returns in a child process, or raise its error."""
+    order = {"scenario_name": scenario_name, "duration": duration, "step": step, "parameters": parameters, **more}
     with draft_folder() as folder:
         command = [sys.executable, "-m", "fmu_src.master.process", str(folder), str(os.getpid())]
         with (
@@ -85,21 +49,29 @@ def _apart(function: str, order: dict[str, Any]) -> Any:
                 command,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
-                stderr=None if order.get("progress") else subprocess.PIPE,
+                stderr=None if more.get("progress") else subprocess.PIPE,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": str(folder)},
                 **NEW_GROUP,  # Ctrl-C is for the parent, which then ends this one
             ) as process,
             undone(partial(end_process, process)),
         ):
-            said = process.communicate(pickle.dumps((function, order)))[1]
+            said = process.communicate(pickle.dumps((function, order | {"fmus": fmus})))[1]
         if (folder / "answer").is_file():
             answer = pickle.loads((folder / "answer").read_bytes())
             if isinstance(answer, FmuError):
                 raise answer
             return answer
         hung = folder / "hung"
-        files = [str(file) for file in order["fmus"].values()]
+        files = [str(file) for file in (fmus or {}).values()]
         raise MasterError(_end(process.returncode, said, hung.is_file() and hung.stat().st_size > 0, files))
+
+
+if TYPE_CHECKING:
+    from .loop import run as run_apart
+    from .loop import run_many as run_many_apart
+else:
+    run_apart, run_many_apart = partial(_apart, "run"), partial(_apart, "run_many")
+"""As the functions of :mod:`.loop`, with MasterError also if the child ends without a result, or a unit hangs."""
 
 
 def _end(code: int, printed: bytes | None, hung: bool, files: list[str]) -> str:
@@ -119,16 +91,13 @@ def _end(code: int, printed: bytes | None, hung: bool, files: list[str]) -> str:
 def main(folder: Path, parent: int) -> NoReturn:
     """Run in the child: read the order from standard input, write the answer into ``folder``."""
     end_with_parent(parent)
-    from . import loop  # loads FMI tools
+    from . import instance, loop  # load FMI tools
 
     function, order = pickle.load(sys.stdin.buffer)
     with open(folder / "hung", "w") as hung:
-
-        def alive() -> None:
-            faulthandler.dump_traceback_later(PATIENCE, exit=True, file=hung)
-
+        instance.WATCHES.append(partial(faulthandler.dump_traceback_later, PATIENCE, exit=True, file=hung))
         try:
-            answer = getattr(loop, function)(**order, alive=alive)
+            answer = getattr(loop, function)(**order)
         except FmuError as error:
             answer = error
         except OSError as error:
@@ -139,7 +108,9 @@ def main(folder: Path, parent: int) -> NoReturn:
     with open(folder / "draft", "wb") as file:
         pickle.dump(answer, file)
     os.replace(folder / "draft", folder / "answer")
-    leave(0)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)
 
 
 if __name__ == "__main__":

@@ -197,7 +197,7 @@ def simulate(
             result = master.run_apart(scenario, duration, step, begun, files, progress=shown, native=native)
         else:
             drawn, outputs = _variations(scenario, parameters, assignments(settings), runs, seed)
-            result = master.run_many_apart(scenario, duration, step, begun, drawn, files, outputs)
+            result = master.run_many_apart(scenario, duration, step, begun, files, variations=drawn, record=outputs)
     if output is not None:
         result.write_csv(output)
     if plot is not None:
