@@ -13,9 +13,11 @@ import re
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass
+import textwrap
+from contextlib import suppress
 from decimal import Decimal
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -44,8 +46,7 @@ _CONTINUES = re.compile(r"<!-- continues: (\S+) -->")
 _MARK = "\x1e"
 
 
-@dataclass(frozen=True)
-class Block:
+class Block(NamedTuple):
     """One fenced block: its language, its title if it is a file, its text, its line, and why it is not run."""
 
     language: str
@@ -59,13 +60,11 @@ def blocks(markdown):
     """Every fenced block of a page, in order."""
     found = []
     for fence in _FENCE.finditer(markdown):
-        indent = len(fence["indent"])
-        text = "".join(line[indent:] or "\n" for line in fence["body"].splitlines(keepends=True))
-        title = re.search(r'title="([^"]+)"', fence["rest"])
-        reason = _NOT_RUN.search(markdown[: fence.start()])
-        line = markdown[: fence.start()].count("\n") + 1
-        name = fence["language"] or ""
-        found.append(Block(name, title[1] if title else "", text, line, reason[1] if reason else ""))
+        before, title = markdown[: fence.start()], re.search(r'title="([^"]+)"', fence["rest"])
+        reason = _NOT_RUN.search(before)
+        text = textwrap.dedent(fence["body"]) if fence["indent"] else fence["body"]
+        own = (fence["language"] or "", title[1] if title else "", text)
+        found.append(Block(*own, before.count("\n") + 1, reason[1] if reason else ""))
     return found
 
 
@@ -114,14 +113,10 @@ def session(markdown, folder):
     try:
         printed, _ = shell.communicate(timeout=PATIENCE)
     finally:
-        try:
+        with suppress(ProcessLookupError):
             os.killpg(shell.pid, signal.SIGTERM)
-        except ProcessLookupError:
-            pass
-    outputs = {}
-    for part in printed.split(_MARK)[1:]:
-        line, _, text = part.partition("\n")
-        outputs[int(line)] = text
+    parts = (part.partition("\n") for part in printed.split(_MARK)[1:])
+    outputs = {int(line): text for line, _, text in parts}
     last = max(outputs, default=0)
     assert shell.returncode == 0, (
         f"the block at line {last} ended with {shell.returncode}:\n{outputs.get(last, printed)}"

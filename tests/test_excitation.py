@@ -12,7 +12,6 @@ from heli_identifier.online.excitation import (
     Multisine,
     SquareChirp,
     combined,
-    paper_channels,
     paper_excitation,
     phases,
     voltages,
@@ -31,14 +30,6 @@ def test_the_chirp_is_the_linear_chirp_of_scipy():
     reference = 0.2 * scipy.signal.chirp(t, 2.0, 10.0, 0.5, phi=-90)
     # Both evaluate one sine of at most 80 rad: rounding only.
     np.testing.assert_allclose(sampled(signal, 10.0), reference, atol=1e-13)
-
-
-def test_the_chirp_repeats_without_a_jump_because_it_runs_through_whole_half_cycles():
-    for experiment in (1, 2):
-        signal, _ = paper_channels(experiment, "difference")
-        # Within 1e-6 s of its end the chirp (0.5 Hz, 0.2 V) is within 0.2 * 2 pi * 0.5 * 1e-6 V of zero.
-        before = signal.at(10.0 * experiment - 1e-6)
-        assert abs(before - round(before * 4) / 4) < 1e-6
 
 
 def test_the_difference_drives_pitch_and_the_total_drives_elevation():

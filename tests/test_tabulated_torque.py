@@ -24,12 +24,12 @@ VALUES = dict(zip(VARIABLES, (0.2, -0.1, 0.7, 0.4, -0.3, 0.9, 4.1, 0.6, 2.0), st
 """What each variable is in :data:`MOTION`."""
 
 
-def tabled(axis, variable, first, last, law):
-    """Table 2 with a table of ``law`` on an axis."""
+def tabled(axis, variable, first, last, law, p=TABLE_2):
+    """``p`` with a table of ``law`` on an axis."""
     spacing = (last - first) / (KNOTS - 1)
     torques = {f"table_torque_{k + 1}_{axis}": float(law(first + k * spacing)) for k in range(KNOTS)}
     number = float(list(VARIABLES).index(variable) + 1)
-    return TABLE_2._replace(
+    return p._replace(
         **{f"table_variable_{axis}": number, f"table_first_{axis}": first, f"table_spacing_{axis}": spacing, **torques}
     )
 
@@ -77,34 +77,19 @@ def test_a_torque_of_the_travel_repeats_with_every_turn(turns):
     assert there == pytest.approx(here, abs=1e-13)  # some rounding errors of 40 turns times the slope
 
 
-def swing(p, h=0.01, steps=500):
-    """Voltages (N, 2) [V] that drive all axes, and a start."""
-    time = h * np.arange(steps)
-    voltages = 1.6 + 0.8 * np.column_stack((np.sin(2.1 * time), np.sin(1.3 * time + 1.0)))
-    return voltages, rest_state(p, 3.2)
-
-
-THREE = tabled("pitch", "mu_sum", 1.0, 6.0, lambda x: 0.1 * math.sin(x))._replace(
-    **{
-        field: getattr(other, field)
-        for axis, other in (
-            ("elevation", tabled("elevation", "elevation", -0.5, 0.4, lambda x: 0.3 * math.sin(3.0 * x))),
-            ("travel", tabled("travel", "travel", 0.0, math.tau, lambda x: 0.1 * math.sin(2.0 * x))),
-        )
-        for field in other._fields
-        if field.startswith("table") and field.endswith(f"_{axis}")
-    }
-)
-
-
 @pytest.mark.slow
 def test_the_compiled_plant_runs_as_the_interpreted_one():
     """Apart from the last places of sin and cos, the same sums and products; 500 steps leave 1e-12."""
-    voltages, state = swing(THREE)
-    states, _ = simulate(voltages, 0.01, state, THREE)
+    p = tabled("pitch", "mu_sum", 1.0, 6.0, lambda x: 0.1 * math.sin(x))
+    p = tabled("elevation", "elevation", -0.5, 0.4, lambda x: 0.3 * math.sin(3.0 * x), p)
+    p = tabled("travel", "travel", 0.0, math.tau, lambda x: 0.1 * math.sin(2.0 * x), p)
+    time = 0.01 * np.arange(500)
+    voltages = 1.6 + 0.8 * np.column_stack((np.sin(2.1 * time), np.sin(1.3 * time + 1.0)))
+    state = rest_state(p, 3.2)
+    states, _ = simulate(voltages, 0.01, state, p)
     for k in range(len(voltages) - 1):
         v_front, v_rear = (float(v) for v in voltages[k])
-        state = plant.step(state, v_front, v_rear, 0.0, k * 0.01, 0.01, THREE)
+        state = plant.step(state, v_front, v_rear, 0.0, k * 0.01, 0.01, p)
     assert np.array(state) == pytest.approx(states[-1], abs=1e-12)
     assert np.ptp(states[:, :3], axis=0).min() > 0.05  # all axes move
 
