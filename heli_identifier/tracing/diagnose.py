@@ -165,14 +165,14 @@ def _judged(found: Identification, fits: Mapping[str, Fit]) -> dict[str, tuple[f
 
 def _effects(found: Identification) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:
     """Give what is established and what is possible, strongest first."""
-    after, C, gains = found.plant, found.covariance, found.left_out_gains
+    after, C = found.plant, found.covariance
     chosen = {own.effect.field for own in found.selection.findings}
     beside = [  # in the plant as rigid-body mechanics has it
         Finding(effect, own := found.selection.scores[effect.field], 0.0, (), exact=min(own.score, KEPT))
         for effect in after.likelihood.rig.candidates if effect.field in set(after.fields) - chosen
     ]  # fmt: skip
     named = [
-        found_effect(_with_rivals(own, found), after, C, gains, own.effect.field in after.fields)
+        found_effect(_with_rivals(own, found), after, C, found.left_out_gains.get(own.effect.field))
         for own in (*found.selection.findings, *beside) if own.effect.fault is None
     ]  # fmt: skip
     late = found.defects or any(fault.channel == "voltages" for fault in after.likelihood.faults)
@@ -232,16 +232,12 @@ def _entries(logs: Sequence[Log], use: str) -> list[DataEntry]:
 
 def _parameter_notes(found: Identification) -> list[str]:
     """Name the parameters that these logs do not determine, and those that references contradict."""
-    notes = [
-        f"{name}: {report.why}; do not design a controller on this axis before the two agree"
-        for name, report in found.parameters.items()
-        if report.contradicted
-    ]
-    missing = [
-        name
-        for name, report in found.parameters.items()
-        if report.determination is Determination.NOT_DETERMINED and not report.contradicted
-    ]
+    notes, missing = list[str](), list[str]()
+    for name, report in found.parameters.items():
+        if report.contradicted:
+            notes.append(f"{name}: {report.why}; do not design a controller on this axis before the two agree")
+        elif report.determination is Determination.NOT_DETERMINED:
+            missing.append(name)
     if missing:
         notes.append(
             f"these logs do not determine {', '.join(missing)}: the plant has their likeliest values within what is "

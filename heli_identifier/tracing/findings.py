@@ -12,7 +12,7 @@ made of them need no such model: they judge what the likelihood says.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from functools import partial
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ from .result import (
     ParameterReport,
     Verdict,
 )
-from .rig import Effect, Parameters
+from .rig import Effect
 from .score import Score
 from .select import Finding, Selection
 from .settings import CONTRADICTION, DETERMINED, KEPT, LEAST_VISIBILITY, MATTERS, NAMED, TIMED
@@ -46,14 +46,10 @@ def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimat
     """Give parameters of a plant, as the plant has them, with their standard errors; one that was given has none."""
     units, found = fitted.likelihood.rig.units, {}
     for name in fields:
-        gradient = fitted.gradient(partial(_read, name))
+        gradient = fitted.gradient(attrgetter(name))
         error = float(np.sqrt(gradient @ C @ gradient)) if gradient.any() else None
         found[name] = Estimate(float(getattr(fitted.parameters, name)), error, units[name])
     return found
-
-
-def _read(name: str, parameters: Parameters) -> float:
-    return float(getattr(parameters, name))
 
 
 def lag_score(fitted: Fit) -> float:
@@ -66,19 +62,18 @@ def lag_score(fitted: Fit) -> float:
     return float(0.5 * fitted.x[j] ** 2 * max(information, 0.0))
 
 
-def found_effect(finding: Finding, fitted: Fit, C: Array, left_out: Mapping[str, float], in_plant: bool) -> FoundEffect:
+def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float | None = None) -> FoundEffect:
     """State one effect of a selection; ``fitted`` is the delivered plant."""
-    effect, rig = finding.effect, fitted.likelihood.rig
+    effect, units, in_plant = finding.effect, fitted.likelihood.rig.units, finding.effect.field in fitted.fields
     if in_plant:
         coefficient = estimates(fitted, C, [effect.field])[effect.field]
-        shapes = estimates(fitted, C, [name for name in effect.shapes if name])
+        shapes = estimates(fitted, C, effect.shapes)
     else:
         coefficient = Estimate(finding.score.value, finding.score.standard_error, effect.unit)
-        shapes = {n: Estimate(float(v), None, rig.units[n]) for n, v in finding.score.shapes.items()}
-    verdict = Verdict.POSSIBLE
+        shapes = {n: Estimate(float(v), None, units[n]) for n, v in finding.score.shapes.items()}
+    verdict, experiment = Verdict.POSSIBLE, effect.experiment
     if finding.established:
-        verdict = Verdict.AMBIGUOUS if finding.alternatives else Verdict.SHOWN
-    experiment = effect.experiment if not finding.established else ""
+        verdict, experiment = Verdict.AMBIGUOUS if finding.alternatives else Verdict.SHOWN, ""
     if finding.alternatives:
         rival = finding.alternatives[0]
         experiment = (
@@ -89,8 +84,7 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out: Mapping[str,
         effect.name, effect.axis, coefficient, verdict, effect.family,
         tuple((other.name, other.axis) for other in finding.alternatives),
         NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
-        finding.stated, experiment, in_plant,
-        left_out.get(effect.field), _together(finding, fitted),
+        finding.stated, experiment, in_plant, left_out_gain, _together(finding, fitted),
     )  # fmt: skip
 
 
@@ -132,7 +126,7 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > score - KEPT)
     effect = next(e for e in fitted.likelihood.rig.effects if e.field == LAG_FIELD)
     own = Score(LAG_FIELD, score, value.value, value.standard_error or 0.0, 1.0, {}, 0)
-    return found_effect(Finding(effect, own, score, alternatives), fitted, C, {}, True)
+    return found_effect(Finding(effect, own, score, alternatives), fitted, C)
 
 
 def catalogue_verdicts(
@@ -146,46 +140,32 @@ def catalogue_verdicts(
 
 
 def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -> CatalogueVerdict:
-    found = selection.scores.get(effect.field)
-    if found is None and effect.field != LAG_FIELD:
-        nothing = Estimate(0.0, None, effect.unit)
-        why = "a defect of the logs looks like it"
-        return CatalogueVerdict(effect.name, effect.axis, Verdict.NOT_TESTABLE, nothing, 0.0, 0.0, None, why, "")
-    if found is None or (stated is not None and effect.field == LAG_FIELD):
-        fitted = selection.fit
-        C = covariance(fitted)
-        estimate = estimates(fitted, C, [effect.field])[effect.field]
+    """Give the verdict on an entry, which ``stated`` has where it is an effect of the diagnosis."""
+    found, fitted = selection.scores.get(effect.field), selection.fit
+    estimate, score, visibility, experiment = Estimate(0.0, None, effect.unit), 0.0, 0.0, ""
+    if effect.field == LAG_FIELD and (found is None or stated is not None):
+        estimate = estimates(fitted, covariance(fitted), [LAG_FIELD])[LAG_FIELD]
         score, visibility = lag_score(fitted), 1.0
-    else:
+    elif found is not None:
         estimate = Estimate(found.value, found.standard_error, effect.unit)
         score, visibility = found.score, found.visibility
-    error = estimate.standard_error or 0.0
-    largest = max(abs(effect.lower), abs(effect.upper))
-    asked = f"score {score:.1f} nats, {NAMED:g} needed"
-    if stated is not None:
-        return CatalogueVerdict(
-            effect.name, effect.axis, stated.verdict, stated.coefficient or estimate, stated.score, visibility,
-            _bound(effect, stated.coefficient or estimate), f"score {stated.score:.1f} nats", stated.experiment,
-        )  # fmt: skip
-    if visibility < LEAST_VISIBILITY:
+    error, largest = estimate.standard_error or 0.0, max(abs(effect.lower), abs(effect.upper))
+    verdict = Verdict.NOT_TESTABLE
+    if found is None and effect.field != LAG_FIELD:
+        why = "a defect of the logs looks like it"
+    elif stated is not None:
+        verdict, estimate, experiment = stated.verdict, stated.coefficient or estimate, stated.experiment
+        score, why = stated.score, f"score {stated.score:.1f} nats"
+    elif visibility < LEAST_VISIBILITY:
         why = f"only {100.0 * visibility:.2g} % of its signature is left beside the fitted parameters"
+        experiment = effect.experiment
     elif 0.5 * (largest / max(error, 1e-300)) ** 2 < NAMED:
         why = f"its standard error of {error:.2g} {effect.unit} could not show even {largest:g} {effect.unit}"
+        experiment = effect.experiment
     else:
-        return CatalogueVerdict(
-            effect.name,
-            effect.axis,
-            Verdict.NOT_SHOWN,
-            estimate,
-            score,
-            visibility,
-            _bound(effect, estimate),
-            asked,
-            "",
-        )
-    return CatalogueVerdict(
-        effect.name, effect.axis, Verdict.NOT_TESTABLE, estimate, score, visibility, None, why, effect.experiment
-    )
+        verdict, why = Verdict.NOT_SHOWN, f"score {score:.1f} nats, {NAMED:g} needed"
+    bound = None if verdict is Verdict.NOT_TESTABLE else _bound(effect, estimate)
+    return CatalogueVerdict(effect.name, effect.axis, verdict, estimate, score, visibility, bound, why, experiment)
 
 
 def _bound(effect: Effect, estimate: Estimate) -> float:
@@ -273,23 +253,22 @@ def drawn_curves(fitted: Fit, C: Array, effects: Sequence[FoundEffect]) -> tuple
     of the variable; the law's curve is the plant with the effect less the plant without, at the same motion.
     """
     rig, drawn = fitted.likelihood.rig, []
+    laws = {(e.name, e.axis): e for e in rig.effects if e.drawn_against}
     for found in effects:
-        if isinstance(found.shape, CurveShape):
-            own = np.column_stack((found.shape.curve, found.shape.band[:, 1:]))
-            drawn.append(
-                EffectCurve(found.name, found.axis, found.shape.variable, found.shape.unit, np.empty((0, 2)), own)
-            )
-        effect = next((e for e in rig.effects if (e.name, e.axis) == (found.name, found.axis)), None)
-        if effect is None or not effect.drawn_against or not found.in_plant:
+        shape, effect = found.shape, laws.get((found.name, found.axis))
+        if isinstance(shape, CurveShape):
+            own = np.column_stack((shape.curve, shape.band[:, 1:]))
+            drawn.append(EffectCurve(found.name, found.axis, shape.variable, shape.unit, np.empty((0, 2)), own))
+        if effect is None or found.coefficient is None or not found.in_plant:
             continue
         bare = rig.assign(fitted.parameters, {effect.field: 0.0})
         parts = [rig.partial_residual(record, fitted.parameters, bare, effect) for record in fitted.likelihood.records]
         axis, variable, unit = parts[0][:3]
         x, y, law = (np.concatenate([part[k] for part in parts]) for k in (3, 4, 5))
         bins = np.array_split(np.argsort(x), 32)
-        estimate = found.coefficient
-        spread = 1.96 * abs((estimate.standard_error or 0.0) / estimate.value) if estimate and estimate.value else 0.0
         X, Y, g = (np.array([v[b].mean() for b in bins]) for v in (x, y, law))
-        band = np.column_stack((X, g, g - spread * abs(g), g + spread * abs(g)))
+        value, error = found.coefficient.value, found.coefficient.standard_error or 0.0
+        spread = 1.96 * abs(error / value) * abs(g) if value else 0.0
+        band = np.column_stack((X, g, g - spread, g + spread))
         drawn.append(EffectCurve(found.name, axis, variable, unit, np.column_stack((X, Y)), band))
     return tuple(drawn)

@@ -30,7 +30,7 @@ Shea, Rev. Economics and Statistics 79 (1997) 348, for the share.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import inf, nan
 from typing import Any
@@ -46,6 +46,7 @@ from .settings import AR_ORDER, BLOCK, CORNER, LAGUERRE_ORDER, LAGUERRE_POLE, SE
 
 Array = NDArray[np.float64]
 Rows = Sequence[NDArray[Any]]
+
 
 @dataclass(frozen=True)
 class Term:
@@ -83,13 +84,12 @@ class AxisInstruments:
     parameters: tuple[str, ...]
     """name, parameters: The axis and its k parameters."""
     values: Array
-    covariance: Array
-    """values, covariance: theta (nan where nothing came from outside) and V, Omega with the factor B/(B - k) for B
-    blocks, shapes (k,) and (k, k)."""
+    """theta, nan where nothing came from outside, shape (k,)."""
     half_widths: Array
+    """Of the 95 % intervals, shape (k,): Student's t with B - k degrees of freedom for B blocks, Omega with the factor
+    B/(B - k)."""
     shares: Array
-    """half_widths, shares: Of the 95 % intervals, by Student's t with B - k degrees of freedom; outside shares, 0 to 1,
-    shape (k,)."""
+    """Outside shares, 0 to 1, shape (k,)."""
     blocks: Rows
     """Block numbers of the samples, -1 where left out."""
     accelerations: Rows = field(repr=False)
@@ -200,15 +200,17 @@ def _axis(
 ) -> AxisInstruments:
     """Iterate estimate and whitening of one axis, then its covariance and shares."""
     k = len(regression.terms)
-    names = tuple(term.name for term in regression.terms)
+    nothing = AxisInstruments(
+        regression.name, tuple(term.name for term in regression.terms), np.full(k, nan), np.full(k, inf), np.zeros(k),
+        blocks, measured, response, phi, hats, np.array([1.0]),
+    )  # fmt: skip
     mean, std = np.array([term.prior for term in regression.terms], dtype=float).T
-    white = np.array([1.0])
-    values = mean
+    white, values = nothing.whitening, mean
     for turn in range(6):  # two turns from Z'Z to block scores, then four to let whitening and theta settle
         y, x, z, number = _rows(white, blocks, response, phi, hats)
         size = np.linalg.norm(z, axis=0)
         if len(y) < 10 * k or size.max() < 1e-9 * np.linalg.norm(x):
-            break
+            return nothing
         z = z / (size + 1e-300)
         cross = z.T @ x
         scores = _scores(z * (y - x @ values)[:, None], number)
@@ -219,20 +221,12 @@ def _axis(
         scale = 1.0 / np.sqrt(np.diag(information) + 1e-300)
         scaled = information * np.outer(scale, scale)
         if np.linalg.cond(scaled) > 1e12:
-            break
+            return nothing
         covariance = np.linalg.inv(scaled) * np.outer(scale, scale)
         values = covariance @ (weighted.T @ (z.T @ y) + mean * std**-2.0)
         white = _whitening([r - p @ values for r, p in zip(response, phi, strict=True)], blocks)
-    else:
-        widths = stdtrit(max(count - k, 1), 0.975) * np.sqrt(np.diag(covariance))
-        shares = _shares(x, z)
-        return AxisInstruments(
-            regression.name, names, values, covariance, widths, shares, blocks, measured, response, phi, hats, white
-        )
-    unknown, kept = np.full((k, k), inf), (measured, response, phi, hats)
-    return AxisInstruments(
-        regression.name, names, unknown[0] * nan, unknown, unknown[0], np.zeros(k), blocks, *kept, white
-    )
+    widths = stdtrit(max(count - k, 1), 0.975) * np.sqrt(np.diag(covariance))
+    return replace(nothing, values=values, half_widths=widths, shares=_shares(x, z), whitening=white)
 
 
 def _judgement(axis: AxisInstruments, residuals: Sequence[Array]) -> Judgement:

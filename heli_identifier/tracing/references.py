@@ -20,6 +20,7 @@ and T. Tao, IEEE Trans. Inf. Theory 51 (2005) 4203, for exact recovery by L1 und
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,8 @@ CHANNELS: Mapping[str, tuple[float, tuple[str, ...], tuple[int, ...]]] = {
     "v_front + v_rear": (1.0, ("elevation",), (1,)),
 }
 """Each channel of the voltages: sign of the rear one, the axes it answers, their columns among the angles."""
+
+
 @dataclass(frozen=True)
 class Controller:
     """The law of one channel as recovered from one log."""
@@ -104,10 +107,10 @@ def find_references(logs: Sequence[Log]) -> References:
                 answering.append((i, _Law(log, sign, columns)))
         for turn in range(2):  # a log that shows a law badly takes it from one that shows it well
             for _, law in answering:
-                law.search([other for _, other in answering if len(other.shape)], again=turn > 0)
+                law.search([other for _, other in answering], again=turn > 0)
         for i, law in answering:
             controller, signal, reason = law.rebuilt(channel, axes)
-            if reason:
+            if signal is None:
                 notes.append(f"{logs[i].name}: what moved {channel} from outside cannot be rebuilt: {reason}.")
             else:
                 found[i][channel] = signal
@@ -130,11 +133,9 @@ def controllers_of(logs: Sequence[Log]) -> list[tuple[Controller, ...]]:
     """Recover the laws of both channels log by log, references logged or not; fewer where no law fits."""
     found: list[tuple[Controller, ...]] = [() for _ in logs]
     for channel, (sign, axes, columns) in CHANNELS.items():
-        known: list[_Law] = []
-        for i, log in enumerate(logs):
-            law = _Law(log, sign, columns)
-            law.search([other for other in known if len(other.shape)], again=False)
-            known.append(law)
+        laws = [_Law(log, sign, columns) for log in logs]
+        for i, law in enumerate(laws):
+            law.search(laws, again=False)
             controller = law.rebuilt(channel, axes)[0]
             found[i] += (controller,) if controller else ()
     return found
@@ -196,63 +197,70 @@ def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True)
     return f"the outputs' past adds R2 {added:.2f} to its own past (bound {ADDED_R2:g}), it is feedback"
 
 
+class _Shape(NamedTuple):
+    """What a law is not linear in."""
+
+    periods: int
+    """The voltages answer the angles of so many of the controller's periods ago, 0 or 1."""
+    rates: Array
+    """Ln of (q of each of n angles, c), or of (..., c, beta)."""
+
+    def with_rate(self, index: int, rate: float) -> "_Shape":
+        """Give the same with another rate."""
+        return _Shape(self.periods, np.where(np.arange(len(self.rates)) == index, np.log(rate), self.rates))
+
+    def with_integral(self, rate: float) -> "_Shape":
+        """Give the same with an integral term."""
+        return _Shape(self.periods, np.append(self.rates, np.log(rate)))
+
+
 class _Law:
-    """The L1 regression of one channel of one log; shape = ln of (q of each of n angles, c), or of (..., c, beta)."""
+    """The L1 regression of one channel of one log."""
 
     def __init__(self, log: Log, sign: float, columns: Sequence[int]) -> None:
         changes = np.flatnonzero(np.any(np.diff(log.voltages, axis=0) != 0.0, axis=1)) + 1
         hold = max(1, int(np.median(np.diff(changes)))) if len(changes) > 10 else 1  # a controller slower than its log
         first = int(np.bincount(changes % hold).argmax()) if len(changes) else 0
-        self.rows, self.h, self.log, self.n = (
-            np.arange(first, len(log.angles), hold),
-            hold / log.rate_hz,
-            log,
-            len(columns),
-        )
+        self.rows, self.h, self.log = np.arange(first, len(log.angles), hold), hold / log.rate_hz, log
         voltages = log.voltages[self.rows]
         signals = np.vstack([voltages[:, 0] + sign * voltages[:, 1], log.angles[self.rows][:, list(columns)].T])
-        self.prompt = signals - signals[:, :1]
+        prompt = signals - signals[:, :1]
+        late = np.vstack([prompt[:1], np.pad(prompt[1:, :-1], ((0, 0), (1, 0)))])
+        self.signals = (prompt, late)
+        """By the periods of a shape: voltage and angles (1 + n, N) less their first values."""
+        self.steps = tuple(np.diff(own) for own in self.signals)
         self.limit = float(np.abs(log.voltages).max())
         self.clipped = np.asarray((np.abs(voltages) > 0.999 * self.limit).any(axis=1))
         self.clipped &= self.clipped.sum() > 5  # a largest value is no limit
         usable = np.flatnonzero(np.convolve(~self.clipped, np.ones(3), "valid") == 3)
         self.usable = usable[:: max(1, len(usable) // ROWS)]
-        self.answer_after(0)
-        n, fast = self.n, 6.0 / self.h  # beyond these bounds: no derivative, no steps, no integral
-        self.bounds = np.log([[0.5] * n + [0.01, 0.02], [fast] * n + [fast, 3.0]])
-        self.size = float(np.log(np.abs(self.steps[0]).mean() + 1e-12))
-        self.shape, self.least = np.array([]), np.inf
+        self.n, fast = len(columns), 6.0 / self.h  # beyond these bounds: no derivative, no steps, no integral
+        self.bounds = np.log([[0.5] * self.n + [0.01, 0.02], [fast] * self.n + [fast, 3.0]])
+        self.size = float(np.log(np.abs(self.steps[0][0]).mean() + 1e-12))
+        self.shape: _Shape | None = None
+        self.least = np.inf
 
-    def answer_after(self, periods: int) -> None:
-        """Let the voltages answer the angles of so many of the controller's periods ago."""
-        self.periods, late = periods, self.prompt.copy()
-        late[1:, periods:] = self.prompt[1:, : self.prompt.shape[1] - periods]
-        late[1:, :periods] = 0.0
-        self.signals, self.steps = late, np.diff(late)
-
-    def terms(self, signals: Array, shape: Array) -> Array:
+    def terms(self, signals: Array, rates: Array) -> Array:
         """F v and the regressors of C, one row each."""
-        kept = np.exp(-np.exp(shape) * self.h)
-        rates = [
+        kept = np.exp(-np.exp(rates) * self.h)
+        slopes = [
             lfilter([1.0, -1.0], [1.0, -a], y) * (1.0 - a) / self.h for a, y in zip(kept, signals[1:], strict=False)
         ]
-        rows = np.vstack([signals, *rates])
-        if len(shape) == self.n + 1:
+        rows = np.vstack([signals, *slopes])
+        if len(rates) == self.n + 1:
             return rows
         return np.vstack([lfilter([1.0, -1.0], [1.0, -kept[-1]], rows), signals[1:]])
 
-    def loss(self, shape: Array, rounds: int = 15) -> tuple[float, Array]:
+    def gains(self, shape: _Shape, rounds: int = 15) -> tuple[float, Array]:
         """Ln of the mean absolute innovation but for the largest tenth, and L1 gains by iteratively reweighted LS."""
-        if np.any(shape < self.bounds[0, : len(shape)]) or np.any(shape > self.bounds[1, : len(shape)]):
+        low, high = self.bounds[:, : len(shape.rates)]
+        if np.any(shape.rates < low) or np.any(shape.rates > high):
             return np.inf, np.array([])
-        rows = self.terms(self.steps, shape)
-        rows = rows[:, self.usable + 1] - np.exp(-np.exp(shape[self.n]) * self.h) * rows[:, self.usable]
+        rows = self.terms(self.steps[shape.periods], shape.rates)
+        rows = rows[:, self.usable + 1] - np.exp(-np.exp(shape.rates[self.n]) * self.h) * rows[:, self.usable]
         scale = np.abs(rows[1:]).mean(axis=1) + 1e-12
         target, bank = rows[0], rows[1:] / scale[:, None]
-        weight, most = (
-            np.ones(len(target)),
-            int(0.9 * len(target)),
-        )  # steps are few: the rest shows whether a law is exact
+        weight, most = np.ones(len(target)), int(0.9 * len(target))  # steps are few: the rest shows if a law is exact
         for _ in range(rounds):
             weighted = bank * weight
             normal = weighted @ bank.T
@@ -263,74 +271,64 @@ class _Law:
             weight = 1.0 / np.maximum(residual, 1e-2 * size + 1e-15)
         return float(np.log(size + 1e-12)), gains / scale
 
-    def search(self, known: Sequence["_Law"], *, again: bool) -> None:
-        """Scan and polish the rates from the grid and from the laws of other logs."""
+    def loss(self, shape: _Shape, rounds: int = 15) -> float:
+        """Give the first of :meth:`gains`."""
+        return self.gains(shape, rounds)[0]
+
+    def search(self, laws: Sequence["_Law"], *, again: bool) -> None:
+        """Scan and polish the rates, from the grid and from what is known of the ``laws`` of other logs."""
         if len(self.usable) < 100 or self.clipped.mean() > SATURATED_SHARE:
             return
-        mine = self.periods
-        other = min(known, key=self.loss_with, default=None)
-        loss = np.inf if other is None else self.loss_with(other)
+        known = [(self.loss(law.shape), law.shape, law) for law in laws if law.shape is not None]
+        loss, shape, other = min(known, key=lambda own: own[0], default=(np.inf, None, None))
         if again and (other is None or other is self or loss > self.least - 0.05):
-            self.answer_after(mine)
             return
         enough = np.log(EXACT) if other is None else max(np.log(EXACT), other.least - other.size + np.log(AS_GOOD))
-        if other is not None and loss - self.size <= enough:
-            best = self.polished(other.shape)
+        if shape is not None and loss - self.size <= enough:
+            best = self.polished(shape)
         else:
-            at_once, late = (self.scanned(periods) for periods in (0, 1))
-            self.answer_after(int(late[0] < at_once[0]))
-            best = self.fresh(min(at_once, late, key=lambda own: own[0])[1])
-            if loss < self.loss(best)[0] and other is not None:
-                self.answer_after(other.periods)
-                best = other.shape
-        if self.loss(best)[0] < self.least:
-            self.shape, self.least = best, self.loss(best)[0]
-        else:
-            self.answer_after(mine)
+            best = self.scanned()
+            if shape is not None and loss < self.loss(best):
+                best = shape
+        if self.loss(best) < self.least:
+            self.shape, self.least = best, self.loss(best)
 
-    def loss_with(self, law: "_Law") -> float:
-        """Take the delay of another log's law; give the loss of its shape."""
-        self.answer_after(law.periods)
-        return self.loss(law.shape)[0]
-
-    def scanned(self, periods: int) -> tuple[float, Array]:
-        """Least loss of the grid for a delay of so many periods, and its shape."""
-        self.answer_after(periods)
+    def scanned(self) -> _Shape:
+        """Polish the best shape of a grid, with an integral term where that tells more."""
         n, fast = self.n, 5.0 / self.h
-        grid = [np.log([q] * n + [c]) for q in (*POLES, fast) for c in (0.1, 1.0, 3.0, fast)]
-        losses = [self.loss(shape, 4)[0] for shape in grid]
-        return min(losses), grid[int(np.argmin(losses))]
-
-    def fresh(self, plain: Array) -> Array:
-        """Polish the best shape of the grid, with an integral term where that tells more."""
-        n, fast = self.n, 5.0 / self.h
+        grid = [_Shape(periods, np.log([q] * n + [c]))
+                for periods in (0, 1) for q in (*POLES, fast) for c in (0.1, 1.0, 3.0, fast)]  # fmt: skip
+        plain = min(grid, key=self.roughly)
         for i in range(1, n):  # each angle may have a derivative filter of its own
-            plain = min(
-                [_with(plain, i, np.log(q)) for q in (*POLES, fast)] + [plain], key=lambda shape: self.loss(shape, 4)[0]
-            )
+            plain = min([plain.with_rate(i, q) for q in (*POLES, fast)] + [plain], key=self.roughly)
         plain = self.polished(self.polished(plain))
-        if self.loss(plain)[0] - self.size <= np.log(EXACT):
+        if self.loss(plain) - self.size <= np.log(EXACT):
             return plain
-        slow = [np.append(_with(plain, n, np.log(c)), np.log(b)) for b in (0.1, 0.3, 1.0) for c in (1.0, 3.0, fast)]
-        slow += [np.append(plain, np.log(b)) for b in (0.1, 0.3, 1.0)]
-        whole = self.polished(self.polished(min(slow, key=lambda shape: self.loss(shape)[0])))
-        gain = self.loss(plain)[0] - self.loss(whole)[0]
+        starts = [*(plain.with_rate(n, c) for c in (1.0, 3.0, fast)), plain]
+        whole = min((own.with_integral(beta) for beta in (0.1, 0.3, 1.0) for own in starts), key=self.loss)
+        whole = self.polished(self.polished(whole))
+        gain = self.loss(plain) - self.loss(whole)
         return whole if gain > 0.25 else plain  # an integral term that is not there gains some by chance
 
-    def polished(self, start: Array) -> Array:
-        """Nelder and Mead from a start, since the loss has kinks where it is least."""
-        corners = np.vstack([start, start + 0.15 * np.eye(len(start))])
-        options = {"maxfev": 40 * len(start), "xatol": 1e-4, "fatol": 1e-3, "initial_simplex": corners}
-        return np.asarray(minimize(lambda x: self.loss(x, 8)[0], start, method="Nelder-Mead", options=options).x)
+    def roughly(self, shape: _Shape) -> float:
+        """Loss after few rounds, which is enough to compare starts."""
+        return self.loss(shape, 4)
 
-    def rebuilt(self, channel: str, axes: Sequence[str]) -> tuple[Controller | None, Array, str]:
-        """Give the controller, r of shape (N,) [V] at the log's rate, and why it is refused if it is."""
-        nothing = np.zeros(len(self.log.angles))
-        if not len(self.shape):
+    def polished(self, start: _Shape) -> _Shape:
+        """Nelder and Mead from a start, since the loss has kinks where it is least."""
+        corners = np.vstack([start.rates, start.rates + 0.15 * np.eye(len(start.rates))])
+        options = {"maxfev": 40 * len(start.rates), "xatol": 1e-4, "fatol": 1e-3, "initial_simplex": corners}
+        found = minimize(lambda x: self.loss(_Shape(start.periods, x), 8), start.rates, method="Nelder-Mead",
+                         options=options)  # fmt: skip
+        return _Shape(start.periods, np.asarray(found.x))
+
+    def rebuilt(self, channel: str, axes: Sequence[str]) -> tuple[Controller | None, Array | None, str]:
+        """Give the controller, and r of shape (N,) [V] at the log's rate or why it is refused."""
+        if self.shape is None:
             clipped = f"{100.0 * self.clipped.mean():.0f} % of the samples are at the limit of {self.limit:.2f} V"
-            return None, nothing, clipped if self.clipped.any() else "the log is too short or the voltages rest"
-        gains, rates, n = self.loss(self.shape)[1], np.exp(self.shape), self.n
-        rows = self.terms(self.signals, self.shape)
+            return None, None, clipped if self.clipped.any() else "the log is too short or the voltages rest"
+        gains, rates, n = self.gains(self.shape)[1], np.exp(self.shape.rates), self.n
+        rows = self.terms(self.signals[self.shape.periods], self.shape.rates)
         answer = gains @ rows[1:]
         outside = rows[0] - answer
         free = np.flatnonzero(~self.clipped)
@@ -342,19 +340,14 @@ class _Law:
         named |= {f"{axis} rate": -float(gains[n + i]) for i, axis in enumerate(axes)}
         named |= {f"{axis} integral": -beta * float(slow[i]) for i, axis in enumerate(axes) if beta}
         smoothing = float(rates[n]) if rates[n] * self.h < 3.0 else np.inf
-        delay = self.periods * self.h
+        delay = self.shape.periods * self.h
         law = Controller(channel, named, tuple(map(float, rates[:n])), smoothing, beta, delay, share)
         if share < OUTSIDE_SHARE:
-            return law, nothing, f"the outside has a share of {share:.2f} in it (at least {OUTSIDE_SHARE:g} is needed)"
+            return law, None, f"the outside has a share of {share:.2f} in it (at least {OUTSIDE_SHARE:g} is needed)"
         reason = refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False)
         if reason:
-            return None, nothing, f"no law of the usual form fits, of what remains {reason.split(', ')[0]}"
-        return law, np.interp(np.arange(len(nothing)), self.rows, outside), ""
-
-
-def _with(shape: Array, index: int, value: float) -> Array:
-    """Copy a shape with one entry replaced."""
-    return np.where(np.arange(len(shape)) == index, value, shape)
+            return None, None, f"no law of the usual form fits, of what remains {reason.split(', ')[0]}"
+        return law, np.interp(np.arange(len(self.log.angles)), self.rows, outside), ""
 
 
 def _past(signals: Array, lags: int) -> Array:

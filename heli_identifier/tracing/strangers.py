@@ -67,7 +67,7 @@ def aligned(
     null = fitted(logs[:count])
     for _ in range(ROUNDS):
         moved = zero + _zeros(null, logs, left_out)
-        moved = np.where(_outlying(moved), moved, 0.0)
+        moved = np.where(_outlying(moved, LEAST_ZERO), moved, 0.0)
         if np.allclose(moved, zero, rtol=0.0, atol=0.05 * LEAST_ZERO):
             break
         zero = moved
@@ -95,10 +95,10 @@ def _zeros(null: Fit, logs: Sequence[Log], left_out: LeftOut) -> Array:
     return np.nan_to_num((np.nanmedian(b) - b) / stiffness)
 
 
-def _outlying(zero: Array) -> NDArray[np.bool_]:
-    """Which of the logs' zeros (L,) [rad] were set in another position than those of the others."""
-    spread = float(np.median(np.abs(zero - np.median(zero)))) / 0.6745
-    return np.asarray(np.abs(zero - np.median(zero)) > max(LEAST_ZERO, OUTLYING * spread), dtype=bool)
+def _outlying(values: Array, least: float) -> NDArray[np.bool_]:
+    """Which of the logs' values (L, ...) lie apart from those of the others, by more than ``least``."""
+    apart = np.abs(values - np.median(values, axis=0))
+    return np.asarray(apart > np.maximum(least, OUTLYING * np.median(apart, axis=0) / 0.6745), dtype=bool)
 
 
 def _shifted(log: Log, zero: float) -> Log:
@@ -159,15 +159,10 @@ def _other_gains(fitted: Fit) -> list[str]:
     if len(records) < FEWEST:
         return notes
     gains = fitted.point.own[:, 3 * len(axes) :]
-    apart = gains - np.median(gains, axis=0)
-    spread = np.median(np.abs(apart), axis=0) / 0.6745
-    for record, own in zip(records, apart, strict=True):
-        said = [
-            f"{100.0 * np.expm1(g):+.0f} % on the {axis}"
-            for axis, g, usual in zip(axes, own, spread, strict=True)
-            if abs(g) > max(OTHER_GAIN, OUTLYING * usual)
-        ]
-        if said:
+    apart, outlying = gains - np.median(gains, axis=0), _outlying(gains, OTHER_GAIN)
+    for record, own, others in zip(records, apart, outlying, strict=True):
+        if others.any():
+            said = [f"{100.0 * np.expm1(own[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(others)]
             notes.append(
                 f"the log {record.name} does not belong to the others: its gains differ from theirs by "
                 f"{', '.join(said)}, as those of another rig or another supply"
