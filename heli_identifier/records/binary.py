@@ -33,7 +33,6 @@ from heli_identifier.records.text import read_text
 _HDF5 = b"\x89HDF"
 _MOST_ROWS = 200  # signals in a matrix; a matrix with more rows and columns is no log
 _FEWEST_SAMPLES = 100  # in a matrix; one that has fewer rows and columns holds gains or the like
-_DEPTH = 6  # structs within structs that are looked into
 
 _Columns = dict[str, NDArray[Any]]
 
@@ -141,8 +140,7 @@ def read_matlab(library: Any, path: Path, file: str, format: LogFormat) -> Table
         what = "a MATLAB 7.3 file" if hdf5 else "a MATLAB file with objects"
         variables = need("matio", "mat-io", file, what).load_from_mat(str(path))
     found = {str(name): value for name, value in variables.items() if not str(name).startswith("__")}
-    vectors: _Columns = {}
-    objects: list[str] = []
+    vectors, objects = _Columns(), list[str]()
     for name, value in found.items():
         _collect(name, value, vectors, objects)
     if not vectors:
@@ -155,10 +153,8 @@ def read_matlab(library: Any, path: Path, file: str, format: LogFormat) -> Table
     return Table(file, tuple(vectors), tuple(vectors.values()))
 
 
-def _collect(name: str, value: Any, vectors: _Columns, objects: list[str], depth: int = 0) -> None:
+def _collect(name: str, value: Any, vectors: _Columns, objects: list[str]) -> None:
     """Add the columns of a variable under its name."""
-    if depth > _DEPTH:
-        return
     if hasattr(value, "columns") and hasattr(value, "index"):  # a table, which mat-io gives as a data frame
         _collect_table(name, value, vectors)
         return
@@ -166,55 +162,53 @@ def _collect(name: str, value: Any, vectors: _Columns, objects: list[str], depth
     if isinstance(properties, dict) and properties:  # an object, such as a timeseries with its Time and Data
         objects.append(name)
         value = properties
-    if isinstance(value, dict):
-        value = np.array(tuple(value.values()), dtype=[(str(key), object) for key in value]) if value else None
-    array = np.squeeze(np.asarray(value))
-    kind, fields = array.dtype.kind, array.dtype.names
-    if array.ndim == 0 and array.dtype == object and isinstance(array.item(), np.ndarray | dict):
-        _collect(name, array.item(), vectors, objects, depth + 1)
-    elif fields and array.ndim == 0:
-        inner = {field: _field(array, field) for field in fields}
-        for field, content in (_labelled(inner) or inner).items():
-            _collect(f"{name}.{field}", content, vectors, objects, depth + 1)
-    elif fields and array.ndim == 1 and len(array) <= _MOST_ROWS:
-        for index, element in enumerate(array, start=1):
-            _collect(f"{name}({index})", element, vectors, objects, depth + 1)
     elif type(value).__name__ in ("MatlabOpaque", "MatlabObject", "MatlabFunction"):
         objects.append(name)
-    elif kind in "iufcb" and array.ndim == 1 and array.size > 1:
+        return
+    if structs := _structs(value):
+        for index, struct in enumerate(structs[:_MOST_ROWS], start=1):
+            place = name if len(structs) == 1 else f"{name}({index})"
+            for field, content in (_labelled(struct) or struct).items():
+                _collect(f"{place}.{field}", content, vectors, objects)
+        return
+    array = np.squeeze(np.asarray(value))
+    if array.dtype.kind in "iufcb" and array.ndim == 1 and array.size > 1:
         vectors[name] = as_numbers(array)
-    elif kind in "iuf" and array.ndim == 2 and min(array.shape) <= _MOST_ROWS and max(array.shape) >= _FEWEST_SAMPLES:
+    elif (
+        array.dtype.kind in "iuf" and array.ndim == 2
+        and min(array.shape) <= _MOST_ROWS and max(array.shape) >= _FEWEST_SAMPLES
+    ):  # fmt: skip
         rows = array.shape[0] < array.shape[1]
         for index, row in enumerate(array if rows else array.T, start=1):
             vectors[f"{name}({index},:)" if rows else f"{name}(:,{index})"] = as_numbers(row)
 
 
+def _structs(value: Any) -> list[dict[str, Any]]:
+    """Give a struct, or an array of structs, by their fields; none of anything else."""
+    if isinstance(value, dict):
+        return [value]
+    array = np.squeeze(np.asarray(value))
+    if array.ndim == 0 and isinstance(array.item(), np.ndarray | dict):
+        return _structs(array.item())
+    names = array.dtype.names or ()
+    return [dict(zip(names, row, strict=True)) for row in np.atleast_1d(array).ravel()] if names else []
+
+
 def _labelled(fields: dict[str, Any]) -> dict[str, Any] | None:
     """Fields of a structure with time, or of dSPACE's structure, by the labels of their signals; None of any other."""
     if {"time", "signals"} <= fields.keys():
-        time, signals, label, content = ("time", fields["time"]), fields["signals"], "label", "values"
+        found, signals, label, content = {"time": fields["time"]}, _structs(fields["signals"]), "label", "values"
     elif {"X", "Y"} <= fields.keys():
-        time, signals, label, content = ("X", _field(fields["X"], "Data")), fields["Y"], "Name", "Data"
+        signals, label, content = _structs(fields["Y"]), "Name", "Data"
+        found = {"X": _structs(fields["X"])[0].get("Data") if _structs(fields["X"]) else fields["X"]}
     else:
         return None
-    elements = np.atleast_1d(np.squeeze(np.asarray(signals)))
-    if elements.dtype.names is None or content not in elements.dtype.names:
+    if not signals or content not in signals[0]:
         return None
-    out = {time[0]: time[1]}
-    for index, element in enumerate(elements, start=1):
-        text = str(np.squeeze(_field(element, label))) if label in elements.dtype.names else ""
-        name = text.strip("[]'\" ") or f"signals({index})"
-        out[name if name not in out else f"{name}({index})"] = _field(element, content)
-    return out
-
-
-def _field(value: Any, name: str) -> Any:
-    """Content of a struct's field; what is no struct is given back."""
-    array = np.squeeze(np.asarray(value))
-    if array.dtype.names is None or name not in array.dtype.names:
-        return value
-    content = array[name]
-    return content.item() if content.dtype == object and content.ndim == 0 else content
+    for index, signal in enumerate(signals, start=1):
+        name = str(np.squeeze(signal.get(label, ""))).strip("[]'\" ") or f"signals({index})"
+        found[name if name not in found else f"{name}({index})"] = signal[content]
+    return found
 
 
 def _collect_table(name: str, frame: Any, vectors: _Columns) -> None:

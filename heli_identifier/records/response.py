@@ -25,11 +25,13 @@ the elevation. Over 71 logs of ten rigs, most of them in closed loop, the score 
 that of the second never below -3.2 with the right columns.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import cont2discrete, lfilter
 
 from heli_identifier.records.configuration import CONTRACT
 from heli_identifier.records.log import Log
@@ -82,16 +84,11 @@ def coarse(columns: Array, rate_hz: float) -> tuple[Array, float]:
 
 def filtered(columns: Array, step: float) -> Filtered:
     """Filter columns, shape (M, k), sampled at ``step`` [s], exactly for inputs held between samples."""
-    w, decay = _BANDWIDTH, np.exp(-_BANDWIDTH * step)
-    # x1' = x2, x2' = w² (u - x1) - 2 w x2: a double pole at -w
-    own, cross = decay * (1.0 + w * step), decay * step
-    back, rate = -decay * w * w * step, decay * (1.0 - w * step)
-    x1, x2 = columns[0].copy(), np.zeros(columns.shape[1])
-    values, rates = np.empty_like(columns), np.empty_like(columns)
-    for k, u in enumerate(columns):
-        values[k], rates[k] = x1, x2
-        away = x1 - u
-        x1, x2 = u + own * away + cross * x2, back * away + rate * x2
+    w = _BANDWIDTH
+    away = columns - columns[0]  # the filter begins at rest
+    own, rate = [w * w], [w * w, 0.0]
+    (b, a, _), (b_rate, _, _) = (cont2discrete((over, [1.0, 2.0 * w, w * w]), step) for over in (own, rate))
+    values, rates = columns[0] + lfilter(b.ravel(), a, away, axis=0), lfilter(b_rate.ravel(), a, away, axis=0)
     first = min(int(_SETTLED_S / step), len(columns) // 4)
     values, rates = values[first:], rates[first:]
     acceleration = w * w * (columns[first:] - values) - 2.0 * w * rates
@@ -104,10 +101,9 @@ def gains(found: Filtered, angle: int, regressors: Array) -> Gains:
     The column's own rate and value and a constant stand beside it.
     """
     own = np.column_stack((found.rate[:, angle], found.value[:, angle], np.ones(len(found.value))))
-    scale = np.abs(own).max(axis=0)
-    basis = np.linalg.qr(own / np.where(scale > 0.0, scale, 1.0))[0]
-    y = found.acceleration[:, angle] - basis @ (basis.T @ found.acceleration[:, angle])
-    x = regressors - basis @ (basis.T @ regressors)
+    both = np.column_stack((found.acceleration[:, angle], regressors))
+    left = both - own @ np.linalg.lstsq(own, both)[0]
+    y, x = left[:, 0], left[:, 1:]
     xx, yy, xy = (x * x).sum(axis=0), float(y @ y), y @ x
     fits = (xx > 1e-9 * (regressors * regressors).sum(axis=0)) & (yy > 0.0)
     value = np.divide(xy, xx, out=np.zeros_like(xy), where=fits)
@@ -157,35 +153,37 @@ def assign_columns(columns: Array, rate_hz: float, known: Mapping[str, int]) -> 
     """
     values, step = coarse(columns, rate_hz)
     found = filtered(values, step)
-    derivatives = _derivatives(found.value, found.rate) - set(known.values())
-    moving = [i for i in range(columns.shape[1]) if np.ptp(values[:, i]) > 0.0 and i not in derivatives]
-    pairs = _pairs([i for i in moving if i not in known.values()], known)
-    free = {angle: [known[angle]] if angle in known else moving for angle in ANGLES}
-    if not pairs or not moving:
+    settled = _derivatives(found.value, found.rate) | set(known.values())
+    free = [i for i in range(columns.shape[1]) if np.ptp(values[:, i]) > 0.0 and i not in settled]
+    options = {signal: [known[signal]] if signal in known else free for signal in (*VOLTAGES, *COMBINED, *ANGLES)}
+    kinds = [kind for kind in (VOLTAGES, COMBINED) if any(signal in known for signal in kind)] or [VOLTAGES, COMBINED]
+    pairs = [(kind, i, j) for kind in kinds for i in options[kind[0]] for j in options[kind[1]] if i != j]
+    pitches, elevations, travels = (np.array(options[angle], dtype=int) for angle in ANGLES)
+    if not pairs or not all(map(len, (pitches, elevations, travels))):
         return None
-    first, second = np.array([places for _, places in pairs]).T
-    both = np.array([kind == VOLTAGES for kind, _ in pairs])
+    of_pairs, first, second = zip(*pairs, strict=True)
+    both = np.array([kind == VOLTAGES for kind in of_pairs])
     v, w = values[:, first], values[:, second]
     total, difference = np.where(both, v + w, v), np.where(both, v - w, w)
     by_total, by_difference = filtered(total, step).value, filtered(difference, step).value
     in_steps = np.array([_IN_STEPS * (encoder_step(column) is not None) for column in columns.T])
-    lift = np.stack([gains(found, e, by_total).share + in_steps[e] for e in free["elevation"]])
+    of_elevation = np.stack([gains(found, e, by_total).share + in_steps[e] for e in elevations])
     best, chosen = -np.inf, None
-    for p in free["pitch"]:
+    for p in pitches:
         unit, _, turn = angle_unit(columns[:, p])
         pitch = values[:, p] * factor_to_si("pitch", unit, turn or CONTRACT.counts_per_turn("pitch"))
         turned = filtered(total * np.sin(pitch)[:, None], step).value
         of_pitch = gains(found, p, by_difference).share + in_steps[p] + _BOTH * both
-        for t in free["travel"]:
-            score = of_pitch + 2.0 * gains(found, t, turned).share + in_steps[t] + lift
-            for row, e in enumerate(free["elevation"]):  # no column is two signals
-                twice = (first == e) | (second == e) | (e in (p, t)) | (t == p)
-                score[row, twice | np.isin(first, (p, t)) | np.isin(second, (p, t))] = -np.inf
-            row, pair = np.unravel_index(score.argmax(), score.shape)
-            if score[row, pair] > best + 1e-6:
-                best, kind = score[row, pair], pairs[pair][0]
-                places = (*pairs[pair][1], p, free["elevation"][row], t)
-                chosen = dict(zip((*kind, *ANGLES), places, strict=True))
+        of_travel = np.stack([2.0 * gains(found, t, turned).share + in_steps[t] for t in travels])
+        score = of_pitch + of_travel[:, None] + of_elevation  # by travel, elevation and pair
+        places = (p, travels[:, None, None], elevations[:, None], np.array(first), np.array(second))
+        for one, other in combinations(places, 2):  # no column is two signals
+            score[np.broadcast_to(one == other, score.shape)] = -np.inf
+        t, e, pair = np.unravel_index(score.argmax(), score.shape)
+        if score[t, e, pair] > best + 1e-6:
+            best, signals = score[t, e, pair], (*of_pairs[pair], *ANGLES)
+            own = (first[pair], second[pair], p, elevations[e], travels[t])
+            chosen = dict(zip(signals, map(int, own), strict=True))
     return chosen
 
 
@@ -199,19 +197,6 @@ def _derivatives(value: Array, rate: Array) -> set[int]:
         slope = both / of_rates[:, None]
     alike = (correlation > _ALIKE) & (np.abs(slope - 1.0) < 1.0 - _ALIKE + 0.15)
     return set(np.flatnonzero(alike.any(axis=0)).tolist())
-
-
-def _pairs(free: Sequence[int], known: Mapping[str, int]) -> list[tuple[tuple[str, ...], tuple[int, int]]]:
-    """Candidates of the voltages: which two signals, and their columns."""
-    named = [kind for kind in (VOLTAGES, COMBINED) if any(signal in known for signal in kind)]
-    found = list[tuple[tuple[str, ...], tuple[int, int]]]()
-    for kind in named or (VOLTAGES, COMBINED):
-        options = [[known[signal]] if signal in known else free for signal in kind]
-        choices = [(i, j) for i in options[0] for j in options[1] if i != j]
-        if kind == VOLTAGES and not named:  # the sign of the gain will tell the two apart
-            choices = [(i, j) for i, j in choices if i < j]
-        found += [(kind, choice) for choice in choices]
-    return found
 
 
 def suspicions(log: Log) -> tuple[str, ...]:
