@@ -1,6 +1,7 @@
 """The catalogue of effects and the vocabulary of its laws, put into a page where it says ``<!-- effects -->``."""
 
 from collections.abc import Iterator
+from itertools import groupby
 from typing import Any
 
 from heli_plant.effects import CATALOGUE
@@ -22,13 +23,16 @@ def _cell(text: str) -> str:
 
 
 def effects() -> Iterator[str]:
-    """One row per effect and axis."""
-    yield "| effect | axis | law | unit of c | range of c | shapes | family | source | to see it |"
-    yield "|---|---|---|---|---|---|---|---|---|"
-    for e in CATALOGUE:
-        shapes = ", ".join(f"`{shape.name}` {shape.symbol} [{shape.unit}]" for shape in e.shapes)
-        cells = (f"`{e.name}`", e.axis, f"`{e.law}`", e.unit, f"{e.lower:g} to {e.upper:g}", shapes)
-        yield f"| {' | '.join(map(_cell, (*cells, e.family, e.source, e.experiment)))} |"
+    """One row per effect, or per axis where each has a law of its own."""
+    yield "| effect | axis | law | range of c | what it is, source, how to see it |"
+    yield "|---|---|---|---|---|"
+    for _, group in groupby(CATALOGUE, lambda e: (e.name, e.law)):
+        e, *others = group
+        shapes = "".join(f"<br>`{shape.name}` {shape.symbol} [{shape.unit}]" for shape in e.shapes)
+        bounds = f"{e.lower:g} to {e.upper:g} {e.unit if e.unit != '1' else ''}".strip()
+        about = f"{e.family}; {e.source}. {e.experiment}"
+        axes = ", ".join(own.axis for own in (e, *others))
+        yield f"| {' | '.join(map(_cell, (f'`{e.name}`', axes, f'`{e.law}`{shapes}', bounds, about)))} |"
 
 
 def vocabulary() -> Iterator[str]:
