@@ -49,17 +49,6 @@ def test_merging_blocks_loses_nothing_and_the_window_is_an_exponential_mean(samp
     assert m.window[0] == pytest.approx((1.0 - kept) * kept ** np.arange(samples - 1, -1, -1) @ z[:, 0] ** 2)
 
 
-def test_the_blocks_span_five_forgetting_times_and_are_weighted_by_the_age_of_their_middle():
-    m = gathered(np.ones((8_000, 2)), 0.05)
-    # At least 5 / alpha = 100 s; lengths double, so that it can be twice that, of the 1600 s seen.
-    assert 100.0 <= len(m.blocks) * m.length * INTERVAL < 200.0 + m.length * INTERVAL
-    weights, blocks = weighted_blocks(gathered(np.ones((78, 1)), 0.02), 0.02, INTERVAL)
-    # 15 blocks of 5 samples and an unfinished one of 3; oldest first.
-    ages = [0.2 * (3 + 5 * k + 2.5) for k in reversed(range(15))] + [0.2 * 1.5]
-    assert [block[0] for block in blocks] == [5.0] * 15 + [3.0]
-    np.testing.assert_allclose(weights, np.exp(-0.02 * np.array(ages)))
-
-
 def fit(phi, y, alpha):
     """Weighted least squares and Gamma of (7) for samples every INTERVAL."""
     weights = np.exp(-alpha * INTERVAL * np.arange(len(y))[::-1]) * INTERVAL

@@ -13,7 +13,7 @@ from scipy.signal import correlate
 from heli_identifier.online import Estimate
 from heli_identifier.results.report import autocorrelation, ranked_experiments, report_page
 from heli_identifier.results.svg import Axes, figure, thinned, ticks
-from heli_identifier.results.tables import Table, effect_table, error_table, gain_table
+from heli_identifier.results.tables import effect_table, error_table, gain_table
 from heli_identifier.results.words import (
     held_out_sentence,
     law_text,
@@ -23,7 +23,7 @@ from heli_identifier.results.words import (
     verdict_line,
     with_interval,
 )
-from heli_identifier.tracing import AxisError, Determination, ErrorFigure, LogFault, Use
+from heli_identifier.tracing import AxisError, Determination, ErrorFigure, LogFault
 from tests.diagnosis_example import adequate, example, made_log
 
 LARGEST = 1_000_000
@@ -143,12 +143,6 @@ def test_each_held_out_log_has_its_residuals_and_the_first_one_the_overlay(text)
     assert two.count(count) == text.count(count) + 6
 
 
-def test_an_axis_that_is_of_no_use_is_called_so():
-    whole = example()
-    axes = {**whole.axes, "travel": replace(whole.axes["travel"], use=Use.NOTHING)}
-    assert '<div class="card nothing">' in report_page(replace(whole, axes=axes), "rig")
-
-
 def test_a_noise_floor_that_could_not_be_computed_is_a_dash():
     whole = example()
     nothing = ErrorFigure(0.0, 0.0, 0.0)
@@ -180,11 +174,6 @@ def test_a_gain_that_references_contradict_or_that_was_given_is_said_to_be():
     assert [row[3] for row in rows] == ["contradicted", "determined from outside", "not determined"]
     others = {name: report for name, report in whole.parameters.items() if name != "k_z"}
     assert gain_table(replace(whole, parameters=others)).rows[1][3] == "given"
-
-
-def test_a_column_of_figures_stands_at_the_right():
-    rows = [("1/s", "−0.1 ± 0.2 rad", "12 %", "a"), ("", "–", ".5", "2")]
-    assert Table("", ("unit", "value", "share", "mixed"), rows).figures == [False, True, True, False]
 
 
 finite = st.floats(-1e5, 1e5).map(lambda x: round(x, 4))
