@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -63,6 +64,14 @@ def test_a_block_of_commands_is_run_or_says_why_not(name):
             pytest.fail(f"line {block.line}: a block of {block.language} is never run; call it bash")
         if block.language in SHELL:
             assert typed(block) or block.reason, f"line {block.line}: nothing in this block is run"
+
+
+NAMED = re.compile(r"`((?:heli_plant|heli_identifier|fmu_src|tests|benchmarks|docs)/[\w/.]+)`(?! of commit)")
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_file_of_the_project_that_a_page_names_exists(name):
+    assert [path for path in NAMED.findall(PAGES[name]) if not (ROOT / path).exists()] == []
 
 
 NOTEBOOKS = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in DOCS.glob("notebooks/*.ipynb")}
