@@ -1,6 +1,6 @@
 """The commands, put together."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -20,74 +20,59 @@ app = typer.Typer(
     epilog="[bold]Try it[/]: heli demo",
 )
 
-_COMMANDS: tuple[tuple[Any, str], ...] = (
-    (
-        diagnose,
-        "heli diagnose run1.csv run2.csv --validate run3.csv --output result\n\n"
-        "heli diagnose run.csv --from 6 --to 90 --config heli.toml --output result",
-    ),
-    (look, "heli look run1.csv run2.csv\n\nheli look run.csv --from 6 --config heli.toml --json"),
-    (
-        identify,
-        "heli identify run1.csv run2.csv --output history\n\nheli identify run.csv --filter-frequency 2 -o history",
-    ),
-    (
-        check,
-        "heli check tonight.csv --parameters result/parameters.json\n\n"
-        "heli check tonight.csv --parameters result/parameters.json --junit check.xml",
-    ),
-    (compare, "heli compare result-may result-june\n\nheli compare result-may result-june --log tonight.csv"),
-    (
-        campaign,
-        "heli campaign rigs --output campaign\n\n"
-        "heli campaign rigs --scheduler tcp://lab:8786\n\n"
-        "heli campaign --generator my_rigs:make --rigs 200 --workers 4",
-    ),
-    (
-        fleet,
-        "heli fleet rig-1 rig-2 rig-3 --output fleet\n\nheli fleet rigs/* --from 6 --output fleet",
-    ),
-    (
-        design,
-        "heli design --separate motor_lag input_delay --parameters result/parameters.json\n\n"
-        "heli design --show reverse_thrust_loss --output experiment.csv",
-    ),
-    (
-        follow,
-        "heli follow run.csv --parameters result/parameters.json --speed 0 --output flight\n\n"
-        "heli follow --listen 127.0.0.1:25000 --parameters result/parameters.json --output flight --serve",
-    ),
-    (
-        stream,
-        "heli stream run.csv --to 127.0.0.1:25000\n\n"
-        "heli stream run.csv --to 192.168.7.2:25000 --speed 4 --layout json",
-    ),
-    (effects, "heli effects\n\nheli effects --axis pitch --json"),
-    (build, "heli build\n\nheli build HelicopterPlant --parameters result/parameters.json --output build"),
-    (
-        simulate,
-        "heli simulate closed_loop --duration 40 --set controller.reference.step_pitch=0.1 "
-        "--set exciter.excitation.experiment=0 --plot step.svg\n\n"
-        "heli simulate open_loop --set plant.effects.dry_friction.pitch=0.02 --output run.csv\n\n"
-        "heli simulate measured_data --log run.csv --parameters result/parameters.json",
-    ),
-    (
-        linearise,
-        "heli linearise result/parameters.json\n\nheli linearise result/parameters.json --elevation 0.1 -o control",
-    ),
-    (
-        design_controller,
-        "heli design-controller result/parameters.json\n\n"
-        "heli design-controller result/parameters.json --kind lqi --axis travel --elevation 0.1 --init init_heli.m",
-    ),
-    (ssp, "heli ssp closed_loop --output closed_loop.ssp\n\nheli ssp open_loop --parameters result/parameters.json"),
-    (init, "heli init run1.mat\n\nheli init\n\nheli init rigs/north-lab.toml"),
-    (demo, "heli demo\n\nheli demo --output somewhere"),
-)
-"""Commands in the order of the help, each with examples."""
+_COMMANDS = (
+    diagnose, look, identify, check, compare, campaign, fleet, design, follow, stream,
+    effects, build, simulate, linearise, design_controller, ssp, init, demo,
+)  # fmt: skip
+"""Commands in the order of the help."""
 
-for _function, _examples in _COMMANDS:
-    app.command(cls=Spreading, epilog=f"[bold]Examples[/]\n\n{_examples}")(guarded(_function))
+_EXAMPLES = """
+heli diagnose run1.csv run2.csv --validate run3.csv --output result
+heli diagnose run.csv --from 6 --to 90 --config heli.toml --output result
+heli look run1.csv run2.csv
+heli look run.csv --from 6 --config heli.toml --json
+heli identify run1.csv run2.csv --output history
+heli identify run.csv --filter-frequency 2 -o history
+heli check tonight.csv --parameters result/parameters.json
+heli check tonight.csv --parameters result/parameters.json --junit check.xml
+heli compare result-may result-june
+heli compare result-may result-june --log tonight.csv
+heli campaign rigs --output campaign
+heli campaign rigs --scheduler tcp://lab:8786
+heli campaign --generator my_rigs:make --rigs 200 --workers 4
+heli fleet rig-1 rig-2 rig-3 --output fleet
+heli fleet rigs/* --from 6 --output fleet
+heli design --separate motor_lag input_delay --parameters result/parameters.json
+heli design --show reverse_thrust_loss --output experiment.csv
+heli follow run.csv --parameters result/parameters.json --speed 0 --output flight
+heli follow --listen 127.0.0.1:25000 --parameters result/parameters.json --output flight --serve
+heli stream run.csv --to 127.0.0.1:25000
+heli stream run.csv --to 192.168.7.2:25000 --speed 4 --layout json
+heli effects
+heli effects --axis pitch --json
+heli build
+heli build HelicopterPlant --parameters result/parameters.json --output build
+heli simulate closed_loop --duration 40 --set controller.reference.step_pitch=0.1 \
+--set exciter.excitation.experiment=0 --plot step.svg
+heli simulate open_loop --set plant.effects.dry_friction.pitch=0.02 --output run.csv
+heli simulate measured_data --log run.csv --parameters result/parameters.json
+heli linearise result/parameters.json
+heli linearise result/parameters.json --elevation 0.1 -o control
+heli design-controller result/parameters.json
+heli design-controller result/parameters.json --kind lqi --axis travel --elevation 0.1 --init init_heli.m
+heli ssp closed_loop --output closed_loop.ssp
+heli ssp open_loop --parameters result/parameters.json
+heli init run1.mat
+heli init
+heli init rigs/north-lab.toml
+heli demo
+heli demo --output somewhere
+"""
+
+for _command in _COMMANDS:
+    _name = _command.__name__.replace("_", "-")
+    _own = [_line for _line in _EXAMPLES.splitlines() if f"{_line} ".startswith(f"heli {_name} ")]
+    app.command(cls=Spreading, epilog="\n\n".join(["[bold]Examples[/]", *_own]))(guarded(_command))
 
 
 def _version(wanted: bool) -> None:

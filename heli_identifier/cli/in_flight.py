@@ -4,9 +4,8 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -288,22 +287,16 @@ class Adviser:
         self.sentence = ""
 
     def ask(self, plant: "PlantParameters", errors: Mapping[str, float], elevation: float) -> None:
-        """Have the controller judged around a plant; what was asked before and is not begun is dropped."""
-        from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+        """Have the controller judged around a plant; what was asked before is dropped."""
+        from concurrent.futures import ProcessPoolExecutor
         from multiprocessing import get_context
 
-        if self.asked is not None:
-            self.asked.cancel()
-        order = partial(tools.control_advice, plant, dict(errors), 0.0, elevation, self.settings)
+        self.close()
         with unheard(signal.SIGINT):  # Ctrl-C is for the command
-            if self.pool is not None:
-                with suppress(BrokenExecutor):  # its process has ended: another one is started
-                    self.asked = self.pool.submit(order)
-                    return
             self.pool = ProcessPoolExecutor(
                 1, mp_context=get_context("spawn"), initializer=end_with_parent, initargs=(os.getpid(),)
             )
-            self.asked = self.pool.submit(order)
+            self.asked = self.pool.submit(tools.control_advice, plant, dict(errors), 0.0, elevation, self.settings)
 
     def look(self, wait: bool = False) -> str:
         """Return what is to be said about the controller now, after a wait for it if asked for; write what is new."""
