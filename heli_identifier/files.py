@@ -1,11 +1,11 @@
 """Files that are written whole or not at all, files that may be anything, and drafts.
 
 A regular file is replaced by a rename, so that a reader finds the old content or the new one, never a part. A link is
-followed. What is no regular file (a device, a pipe, standard output) cannot be replaced without destroying it: it is
+followed. What is no regular file (a device, a pipe) cannot be replaced without destroying it: it is
 written through.
 
-A draft exists only while its block runs. SIGKILL and a loss of power leave one. So its name has machine and number of
-the process that made it, and whoever makes the next draft in the same folder removes those of processes that ended.
+A draft exists only while its block runs. SIGKILL and a loss of power leave one. Whoever makes the next draft in the
+same folder removes those to which nothing was added for a week.
 """
 
 import errno
@@ -19,12 +19,15 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path
+from time import time
 
-from heli_identifier.platform import NO_WAIT, machine, process_runs
+from heli_identifier.platform import NO_WAIT
 from heli_identifier.signals import undone
 
 PREFIX = ".heli-draft-"
 """Beginning of the name of every draft."""
+
+_ABANDONED = 7 * 86400.0  # age of a draft from which no process works in it [s]
 
 _kept: ContextVar[tuple[Path, ...]] = ContextVar("_kept", default=())
 
@@ -73,7 +76,7 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
         present = None
         with suppress(FileNotFoundError, NotADirectoryError):
             present = target.stat()  # what stands at the end of all links; a link to itself is an error
-        if present is None or (stat.S_ISREG(present.st_mode) and not _is_standard_output(present)):
+        if present is None or stat.S_ISREG(present.st_mode):
             _replace(Path(os.path.realpath(target)), present, data)
         else:
             _write_through(target, present, data)
@@ -123,7 +126,7 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
     # the place of temporary files is looked for by writing one, and in vain where the disk is full
     parent = Path(tempfile.gettempdir() if folder is None else folder)
     sweep(parent)
-    path = parent / f"{PREFIX}{machine()}-{os.getpid()}-{secrets.token_hex(8)}"
+    path = parent / f"{PREFIX}{secrets.token_hex(8)}"
     with undone(lambda: shutil.rmtree(path, ignore_errors=True)):
         try:
             path.mkdir(0o700)
@@ -133,38 +136,22 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
 
 
 def sweep(folder: Path) -> None:
-    """Remove the drafts in ``folder`` that processes of this machine have left behind."""
-    beginning = f"{PREFIX}{machine()}-"
-    try:
-        with os.scandir(folder) as entries:
-            drafts = [entry.name for entry in entries if entry.name.startswith(beginning)]
-    except OSError:  # it does not exist or cannot be listed; whoever writes there will say so
-        return
-    for name in drafts:
-        process = name.removeprefix(beginning).partition("-")[0]
-        if process.isdecimal() and not process_runs(int(process)):
-            shutil.rmtree(folder / name, ignore_errors=True)  # it may be somebody else's, or gone meanwhile
-
-
-def _is_standard_output(present: os.stat_result) -> bool:
-    """Whether a file is the one that standard output goes to, as ``/dev/stdout`` is even where that is a file."""
-    try:
-        return os.path.samestat(present, os.fstat(1))
-    except OSError:  # standard output is closed
-        return False
+    """Remove the drafts in ``folder`` that ended processes have left behind."""
+    with suppress(OSError):  # it does not exist or cannot be listed; whoever writes there will say so
+        for draft in folder.glob(f"{PREFIX}*"):
+            with suppress(FileNotFoundError):  # its process ends at this moment
+                if time() - draft.stat().st_mtime > _ABANDONED:
+                    shutil.rmtree(draft, ignore_errors=True)  # it may be somebody else's
 
 
 def _write_through(target: Path, present: os.stat_result, data: bytes) -> None:
     """Write to what cannot be replaced."""
     if stat.S_ISDIR(present.st_mode):
         raise IsADirectoryError(errno.EISDIR, "it is a folder, a file is needed", str(target))
-    if _is_standard_output(present):
-        descriptor = os.dup(1)
-    else:
-        # Without NO_WAIT a pipe that nobody reads would be waited for without end.
-        descriptor = os.open(target, os.O_WRONLY | NO_WAIT)
-        if NO_WAIT:
-            os.set_blocking(descriptor, True)
+    # Without NO_WAIT a pipe that nobody reads would be waited for without end.
+    descriptor = os.open(target, os.O_WRONLY | NO_WAIT)
+    if NO_WAIT:
+        os.set_blocking(descriptor, True)
     with open(descriptor, "wb") as file:
         file.write(data)
 

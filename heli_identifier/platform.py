@@ -9,11 +9,9 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from platform import node
 from threading import Thread
 from time import sleep
 from typing import TYPE_CHECKING, Any
-from zlib import crc32
 
 if TYPE_CHECKING:
     from subprocess import Popen
@@ -77,54 +75,20 @@ def end_with_parent(parent: int) -> None:
         Thread(target=_wait_for_end, args=(parent,), daemon=True).start()
 
 
-def process_runs(number: int) -> bool:
-    """Whether this machine runs a process of this number."""
-    if sys.platform == "win32":
-        return _waited(number, 0)
-    try:
-        os.kill(number, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:  # somebody else's
-        pass
-    return True
-
-
-def machine() -> str:
-    """Name where the numbers of processes hold: the machine, or a container with numbers of its own."""
-    space = 0
-    with suppress(OSError):
-        space = os.stat("/proc/self/ns/pid").st_ino
-    return f"{crc32(f'{node()} {space}'.encode()):08x}"
-
-
 def _wait_for_end(parent: int) -> None:
     """Wait for the end of the parent, then end this process."""
     if sys.platform == "win32":
-        _waited(parent, 0xFFFFFFFF)
+        import ctypes
+
+        kernel = ctypes.WinDLL("kernel32")
+        kernel.OpenProcess.restype = ctypes.c_void_p
+        kernel.WaitForSingleObject.argtypes = (ctypes.c_void_p, ctypes.c_uint32)
+        if process := kernel.OpenProcess(0x00100000, False, parent):  # SYNCHRONIZE
+            kernel.WaitForSingleObject(process, 0xFFFFFFFF)
     else:
         while os.getppid() == parent:
             sleep(0.5)
     os._exit(0)
-
-
-def _waited(number: int, milliseconds: int) -> bool:
-    """Wait for the end of a process on Windows; whether it still runs then."""
-    if sys.platform != "win32":
-        raise NotImplementedError
-    import ctypes
-
-    kernel = ctypes.WinDLL("kernel32", use_last_error=True)
-    kernel.OpenProcess.restype = ctypes.c_void_p
-    kernel.WaitForSingleObject.argtypes = (ctypes.c_void_p, ctypes.c_uint32)
-    kernel.CloseHandle.argtypes = (ctypes.c_void_p,)
-    process = kernel.OpenProcess(0x00100000, False, number)  # SYNCHRONIZE
-    if not process:
-        return ctypes.get_last_error() == 5  # access is denied: somebody else's
-    try:
-        return bool(kernel.WaitForSingleObject(process, milliseconds))
-    finally:
-        kernel.CloseHandle(process)
 
 
 # --- bounds ----------------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -74,7 +74,7 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
         raise LogError(f"{path} cannot be read: {error.strerror or error}{advice}.") from error
     digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
     if name.endswith(".gz"):
-        data, name = b"".join(_unpacked(data, path, format.largest_file)), name.removesuffix(".gz")
+        data, name = _unpacked(data, path, format.largest_file), name.removesuffix(".gz")
     reader = _READERS.get(Path(name).suffix)
     if reader is None:
         return read_text(data, str(path), format), digest
@@ -88,17 +88,15 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
         return apart(_read, (reader, copy, str(path), format), size, str(path)), digest
 
 
-def _unpacked(data: bytes, path: Path, largest: float) -> Iterator[bytes]:
-    """Give the content of a gzip file, as long as that is safe."""
-    size = 0
+def _unpacked(data: bytes, path: Path, largest: float) -> bytes:
+    """Give the content of a gzip file of at most ``largest`` MB."""
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-            while piece := file.read(1 << 20):
-                size += len(piece)
-                check_size(size, len(data))
-                if size > 1e6 * largest:
-                    raise ArchiveError(f"it holds more than {largest:g} MB unpacked")
-                yield piece
+            content = file.read(round(1e6 * largest) + 1)
+        if len(content) > 1e6 * largest:
+            raise ArchiveError(f"it holds more than {largest:g} MB unpacked")
+        check_size(len(content), len(data))
+        return content
     except ArchiveError as error:
         raise LogError(f"{path} is not unpacked: {error}.") from error
     except (OSError, EOFError, zlib.error) as error:

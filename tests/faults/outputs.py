@@ -65,6 +65,8 @@ BEGUN = (
 GONE = "for _ in {1..600}; do %s >/dev/null || break; sleep .1; done"
 END = f"code=$?; {GONE % MASTERS}; echo exit $code, $({MASTERS} | wc -l) running"
 
+OLD = "find . $TMPDIR -name '.heli-draft-*' -exec touch -d '8 days ago' {} +"
+
 
 def ended(name, code):
     return Fault(
@@ -81,7 +83,7 @@ SIGNALS = (
     ended("TERM", 143),
     ended("HUP", 129),
     ended("INT", 130),
-    Fault("SIGKILL in the middle of a simulation: what the next run finds", nothing, f"{LONG}; {WAIT}; kill -KILL $p; wait $p 2>/dev/null; {END}; {SIMULATE} >/dev/null; echo $({MASTERS} | wc -l) running, $(ls -A $TMPDIR | wc -l) left", "0 running, 0 left", 0, shell=True),
+    Fault("SIGKILL in the middle of a simulation: what a run finds a week later", nothing, f"{LONG}; {WAIT}; kill -KILL $p; wait $p 2>/dev/null; {END}; {OLD}; {SIMULATE} >/dev/null; echo $({MASTERS} | wc -l) running, $(ls -A $TMPDIR | wc -l) left", "0 running, 0 left", 0, shell=True),
     *(
         Fault(
             f"SIG{name} in the middle of the demonstration",
@@ -89,7 +91,7 @@ SIGNALS = (
             # its workers run in its middle; where there is one core only there are none to wait for
             f"set -m; heli demo -o out >/dev/null 2>&1 & p=$!; "
             f"while [ $(nproc) -gt 1 ] && kill -0 $p; do {WORKERS} >/dev/null && break; sleep .05; done; sleep 1; "
-            f"kill -{name} $p; wait $p 2>/dev/null; code=$?; {GONE % WORKERS}; {'heli build Exciter -o out/demo/rig-a >/dev/null; ' if name == 'KILL' else ''}"
+            f"kill -{name} $p; wait $p 2>/dev/null; code=$?; {GONE % WORKERS}; {f'{OLD}; heli build Exciter -o out/demo/rig-a >/dev/null; ' if name == 'KILL' else ''}"
             f"echo exit $code, $({WORKERS} | wc -l) running, "
             "$(find . -name '.heli-draft*' | wc -l) left; rm -rf out",
             f"exit {code}, 0 running, 0 left",
