@@ -1,12 +1,9 @@
 """What heli.toml gives of the model is kept by every fit, whatever the logs say; without it, it is estimated."""
 
-import json
 import math
 
 import pytest
-from typer.testing import CliRunner
 
-from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import RigConfiguration, demo_logs, read_log
@@ -99,21 +96,6 @@ def test_a_campaign_keeps_the_rest_pitch_of_each_rig(logs):
     rig = Rig((logs[0],), (logs[1],), configuration=RigConfiguration(rest_pitch=WRONG))
     row = diagnosed(Given(rig), DiagnosisSettings())
     assert (row["theta0"], row["theta0_se"]) == (WRONG, None)
-
-
-@pytest.mark.slow
-def test_the_command_passes_the_rest_pitch_of_the_configuration(tmp_path):
-    config = tmp_path / "heli.toml"
-    config.write_text(f"[rig]\nrest_pitch = {WRONG!r}\n[log]\nend = 60.0\n")
-    output = tmp_path / "result"
-    words = ["diagnose", str(TRAINING[0]), "--validate", str(HELD_OUT[0]), "--config", str(config)]
-    said = CliRunner().invoke(app, [*words, "--output", str(output)])
-    assert said.exit_code == 0, said.stderr
-    document = json.loads((output / "diagnosis.json").read_text(encoding="utf-8"))
-    for stage in ("before", "after"):
-        theta0 = document[f"parameters_{stage}"]["theta0"]
-        assert (theta0["value"], theta0["standard_error"]) == (WRONG, None)
-    assert json.loads((output / "parameters.json").read_text())["values"]["pitch.rest_angle"]["value"] == WRONG
 
 
 def test_an_effect_far_from_what_the_configuration_expects_of_it_is_named(logs):

@@ -34,13 +34,14 @@ def flown(kind, seed, logs=6, touched=None):
 @pytest.mark.parametrize("seed", [11, 12])
 def test_a_touch_in_open_loop_is_found_at_its_start_and_on_its_axis_and_nothing_else_is(seed):
     logs, touches = flown("open_touched", seed)
-    events = find_events(logs, VOLTAGE_LIMIT)
+    events = find_events([replace(log, start=6.0) for log in logs], VOLTAGE_LIMIT)
     assert [(event.log, event.axis) for event in events] == [
         (log.name, touch.axis) for log, own in zip(logs, touches, strict=True) for touch in own
     ]
     for event, (touch,) in zip(events, touches, strict=True):
         assert event.start == pytest.approx(touch.start, abs=WITHIN)
         assert event.end == pytest.approx(touch.end, abs=WITHIN)
+        assert event.start_in_file == pytest.approx(6.0 + event.start)
 
 
 def test_touches_in_closed_loop_are_told_from_the_answer_of_the_controller():
@@ -81,13 +82,6 @@ def test_a_stop_that_turns_a_rate_round_is_no_slip():
     angles[:, 2] = np.abs(angles[:, 2] - angles[4321, 2])  # the travel is thrown back there
     events = find_events((logs[0], replace(logs[1], angles=angles), *logs[2:]), VOLTAGE_LIMIT)
     assert {event.kind for event in events} <= {"force"}
-
-
-def test_the_time_of_an_event_is_that_of_the_file():
-    logs, touches = flown("open_touched", 11)
-    late = tuple(replace(log, start=6.0) for log in logs)
-    for event, (touch,) in zip(find_events(late, VOLTAGE_LIMIT), touches, strict=True):
-        assert event.start_in_file == pytest.approx(6.0 + touch.start, abs=WITHIN)
 
 
 def event_at(log, start, end):

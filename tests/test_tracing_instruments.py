@@ -41,11 +41,11 @@ def flights(asked=0.5, seed=0):
     return y, u, r
 
 
-def estimate(seed, logs=LOGS, asked=0.5, **options):
+def estimate(seed, logs=LOGS, asked=0.5, terms=TERMS, known=None, references=None, keep=None):
     y, v, r = (a[seed, :logs] for a in flights(asked))
     signals = [np.column_stack([a, b]) for a, b in zip(y, v, strict=True)]
-    axis = Regression("pitch", list(y), options.pop("terms", TERMS), options.pop("known", None))
-    return instruments([axis], signals, [a[:, None] for a in r], [RATE] * logs, **options)
+    outside = [a[:, None] for a in r] if references is None else references
+    return instruments([Regression("pitch", list(y), terms, known)], signals, outside, [RATE] * logs, keep)
 
 
 @cache
@@ -105,10 +105,7 @@ def test_shares_tell_how_much_came_from_outside():
 
 
 def test_nothing_from_outside_is_said():
-    y, v, r = (a[0] for a in flights())
-    signals = [np.column_stack([a, b]) for a, b in zip(y, v, strict=True)]
-    axis = Regression("pitch", list(y), TERMS)
-    found = instruments([axis], signals, [np.zeros((r.shape[1], 0))] * LOGS, [RATE] * LOGS)
+    found = estimate(0, references=[np.zeros((SECONDS * round(RATE), 0))] * LOGS)
     assert np.isinf(found.axes[0].half_widths).all()
     assert np.isnan(found.axes[0].values).all()
     assert found.judge_parameters("pitch", TRUTH).p_value == 1.0
@@ -149,19 +146,14 @@ def test_a_prior_narrows_what_nothing_moved_and_leaves_the_rest():
 
 
 def test_known_accelerations_are_taken_off():
-    y, _, _ = (a[0] for a in flights())
-    spring = [-0.25 * a for a in y]
-    shifted = estimate(0, known=spring).axes[0]
+    shifted = estimate(0, known=[-0.25 * y for y in flights()[0][0]]).axes[0]
     assert shifted.values[1] == pytest.approx(repeated()[0].axes[0].values[1] - 0.25, abs=1e-3)
 
 
 def test_samples_left_out_do_not_count():
-    y, v, r = (a[0].copy() for a in flights())
-    keep = [np.ones(y.shape[1], bool) for _ in range(LOGS)]
-    keep[1][800:1000] = False
-    axis = [Regression("pitch", list(y), TERMS)]
-    signals = [np.column_stack([a, b]) for a, b in zip(y, v, strict=True)]
-    found = instruments(axis, signals, [a[:, None] for a in r], [RATE] * LOGS, keep).axes[0]
+    keep = np.ones((LOGS, SECONDS * round(RATE)), dtype=bool)
+    keep[1, 800:1000] = False
+    found = estimate(0, keep=list(keep)).axes[0]
     assert np.all(found.blocks[1][400:500] == -1)
     assert abs(found.values[2] - TRUTH[2]) < 1.5 * found.half_widths[2]
 

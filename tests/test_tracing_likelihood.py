@@ -125,7 +125,7 @@ def test_a_resting_axis_counts_nowhere(clean):
 def test_a_passage_that_is_left_out_counts_nowhere_until_the_filter_has_settled(clean):
     log = clean[0][0]
     rig = helicopter(DiagnosisSettings(), [log.angles], [log.voltages])
-    record = record_of(log, rig, [(10.0, 12.0)])
+    record = record_of(log, rig, {log.name: [(10.0, 12.0)]})
     inside = (record.time >= 10.0) & (record.time <= 14.0)
     assert record.weights[inside].sum() == 0.0 and record.weights[~inside].any()
 

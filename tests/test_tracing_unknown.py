@@ -1,5 +1,7 @@
 """Torques that no catalogue names: found on the right axis, by the right variable, and drawn as they are."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -29,32 +31,22 @@ def detent(pitch):
     return -DEPTH * x * np.exp(0.5 - 0.5 * x * x)
 
 
-def searched(law):
-    logs = [noisy(TABLE_2, drive(SECONDS, seed), seed, law, name=f"log {seed}") for seed in (1, 2)]
+LAWS = {
+    "clean": None,
+    "notched": lambda k, state: (detent(state.pitch), 0.0, 0.0),
+    "humming": lambda k, state: (0.0, AMPLITUDE * np.sin(2.0 * np.pi * FREQUENCY * H * k + 1.0), 0.0),
+    "sloping": lambda k, state: (0.0, 0.0, SWING * np.sin(WAVES * state.travel + PHASE)),
+}
+
+
+@cache
+def searched(name):
+    """What the catalogue says of a rig, the selection beside unknown torques, and these."""
+    logs = [noisy(TABLE_2, drive(SECONDS, seed), seed, LAWS[name], name=f"log {seed}") for seed in (1, 2)]
     rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
     null = fit(Likelihood(rig, records_of(logs, rig, {})), rig.base)
     before = select(null, rig.candidates)
     return before, *search_unknown(before, rig.candidates)
-
-
-@pytest.fixture(scope="module")
-def in_clean():
-    return searched(None)
-
-
-@pytest.fixture(scope="module")
-def in_notched():
-    return searched(lambda k, state: (detent(state.pitch), 0.0, 0.0))
-
-
-@pytest.fixture(scope="module")
-def in_humming():
-    return searched(lambda k, state: (0.0, AMPLITUDE * np.sin(2.0 * np.pi * FREQUENCY * H * k + 1.0), 0.0))
-
-
-@pytest.fixture(scope="module")
-def in_sloping():
-    return searched(lambda k, state: (0.0, 0.0, SWING * np.sin(WAVES * state.travel + PHASE)))
 
 
 def without_line(x, y):
@@ -62,15 +54,15 @@ def without_line(x, y):
     return y - np.polyval(np.polyfit(x, y, 1), x)
 
 
-def test_a_clean_rig_has_no_unknown_torque_and_none_is_tried(in_clean):
-    before, after, found = in_clean
+def test_a_clean_rig_has_no_unknown_torque_and_none_is_tried():
+    before, after, found = searched("clean")
     assert found == ()
     assert after is before
     assert scan(before.fit)[0].score < UNKNOWN_TRIED
 
 
-def test_a_notch_is_found_where_it_lies_and_named_by_its_variable(in_notched):
-    _, _, found = in_notched
+def test_a_notch_is_found_where_it_lies_and_named_by_its_variable():
+    _, _, found = searched("notched")
     assert [(f.axis, f.shape.variable, f.verdict) for f in found] == [("pitch", "pitch", Verdict.UNKNOWN)]
     words = found[0].shape.description
     assert "a notch near" in words
@@ -78,8 +70,8 @@ def test_a_notch_is_found_where_it_lies_and_named_by_its_variable(in_notched):
     assert float(words.split("near ")[1].split(" rad")[0]) == pytest.approx(CENTRE, abs=WIDTH)
 
 
-def test_the_drawn_notch_is_the_true_one_within_its_band(in_notched):
-    shape = in_notched[2][0].shape
+def test_the_drawn_notch_is_the_true_one_within_its_band():
+    shape = searched("notched")[2][0].shape
     x, low, high = shape.band.T
     often = high - low < 0.5 * DEPTH
     assert often.mean() > 0.3
@@ -88,24 +80,20 @@ def test_the_drawn_notch_is_the_true_one_within_its_band(in_notched):
     assert (np.abs(error) < 0.5 * (high - low)[often] + 0.1 * DEPTH).mean() > 0.9
 
 
-def test_the_plant_has_the_curve_as_its_table(in_notched):
-    _, after, found = in_notched
+def test_the_plant_has_the_curve_as_its_table():
+    _, after, found = searched("notched")
     p, x = after.fit.parameters, found[0].shape.curve[:, 0]
     torques = tuple(getattr(p, f"table_torque_{k}_pitch") for k in range(1, KNOTS + 1))
     of_plant = [tabulated_torque(float(v), p.table_first_pitch, p.table_spacing_pitch, torques) for v in x]
     # the drawing takes the table's weights from the nearest fiftieth of a spacing: 2 % of a step between two torques
     step = np.abs(np.diff(torques)).max()
     assert p.table_variable_pitch == 1.0
-    assert np.abs(without_line(x, np.array(of_plant)) - without_line(x, shape_of(found)[:, 1])).max() < 0.02 * step
+    assert np.abs(without_line(x, np.array(of_plant)) - without_line(x, found[0].shape.curve[:, 1])).max() < 0.02 * step
     assert found[0].in_plant
 
 
-def shape_of(found):
-    return found[0].shape.curve
-
-
-def test_a_periodic_torque_is_found_at_its_frequency_with_its_amplitude(in_humming):
-    _, after, found = in_humming
+def test_a_periodic_torque_is_found_at_its_frequency_with_its_amplitude():
+    _, after, found = searched("humming")
     assert [(f.axis, f.shape.variable) for f in found] == [("elevation", "time")]
     shape = found[0].shape
     # a bin is 1/T; a line this strong is determined to a tenth of it
@@ -118,18 +106,18 @@ def test_a_periodic_torque_is_found_at_its_frequency_with_its_amplitude(in_hummi
     assert [len(rows) for rows in after.fit.point.harmonics] == [1, 1]
 
 
-def test_a_torque_by_the_travel_closes_after_a_turn_and_has_its_waves_counted(in_sloping):
-    _, after, found = in_sloping
+def test_a_torque_by_the_travel_closes_after_a_turn_and_has_its_waves_counted():
+    _, after, found = searched("sloping")
     assert [(f.axis, f.shape.variable) for f in found] == [("travel", "travel")]
     p = after.fit.parameters
     assert p.table_torque_1_travel == getattr(p, f"table_torque_{KNOTS}_travel")
-    if len(shape_of(found)) > 115:  # the logs went all the way round
+    if len(found[0].shape.curve) > 115:  # the logs went all the way round
         assert f"periodic with {WAVES} waves per turn" in found[0].shape.description
 
 
-@pytest.mark.parametrize("given", ["in_notched", "in_humming", "in_sloping"])
-def test_beside_an_unknown_torque_nothing_false_is_named_and_the_air_is_calm_again(given, request):
-    before, after, _ = request.getfixturevalue(given)
+@pytest.mark.parametrize("name", ["notched", "humming", "sloping"])
+def test_beside_an_unknown_torque_nothing_false_is_named_and_the_air_is_calm_again(name):
+    before, after, _ = searched(name)
     assert not [f.effect.field for f in after.findings if f.established]
     # the simulated air has .003 rad/s^2; before, it had to follow the torque
     assert after.fit.air()[0].max() < 0.006 < before.fit.air()[0].max()

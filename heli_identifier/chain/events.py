@@ -173,9 +173,15 @@ def _reduced(log: Log, limit: float) -> Log:
     return replace(log, rate_hz=log.rate_hz / factor, voltages=voltages, angles=angles, extra={}, references={})
 
 
-def _length(step: float) -> int:
+def local_cubic(values: Array, step: float, window: float, order: int = 0) -> Array:
+    """Give the derivative of ``order`` of a signal (N, ...) by local cubics over ``window`` [s]."""
+    length = min(_length(step, window), (len(values) - 1) // 2 * 2 + 1)
+    return np.asarray(savgol_filter(values, length, 3, order, step, axis=0))
+
+
+def _length(step: float, window: float = WINDOW) -> int:
     """Count the samples of a local cubic, an odd number."""
-    return max(int(WINDOW / step) | 1, 5)
+    return max(int(window / step) | 1, 5)
 
 
 def _grid(step: float) -> tuple[int, int]:
@@ -191,7 +197,7 @@ def _terms(record: Log) -> tuple[tuple[Array, Array, Array], ...]:
         voltages, angles, inner = np.zeros((length, 2)), np.zeros((length, 3)), slice(0)
 
     def smoothed(values: Array, order: int = 0) -> Array:
-        return np.asarray(savgol_filter(values, length, 3, order, h, axis=0))
+        return local_cubic(values, h, WINDOW, order)
 
     def lagged(values: Array, time_constant: float) -> Array:
         kept = float(np.exp(-h / time_constant))
@@ -271,7 +277,7 @@ def _slips(records: Sequence[Log]) -> list[list[list[tuple[float, float]]]]:
     excesses = [_beyond_neighbours(record) for record in records]
     noise = NOISE_FACTOR * np.quantile(np.concatenate([abs(e) for e in excesses]), NOISE_QUANTILE, axis=0)
     curvatures = [
-        abs(savgol_filter(r.angles, _length(r.step), 3, 2, r.step, axis=0)).max(axis=0)
+        abs(local_cubic(r.angles, r.step, WINDOW, 2)).max(axis=0)
         for r in records
         if r.samples > max(4 * _width(r), _length(r.step))
     ]

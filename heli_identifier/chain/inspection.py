@@ -63,24 +63,16 @@ controller's answer to the rates looks like."""
 
 @dataclass(frozen=True)
 class Defect:
-    """A defect of logs that cannot be undone.
-
-    Attributes
-    ----------
-    name, channel : str
-    words : str
-        What was seen and what to do, in a sentence.
-    imitates : tuple of str
-        Families of effects that it looks like: they are not testable on these logs.
-    ratio : float
-        Step of the encoder over that of the configuration [1].
-    """
+    """A defect of logs that cannot be undone."""
 
     name: str
     channel: str
     words: str
+    """What was seen and what to do, in a sentence."""
     imitates: tuple[str, ...] = ()
+    """Families of effects that it looks like: they are not testable on these logs."""
     ratio: float = 1.0
+    """Step of the encoder over that of the configuration [1]."""
 
 
 def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) -> tuple[Defect, ...]:

@@ -29,13 +29,13 @@ from .fit import Fit, covariance, fit
 from .held_out import compare
 from .helicopter import LAG_FIELD
 from .identification import FAULT_EFFECTS, Identification, Progress, identify_plant
-from .references import References
 from .result import DataEntry, Determination, Diagnosis, FoundEffect, HeldOutLikelihood, RigVerdict, Verdict
 from .select import Finding
 from .settings import KEPT, NAMED, SETTLING, SURE, DiagnosisSettings
 from .strangers import sign_notes, stranger_notes
 
 Array = NDArray[np.float64]
+
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
 def diagnose(
@@ -108,7 +108,7 @@ def diagnose(
         axes=axes,
         held_out=nats,
         closed_loop=found.references.closed_loop,
-        references=_origin(found.references),
+        references=" and ".join(sorted(set(found.references.origins) - {"none"})) or "none",
         agreement=found.agreement,
         series=series,
         curves=drawn_curves(after, found.covariance, effects),
@@ -219,11 +219,6 @@ def _plant(after: Fit, effects: Sequence[FoundEffect]):
     if any(effect.name == "motor_lag" for effect in effects):
         return p
     return p._replace(T_m=p.T_m + p.motor_lag_rotors, **{LAG_FIELD: 0.0})
-
-
-def _origin(references: References) -> str:
-    """Where the instruments come from, over all logs."""
-    return " and ".join(sorted(set(references.origins) - {"none"})) or "none"
 
 
 def _entries(logs: Sequence[Log], use: str) -> list[DataEntry]:

@@ -32,7 +32,7 @@ from .helicopter import helicopter
 from .likelihood import Likelihood, without
 from .noise import error_dynamics, filters, physical, recoloured, start_response
 from .prediction import HORIZONS, Model, Run, Stretch, made_by_itself, rms_figures, run_along, segment_means
-from .records import record_of, records_of
+from .records import NOTHING, LeftOut, record_of, records_of
 from .references import CHANNELS, controllers_of
 from .result import (
     AxisError,
@@ -84,7 +84,7 @@ def compare(
     before: Fit,
     after: Fit,
     logs: Sequence[Log],
-    left_out: Mapping[str, Sequence[tuple[float, float]]] = {},
+    left_out: LeftOut = NOTHING,
     reports: Mapping[str, ParameterReport] = {},
     events: Sequence[Event] = (),
     closed_loop: bool = False,
@@ -97,8 +97,8 @@ def compare(
         On the training logs.
     logs : sequence of Log
         Held-out logs.
-    left_out : mapping of str to sequence of (start, end), optional
-        Passages [s] by log in which something other than the plant acts; they count in the free run only.
+    left_out : LeftOut, optional
+        Passages that count in the free run only.
     reports : mapping of str to ParameterReport, optional
         What the parameters of the plant after rest on; a gain that is not among them was given.
     events : sequence of Event, optional
@@ -163,9 +163,7 @@ def compare(
     return axes, _likelihood(first, second), series
 
 
-def _records(
-    before: Fit, after: Fit, logs: Sequence[Log], left_out: Mapping[str, Sequence[tuple[float, float]]]
-) -> tuple[Record, ...]:
+def _records(before: Fit, after: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Record, ...]:
     """Prepare held-out logs; an axis without a noise model has no likelihood, and faults are undone as in training."""
     likelihood = after.likelihood
     fitted = np.prod([sum(r.weights.sum(0) for r in f.likelihood.records) > 0 for f in (before, after)], axis=0)

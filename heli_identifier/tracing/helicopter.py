@@ -6,8 +6,9 @@ from math import copysign, exp, inf, log, pi
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter, savgol_filter
+from scipy.signal import lfilter
 
+from heli_identifier.chain import local_cubic
 from heli_identifier.online import ModelParameters
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
 from heli_plant.effects import Effect as Law
@@ -141,7 +142,7 @@ def _thrust_fields() -> tuple[str, ...]:
 
 def _first_estimate(records: Sequence[Record], base: PlantParameters, free: Sequence[str]) -> PlantParameters:
     """Least squares on smoothed derivatives, axis by axis; biased by the air, only the fit's start depends on it."""
-    rows = [_regression(record, base.T_m) for record in records]
+    rows = [_regression(record, base) for record in records]
     X, y = ([np.concatenate([row[part][axis] for row in rows]) for axis in range(3)] for part in range(2))
     pitch, elevation, travel = (np.linalg.lstsq(x, target, rcond=None)[0] for x, target in zip(X, y, strict=True))
     sign = copysign(1.0, pitch[1])
@@ -154,10 +155,10 @@ def _first_estimate(records: Sequence[Record], base: PlantParameters, free: Sequ
     return base._replace(**{name: float(value) for name, value in found.items() if name in free})
 
 
-def _regression(record: Record, time_constant: float) -> tuple[list[Array], list[Array]]:
+def _regression(record: Record, p: PlantParameters) -> tuple[list[Array], list[Array]]:
     """Regressors and accelerations of the axes of one record, from local cubics over .6 s, ends cut off."""
-    angle, rate, acceleration = (_smooth(record.angles, record.step, order) for order in range(3))
-    nu, window = _smooth(lagged(record, time_constant), record.step), int(WINDOW / record.step)
+    angle, rate, acceleration = (local_cubic(record.angles, record.step, WINDOW, order) for order in range(3))
+    nu, window = local_cubic(lagged(record, p), record.step, WINDOW), int(WINDOW / record.step)
     mu_diff, mu_sum = nu[:, 0] - nu[:, 1], nu[:, 0] + nu[:, 1]
     sine, cosine = np.sin(angle[:, 0]), np.cos(angle[:, 0])
     inner = slice(window, -window) if record.samples > 4 * window else slice(None)
@@ -229,11 +230,6 @@ _FLY: Mapping[str, str] = {
 }
 """What to fly so that a parameter is determined."""
 
-def _smooth(values: Array, step: float, order: int = 0, window: float = WINDOW) -> Array:
-    """Give the derivative of ``order`` of a signal (N, ...) by local cubics (Savitzky and Golay 1964)."""
-    length = min(max(int(window / step) | 1, 5), (len(values) - 1) // 2 * 2 + 1)
-    return np.asarray(savgol_filter(values, length, 3, order, step, axis=0))
-
 
 def measured_accelerations(record: Record, parameters: PlantParameters, window: float | None = None) -> Array:
     """Accelerations (N, 3) [rad/s^2] of a plant along the measured motion, smoothed over ``window`` [s]."""
@@ -245,7 +241,7 @@ def measured_accelerations(record: Record, parameters: PlantParameters, window: 
 
 
 def _motion(record: Record, window: float) -> Array:
-    return np.column_stack([_smooth(record.angles, record.step, order, window) for order in (0, 1)])
+    return np.column_stack([local_cubic(record.angles, record.step, window, order) for order in (0, 1)])
 
 
 def _partial_residual(record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect):
@@ -253,26 +249,27 @@ def _partial_residual(record: Record, parameters: PlantParameters, bare: PlantPa
     axis = AXES.index("elevation" if effect.axis not in AXES else effect.axis)
     whole, without = (measured_accelerations(record, p, WINDOW) for p in (parameters, bare))
     inner = slice(round(1.0 / record.step), -round(1.0 / record.step))
-    y = (_smooth(record.angles, record.step, 2) - _smooth(without, record.step))[:, axis]
+    y = (local_cubic(record.angles, record.step, WINDOW, 2) - local_cubic(without, record.step, WINDOW))[:, axis]
     variable, unit, x = _variable(record, effect.drawn_against, axis, _motion(record, WINDOW), parameters)
     return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner, axis]
 
 
 def _variable(record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters):
     """Name, unit and values of a variable that effects are drawn over."""
-    other = (1, 0, 1)[axis]
-    if kind in ("rate", "other_rate") or kind.endswith("_rate") and kind.removesuffix("_rate") in AXES:
-        of = axis if kind == "rate" else other if kind == "other_rate" else AXES.index(kind.removesuffix("_rate"))
-        return f"{AXES[of]} rate", "rad/s", motion[:, 3 + of]
     if kind in ("mu_sum", "mu_rate"):
-        total = lagged(record, parameters.T_m + parameters.motor_lag_rotors).sum(1)
+        total = lagged(record, parameters).sum(1)
         return ("mu_s", "V", total) if kind == "mu_sum" else ("d mu_s / dt", "V/s", np.gradient(total, record.step))
-    return ("time", "s", record.time) if kind == "time" else (kind, "rad", motion[:, AXES.index(kind)])
+    if kind == "time":
+        return "time", "s", record.time
+    own, other = (f"{AXES[i]}_rate" for i in (axis, (1, 0, 1)[axis]))
+    name, _, rate = {"rate": own, "other_rate": other}.get(kind, kind).partition("_")
+    column = motion[:, AXES.index(name) + (3 if rate else 0)]
+    return (f"{name} rate", "rad/s", column) if rate else (name, "rad", column)
 
 
-def lagged(record: Record, time_constant: float) -> Array:
-    """Voltages (N, 2) [V] behind the lag of eq. (9), settled at the first sample."""
-    share, first = kept(record.step, time_constant), record.inputs[0]
+def lagged(record: Record, p: PlantParameters) -> Array:
+    """Voltages (N, 2) [V] behind the motors' lag of eq. (9), settled at the first sample."""
+    share, first = kept(record.step, p.T_m + p.motor_lag_rotors), record.inputs[0]
     return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], record.inputs - first, axis=0) + first)
 
 
@@ -301,7 +298,7 @@ def _table_fields(axis: str, variable: str) -> tuple[str, ...]:
 
 def _table_values(record: Record, parameters: PlantParameters, motion: Array) -> Array:
     """Variables (N, V) of tables along a motion (N, 6)."""
-    nu = lagged(record, parameters.T_m + parameters.motor_lag_rotors)
+    nu = lagged(record, parameters)
     return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
 
 
@@ -326,10 +323,9 @@ def _regressions(
 
     What effects and tables of the plant add to the model before counts as known.
     """
-    lag = parameters.T_m + parameters.motor_lag_rotors
     signals = []
     for record in records:
-        nu = lagged(record, lag)
+        nu = lagged(record, parameters)
         rate = np.gradient(record.angles[:, 2], record.step)
         signals.append(np.column_stack((nu.sum(1), nu[:, 0] - nu[:, 1], record.angles[:, :2], rate)))
     terms = (

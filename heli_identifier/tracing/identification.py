@@ -1,20 +1,6 @@
 """From logs of one rig to the plant that a controller's designer needs: one likelihood, judged by instruments.
 
-defects    <- what the logs show of themselves                 heli_identifier.chain
-events     <- passages in which something else acts            heli_identifier.chain
-rig        <- axes, parameters with priors, effects            helicopter.py, rig.py
-records    <- samples that count                               records.py
-null       <- fit of the simplified model, air and offsets     fit.py, likelihood.py, sensitivity.py, noise.py
-logs       <- zeros of the elevation aligned                   strangers.py
-set        <- effects, and faults of the logs that are undone, by efficient scores and exact refits
-                                                               select.py, score.py
-set        <- what the catalogue cannot name                   unknown.py
-plant      <- what is established, of the rest what makes
-              logs likelier that were left out of the fit, and
-              rigid-body mechanics where logs allow it         select.py, identification.py
-references <- logged, rebuilt from the voltages, or open loop  references.py
-outside    <- instrumental variables                           instruments.py
-reports    <- what every parameter rests on                    findings.py
+The order of its steps stands in docs/explanation/tracing.md, "The algorithm".
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -33,7 +19,7 @@ from .fit import Fit, covariance, fit, with_own_spread
 from .helicopter import helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
-from .records import averaged, records_of
+from .records import LeftOut, averaged, records_of
 from .references import References, find_references
 from .result import Agreement, FoundEffect, ParameterReport
 from .rig import Effect
@@ -44,7 +30,6 @@ from .unknown import search_unknown
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
-
 
 FAULT_EFFECTS = tuple(
     Effect(f.field, f.name, f.channel, f.unit, f.lower, f.upper, f.family, experiment=f.advice, fault=f) for f in FAULTS
@@ -59,8 +44,7 @@ class Identification:
     logs: tuple[Log, ...]
     beside: tuple[Log, ...]
     """logs, beside: As they were used: zeros aligned."""
-    left_out: Mapping[str, Sequence[tuple[float, float]]]
-    """Passages [s] by log that do not count."""
+    left_out: LeftOut
     selection: Selection
     """The search; its ``null`` is the fit of the simplified model."""
     unknown: tuple[FoundEffect, ...]

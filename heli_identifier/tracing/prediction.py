@@ -21,8 +21,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter, savgol_filter
+from scipy.signal import lfilter
 
+from heli_identifier.chain import local_cubic
 from heli_identifier.errors import LogError
 
 from .fit import Fit, fit
@@ -123,9 +124,8 @@ class Run:
     @cached_property
     def motion(self) -> Array:
         """Smoothed angles [rad] and rates [rad/s] at the starts, shape (S, 2a)."""
-        length = max(int(SMOOTHING / self.record.step) | 1, 5)
         y, h = self.record.angles, self.record.step
-        return np.hstack([savgol_filter(y, length, 3, order, h, axis=0)[self.at] for order in (0, 1)])
+        return np.hstack([local_cubic(y, h, SMOOTHING, order)[self.at] for order in (0, 1)])
 
     def errors(self, names: Sequence[str]) -> dict[str, Array]:
         """Give the errors (S, a) [rad] of the figures ``names``; not a number where the passage ends before."""

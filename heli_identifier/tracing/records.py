@@ -18,6 +18,10 @@ from .rig import Record, Rig
 from .settings import MOVING_SHARE, RECORD_STEP, REST_COUNTS, REST_TIME, SETTLING
 
 Array = NDArray[np.float64]
+LeftOut = Mapping[str, Sequence[tuple[float, float]]]
+"""By log the passages (start, end) [s] in which something other than the plant acts."""
+
+NOTHING: LeftOut = {}
 
 
 def block_samples(log: Log) -> int:
@@ -39,16 +43,8 @@ def averaged(log: Log, held: Array) -> Array:
     return np.asarray(0.5 * (middles[0] + middles[1]))
 
 
-def record_of(log: Log, rig: Rig, left_out: Sequence[tuple[float, float]] = ()) -> Record:
-    """Prepare a log.
-
-    Parameters
-    ----------
-    log : Log
-    rig : Rig
-    left_out : sequence of (start, end)
-        Passages [s] that do not count: something other than the plant acts.
-    """
+def record_of(log: Log, rig: Rig, left_out: LeftOut = NOTHING) -> Record:
+    """Prepare a log; the passages ``left_out`` do not count."""
     n, voltages = block_samples(log), averaged(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
     angles = log.angles[: count * n].reshape(count, n, -1).mean(1)
@@ -57,7 +53,7 @@ def record_of(log: Log, rig: Rig, left_out: Sequence[tuple[float, float]] = ()) 
     span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
     weights = (span > REST_COUNTS * rig.resolution).astype(float)
     weights[time <= SETTLING] = 0.0
-    for start, end in left_out:
+    for start, end in left_out.get(log.name, ()):
         weights[(time >= start) & (time <= end + SETTLING)] = 0.0
     return Record(
         log.name, step, time, np.ascontiguousarray(voltages), np.ascontiguousarray(angles), weights,
@@ -65,11 +61,9 @@ def record_of(log: Log, rig: Rig, left_out: Sequence[tuple[float, float]] = ()) 
     )  # fmt: skip
 
 
-def records_of(
-    logs: Sequence[Log], rig: Rig, events: Mapping[str, Sequence[tuple[float, float]]]
-) -> tuple[Record, ...]:
+def records_of(logs: Sequence[Log], rig: Rig, left_out: LeftOut) -> tuple[Record, ...]:
     """Prepare the logs of a rig; an axis that rests in most of the samples counts nowhere."""
-    records = [record_of(log, rig, events.get(log.name, ())) for log in logs]
+    records = [record_of(log, rig, left_out) for log in logs]
     moving = sum(r.weights.sum(0) for r in records) / max(1.0, sum((r.time > SETTLING).sum() for r in records))
     for record in records:
         record.weights[:, moving < MOVING_SHARE] = 0.0

@@ -41,14 +41,14 @@ from heli_identifier.records import Log
 
 from .fit import Fit
 from .noise import error_dynamics
-from .records import record_of
+from .records import LeftOut, record_of
 from .rig import Record
 from .settings import ALIEN, FEWEST, HUBER, LEAST_STIFFNESS, LEAST_ZERO, MISTAKE, OTHER_GAIN, OUTLYING, ROUNDS, SURE
 
 Array = NDArray[np.float64]
-LeftOut = Mapping[str, Sequence[tuple[float, float]]]
 
 ELEVATION = 1
+
 
 def aligned(
     training: Sequence[Log], held_out: Sequence[Log], fitted: Callable[[Sequence[Log]], Fit], left_out: LeftOut
@@ -89,7 +89,7 @@ def _zeros(null: Fit, logs: Sequence[Log], left_out: LeftOut) -> Array:
     stiffness = rig.linear(null.parameters)[ELEVATION][1]
     if stiffness < LEAST_STIFFNESS or len(logs) < FEWEST:
         return np.zeros(len(logs))
-    b = np.array([own_offsets(null, record_of(log, rig, left_out.get(log.name, ())))[0][ELEVATION] for log in logs])
+    b = np.array([own_offsets(null, record_of(log, rig, left_out))[0][ELEVATION] for log in logs])
     if np.isfinite(b).sum() < FEWEST:
         return np.zeros(len(logs))
     return np.nan_to_num((np.nanmedian(b) - b) / stiffness)
@@ -135,7 +135,7 @@ def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
 def stranger_notes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[str, ...]:
     """Name the logs that do not belong to the rig of the others: mirror images first, then logs that fit far worse."""
     rig, notes = fitted.likelihood.rig, []
-    records = [record_of(log, rig, left_out.get(log.name, ())) for log in logs]
+    records = [record_of(log, rig, left_out) for log in logs]
     as_read = [_misfit(fitted, record) for record in records]
     scales = np.array([np.nanmedian(sigma / fitted.sigma) for _, sigma in as_read])
     usual = float(np.median(scales))
