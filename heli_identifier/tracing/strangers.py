@@ -185,6 +185,15 @@ def _mirrors(rig, record: Record) -> list[tuple[str, Record]]:
     return [(what, replace(other, start=rig.begin(other.angles, other.inputs, other.step))) for what, other in found]
 
 
+_PITCH: Mapping[int, tuple[str, str]] = {
+    1: ("the pitch counts the other way", "pitch = -1 under [log.signs]"),
+    -1: ("front and rear are exchanged", "swap_rotors = true under [log]"),
+    0: ("the pitch counts the other way or front and rear are exchanged",
+        "pitch = -1 under [log.signs] or swap_rotors = true under [log]"),
+}  # fmt: skip
+"""Causes of a negative k_x, and what mends them, by the sign of k_y."""
+
+
 def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
     """Warn of gains that are significantly negative, and name what to change in the rig's configuration.
 
@@ -197,18 +206,11 @@ def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
     negative = [name for name, sign in (("k_x", pitch), ("k_z", elevation)) if sign < 0]
     if not negative:
         return ()
-    causes, remedies = [], []
-    if pitch < 0 and travel < 0:
-        causes, remedies = ["front and rear are exchanged"], ["swap_rotors = true under [log]"]
-    elif pitch < 0 and travel > 0:
-        causes, remedies = ["the pitch counts the other way"], ["pitch = -1 under [log.signs]"]
-    elif pitch < 0:
-        causes = ["the pitch counts the other way or front and rear are exchanged"]
-        remedies = ["pitch = -1 under [log.signs] or swap_rotors = true under [log]"]
+    found = [_PITCH[travel]] if pitch < 0 else []
     if elevation < 0:
-        causes.append("the elevation counts the other way")
-        remedies.append("elevation = -1 under [log.signs]")
-    cause, advice = " and ".join(causes), f"set {' and '.join(remedies)} of heli.toml (`heli init` writes one)"
+        found.append(("the elevation counts the other way", "elevation = -1 under [log.signs]"))
+    cause = " and ".join(cause for cause, _ in found)
+    advice = f"set {' and '.join(remedy for _, remedy in found)} of heli.toml (`heli init` writes one)"
     if pitch < 0 and elevation < 0 and travel >= 0:
         cause += ", or both voltages do"
         advice += " (for the voltages v_front = -1 and v_rear = -1)"
