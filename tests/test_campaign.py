@@ -281,7 +281,6 @@ def test_scheduler_without_a_worker_is_refused_with_the_command_that_starts_one(
     "seeds, options, said",
     [
         ((1, 1), {}, "two rigs are called 'rig 1'"),
-        ((1,), {"workers": 0}, "workers = 0"),
         ((1,), {"scheduler": "tcp://127.0.0.1:1", "workers": 2}, "has its own"),
         ((1,), {"scheduler": "tcp://127.0.0.1:1"}, "no Dask scheduler answers at tcp://127.0.0.1:1"),
     ],
@@ -461,19 +460,3 @@ def test_folder_of_rigs_is_diagnosed_from_the_command_line_and_a_bad_one_is_list
     # A second later the pitch is where the model says, to a small part of the .1 rad that it moves by.
     assert 0.0 < good["pitch_1s_noise_floor_rad"] <= 1.5 * good["pitch_1s_after_rad"] < 0.03
     assert good["true_kind"] is None
-
-
-@pytest.mark.parametrize(
-    "words, said",
-    [
-        ((), "either a folder of rigs or a --generator"),
-        (("rigs", "--rigs", "3"), "--rigs 3 is for a --generator"),
-        (("rigs", "--first-seed", "5"), "--first-seed 5 is for a --generator"),
-        (("--generator", "json:loads"), "--rigs"),
-        (("nowhere",), "nowhere is no folder"),
-    ],
-)
-def test_command_that_makes_no_sense_gets_one_sentence_and_exit_2(tmp_path, monkeypatch, words, said):
-    monkeypatch.chdir(tmp_path)
-    done = heli(*words)
-    assert (done.exit_code, said in done.stderr, "Traceback" in done.stderr) == (2, True, False)

@@ -274,32 +274,6 @@ def test_folders_of_one_name_are_told_apart(tmp_path):
     assert [rig.rig for rig in rig_folders(folders)] == [str(folder) for folder in folders]
 
 
-def test_bad_input_is_refused_in_one_sentence(tmp_path):
-    (log, *_), (held,) = demo_logs("rig-a")
-    good = folder_of(tmp_path / "good", log, held)
-    empty = folder_of(tmp_path / "empty")
-    only_held = folder_of(tmp_path / "only-held", held)
-    broken = folder_of(tmp_path / "broken", held)
-    (broken / "train.csv").write_text("a,b\n1,2\n")
-    wrong = folder_of(tmp_path / "wrong", log, held)
-    (wrong / "heli.toml").write_text("[rig]\nnmae = 'x'\n")
-    for folders, said in (
-        ((good,), "a fleet needs two rigs or more, 1 given"),
-        ((good, good), "given 2 times"),
-        ((good, tmp_path / "none"), "is no folder"),
-        ((good, log), "is no folder"),
-        ((good, empty), "holds no log"),
-        ((good, only_held), "only held.csv"),
-        ((broken, good), "rig broken: "),  # one rig is left, which is no fleet
-        ((wrong, good), "nmae"),
-    ):
-        done = run(*folders, "--output", tmp_path / "out")
-        (line,) = [line for line in done.stderr.splitlines() if line.startswith("heli: ")]
-        assert (done.exit_code, done.stdout) == (2, ""), done.output
-        assert said in line
-        assert not (tmp_path / "out").exists()
-
-
 def test_all_logs_are_read_first_and_a_bad_rig_is_lost_alone(tmp_path, monkeypatch):
     names = {"one": "rig-a", "broken": "rig-a", "two": "rig-b", "odd": "rig-c"}
     folders = [folder_of(tmp_path / name, *(logs[0] for logs in demo_logs(of))) for name, of in names.items()]

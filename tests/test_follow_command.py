@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import signal
 import socket
 import subprocess
@@ -205,22 +204,3 @@ def test_the_controller_of_the_rig_is_taken_from_its_file(tmp_path, flight):
     assert found == PidSettings()._replace(pitch=PidSettings().pitch._replace(integral=1.25))
     with pytest.raises(ConfigurationError, match="those of the PidController are needed"):
         controller_of(flight / "parameters.json")
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("log.csv", "--rate", "100"), "belong to --listen"),
-        (("--listen", "127.0.0.1:0", "--speed", "2"), "belong to a log"),
-        (("log.csv", "--output", "used"), "is there already and is not replaced"),
-        (("log.csv", "--serve", "--serve-at", "here"), "--serve-at"),
-    ],
-)
-def test_what_cannot_be_followed_is_refused_in_one_sentence(flight, monkeypatch, words, said):
-    monkeypatch.chdir(flight)
-    (flight / "used").mkdir(exist_ok=True)
-    (flight / "used/recorded.csv").write_text("precious\n")
-    done = run("follow", *words)
-    assert done.exit_code == 2 and done.output.count("heli: ") == 1 and said in " ".join(done.output.split())
-    assert os.listdir("used") == ["recorded.csv"] and (flight / "used/recorded.csv").read_text() == "precious\n"
-    assert not (flight / "flight").exists()

@@ -205,13 +205,9 @@ def test_a_unit_that_fails_in_a_step_is_named_with_call_and_time(fmus):
         run_apart("open_loop", 4.0, 2.0, {"plant.solver.step": 1e-5}, files)
 
 
-@pytest.mark.parametrize(
-    ("duration", "step", "message"),
-    [(1.0, 0.0, "0 < step"), (0.001, 0.01, "0 < step <= duration"), (1.0, 0.03, "no whole number of steps")],
-)
-def test_a_duration_that_is_no_whole_number_of_steps_is_refused(duration, step, message):
-    with pytest.raises(WiringError, match=message):
-        whole_steps(duration, step)
+def test_a_duration_that_is_no_whole_number_of_steps_is_refused():
+    with pytest.raises(WiringError, match="no whole number of steps"):
+        whole_steps(1.0, 0.03)
 
 
 def test_a_missing_fmu_and_one_too_many_are_refused(fmus, tmp_path):

@@ -4,7 +4,7 @@ import signal
 import tempfile
 from pathlib import Path
 
-from tests.faults import flights, further, inputs, logs, newcomers, outputs, units, variations
+from tests.faults import flights, further, inputs, logs, newcomers, outputs, units, usage, variations
 from tests.faults.case import ROOT, Answer, Fault, tried
 
 PAGE = ROOT / "docs" / "reliability.md"
@@ -17,6 +17,7 @@ SECTIONS: dict[str, tuple[Fault, ...]] = {
     **variations.SECTIONS,
     **further.SECTIONS,
     **newcomers.SECTIONS,
+    **usage.SECTIONS,
 }
 FAULTS = [(section, fault) for section, faults in SECTIONS.items() for fault in faults]
 

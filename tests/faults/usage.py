@@ -1,0 +1,54 @@
+"""Faults of usage: words that do not belong together, names with a letter missing, rigs without logs."""
+
+from tests.faults.case import Fault
+from tests.faults.material import good, nothing, parameters
+
+FLEET = "heli fleet a b -o out"
+FOLLOW = "heli follow -p parameters.json -o out"
+
+
+def rigs(change=nothing):
+    """Give a function that makes two rigs of a fleet with a log each, and then changes something."""
+
+    def make(folder):
+        for name in "ab":
+            (folder / name).mkdir()
+            good(folder / name)
+        change(folder)
+
+    return make
+
+
+WORDS = (
+    Fault("a unit by half of its name", nothing, "heli build Helicopter -o out", "did you mean 'HelicopterPlant'"),
+    Fault("a parameter with a letter missing", nothing, "heli build HelicopterPlant -o out -s effects.dry_friction.pich=.02", "did you mean 'effects.dry_friction.pitch'"),
+    Fault("a parameter without a value", nothing, "heli build HelicopterPlant -o out -s pitch.damping", "must read NAME=VALUE"),
+    Fault("a parameter without a unit", nothing, "heli build -o out -s pitch.damping=1", "--set belongs to one unit"),
+    Fault("a unit without a parameter", nothing, "heli simulate open_loop -s plant=3", "--set plant=3 must name unit and parameter"),
+    Fault("a word for a number, to build", nothing, "heli build HelicopterPlant -o out -s pitch.damping=abc", "pitch.damping = 'abc' must be a number in [-10, 10] 1/s."),
+    Fault("a word for a number, to simulate", nothing, "heli simulate open_loop -s plant.pitch.damping=abc", "plant.pitch.damping = 'abc' must be a number in [-10, 10] 1/s."),
+    Fault("a word for a number, in an SSP", nothing, "heli ssp open_loop -o a.ssp -s plant.pitch.damping=abc", "plant.pitch.damping = 'abc' must be a number in [-10, 10] 1/s."),
+    Fault("a scenario without the log that it plays", nothing, "heli simulate measured_data", "name it with --log"),
+    Fault("a log for a scenario that plays none", good, "heli simulate open_loop --log log.csv", "plays no log"),
+    Fault("an FMU file without the unit's name", nothing, "heli simulate open_loop --fmu plant", "must read UNIT=FILE"),
+    Fault("an axis that there is not", nothing, "heli effects --axis roll", "choose one of elevation, pitch, rotors, travel"),
+    Fault("--validate without a log", good, "heli diagnose log.csv --validate --output out", "--validate names no log"),
+    Fault("a rate for a log", parameters(), f"{FOLLOW} log.csv --rate 100", "belong to --listen"),
+    Fault("a speed for a rig", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --speed 2", "belong to a log"),
+    Fault("a page at an address that is none", parameters(), f"{FOLLOW} log.csv --serve --serve-at here", "--serve-at"),
+)  # fmt: skip
+
+RIGS = (
+    Fault("a fleet of one rig", rigs(), "heli fleet a -o out", "a fleet needs two rigs or more, 1 given"),
+    Fault("a rig without a log", rigs(lambda f: (f / "b" / "log.csv").unlink()), FLEET, "holds no log"),
+    Fault("a rig whose only log is held out", rigs(lambda f: (f / "b" / "log.csv").rename(f / "b" / "held.csv")), FLEET, "only held.csv"),
+    Fault("a fleet of which one rig is left", rigs(lambda f: (f / "a" / "log.csv").write_text("a,b\n1,2\n")), FLEET, "rig a: "),
+    Fault("a rig whose heli.toml has a key misspelt", rigs(lambda f: (f / "b" / "heli.toml").write_text("[rig]\nnmae = 'x'\n")), FLEET, "nmae"),
+    Fault("a campaign of nothing", nothing, "heli campaign", "either a folder of rigs or a --generator"),
+    Fault("a campaign in a folder that is missing", nothing, "heli campaign nowhere", "nowhere is no folder"),
+    Fault("a number of rigs for a folder", nothing, "heli campaign rigs --rigs 3", "--rigs 3 is for a --generator"),
+    Fault("a seed for a folder", nothing, "heli campaign rigs --first-seed 5", "--first-seed 5 is for a --generator"),
+    Fault("a generator without a number of rigs", nothing, "heli campaign --generator json:loads", "--rigs is missing"),
+)  # fmt: skip
+
+SECTIONS = {"Usage: words": WORDS, "Usage: rigs": RIGS}
