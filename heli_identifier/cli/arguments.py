@@ -132,24 +132,24 @@ def spread(words: Iterable[str]) -> list[str]:
 # --- logs and configuration ------------------------------------------------------------------------------------------
 
 
-def configuration_here(rigs: str = "") -> Path | None:
-    """Give heli.toml of this folder, whatever it is, and say so; None where nothing has that name."""
-    path = Path(records.CONFIGURATION_NAME)
-    if not os.path.lexists(path):
-        return None
-    note(f"configuration: {path} of this folder{rigs}")
-    return path
+def configuration_file(path: Path | None, rigs: str = "") -> Path | None:
+    """Give the configuration that was named, else heli.toml of this folder, whatever it is, and say so; else None."""
+    here = Path(records.CONFIGURATION_NAME)
+    if path is not None or not os.path.lexists(here):
+        return path
+    note(f"configuration: {here} of this folder{rigs}")
+    return here
 
 
 def found_configuration(path: Path | None) -> "hi.RigConfiguration":
     """Read the rig's configuration: the file that was named, else heli.toml of this folder, else the defaults."""
-    path = path or configuration_here()
-    return hi.RigConfiguration() if path is None else hi.read_configuration(path)
+    file = configuration_file(path)
+    return hi.RigConfiguration() if file is None else hi.read_configuration(file)
 
 
 def shared_configuration(path: Path | None) -> Path | None:
     """Give the configuration of rigs that have none of their own: the file that was named, else this folder's."""
-    return path or configuration_here(", for rigs without one of their own")
+    return configuration_file(path, ", for rigs without one of their own")
 
 
 def logs_of(
@@ -240,10 +240,11 @@ def in_scenario(
     ConfigurationError, WiringError
         The file or a value cannot be used, the scenario is unknown or has no unit that takes the file's parameters.
     """
-    values: dict[str, Value] = {}
     units = dict(fmu_src.scenario(scenario).units)
     given = by_unit(file, units.values(), f"which scenario {scenario} does not have")
-    values |= {f"{name}.{key}": value for name, unit in units.items() for key, value in given.get(unit, {}).items()}
+    values: dict[str, Value] = {
+        f"{name}.{key}": value for name, unit in units.items() for key, value in given.get(unit, {}).items()
+    }
     for label, text in assignments(words).items():
         unit, _, name = label.partition(".")
         if not name:
