@@ -2,7 +2,7 @@
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
@@ -233,14 +233,24 @@ def log_table(diagnosis: Diagnosis) -> Table:
     return Table("Logs", columns, rows)
 
 
+def _said(value: object) -> str:
+    """Give a setting in words."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, Mapping):
+        return f"{_said(value['value'])} with a standard error of {_said(value['standard_error'])}"
+    return significant(value) if isinstance(value, float) else str(value)
+
+
 def setting_table(diagnosis: Diagnosis) -> Table:
     """Give every setting that has a value, with its unit, and what was run when, with which versions."""
     rows = []
     for name, value in diagnosis.settings.items():
-        if value is None or value == {}:
+        if isinstance(value, Mapping):  # effects, geometry
+            value = [f"{own} {_said(of)}" for own, of in value.items() if of is not None]
+        if value is None or value == []:
             continue
-        values = value if isinstance(value, list | tuple) else [value]
-        text = listed([significant(v) if isinstance(v, float) else str(v) for v in values])
+        text = listed([_said(v) for v in (value if isinstance(value, list | tuple) else [value])])
         rows.append((SETTINGS.get(name, name).replace("_", " "), f"{text} {UNITS.get(name, '')}".rstrip()))
     ran = diagnosis.provenance
     rows.append(("command", str(ran.get("command", ""))))

@@ -160,7 +160,8 @@ def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -
         why = f"only {100.0 * visibility:.2g} % of its signature is left beside the fitted parameters"
         experiment = effect.experiment
     elif 0.5 * (largest / max(error, 1e-300)) ** 2 < NAMED:
-        why = f"its standard error of {error:.2g} {effect.unit} could not show even {largest:g} {effect.unit}"
+        unit = "" if effect.unit == "1" else f" {effect.unit}"
+        why = f"its standard error of {error:.2g}{unit} could not show even {largest:g}{unit}"
         experiment = effect.experiment
     else:
         verdict, why = Verdict.NOT_SHOWN, f"score {score:.1f} nats, {NAMED:g} needed"
@@ -242,7 +243,7 @@ def _report(
     elif sure and agrees:
         word, why, fly = Determination.OUTSIDE, said, ""
     else:
-        word, why = Determination.NOISE_MODEL, "no reference confirms it: it holds if the air's torque is as modelled"
+        word, why = Determination.NOISE_MODEL, "no reference confirms it; it holds if the air's torque is as modelled"
     return ParameterReport(estimate, word, share, by_instrument, contradicted, plausible, why, fly)
 
 
