@@ -1,9 +1,17 @@
 """Faults of `heli follow` and `heli stream`: addresses, layouts, and folders that hold an earlier flight."""
 
+import os
+
 from tests.faults.case import Fault
 from tests.faults.material import good, nothing, parameters
+from tests.faults.outputs import inside
 
 FOLLOW = "heli follow -p parameters.json"
+INTO = f"{FOLLOW} -o out"
+PLAY = f"{INTO} log.csv --speed 0"
+LISTEN = f"{INTO} --listen 127.0.0.1:0"
+STREAM = "heli stream log.csv --to 127.0.0.1:9"
+MANY = "- " * 10_000 + "time v_front v_rear pitch elevation travel"
 
 
 def flown(folder):
@@ -15,6 +23,22 @@ def flown(folder):
 def without(name):
     """Give a function that writes a parameters.json without a parameter, and a log."""
     return parameters(lambda d: d["values"].pop(name))
+
+
+def beside(make):
+    """Give a function that makes what ``make`` makes in the folder ``out``, beside a log and a parameters.json."""
+
+    def both(folder):
+        parameters()(folder)
+        (folder / "out").mkdir()
+        make(folder / "out")
+
+    return both
+
+
+def linked(folder):
+    parameters()(folder)
+    (folder / "out").symlink_to("out")
 
 
 FLIGHTS = (
@@ -31,9 +55,57 @@ FLIGHTS = (
     Fault("a layout without time and no rate", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --layout 'v_front v_rear pitch elevation travel'", "give the rig's sampling rate with --rate"),
     Fault("a page where nothing can be served", parameters(), f"{FOLLOW} log.csv --serve --serve-at 192.0.2.1:8042", "192.0.2.1:8042 cannot be served"),
     Fault("a rate out of range", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --rate 10", "50 to 2000 Hz are"),
+    Fault("a group's address to listen on", parameters(), f"{INTO} --listen 224.0.0.1:25000", "is a group's"),
+    Fault("all networks, as an address of IPv6", parameters(), f"{INTO} --listen [::ffff:0.0.0.0]:25000", "would hear every network"),
+    Fault("a port with a sign and an underscore", parameters(), f"{INTO} --listen 127.0.0.1:+5_0", "must be a numeric address and a port"),
+    Fault("a sender without an address", parameters(), f"{LISTEN} --sender 0.0.0.0", "no datagram comes from there"),
+    Fault("a sender at port 0", parameters(), f"{LISTEN} --sender 127.0.0.1:0", "no datagram comes from there"),
+    Fault("a sender of another family", parameters(), f"{LISTEN} --sender [::1]:5", "cannot be listened on"),
+    Fault("a rate of NaN", parameters(), f"{LISTEN} --rate nan", "the rig sends at nan Hz"),
+    Fault("a layout that no datagram holds", parameters(), f"{LISTEN} --layout '{MANY}'", "a datagram holds 8188 at most"),
+    Fault("a log played at 1e-300 of its pace", parameters(), f"{INTO} log.csv --speed 1e-300", "--speed = 1e-300 times real time must lie in"),
+    Fault("a log played backwards", parameters(), f"{INTO} log.csv --speed -1", "--speed = -1.0 times real time must lie in"),
+    Fault("a page for every network", parameters(), f"{PLAY} --serve --serve-at 0.0.0.0:0", "would show it to every network"),
+    Fault("a page for every network, as an address of IPv6", parameters(), f"{PLAY} --serve --serve-at [::]:0", "would show it to every network"),
+    Fault("a page at a port beyond 65535", parameters(), f"{PLAY} --serve --serve-at 127.0.0.1:70000", "must be HOST:PORT"),
+    Fault("the place of a page that is not served", parameters(), f"{PLAY} --serve-at 127.0.0.1:8043", "--serve-at says where --serve shows the twin; add --serve."),
+    Fault("the plant's parameters for the controller", parameters(), f"{PLAY} --controller parameters.json", "those of the PidController are needed"),
+    Fault("the twin's parameters in the folder of the flight", inside("parameters.json"), "heli follow log.csv --speed 0 -p out/parameters.json -o out", "out/parameters.json lies in the folder of the flight"),
+    Fault("a folder where the flight's events go", beside(lambda out: (out / "events.json").mkdir()), PLAY, "events.json: it is a folder"),
+    Fault("a folder where the flight's predictions go", beside(lambda out: (out / "predictions.csv").mkdir()), PLAY, "out/predictions.csv is there already"),
+    Fault("a link to nowhere where the recording goes", beside(lambda out: (out / "recorded.csv").symlink_to("/proc/none/x")), PLAY, "out/recorded.csv is there already"),
+    Fault("a folder of the flight that is a link to itself", linked, PLAY, "out is a file, a folder is needed there"),
+    Fault("a flight from behind the log's end", parameters(), f"{PLAY} --from 1e6", "lies after the log's end"),
+    Fault(
+        "a flight among datagrams that are garbage, too long, not finite, or nested JSON, and those of others",
+        parameters(),
+        f"set -m; {INTO} --listen 127.0.0.1:0 >o.txt 2>&1 & p=$!; "
+        "for _ in {1..6000}; do port=$(grep -o '127.0.0.1:[0-9]*$' o.txt | cut -d: -f2); [ -n \"$port\" ] && break; sleep .1; done; "
+        "timeout 300 $PYTHON -m tests.faults.hostile $port out/recorded.csv; kill -INT $p; wait $p; echo exit $?, $(wc -l <out/recorded.csv) rows, $(grep -o '[0-9]* datagrams held no sample' out/events.json); rm o.txt",
+        "exit 130, 401 rows, 113 datagrams held no sample",
+        0,
+        ("out",),
+        True,
+    ),
+)  # fmt: skip
+
+STREAMS = (
     Fault("a stream to nowhere", good, "heli stream log.csv --to nowhere", "must be HOST:PORT"),
     Fault("a stream at no speed", good, "heli stream log.csv --to 127.0.0.1:9 --speed 0", "must lie in"),
     Fault("a stream of a log that is missing", nothing, "heli stream log.csv --to 127.0.0.1:9", "does not exist"),
+    Fault("a stream to port 0", good, "heli stream log.csv --to 127.0.0.1:0", "must be HOST:PORT"),
+    Fault("a port in digits of another script", good, "heli stream log.csv --to 127.0.0.1:٣٣", "must be HOST:PORT"),
+    Fault("a stream to everybody", good, "heli stream log.csv --to 255.255.255.255:9", "nothing can be sent there"),
+    Fault("a stream to a name that is none", good, "heli stream log.csv --to a..b:9", "it is no name of a host"),
+    Fault("a stream at 1e-300 of its pace", good, f"{STREAM} --speed 1e-300", "--speed = 1e-300 times real time must lie in"),
+    Fault("a stream at NaN times its pace", good, f"{STREAM} --speed nan", "--speed = nan times real time must lie in"),
+    Fault("a layout of spaces", good, f"{STREAM} --layout ' '", "lacks v_front, v_rear, pitch, elevation, travel"),
+    Fault("a layout of JSON and a double", good, f"{STREAM} --layout 'json time'", "'json' is unknown"),
+    Fault("a layout of 10006 doubles", good, f"{STREAM} --layout '{MANY}'", "the layout has 10006 doubles, a datagram holds 8188 at most"),
+    Fault("a stream that says so on a full disk", good, f"{STREAM} --speed 1000 >/dev/full", "standard output cannot be written: No space left on device", shell=True),
+    Fault("a log that is a pipe", lambda f: os.mkfifo(f / "log.csv"), STREAM, "it is a pipe"),
+    Fault("a layout with a name twice", good, f"{STREAM} --layout 'time time v_front v_rear pitch elevation travel'", "'time' stands there twice"),
+    Fault("a layout in a unit that is not known", good, f"{STREAM} --layout 'time v_front v_rear pitch[grad] elevation travel'", "'pitch[grad]' is unknown"),
 )  # fmt: skip
 
-SECTIONS = {"Flights": FLIGHTS}
+SECTIONS = {"Flights": FLIGHTS, "Streams of a rig": STREAMS}

@@ -1,11 +1,29 @@
-"""Faults of configurations, of parameters.json, and of what a simulation is given."""
+"""Faults of configurations, of parameters.json, and of options."""
 
 import json
+import os
 
 from tests.faults.case import Fault
 from tests.faults.material import configured, document, good, nothing, parameters, write
 
 IDENTIFY = "heli identify log.csv -o out"
+
+def friction(value):
+    """Give a function that makes a log and a heli.toml with this expectation of a friction."""
+    return configured(f"[rig.effects]\ndry_friction_pitch = {value}\n")
+
+
+def here(make):
+    """Give a function that makes something called heli.toml beside a log."""
+    return lambda folder: (good(folder), make(folder / "heli.toml"))
+
+
+def fleet(folder):
+    for name in ("a", "b"):
+        (folder / name).mkdir()
+        good(folder / name)
+    os.mkfifo(folder / "a" / "heli.toml")
+
 
 CONFIGURATIONS = (
     Fault("a key that is unknown", configured("[log]\nstrat = 6.0\n"), IDENTIFY, "did you mean 'start'?"),
@@ -17,13 +35,51 @@ CONFIGURATIONS = (
     Fault("a folder for a configuration", good, f"{IDENTIFY} --config .", "it is a folder"),
     Fault("/dev/zero for a configuration", good, f"{IDENTIFY} --config /dev/zero", "it is a device"),
     Fault("bytes that are no UTF-8", lambda f: (good(f), write(b"\xff\xfe\xff", "heli.toml")(f)), IDENTIFY, "is not UTF-8 text"),
+    Fault("a voltage limit of 1e-320 V", configured("[rig]\nvoltage_limit = 1e-320\n"), IDENTIFY, "must lie in [0.1, 30] V"),
+    Fault("a largest file of infinite size", configured("[log]\nlargest_file = inf\n"), IDENTIFY, "written: out/parameters.json", 0, ("out",)),
+    Fault("a sign of 0", configured("[log.signs]\npitch = 0\n"), IDENTIFY, "voltages and angles take 1 or -1"),
+    Fault("a sign that is true", configured("[log.signs]\npitch = true\n"), IDENTIFY, "must be a whole number"),
+    Fault("a column without a name", configured('[log.columns]\npitch = ""\n'), IDENTIFY, "column '' missing"),
+    Fault("a sum of the voltages without their difference", configured('[log.columns]\nv_sum = "v_front"\n'), IDENTIFY, "column 'v_difference [V]' missing"),
+    Fault("a date for a name", configured("[rig]\nname = 1979-05-27\n"), IDENTIFY, "must be a text in quotes"),
+    Fault("a rest pitch of 9 rad", configured("[rig]\nrest_pitch = 9\n"), IDENTIFY, "must lie in [-1.6, 1.6] rad"),
+    Fault("a table where a number belongs", configured("[rig]\nvoltage_limit = {}\n"), IDENTIFY, "must be a number"),
+    Fault("a horizontal of NaN", configured("[rig]\nhorizontal = nan\n"), IDENTIFY, "rig.horizontal = nan rad must lie in"),
+    Fault("effects as a list", configured("[rig]\neffects = ['dry_friction']\n"), IDENTIFY, "must be a section that begins with [rig.effects]"),
+    Fault("an effect without its deviation", friction("0.02"), IDENTIFY, "must be the coefficient and its standard deviation"),
+    Fault("an effect of NaN", friction("[nan, 0.01]"), IDENTIFY, "the coefficient of rig.effects.dry_friction_pitch = nan rad/s^2 must lie in"),
+    Fault("a friction that drives", friction("[-0.02, 0.01]"), IDENTIFY, "dry_friction_pitch = -0.02 rad/s^2 must lie in"),
+    Fault("an effect that is known exactly", friction("[0.02, 0.0]"), IDENTIFY, "the standard deviation of rig.effects.dry_friction_pitch = 0.0"),
+    Fault("an effect by the name of its law and its axis", configured('[rig.effects]\n"dry_friction.pitch" = [0.02, 0.01]\n'), IDENTIFY, "did you mean 'dry_friction_pitch'?"),
+    Fault("the rig as a list of tables", configured("[[rig]]\nname = 'a'\n"), IDENTIFY, "must be a section that begins with [rig]"),
+    Fault("a sign of an axis that there is not, in flight", parameters(more=configured("[log.signs]\nyaw = -1\n")), "heli follow log.csv --speed 0 -p parameters.json -o out", "key log.signs.yaw is unknown"),
+    Fault("parameters.json as the configuration", parameters(), f"{IDENTIFY} --config parameters.json", "parameters.json is not TOML"),
+    Fault("a heli.toml that is a folder", here(lambda p: p.mkdir()), IDENTIFY, "heli.toml cannot be read: it is a folder"),
+    Fault("a heli.toml that is a pipe", here(os.mkfifo), IDENTIFY, "heli.toml cannot be read: it is a pipe"),
+    Fault("a heli.toml that is a link to nowhere", here(lambda p: p.symlink_to("none")), IDENTIFY, "heli.toml does not exist"),
+    Fault("a heli.toml that is a link to itself", here(lambda p: p.symlink_to("heli.toml")), IDENTIFY, "Too many levels of symbolic links"),
+    Fault("a number of 5000 digits in heli.toml", configured(f"[rig]\nvoltage_limit = {'9' * 5000}\n"), IDENTIFY, "is not TOML: Exceeds the limit"),
+    Fault("an encoder of 1e300 counts", configured(f"[rig.encoder_counts]\npitch = 1{'0' * 300}\n"), IDENTIFY, "must be counts per turn in [1, 4294967296]"),
+    Fault("a heli.toml of a rig of a fleet that is a pipe", fleet, "heli fleet a b -o out", "heli.toml cannot be read: it is a pipe"),
 )  # fmt: skip
 
 SIMULATE = "heli simulate open_loop -d 1 -p parameters.json"
 
 
-def value(**entry):
-    return parameters(lambda d: d["values"]["pitch.damping"].update(entry))
+def value(name, **fields):
+    return parameters(lambda d: d["values"][name].update(fields))
+
+
+def expected(change):
+    return parameters(lambda d: change(d["expected"]))
+
+
+def controller(folder):
+    good(folder)
+    content = document()
+    content["unit"] = "PidController"
+    content["values"] = {"pitch.proportional": {"value": 6.0, "standard_error": None, "unit": "V/rad"}}
+    (folder / "parameters.json").write_text(json.dumps(content))
 
 
 def repeated(folder):
@@ -34,10 +90,12 @@ def repeated(folder):
 
 
 LOST = parameters(lambda d: d["values"].pop("travel.gain"))
-OTHER = value(unit="deg/s")
+OTHER = value("pitch.damping", unit="deg/s")
 LACK = "the plant's parameters lack travel.gain"
 TWICE = "the key 'pitch.damping' stands there twice"
 STATED = "pitch.damping is stated in 'deg/s'"
+CHECK = "heli check log.csv -p parameters.json --factor 1000"
+DESIGN = "heli design --show reverse_thrust_loss"
 COMMANDS = {
     "build": "heli build HelicopterPlant -p parameters.json -o out",
     "simulate": SIMULATE,
@@ -52,16 +110,50 @@ PARAMETERS = (
         Fault(f"`heli {name}` with a parameter in another unit", OTHER, words, STATED)
         for name, words in COMMANDS.items()
     ),
-    Fault("a value that is NaN", value(value=float("nan")), SIMULATE, "a finite number is expected"),
-    Fault("a value that is a word", value(value="much"), SIMULATE, "expected `float`, got `str`"),
-    Fault("a value out of its range", value(value=11.0), SIMULATE, "pitch.damping = 11.0 1/s must lie in [-10, 10] 1/s" ),
-    Fault("a standard error below 0", value(standard_error=-1.0), SIMULATE, "expected `float` >= 0.0"),
+    Fault("a value that is NaN", value("pitch.damping", value=float("nan")), SIMULATE, "a finite number is expected"),
+    Fault("a value that is a word", value("pitch.damping", value="much"), SIMULATE, "expected `float`, got `str`"),
+    Fault("a value out of its range", value("pitch.damping", value=11.0), SIMULATE, "pitch.damping = 11.0 1/s must lie in [-10, 10] 1/s" ),
+    Fault("a standard error below 0", value("pitch.damping", standard_error=-1.0), SIMULATE, "expected `float` >= 0.0"),
     Fault("a file of another schema", write('{"schema": "heli-diagnosis/1"}', "parameters.json"), SIMULATE, "must hold an object of schema"),
     Fault("brackets nested 100000 deep", write("[" * 100_000, "parameters.json"), SIMULATE, "is no JSON"),
     Fault("a file that is no JSON", write("{", "parameters.json"), SIMULATE, "is no JSON"),
     Fault("a folder", lambda f: (f / "parameters.json").mkdir(), SIMULATE, "is a folder"),
     Fault("/dev/zero", nothing, "heli simulate open_loop -d 1 -p /dev/zero", "it is a device"),
     Fault("a file that is missing", nothing, SIMULATE, "does not exist"),
+    Fault("an expected error below 0", expected(lambda e: e["pitch"]["prediction_1s_rad"].update(value=-1.0)), CHECK, "expected `float` >= 0.0"),
+    Fault("no expected error of the pitch", expected(lambda e: e.pop("pitch")), CHECK, "state no expected error of pitch"),
+    Fault("a number of 400 digits in parameters.json", value("pitch.gain", value=10**400), CHECK, "number out of range"),
+    Fault("true for a number", value("pitch.gain", value=True), CHECK, "expected `float`, got `bool`"),
+    Fault("a plant without a gain of the pitch", value("pitch.gain", value=0.0), "heli linearise parameters.json -o out", "no equilibrium"),
+    Fault("a parameter's name with a line break", parameters(lambda d: d["values"].update({"a\nb": d["values"]["pitch.gain"]})), CHECK, "no parameter 'a\\nb'"),
+    Fault("a mark of UTF-8 before the JSON", lambda f: (good(f), write(b"\xef\xbb\xbf{}", "parameters.json")(f)), CHECK, "Unexpected UTF-8 BOM"),
+    Fault("parameters of a controller for a plant", controller, f"{DESIGN} -p parameters.json", "holds parameters of the PidController, those of the HelicopterPlant are needed"),
 )  # fmt: skip
 
-SECTIONS = {"heli.toml": CONFIGURATIONS, "parameters.json": PARAMETERS}
+OPTIONS = (
+    Fault("an empty word, as of a variable that is not set", parameters(), 'heli identify log.csv -o ""', "an argument is empty"),
+    Fault("an empty value behind =", parameters(), "heli identify log.csv --output=", "an argument is empty"),
+    Fault("the log as the file to write", parameters(), f"{CHECK} --junit log.csv", "log.csv is read by this command and not written over"),
+    Fault("the parameters as the file to write", parameters(), f"{CHECK} --junit ./parameters.json", "parameters.json is read by this command and not written over"),
+    Fault("the played log as the file to write", parameters(), "heli simulate measured_data --log log.csv -o log.csv", "is read by this command and not written over"),
+    Fault("the log as the configuration to write", good, "heli init log.csv -o log.csv", "is read by this command and not written over"),
+    Fault("a parameter given twice", nothing, "heli simulate open_loop -d 1 -s plant.pitch.damping=1 -s plant.pitch.damping=2", "--set plant.pitch.damping is given twice"),
+    Fault("--to minus infinity", parameters(), f"{CHECK} --to -inf", "end = -inf s must be finite"),
+    Fault("--from NaN", parameters(), f"{CHECK} --from nan", "start = nan s must be finite"),
+    Fault("--from far before the log, and --to", parameters(), f"{CHECK} --from -1e12 --to 10", "kept 0 s to 10 s of the file (1001 of 2000 rows)", 0),
+    Fault("a factor of NaN", parameters(), f"{CHECK} --factor nan", "factor = nan"),
+    Fault("a filter of 1e-300 rad/s", good, f"{IDENTIFY} --filter-frequency 1e-300", "must lie in [0.001, 20] rad/s"),
+    Fault("an endless SSP", nothing, "heli ssp open_loop --duration inf -o a.ssp", "duration = inf s must be positive and finite"),
+    Fault("an SSP of no length", nothing, "heli ssp open_loop --duration 0 -o a.ssp", "duration = 0 s must be positive and finite"),
+    Fault("an endless experiment", nothing, f"{DESIGN} --duration inf", "duration = inf s must lie in [20, 3600] s"),
+    Fault("an experiment within no angle", nothing, f"{DESIGN} --pitch-limit 0", "pitch limit = 0.0 rad must lie in [0.01, 100] rad"),
+    Fault("an experiment without a limit of the voltage", nothing, f"{DESIGN} --voltage-limit inf", "voltage limit = inf V must lie in [0.1, 100] V"),
+    Fault("a hover at NaN", nothing, "heli design --closed-loop --hover nan", "hover = nan rad must lie in [-1.5, 1.5] rad"),
+    Fault("an operating point on the rig's back", parameters(), "heli linearise parameters.json --pitch 9 -o out", "pitch = 9.0 rad must lie in [-1.5, 1.5] rad"),
+    Fault("an operating point at NaN", parameters(), "heli linearise parameters.json --elevation nan -o out", "elevation = nan rad must lie in [-1.5, 1.5] rad"),
+    Fault("a fleet of one rig by two names", lambda f: ((f / "a").mkdir(), good(f / "a"), (f / "b").symlink_to("a")), "heli fleet a b -o out", "a is given 2 times"),
+    Fault("a generator that is no function", nothing, "heli campaign --generator os:nothing --rigs 1 -o out", "module os has no function nothing"),
+    Fault("a port beyond 65535 to listen on", parameters(), "heli follow -p parameters.json -o out --listen 127.0.0.1:99999", "must be a numeric address and a port"),
+)  # fmt: skip
+
+SECTIONS = {"heli.toml": CONFIGURATIONS, "parameters.json": PARAMETERS, "Options": OPTIONS}

@@ -1,15 +1,18 @@
-"""Faults of logs: what is in them, and what kind of file they are."""
+"""Faults of logs: their values, columns and text, and what kind of file they are."""
 
 import gzip
 import os
 
 import numpy as np
+import pyarrow
+import pyarrow.parquet
 
 from tests.faults.case import Fault
 from tests.faults.material import (
     ELEVATION,
     FRONT,
     HEADER,
+    HEADERS,
     PITCH,
     REAR,
     ROWS,
@@ -18,6 +21,7 @@ from tests.faults.material import (
     changed,
     columns,
     configured,
+    good,
     headed,
     matlab,
     nothing,
@@ -67,7 +71,7 @@ VALUES = (
 )  # fmt: skip
 
 TWO = matlab(monday=as_struct(), tuesday=as_struct())
-HEADERS = (
+COLUMNS = (
     Fault("a .mat with two structs of six signals", TWO, "heli identify log.mat -o out", "'monday.time_s', 'tuesday.time_s'"),
     Fault("one column mapped to two signals", configured('[log.columns]\nv_front = "u"\nv_rear = "u"\n'), IDENTIFY, "log.columns.v_front and log.columns.v_rear both name the column 'u'"),
     Fault("one column taken for two signals", configured('[log.columns]\nv_rear = "v_front [V]"\n'), IDENTIFY, "is taken for v_front and for v_rear"),
@@ -82,6 +86,69 @@ HEADERS = (
     Fault("a row of eight cells", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:99], ROWS[99] + ",1,2", *ROWS[100:], ""])), IDENTIFY, "row 101: 8 cells stand under 6 headers"),
     Fault("every row longer than the header", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *(row + ",1,2" for row in ROWS), ""])), IDENTIFY, "8 cells stand under 6 headers"),
     Fault("a decimal comma that is not configured", write(text(columns(), separator=";").replace(".", ",")), IDENTIFY, "set decimal = ','"),
+)  # fmt: skip
+
+
+def cell(row, column, content):
+    """Give a function that writes a log with another content in one cell."""
+    rows = list(ROWS)
+    cells = rows[row].split(",")
+    cells[column] = content
+    rows[row] = ",".join(cells)
+    return write("\n".join([HEADER, *rows, ""]))
+
+
+def lines(*found):
+    return write("\n".join([*found, ""]))
+
+
+def rewritten(change):
+    """Give a function that makes a log whose text is changed."""
+
+    def make(folder):
+        good(folder)
+        file = folder / "log.csv"
+        file.write_text(change(file.read_text()))
+
+    return make
+
+
+def endless(folder):
+    """Write a Parquet file of few bytes and fifty million rows."""
+    zeros = pyarrow.array([0.0]).take(pyarrow.array([0] * 10_000_000, pyarrow.int32()))
+    schema = pyarrow.schema([(header, pyarrow.float64()) for header in HEADERS])
+    with pyarrow.parquet.ParquetWriter(folder / "log.parquet", schema) as out:
+        batch = pyarrow.table([zeros] * 6, schema=schema)
+        for _ in range(5):
+            out.write_table(batch)
+
+
+TEXTS = (
+    Fault("digits with an underscore, 1_0, which are ten in Python only", cell(700, PITCH, "1_0"), IDENTIFY, "'1_0', which is not a finite number"),
+    Fault("a number of 400 digits", cell(700, PITCH, "9" * 400), IDENTIFY, "...', which is not a finite number"),
+    Fault("a quotation mark that is never closed", cell(700, PITCH, '"0.1'), IDENTIFY, "row 702: a quotation mark is opened and never closed"),
+    Fault("a line separator (U+2028) within a comment", lines("# north\u2028lab", HEADER, *ROWS), IDENTIFY, "line 1 is no part of the table", 0, ("out",)),
+    Fault("a form feed within a comment", lines("# north\x0clab", HEADER, *ROWS), IDENTIFY, "line 1 is no part of the table", 0, ("out",)),
+    Fault("the header once more between the rows", lines(HEADER, *ROWS[:700], HEADER, *ROWS[700:]), IDENTIFY, "the cell holds 'time [s]'"),
+    Fault("two logs in one file", lines(HEADER, *ROWS, *ROWS), IDENTIFY, "time runs back from 19.99 s to 0 s"),
+    Fault("a comment between the rows", lines(HEADER, *ROWS[:700], "# pause", *ROWS[700:]), IDENTIFY, "the cell holds '# pause'"),
+    Fault("a blank line between the rows", lines(HEADER, *ROWS[:700], "", *ROWS[700:]), IDENTIFY, "row 702, column 'time [s]': the cell is empty"),
+    Fault("a last line that holds a sum", lines(HEADER, *ROWS, "Total,2000"), IDENTIFY, "the cell holds 'Total'"),
+    Fault("zeros behind the text, as a crashed logger leaves them", write("\n".join([HEADER, *ROWS, ""]).encode() + bytes(4096)), IDENTIFY, "it holds binary data"),
+    Fault("30000 headers over rows of one cell", lines(",".join(HEADERS + [f"c{i}" for i in range(30_000)]), *(["1"] * 20_000)), IDENTIFY, "have fewer cells than its 30006 headers"),
+    Fault("a pitch in radians and one in degrees", lines(f"{HEADER},pitch [deg]", *(f"{row},0" for row in ROWS)), IDENTIFY, "pitch stands in 2 columns"),
+    Fault("milliseconds since 1970 under [s]", write(text([1.7e12 + 1e3 * columns()[0], *columns()[1:]])), IDENTIFY, "the rate of 0.1 Hz is below 50 Hz"),
+    Fault("radians that are called counts", configured('[log.units]\npitch = "counts"\n'), IDENTIFY, "counts are whole numbers"),
+    Fault("a Parquet file of 50 million rows in few bytes", endless, "heli identify log.parquet -o out", "at most"),
+    Fault("a file of /proc, which has no size", nothing, "heli identify /proc/self/maps -o out", "is empty"),
+    Fault("commas of another script", rewritten(lambda text: text.replace(",", "\uff0c")), IDENTIFY, "log.csv is not a table"),
+    Fault("digits of another script", rewritten(lambda text: text.translate({48 + k: 0x660 + k for k in range(10)})), f"{IDENTIFY} >/dev/null; echo exit $?", "exit 0", 0, ("out",), True),
+    Fault("a quotation mark before the header", rewritten(lambda text: '"' + text), IDENTIFY, "log.csv is not a table"),
+    Fault("a last line of 10 MB", rewritten(lambda text: text + "1" * 10_000_000), IDENTIFY, "row 2002 is left out: the file ends within it", 0, ("out",)),
+    Fault("2000 columns of zeros", lambda f: (f / "log.csv").write_text(",".join(f"c{k}" for k in range(2000)) + ("\n" + ",".join(["0"] * 2000)) * 50), "heli init log.csv", "no column increases from row to row"),
+    Fault("a travel of 1e308 rad throughout", whole(TRAVEL, 1e308), "heli identify log.csv -o out", "travel reaches 1e+308 rad when read in rad (at most 1e+04), which no rig can"),
+    Fault("`heli init` on a travel of 1e308 rad", whole(TRAVEL, 1e308), "heli init log.csv", "with these guesses the log is refused", 0, ("heli.toml",)),
+    Fault("a header with a control character: what `heli init` writes", headed(pitch="theta\x7f"), "heli init log.csv >/dev/null && heli identify log.csv -o out >/dev/null; echo exit $?", "exit 0", 0, ("heli.toml", "out"), True),
 )  # fmt: skip
 
 KINDS = (
@@ -104,4 +171,9 @@ KINDS = (
     Fault("a link to itself", lambda f: (f / "log.csv").symlink_to("log.csv"), IDENTIFY, "Too many levels of symbolic links"),
 )  # fmt: skip
 
-SECTIONS = {"Values in a log": VALUES, "Columns and units of a log": HEADERS, "Files that are no log": KINDS}
+SECTIONS = {
+    "Values in a log": VALUES,
+    "Columns and units of a log": COLUMNS,
+    "The text of a log": TEXTS,
+    "Files that are no log": KINDS,
+}

@@ -9,6 +9,17 @@ SIMULATE = "heli simulate open_loop -d 1"
 CHECK = "heli check log.csv -p parameters.json --factor 1000"
 
 
+def inside(name):
+    """Give a function that writes a log, and parameters, under a name in the folder ``out``."""
+
+    def make(folder):
+        parameters()(folder)
+        (folder / "out").mkdir()
+        (folder / ("parameters.json" if name.endswith("json") else "log.csv")).rename(folder / "out" / name)
+
+    return make
+
+
 def linked(folder):
     (folder / "real.csv").write_text("old")
     (folder / "link.csv").symlink_to("real.csv")
@@ -25,6 +36,16 @@ FILES = (
     Fault("a folder of results where a file stands", lambda f: (good(f), (f / "out").write_text("mine")), "heli identify log.csv -o out", "is a file, a folder is needed there"),
     Fault("a folder of the user's where a file of results goes", lambda f: (good(f), (f / "out" / "parameters.json").mkdir(parents=True)), "heli identify log.csv -o out", "is a folder and is not replaced"),
     Fault("a figure of an unknown kind", nothing, f"{SIMULATE} --plot run.docx", "must end in .svg"),
+    Fault("a table and its figure in one file", nothing, "heli simulate open_loop -d 1 -o x.svg --plot ./x.svg", "two results are to be written to x.svg; name one file for each."),
+    Fault("two files for one unit", nothing, "heli simulate open_loop --fmu plant=a.fmu --fmu plant=b.fmu", "--fmu plant is given twice; keep one."),
+    Fault("units built over the parameters", parameters(), "heli build HelicopterPlant -p parameters.json -o parameters.json", "parameters.json is read by this command and not written over"),
+    Fault("a demonstration into a file", good, "heli demo -o log.csv", "is a file, a folder is needed there", shell=True),
+    Fault("`heli init` on a full disk", good, "heli init log.csv -o /dev/full", "/dev/full cannot be written: No space left on device"),
+    Fault("`heli init` on a folder", lambda f: (f / "d").mkdir(), "heli init d", "d is a folder; name the log files in it"),
+    Fault("`heli init` on columns that stand still", lambda f: (f / "log.csv").write_text("a,b,c,d,e,f\n" + "1,1,1,1,1,1\n" * 500), "heli init log.csv", "no column increases from row to row"),
+    Fault("a flight that is played from its own recording", lambda f: (parameters()(f), (f / "out").mkdir(), (f / "log.csv").rename(f / "out" / "recorded.csv")), "heli follow out/recorded.csv --speed 0 -p parameters.json -o out", "out/recorded.csv is there already and is not replaced"),
+    Fault("a log that has the name of a result, in the folder of the results", inside("history.csv"), "heli identify out/history.csv -o out", "out/history.csv is read by this command and not written over"),
+    Fault("a disk that is full when the results come", good, "ulimit -f 4; heli identify log.csv -o out", "out/history.csv: File too large", shell=True),
 )  # fmt: skip
 
 STREAMS = (
@@ -38,6 +59,7 @@ STREAMS = (
     Fault("a failed check whose reader leaves", parameters(), "heli check log.csv -p parameters.json --factor 1e-9 2>/dev/null | true; echo exit ${PIPESTATUS[0]}", "exit 1", 0, shell=True),
 )  # fmt: skip
 
+LOST = "mkdir d; cd d; rmdir ../d;"
 PLACES = (
     Fault("a home that cannot be written", parameters(), f"HOME=/proc/none {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
     Fault("no home", parameters(), f"unset HOME; {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
@@ -47,6 +69,16 @@ PLACES = (
     Fault("no room for temporary files", nothing, f"ulimit -f 8; {SIMULATE}", "File too large", shell=True),
     Fault("a name that is no UTF-8", lambda f: (good(f), os.rename(f / "log.csv", os.fsencode(f) + b"/log\xff.csv")), "heli identify log*.csv -o out >/dev/null; echo exit $?", "exit 0", 0, ("out",), True),
     Fault("a name of an output that is no UTF-8", nothing, f"{SIMULATE} -o $'run\\xff.csv' >/dev/null; code=$?; rm run*.csv; echo exit $code", "exit 0", 0, shell=True),
+    Fault("the folder of the command is gone: `heli build`", nothing, f"{LOST} heli build Exciter", "the folder in which this command runs is gone", shell=True),
+    Fault("the folder of the command is gone: `heli simulate`", nothing, f"{LOST} heli simulate open_loop -d 1", "the folder in which this command runs is gone", shell=True),
+    Fault("a backend of matplotlib that there is not", good, "MPLBACKEND=nonsense heli identify log.csv -o out >/dev/null; echo exit $?", "exit 0", 0, ("out",), True),
+    Fault("a terminal of one column", parameters(), f"COLUMNS=1 {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
+    Fault("Python without its assertions and docstrings", parameters(), f"PYTHONOPTIMIZE=2 {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
+    Fault("the output is a link to itself", nothing, "ln -s a a; heli simulate open_loop -d 1 -o a; code=$?; rm a; exit $code", "a: Too many levels of symbolic links", shell=True),
+    Fault("an output's name of 300 characters", nothing, "heli simulate open_loop -d 1 -o $(printf 'a%.0s' {1..300}).csv", "File name too long", shell=True),
+    Fault("200 MB of address space", good, "ulimit -v 200000; heli identify log.csv -o out", "this process may use 205 MB of memory (ulimit -v), a command needs 1000 MB", shell=True),
+    Fault("200 MB of data", parameters(), "ulimit -d 200000; heli linearise parameters.json -o out", "this process may use 205 MB of memory (ulimit -d), a command needs 1000 MB", shell=True),
+    Fault("20 files that may be open", good, "ulimit -n 20; heli identify log.csv -o out >/dev/null; echo exit $?", "exit 0", 0, ("out",), True),
 )  # fmt: skip
 
 # a loop that waits for a sign of the run ends with the run, too
@@ -84,6 +116,7 @@ SIGNALS = (
     ended("HUP", 129),
     ended("INT", 130),
     Fault("SIGKILL in the middle of a simulation: what a run finds a week later", nothing, f"{LONG}; {WAIT}; kill -KILL $p; wait $p 2>/dev/null; {END}; {OLD}; {SIMULATE} >/dev/null; echo $({MASTERS} | wc -l) running, $(ls -A $TMPDIR | wc -l) left", "0 running, 0 left", 0, shell=True),
+    Fault("SIGTERM while the process of the units stands still", nothing, f"set -m; {LONG}; {WAIT}; kill -STOP $({MASTERS}); kill -TERM $p; wait $p 2>/dev/null; {END}", "exit 143, 0 running", 0, shell=True),
     *(
         Fault(
             f"SIG{name} in the middle of the demonstration",

@@ -92,6 +92,9 @@ RUNS = (
     Fault("a step of a week", nothing, "heli simulate open_loop -d 1e6 --step 1e6", "at most 100000 are taken"),
     Fault("a scenario that there is not", nothing, "heli simulate nowhere", "no scenario"),
     Fault("a parameter out of its range", nothing, "heli simulate open_loop -s plant.pitch.damping=11", "must lie in [-10, 10] 1/s"),
+    Fault("a text of a unit that XML cannot hold", nothing, "heli build LogPlayer -s log.path=a\x01b -o out", "holds a character that is no text in XML"),
+    Fault("a text of a unit that is no UTF-8", nothing, "heli build LogPlayer -s log.path=$'a\\xffb' -o out", "holds a character that is no text in XML", shell=True),
+    Fault("the same in an SSP", nothing, "heli ssp measured_data -s player.log.path=$'a\\xffb' -o a.ssp", "holds a character that is no text in XML", shell=True),
 )  # fmt: skip
 
 SECTIONS = {"FMU files": FILES, "Runs": RUNS}
