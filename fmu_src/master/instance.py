@@ -89,11 +89,11 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
     try:
         check_zip(fmu)
         fmpy.extract(str(fmu), str(folder))
+        if not (folder / "modelDescription.xml").is_file():
+            raise ValueError("it holds no modelDescription.xml")
         description = fmpy.read_model_description(str(folder))
     except Exception as error:  # fmpy raises whatever its parsers raise on damaged archives and descriptions
         said = " ".join(str(error).split()) or type(error).__name__
-        if isinstance(error, FileNotFoundError):
-            said = "it holds no modelDescription.xml"
         raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {said[:300]}") from error
     if description.fmiVersion != "2.0" or description.coSimulation is None:
         kind = "co-simulation" if description.coSimulation is not None else "model exchange"
