@@ -231,9 +231,9 @@ _FLY: Mapping[str, str] = {
 """What to fly so that a parameter is determined."""
 
 
-def measured_accelerations(record: Record, parameters: PlantParameters, window: float | None = None) -> Array:
+def measured_accelerations(record: Record, parameters: PlantParameters, window: float = MOTION_WINDOW) -> Array:
     """Accelerations (N, 3) [rad/s^2] of a plant along the measured motion, smoothed over ``window`` [s]."""
-    motion = _motion(record, window or MOTION_WINDOW)
+    motion = _motion(record, window)
     out = np.empty((record.samples, 3))
     run_accelerations(record, parameters, motion, 0, None, out)
     out[1:] = 0.5 * (out[1:] + out[:-1])  # from the middles of the steps to their ends
