@@ -298,16 +298,3 @@ def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):
         assert said.exit_code == 0, said.output
         differ.append(json.loads(said.stdout)["voltages_V"]["flight"])
     assert differ[0] < 1e-5 < 0.05 < differ[1]  # nine digits of the angles by 25 + 20/.05 V/rad
-
-
-def test_a_limit_and_a_controller_are_given_together(tmp_path, flight):
-    log, _ = flight
-    columns = np.column_stack([np.arange(len(log.angles)) * H, log.voltages, log.angles])
-    head = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
-    np.savetxt(tmp_path / "log.csv", columns, "%.9g", ",", header=head, comments="")
-    (tmp_path / "parameters.json").write_text(document_text(parameters().to_dict()))
-    asked = ["check", str(tmp_path / "log.csv"), "-p", str(tmp_path / "parameters.json")]
-    for more, named in ((["--limit", "30"], "[controller.pid]"), (["--controller", "c.json"], "--limit MRAD")):
-        said = CliRunner().invoke(app, [*asked, *more])
-        assert said.exit_code == 2
-        assert named in " ".join(said.output.split())

@@ -7,10 +7,8 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from typer.testing import CliRunner
 
 import heli_identifier
-from heli_identifier.cli.app import app
 from tests.native_builds import needs_a_compiler
 
 
@@ -30,21 +28,6 @@ def test_build_writes_a_native_unit_of_either_version(tmp_path):
         with zipfile.ZipFile(tmp_path / "out/PidController.fmu") as archive:
             assert f"binaries/{folder}/PidController.so" in archive.namelist()
             assert "-1.25" in archive.read("sources/variables.c").decode()
-
-
-@pytest.mark.parametrize(
-    "words, said",
-    [
-        (["--fmi", "3"], "--fmi 3 belongs to native units; add --native."),
-        (["--all-platforms"], "--all-platforms belongs to native units; add --native."),
-        (["NoUnit", "--native"], "no unit is called 'NoUnit'"),
-    ],
-)
-def test_what_does_not_fit_is_refused_in_one_sentence(tmp_path, monkeypatch, words, said):
-    monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(app, ["build", *words])
-    assert said in " ".join((done.output + str(done.exception)).split())
-    assert not (tmp_path / "build").exists()
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from tests.faults.case import Fault
 from tests.faults.material import good, nothing, parameters
 
+CHECK = "heli check log.csv -p parameters.json"
 FLEET = "heli fleet a b -o out"
 FOLLOW = "heli follow -p parameters.json -o out"
 
@@ -19,6 +20,12 @@ def rigs(change=nothing):
     return make
 
 
+def without_errors(document):
+    """Take the standard errors out of a parameters.json."""
+    for value in document["values"].values():
+        value["standard_error"] = None
+
+
 WORDS = (
     Fault("a unit by half of its name", nothing, "heli build Helicopter -o out", "did you mean 'HelicopterPlant'"),
     Fault("a parameter with a letter missing", nothing, "heli build HelicopterPlant -o out -s effects.dry_friction.pich=.02", "did you mean 'effects.dry_friction.pitch'"),
@@ -33,6 +40,17 @@ WORDS = (
     Fault("an FMU file without the unit's name", nothing, "heli simulate open_loop --fmu plant", "must read UNIT=FILE"),
     Fault("an axis that there is not", nothing, "heli effects --axis roll", "choose one of elevation, pitch, rotors, travel"),
     Fault("--validate without a log", good, "heli diagnose log.csv --validate --output out", "--validate names no log"),
+    Fault("a limit of the closed loop without its controller", parameters(), f"{CHECK} --limit 30", "--limit needs --controller FILE, or [controller.pid] of heli.toml"),
+    Fault("a controller without a limit", parameters(), f"{CHECK} --controller c.json", "--controller needs --limit MRAD"),
+    Fault("gains for an open loop", nothing, "heli design --show dry_friction:pitch --set pitch.proportional=6", "give them with --closed-loop"),
+    Fault("a gain with a letter missing", nothing, "heli design --closed-loop --set pitch.proportionl=6", "has no parameter 'pitch.proportionl'"),
+    Fault("a gain out of its range", nothing, "heli design --closed-loop --set pitch.proportional=1e9", "pitch.proportional = 1000000000.0 V/rad must lie in [-10000, 10000] V/rad"),
+    Fault("FMI 3.0 of units in Python", nothing, "heli build -o out --fmi 3", "--fmi 3 belongs to native units; add --native."),
+    Fault("all platforms of units in Python", nothing, "heli build -o out --all-platforms", "--all-platforms belongs to native units; add --native."),
+    Fault("a native unit that there is not", nothing, "heli build NoUnit -o out --native", "no unit is called 'NoUnit'"),
+    Fault("many runs of units in Python", nothing, "heli simulate open_loop --runs 5", "add --native"),
+    Fault("many runs of nothing", nothing, "heli simulate open_loop --native --runs 5", "name the parameters.json"),
+    Fault("many runs without a standard error", parameters(without_errors), "heli simulate open_loop --native --runs 5 -p parameters.json", "states no standard error"),
     Fault("a rate for a log", parameters(), f"{FOLLOW} log.csv --rate 100", "belong to --listen"),
     Fault("a speed for a rig", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --speed 2", "belong to a log"),
     Fault("a page at an address that is none", parameters(), f"{FOLLOW} log.csv --serve --serve-at here", "--serve-at"),
