@@ -1,4 +1,4 @@
-"""Faults of configurations, of parameters.json, and of options."""
+"""Faults of configurations and of parameters.json."""
 
 import json
 import os
@@ -7,6 +7,7 @@ from tests.faults.case import Fault
 from tests.faults.material import configured, document, good, nothing, parameters, write
 
 IDENTIFY = "heli identify log.csv -o out"
+
 
 def friction(value):
     """Give a function that makes a log and a heli.toml with this expectation of a friction."""
@@ -130,30 +131,4 @@ PARAMETERS = (
     Fault("parameters of a controller for a plant", controller, f"{DESIGN} -p parameters.json", "holds parameters of the PidController, those of the HelicopterPlant are needed"),
 )  # fmt: skip
 
-OPTIONS = (
-    Fault("an empty word, as of a variable that is not set", parameters(), 'heli identify log.csv -o ""', "an argument is empty"),
-    Fault("an empty value behind =", parameters(), "heli identify log.csv --output=", "an argument is empty"),
-    Fault("the log as the file to write", parameters(), f"{CHECK} --junit log.csv", "log.csv is read by this command and not written over"),
-    Fault("the parameters as the file to write", parameters(), f"{CHECK} --junit ./parameters.json", "parameters.json is read by this command and not written over"),
-    Fault("the played log as the file to write", parameters(), "heli simulate measured_data --log log.csv -o log.csv", "is read by this command and not written over"),
-    Fault("the log as the configuration to write", good, "heli init log.csv -o log.csv", "is read by this command and not written over"),
-    Fault("a parameter given twice", nothing, "heli simulate open_loop -d 1 -s plant.pitch.damping=1 -s plant.pitch.damping=2", "--set plant.pitch.damping is given twice"),
-    Fault("--to minus infinity", parameters(), f"{CHECK} --to -inf", "end = -inf s must be finite"),
-    Fault("--from NaN", parameters(), f"{CHECK} --from nan", "start = nan s must be finite"),
-    Fault("--from far before the log, and --to", parameters(), f"{CHECK} --from -1e12 --to 10", "kept 0 s to 10 s of the file (1001 of 2000 rows)", 0),
-    Fault("a factor of NaN", parameters(), f"{CHECK} --factor nan", "factor = nan"),
-    Fault("a filter of 1e-300 rad/s", good, f"{IDENTIFY} --filter-frequency 1e-300", "must lie in [0.001, 20] rad/s"),
-    Fault("an endless SSP", nothing, "heli ssp open_loop --duration inf -o a.ssp", "duration = inf s must be positive and finite"),
-    Fault("an SSP of no length", nothing, "heli ssp open_loop --duration 0 -o a.ssp", "duration = 0 s must be positive and finite"),
-    Fault("an endless experiment", nothing, f"{DESIGN} --duration inf", "duration = inf s must lie in [20, 3600] s"),
-    Fault("an experiment within no angle", nothing, f"{DESIGN} --pitch-limit 0", "pitch limit = 0.0 rad must lie in [0.01, 100] rad"),
-    Fault("an experiment without a limit of the voltage", nothing, f"{DESIGN} --voltage-limit inf", "voltage limit = inf V must lie in [0.1, 100] V"),
-    Fault("a hover at NaN", nothing, "heli design --closed-loop --hover nan", "hover = nan rad must lie in [-1.5, 1.5] rad"),
-    Fault("an operating point on the rig's back", parameters(), "heli linearise parameters.json --pitch 9 -o out", "pitch = 9.0 rad must lie in [-1.5, 1.5] rad"),
-    Fault("an operating point at NaN", parameters(), "heli linearise parameters.json --elevation nan -o out", "elevation = nan rad must lie in [-1.5, 1.5] rad"),
-    Fault("a fleet of one rig by two names", lambda f: ((f / "a").mkdir(), good(f / "a"), (f / "b").symlink_to("a")), "heli fleet a b -o out", "a is given 2 times"),
-    Fault("a generator that is no function", nothing, "heli campaign --generator os:nothing --rigs 1 -o out", "module os has no function nothing"),
-    Fault("a port beyond 65535 to listen on", parameters(), "heli follow -p parameters.json -o out --listen 127.0.0.1:99999", "must be a numeric address and a port"),
-)  # fmt: skip
-
-SECTIONS = {"heli.toml": CONFIGURATIONS, "parameters.json": PARAMETERS, "Options": OPTIONS}
+SECTIONS = {"heli.toml": CONFIGURATIONS, "parameters.json": PARAMETERS}

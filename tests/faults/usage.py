@@ -1,23 +1,12 @@
-"""Faults of usage: words that do not belong together, names with a letter missing, rigs without logs."""
+"""Faults of usage: words that do not belong together, names with a letter missing, values out of their range."""
 
 from tests.faults.case import Fault
 from tests.faults.material import good, nothing, parameters
 
-CHECK = "heli check log.csv -p parameters.json"
-FLEET = "heli fleet a b -o out"
+IDENTIFY = "heli identify log.csv -o out"
+CHECK = "heli check log.csv -p parameters.json --factor 1000"
+DESIGN = "heli design --show reverse_thrust_loss"
 FOLLOW = "heli follow -p parameters.json -o out"
-
-
-def rigs(change=nothing):
-    """Give a function that makes two rigs of a fleet with a log each, and then changes something."""
-
-    def make(folder):
-        for name in "ab":
-            (folder / name).mkdir()
-            good(folder / name)
-        change(folder)
-
-    return make
 
 
 def without_errors(document):
@@ -26,7 +15,7 @@ def without_errors(document):
         value["standard_error"] = None
 
 
-WORDS = (
+OPTIONS = (
     Fault("a unit by half of its name", nothing, "heli build Helicopter -o out", "did you mean 'HelicopterPlant'"),
     Fault("a parameter with a letter missing", nothing, "heli build HelicopterPlant -o out -s effects.dry_friction.pich=.02", "did you mean 'effects.dry_friction.pitch'"),
     Fault("a parameter without a value", nothing, "heli build HelicopterPlant -o out -s pitch.damping", "must read NAME=VALUE"),
@@ -54,19 +43,29 @@ WORDS = (
     Fault("a rate for a log", parameters(), f"{FOLLOW} log.csv --rate 100", "belong to --listen"),
     Fault("a speed for a rig", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --speed 2", "belong to a log"),
     Fault("a page at an address that is none", parameters(), f"{FOLLOW} log.csv --serve --serve-at here", "--serve-at"),
+    Fault("an empty word, as of a variable that is not set", parameters(), 'heli identify log.csv -o ""', "an argument is empty"),
+    Fault("an empty value behind =", parameters(), "heli identify log.csv --output=", "an argument is empty"),
+    Fault("the log as the file to write", parameters(), f"{CHECK} --junit log.csv", "log.csv is read by this command and not written over"),
+    Fault("the parameters as the file to write", parameters(), f"{CHECK} --junit ./parameters.json", "parameters.json is read by this command and not written over"),
+    Fault("the played log as the file to write", parameters(), "heli simulate measured_data --log log.csv -o log.csv", "is read by this command and not written over"),
+    Fault("the log as the configuration to write", good, "heli init log.csv -o log.csv", "is read by this command and not written over"),
+    Fault("a parameter given twice", nothing, "heli simulate open_loop -d 1 -s plant.pitch.damping=1 -s plant.pitch.damping=2", "--set plant.pitch.damping is given twice"),
+    Fault("--to minus infinity", parameters(), f"{CHECK} --to -inf", "end = -inf s must be finite"),
+    Fault("--from NaN", parameters(), f"{CHECK} --from nan", "start = nan s must be finite"),
+    Fault("--from far before the log, and --to", parameters(), f"{CHECK} --from -1e12 --to 10", "kept 0 s to 10 s of the file (1001 of 2000 rows)", 0),
+    Fault("a factor of NaN", parameters(), f"{CHECK} --factor nan", "factor = nan"),
+    Fault("a filter of 1e-300 rad/s", good, f"{IDENTIFY} --filter-frequency 1e-300", "must lie in [0.001, 20] rad/s"),
+    Fault("an endless SSP", nothing, "heli ssp open_loop --duration inf -o a.ssp", "duration = inf s must be positive and finite"),
+    Fault("an SSP of no length", nothing, "heli ssp open_loop --duration 0 -o a.ssp", "duration = 0 s must be positive and finite"),
+    Fault("an endless experiment", nothing, f"{DESIGN} --duration inf", "duration = inf s must lie in [20, 3600] s"),
+    Fault("an experiment within no angle", nothing, f"{DESIGN} --pitch-limit 0", "pitch limit = 0.0 rad must lie in [0.01, 100] rad"),
+    Fault("an experiment without a limit of the voltage", nothing, f"{DESIGN} --voltage-limit inf", "voltage limit = inf V must lie in [0.1, 100] V"),
+    Fault("a hover at NaN", nothing, "heli design --closed-loop --hover nan", "hover = nan rad must lie in [-1.5, 1.5] rad"),
+    Fault("an operating point on the rig's back", parameters(), "heli linearise parameters.json --pitch 9 -o out", "pitch = 9.0 rad must lie in [-1.5, 1.5] rad"),
+    Fault("an operating point at NaN", parameters(), "heli linearise parameters.json --elevation nan -o out", "elevation = nan rad must lie in [-1.5, 1.5] rad"),
+    Fault("a fleet of one rig by two names", lambda f: ((f / "a").mkdir(), good(f / "a"), (f / "b").symlink_to("a")), "heli fleet a b -o out", "a is given 2 times"),
+    Fault("a generator that is no function", nothing, "heli campaign --generator os:nothing --rigs 1 -o out", "module os has no function nothing"),
+    Fault("a port beyond 65535 to listen on", parameters(), "heli follow -p parameters.json -o out --listen 127.0.0.1:99999", "must be a numeric address and a port"),
 )  # fmt: skip
 
-RIGS = (
-    Fault("a fleet of one rig", rigs(), "heli fleet a -o out", "a fleet needs two rigs or more, 1 given"),
-    Fault("a rig without a log", rigs(lambda f: (f / "b" / "log.csv").unlink()), FLEET, "holds no log"),
-    Fault("a rig whose only log is held out", rigs(lambda f: (f / "b" / "log.csv").rename(f / "b" / "held.csv")), FLEET, "only held.csv"),
-    Fault("a fleet of which one rig is left", rigs(lambda f: (f / "a" / "log.csv").write_text("a,b\n1,2\n")), FLEET, "rig a: "),
-    Fault("a rig whose heli.toml has a key misspelt", rigs(lambda f: (f / "b" / "heli.toml").write_text("[rig]\nnmae = 'x'\n")), FLEET, "nmae"),
-    Fault("a campaign of nothing", nothing, "heli campaign", "either a folder of rigs or a --generator"),
-    Fault("a campaign in a folder that is missing", nothing, "heli campaign nowhere", "nowhere is no folder"),
-    Fault("a number of rigs for a folder", nothing, "heli campaign rigs --rigs 3", "--rigs 3 is for a --generator"),
-    Fault("a seed for a folder", nothing, "heli campaign rigs --first-seed 5", "--first-seed 5 is for a --generator"),
-    Fault("a generator without a number of rigs", nothing, "heli campaign --generator json:loads", "--rigs is missing"),
-)  # fmt: skip
-
-SECTIONS = {"Usage: words": WORDS, "Usage: rigs": RIGS}
+SECTIONS = {"Options": OPTIONS}
