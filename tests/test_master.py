@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.figures import ORDER
 from fmu_src import SCENARIOS, BuildError, MasterError, Scenario, WiringError
 from fmu_src.master import Result, run_apart
 from fmu_src.wiring import whole_steps
@@ -151,6 +152,15 @@ def test_the_closed_loop_follows_a_pitch_step(fmus):
     pitch = run_apart("closed_loop", 60.0, H, order, files).column("plant.pitch")
     # the integral's closed-loop pole is near k_i/k_p = .5 1/s: 55 s after the step nothing is left of it
     assert pitch[-1] == pytest.approx(0.2, abs=1e-3)
+
+
+def test_in_closed_loop_the_identifier_finds_gains_and_stiffness_and_sees_the_loop(fmus):
+    result = run_apart("closed_loop", 60.0, H, ORDER, files_of("closed_loop", fmus))
+    last = {name.removeprefix("identifier."): result.column(name)[-1] for name in result.names}
+    assert (last["closed_loop"], last["determined.k_z"]) == (1.0, 1.0)
+    for name in ("k_x", "k_z", "a_e"):
+        # 3.5 standard errors; the adaptation is 10 and more of its own away from k_z.
+        assert abs(last[name] - getattr(TABLE_2, name)) < 3.5 * last[f"standard_error.{name}"]
 
 
 def test_a_long_communication_step_keeps_the_inner_step(fmus, log):
