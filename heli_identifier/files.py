@@ -31,13 +31,8 @@ _ABANDONED = 7 * 86400.0  # age of a draft from which no process works in it [s]
 
 _kept: ContextVar[tuple[Path, ...]] = ContextVar("_kept", default=())
 
-_KINDS = (
-    (stat.S_ISDIR, "a folder"),
-    (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-    (stat.S_ISSOCK, "a socket"),
-)
+_KINDS = {"d": "a folder", "p": "a pipe", "c": "a device", "b": "a device", "s": "a socket"}
+"""By the first letter of what ``ls -l`` shows."""
 
 
 @contextmanager
@@ -106,7 +101,7 @@ def regular_bytes(path: Path, largest: float) -> bytes:
     # Looked at before it is opened: a pipe without a writer would be waited for without end.
     status = path.stat()
     if not stat.S_ISREG(status.st_mode):
-        kind = next((word for test, word in _KINDS if test(status.st_mode)), "no regular file")
+        kind = _KINDS.get(stat.filemode(status.st_mode)[0], "no regular file")
         raise OSError(errno.EINVAL, f"it is {kind}", str(path))
     if status.st_size > largest * 1e6:
         raise OSError(errno.EFBIG, f"it has {status.st_size / 1e6:.4g} MB, more than {largest:g} MB", str(path))

@@ -24,11 +24,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.archives import check_size, check_zip
-from heli_identifier.errors import LogError
+from heli_identifier.archives import check_zip
+from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.records.columns import Table, as_numbers
 from heli_identifier.records.configuration import LogFormat
 from heli_identifier.records.text import read_text
+
+LARGER = f"; cut it, or set largest_file under [log] of {HELI_TOML}"
+"""What to do with a file that is too large."""
 
 _HDF5 = b"\x89HDF"
 _MOST_ROWS = 200  # signals in a matrix; a matrix with more rows and columns is no log
@@ -51,7 +54,11 @@ def read_parquet(library: Any, path: Path, file: str, format: LogFormat) -> Tabl
     """Read a Parquet file; columns that hold no numbers are objects."""
     with library.ParquetFile(path) as source:
         schema, rows = source.schema_arrow, source.metadata.num_rows
-        check_size(8 * rows * len(schema.names), path.stat().st_size)  # runs of equal values take no room in the file
+        size = 8e-6 * rows * len(schema.names)  # runs of equal values take no room in the file
+        if size > format.largest_file:
+            raise LogError(
+                f"{file} cannot be read: it has {size:.4g} MB unpacked, more than {format.largest_file:g} MB{LARGER}."
+            )
         if len({*schema.names}) < len(schema.names):
             raise ValueError("two of its columns have the same name")
         table = source.read(use_threads=False)

@@ -18,11 +18,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from heli_identifier.archives import ArchiveError, check_size
-from heli_identifier.errors import HELI_TOML, LogError
+from heli_identifier.errors import LogError
 from heli_identifier.files import draft_folder, regular_bytes
 from heli_identifier.platform import end_with_parent
-from heli_identifier.records.binary import need, read_matlab, read_mdf, read_parquet, read_tdms, read_workbook
+from heli_identifier.records.binary import LARGER, need, read_matlab, read_mdf, read_parquet, read_tdms, read_workbook
 from heli_identifier.records.columns import Table
 from heli_identifier.records.configuration import LogFormat
 from heli_identifier.records.text import read_text
@@ -68,7 +67,7 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
         raise LogError(f"{path} does not exist; check the path.") from None
     except OSError as error:
         advice = {
-            errno.EFBIG: f"; cut it, or set largest_file under [log] of {HELI_TOML}",
+            errno.EFBIG: LARGER,
             errno.EINVAL: "; save the log as a file and name that",
         }.get(error.errno or 0, "")
         raise LogError(f"{path} cannot be read: {error.strerror or error}{advice}.") from error
@@ -93,14 +92,11 @@ def _unpacked(data: bytes, path: Path, largest: float) -> bytes:
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
             content = file.read(round(1e6 * largest) + 1)
-        if len(content) > 1e6 * largest:
-            raise ArchiveError(f"it holds more than {largest:g} MB unpacked")
-        check_size(len(content), len(data))
-        return content
-    except ArchiveError as error:
-        raise LogError(f"{path} is not unpacked: {error}.") from error
     except (OSError, EOFError, zlib.error) as error:
         raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
+    if len(content) > 1e6 * largest:
+        raise LogError(f"{path} cannot be read: it has more than {largest:g} MB unpacked{LARGER}.")
+    return content
 
 
 def _read(reader: _Reader, path: Path, file: str, format: LogFormat) -> Table:

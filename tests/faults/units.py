@@ -1,6 +1,5 @@
 """Faults of FMU files and of runs."""
 
-import io
 import zipfile
 
 from fmu_src import build
@@ -59,13 +58,6 @@ def without_binary(entries):
         del entries[name]
 
 
-def bomb():
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as file:
-        file.writestr("zeros", bytes(300_000_000))
-    return data.getvalue()
-
-
 FILES = (
     Fault("no zip", write("no", "it.fmu"), RUN, "it is no zip archive"),
     Fault("an FMU that is missing", nothing, RUN, "the FMU of plant is missing"),
@@ -74,7 +66,6 @@ FILES = (
     Fault("a model description that is no XML", archive(**{"modelDescription.xml": "<"}), RUN, "cannot be used"),
     Fault("an entry that leads out of its folder", archive(**{"../../escaped": "x"}), RUN, "lies outside of the archive" ),
     Fault("an absolute entry", archive(**{"/escaped": "x"}), RUN, "lies outside of the archive"),
-    Fault("300 MB of zeros in 300 kB", lambda f: (f / "it.fmu").write_bytes(bomb()), RUN, "at most 200 times are unpacked" ),
     Fault("an FMU for FMI 1.0", described('fmiVersion="2.0"', 'fmiVersion="1.0"'), RUN, "cannot be used"),
     Fault("no binary for this system", rewritten(without_binary), RUN, "plant.load"),
     Fault("another unit's FMU", lambda f: build("Exciter", f).rename(f / "it.fmu"), RUN, "has no output 'plant.elevation'" ),
