@@ -79,17 +79,12 @@ def to_file(text: str) -> Any:
     return Annotated[Path | None, option(text, "--output", "-o", metavar="FILE")]
 
 
-def scenario_names() -> list[str]:
-    """Names of the scenarios, for completion."""
-    return list(fmu_src.SCENARIOS)
-
-
 ScenarioName = Annotated[
     str,
     typer.Argument(
         metavar="SCENARIO",
         help="open_loop, closed_loop, state_feedback, measured_data, plant_beside_log, follow or live.",
-        autocompletion=scenario_names,
+        autocompletion=lambda: list(fmu_src.SCENARIOS),
     ),
 ]
 

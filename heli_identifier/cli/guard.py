@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import wraps
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any
 
 import typer
 
@@ -21,9 +21,6 @@ from heli_identifier.files import keeping
 from heli_identifier.platform import memory_limits
 from heli_identifier.signals import handled_here
 from heli_plant.errors import PlantError
-
-P = ParamSpec("P")
-R = TypeVar("R")
 
 BAD_INPUT = 2
 """Exit code of bad usage and of data that cannot be used."""
@@ -35,11 +32,11 @@ LEAST_MEMORY = 1000
 """Megabytes of address space below which no command begins: `heli design` takes 760, most others 130 to 510."""
 
 
-def guarded(command: Callable[P, R]) -> Callable[P, R]:
+def guarded(command: Callable[..., Any]) -> Callable[..., Any]:
     """Make a command keep the promises of this module."""
 
     @wraps(command)
-    def run(*arguments: P.args, **options: P.kwargs) -> R:
+    def run(*arguments: Any, **options: Any) -> Any:
         try:
             with handled_here():
                 require_memory()

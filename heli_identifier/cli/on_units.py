@@ -49,15 +49,14 @@ if TYPE_CHECKING:
 PLANT = "HelicopterPlant"
 
 
-def _units() -> list[str]:
-    """Names of the units, for completion."""
-    return list(fmu_src.UNITS)
-
-
 def build(
     units: Annotated[
         list[str],
-        typer.Argument(metavar="[UNIT]...", help="Units to build; all if none is named.", autocompletion=_units),
+        typer.Argument(
+            metavar="[UNIT]...",
+            help="Units to build; all if none is named.",
+            autocompletion=lambda: list(fmu_src.UNITS),
+        ),
     ] = [],
     output: Folder = Path("build"),
     parameters: Parameters = None,
@@ -85,7 +84,7 @@ def build(
         raise ConfigurationError(
             "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange."
         )
-    names = units or (list(NATIVE_UNITS) if native else _units())
+    names = units or list(NATIVE_UNITS if native else fmu_src.UNITS)
     given = by_unit(parameters, names, f"which is not among {', '.join(names)}")
     if settings and len(names) != 1:
         raise ConfigurationError("--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
@@ -102,7 +101,7 @@ def build(
     if native:
         warn_of_missing_compilers(all_platforms)
         if not units:
-            others = ", ".join(name for name in _units() if name not in names)
+            others = ", ".join(name for name in fmu_src.UNITS if name not in names)
             warn(f"not made in C: {others}; build them without --native")
     files = [output / f"{name}.fmu" for name in names]
     if json:
@@ -327,27 +326,27 @@ def effects(
     axes = sorted({entry.axis for entry in CATALOGUE})
     if axis and axis not in axes:
         raise ConfigurationError(f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
-    entries, rows = [entry for entry in CATALOGUE if axis in ("", entry.axis)], []
-    for entry in entries:
+    document: list[dict[str, Any]] = []
+    rows = []
+    for entry in CATALOGUE:
+        if axis not in ("", entry.axis):
+            continue
         bounds = f"{entry.lower:g} to {entry.upper:g}"
         row = (entry.name, entry.axis, results.law_text(entry.law), results.unit_text(entry.unit), bounds)
         shapes = ", ".join(f"{shape.name} [{results.unit_text(shape.unit) or '1'}]" for shape in entry.shapes)
         rows.append((*row, shapes, entry.source) if verbose else row)
+        document.append({
+            "name": entry.name,
+            "axis": entry.axis,
+            "parameter": f"effects.{entry.name}.{entry.axis}",
+            "law": entry.law,
+            "unit": entry.unit,
+            "range": [entry.lower, entry.upper],
+            "source": entry.source,
+            "shapes": [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in entry.shapes],
+        })
     columns = ("effect", "axis", "law", "unit of c", "range of c", *(("shapes", "source") if verbose else ()))
-    answer(json, [_effect_document(entry) for entry in entries], [results.Table("Effects", columns, rows)])
-
-
-def _effect_document(entry: Any) -> dict[str, Any]:
-    return {
-        "name": entry.name,
-        "axis": entry.axis,
-        "parameter": f"effects.{entry.name}.{entry.axis}",
-        "law": entry.law,
-        "unit": entry.unit,
-        "range": [entry.lower, entry.upper],
-        "source": entry.source,
-        "shapes": [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in entry.shapes],
-    }
+    answer(json, document, [results.Table("Effects", columns, rows)])
 
 
 def design(
