@@ -37,9 +37,6 @@ NO_WAIT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
 _PR_SET_PDEATHSIG = 1  # of Linux' <sys/prctl.h>
 
 
-# --- processes -------------------------------------------------------------------------------------------------------
-
-
 @contextmanager
 def unheard(number: signal.Signals) -> Iterator[None]:
     """Hold a signal back in the block; processes that are started in it never hear it (Windows: see NEW_GROUP)."""
@@ -89,9 +86,6 @@ def _wait_for_end(parent: int) -> None:
         while os.getppid() == parent:
             sleep(0.5)
     os._exit(0)
-
-
-# --- bounds ----------------------------------------------------------------------------------------------------------
 
 
 def memory_limits() -> list[tuple[int, str]]:

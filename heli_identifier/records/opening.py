@@ -111,21 +111,9 @@ def _read(reader: _Reader, path: Path, file: str, format: LogFormat) -> Table:
 
 
 def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
-    """Call ``read`` in a process of its own; all that passes to it and back can be pickled.
+    """Call ``read`` with ``arguments`` in a process of its own, and raise the error that it raises.
 
-    Parameters
-    ----------
-    read, arguments : callable, tuple
-        What is called with what; the error that it raises is raised here.
-    size : int
-        Size of the file that it reads [bytes].
-    file : str
-        Name of the file for messages.
-
-    Raises
-    ------
-    LogError
-        It crashed or took longer than `PATIENCE`.
+    A LogError names ``file``, of ``size`` [bytes], if it crashed or took longer than `PATIENCE`.
     """
     patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
     code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import _answer; _answer()"

@@ -52,12 +52,7 @@ SAME_LAG = 0.2
 
 
 def shared_flight(one: Log, other: Log) -> tuple[float, float, float] | None:
-    """Find a stretch of flight that two logs share.
-
-    Parameters
-    ----------
-    one, other : Log
-        Of any rates. Angles alone are compared: two flights may have the same voltages.
+    """Find a stretch of flight that two logs of any rates share, by their angles: voltages may be those of two flights.
 
     Returns
     -------

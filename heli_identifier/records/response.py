@@ -137,19 +137,10 @@ def angle_unit(values: Array) -> tuple[str, str, int | None]:
 
 
 def assign_columns(columns: Array, rate_hz: float, known: Mapping[str, int]) -> dict[str, int] | None:
-    """Choose the columns that respond to each other as pitch, elevation, travel and voltages do.
+    """Choose the columns, shape (N, k) at ``rate_hz``, that respond to each other as voltages and angles do.
 
-    Parameters
-    ----------
-    columns : NDArray, shape (N, k)
-        Candidates, uniformly sampled at `rate_hz` [Hz].
-    known : dict
-        Index of the column of signals that are known by name.
-
-    Returns
-    -------
-    dict or None
-        Index of the column of each signal, with v_front and v_rear or v_sum and v_difference; None if too few move.
+    Gives the index of each signal's column, with v_front and v_rear or v_sum and v_difference, those of ``known`` names
+    unchanged; None if too few move.
     """
     values, step = coarse(columns, rate_hz)
     found = filtered(values, step)

@@ -49,26 +49,11 @@ class _Layout(NamedTuple):
 
 
 def read_text(data: bytes, file: str, format: LogFormat) -> Table:
-    """Read a text file.
+    """Read the bytes of a text, in UTF-8, UTF-16 with its mark, or the encoding of western Windows.
 
-    Parameters
-    ----------
-    data : bytes
-        Content of the file, in UTF-8, UTF-16 with its mark, or the encoding of western Windows.
-    file : str
-        Name of the file for messages.
-    format : LogFormat
-        Decimal mark and columns; a file without headers is read if it names columns ``column 1``, ...
-
-    Returns
-    -------
-    Table
-        Columns that hold only numbers are float, all others object.
-
-    Raises
-    ------
-    LogError
-        If the bytes are not a table: binary, empty, one column, no rows, or a row longer than the header.
+    Columns that hold only numbers are float, all others object. A file without headers is read if ``format`` names
+    columns ``column 1``, ... A LogError says that the bytes are no table: binary, empty, one column, no rows, or a row
+    longer than the header.
     """
     text = _decoded(data, file)
     ended, text = text.endswith("\n"), text.rstrip()  # blank lines at the end are not rows, elsewhere they are
