@@ -172,6 +172,13 @@ def test_a_point_that_no_allowed_plant_can_hold_is_refused():
         design_pid(ParameterSet("HelicopterPlant", values), elevation=0.3, draws=2)
 
 
+def test_a_retuned_loop_without_margins_is_not_to_be_flown():
+    # six times the published gain behind motors twice as slow: no search from the published PID gets to a peak of 1.6
+    values = plant_values(TABLE_2._replace(k_x=1.66, a_wx=0.0, T_m=0.18), {})
+    said = design_pid(ParameterSet("HelicopterPlant", values), draws=2).notes
+    assert [note.partition(":")[0] for note in said] == ["do not fly the retuned pitch loop"]
+
+
 def test_an_input_delay_takes_its_phase_off_the_margin():
     bare, late = model_at(TABLE_2), model_at(TABLE_2._replace(input_delay_rotors=0.05))
     before, after = margins(bare, PID)["pitch"], margins(late, PID)["pitch"]

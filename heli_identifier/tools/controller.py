@@ -311,6 +311,13 @@ def design_pid(
     ]
     if plant.input_delay_rotors:
         notes.append(f"an input delay of {plant.input_delay_rotors:.3g} s is in the margins, not in the matrices")
+    for axis in LOOPS:
+        peak = after.figures[f"{axis}.sensitivity"].value
+        if peak > 1.05 * PEAK:  # the bound of the search is soft
+            notes.append(
+                f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was "
+                "asked for; `heli design-controller` has other kinds of controllers"
+            )
     return PidDesign(plants, before, after, (*notes, *plants.notes))
 
 
