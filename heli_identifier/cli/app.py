@@ -84,7 +84,8 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def heli(
     _: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, metavar="", help="Print the version and leave."),
     ] = False,
 ) -> None:
     """Bench helicopter FMUs that correct themselves from measured data."""

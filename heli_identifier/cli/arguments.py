@@ -23,8 +23,8 @@ from heli_identifier.errors import ConfigurationError, LogError
 from heli_plant.errors import did_you_mean
 
 
-def option(text: str, *names: str, metavar: str | None = None, **more: Any) -> Any:
-    """Give an option of a command with its help."""
+def option(text: str, *names: str, metavar: str = "", **more: Any) -> Any:
+    """Give an option of a command with its help; a flag has no ``metavar``."""
     return typer.Option(*names, metavar=metavar, help=text, **more)
 
 

@@ -287,15 +287,21 @@ class Adviser:
         self.sentence = ""
 
     def ask(self, plant: "PlantParameters", errors: Mapping[str, float], elevation: float) -> None:
-        """Have the controller judged around a plant; what was asked before is dropped."""
+        """Have the controller judged around a plant; what was asked before is dropped.
+
+        A process that is at work is kept, and judges this plant next: there is never more than one at work.
+        """
         from concurrent.futures import ProcessPoolExecutor
         from multiprocessing import get_context
 
-        self.close()
         with unheard(signal.SIGINT):  # Ctrl-C is for the command
-            self.pool = ProcessPoolExecutor(
-                1, mp_context=get_context("spawn"), initializer=end_with_parent, initargs=(os.getpid(),)
-            )
+            if self.pool is None or self.asked is None or self.asked.done():
+                self.close()
+                self.pool = ProcessPoolExecutor(
+                    1, mp_context=get_context("spawn"), initializer=end_with_parent, initargs=(os.getpid(),)
+                )
+            else:
+                self.asked.cancel()
             self.asked = self.pool.submit(tools.control_advice, plant, dict(errors), 0.0, elevation, self.settings)
 
     def look(self, wait: bool = False) -> str:
@@ -321,7 +327,7 @@ class Adviser:
         return self.sentence
 
     def close(self) -> None:
-        """End the process; what it was asked is left."""
+        """Let the process end, at once or with the question that it is at; others are dropped."""
         if self.pool is not None:
             self.pool.shutdown(wait=False, cancel_futures=True)
 

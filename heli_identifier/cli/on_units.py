@@ -316,7 +316,7 @@ def _output_table(title: str, outputs: list[dict[str, Any]], everything: bool) -
 
 
 def effects(
-    axis: Annotated[str, option("Only effects on this axis: pitch, elevation, travel or rotors.")] = "",
+    axis: Annotated[str, option("Only effects on this axis: pitch, elevation, travel or rotors.", metavar="AXIS")] = "",
     json: Json = False,
     verbose: Verbose = False,
 ) -> None:

@@ -96,7 +96,7 @@ class Journal:
                 self._synced = monotonic()
                 os.fsync(self._file)
         except OSError as error:
-            self._file.truncate(begin + data.rfind(b"\n", 0, written) + 1)
+            self._file.truncate(self._file.seek(begin + data.rfind(b"\n", 0, written) + 1))
             raise OSError(error.errno, error.strerror, str(self.path)) from error
 
     def close(self) -> None:

@@ -21,7 +21,7 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, plain
-from heli_identifier.tools.judging import CONFIDENCE, Judged, Plants, Progress, allowed_plants, judge
+from heli_identifier.tools.judging import CONFIDENCE, Figure, Judged, Plants, Progress, allowed_plants, judge
 from heli_identifier.tools.linearisation import (
     NOT_LINEAR,
     PERIOD,
@@ -341,9 +341,10 @@ def control_advice(
     elevation: float = 0.0,
     settings: PidSettings | None = None,
 ) -> Advice:
-    """Judge the PID after a change was adopted in flight, and offer gains that would keep its margins.
+    """Judge the PID after a change was adopted in flight, and offer retuned gains if it does not keep its margins.
 
-    They are kept where the upper end of the sensitivity's 95 % interval is at most :data:`PEAK`. Takes some seconds.
+    They are kept where the upper end of the sensitivity's 95 % interval is at most :data:`PEAK`. What the retuned gains
+    reach is in the sentence: no gains may keep the margins. Takes some seconds.
 
     ``standard_errors`` are by structured name; parameters that are not in it keep their value. The operating point is
     in [rad], the present PID by default that of the units. ConfigurationError if there is no equilibrium there.
@@ -353,12 +354,15 @@ def control_advice(
         for row in PARAMETERS
     }
     made = design_pid(ParameterSet(PLANT, values), pitch, elevation, settings)
-    peaks = {axis: made.before.figures[f"{axis}.sensitivity"] for axis in LOOPS}
-    beyond = [f"{axis} {p.value:.2f} ({p.low:.2f} to {p.high:.2f})" for axis, p in peaks.items() if p.high > PEAK]
+    peaks, retuned_peaks = (
+        {axis: judged.figures[f"{axis}.sensitivity"] for axis in LOOPS} for judged in (made.before, made.after)
+    )
+    beyond = [axis for axis in LOOPS if peaks[axis].high > PEAK]
     offered = made.controller_parameters({}) if beyond else None
     sentence = (
         "The PID does not keep its margins with the changed plant: peak of the sensitivity on "
-        f"{', '.join(beyond)}, stated are at most {PEAK:g}. Gains that would keep them are offered, not applied."
+        f"{_stated(peaks, beyond)}, stated are at most {PEAK:g}. Retuned gains are offered, not applied; with them it "
+        f"is {_stated(retuned_peaks, LOOPS)}."
         if beyond
         else ""
     )
@@ -370,3 +374,9 @@ def control_advice(
         "sensitivity": {axis: {"value": p.value, "interval": [p.low, p.high]} for axis, p in peaks.items()},
     }
     return Advice(sentence, document, offered)
+
+
+def _stated(peaks: Mapping[str, Figure], axes: Sequence[str]) -> str:
+    """Peaks of axes with their 95 % intervals, as text."""
+    own = ((axis, peaks[axis]) for axis in axes)
+    return ", ".join(f"{axis} {peak.value:.2f} ({peak.low:.2f} to {peak.high:.2f})" for axis, peak in own)
