@@ -1,8 +1,8 @@
 """Files that are written whole or not at all, files that may be anything, and drafts.
 
 A regular file is replaced by a rename, so that a reader finds the old content or the new one, never a part. A link is
-followed. What is no regular file (a device, a pipe) cannot be replaced without destroying it: it is
-written through.
+followed. What is no regular file (a device, a pipe), or is standard output, cannot be replaced without destroying it:
+it is written through.
 
 A draft exists only while its block runs. SIGKILL and a loss of power leave one. Whoever makes the next draft in the
 same folder removes those to which nothing was added for a week.
@@ -71,7 +71,7 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
         present = None
         with suppress(FileNotFoundError, NotADirectoryError):
             present = target.stat()  # what stands at the end of all links; a link to itself is an error
-        if present is None or stat.S_ISREG(present.st_mode):
+        if present is None or (stat.S_ISREG(present.st_mode) and not _is_standard_output(present)):
             _replace(Path(os.path.realpath(target)), present, data)
         else:
             _write_through(target, present, data)
@@ -139,14 +139,25 @@ def sweep(folder: Path) -> None:
                     shutil.rmtree(draft, ignore_errors=True)  # it may be somebody else's
 
 
+def _is_standard_output(present: os.stat_result) -> bool:
+    """Whether ``-o /dev/stdout >> FILE`` names this file: what FILE already holds must stay."""
+    try:
+        return os.path.samestat(present, os.fstat(1))
+    except OSError:  # standard output is closed
+        return False
+
+
 def _write_through(target: Path, present: os.stat_result, data: bytes) -> None:
     """Write to what cannot be replaced."""
     if stat.S_ISDIR(present.st_mode):
         raise IsADirectoryError(errno.EISDIR, "it is a folder, a file is needed", str(target))
-    # Without NO_WAIT a pipe that nobody reads would be waited for without end.
-    descriptor = os.open(target, os.O_WRONLY | NO_WAIT)
-    if NO_WAIT:
-        os.set_blocking(descriptor, True)
+    if _is_standard_output(present):
+        descriptor = os.dup(1)
+    else:
+        # Without NO_WAIT a pipe that nobody reads would be waited for without end.
+        descriptor = os.open(target, os.O_WRONLY | NO_WAIT)
+        if NO_WAIT:
+            os.set_blocking(descriptor, True)
     with open(descriptor, "wb") as file:
         file.write(data)
 

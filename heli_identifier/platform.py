@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from threading import Thread
 from time import sleep
 from typing import TYPE_CHECKING, Any
@@ -95,3 +96,16 @@ def memory_limits() -> list[tuple[int, str]]:
     kinds = ((resource.RLIMIT_AS, "ulimit -v"), (resource.RLIMIT_DATA, "ulimit -d"))
     found = [(resource.getrlimit(kind)[0], name) for kind, name in kinds]
     return [(limit, name) for limit, name in found if limit != resource.RLIM_INFINITY]
+
+
+def bound_memory(more: int) -> None:
+    """Let this process take at most ``more`` bytes beyond its memory, and leave no image of it; not on Windows."""
+    if not _IS_POSIX:
+        return
+    held = 0  # where there is no /proc, as on macOS, it is little beside the bound
+    with suppress(OSError):
+        held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    for kind, bound in ((resource.RLIMIT_AS, held + more), (resource.RLIMIT_CORE, 0)):
+        now, hard = resource.getrlimit(kind)
+        with suppress(ValueError, OSError):  # macOS may refuse to bound the memory
+            resource.setrlimit(kind, (bound if now == resource.RLIM_INFINITY else min(now, bound), hard))

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
@@ -48,6 +50,14 @@ def test_a_full_disk_leaves_the_old_file_and_no_part_of_the_new_one(tmp_path, si
     with files_of_at_most(1_000), pytest.raises(OSError, match="too large"):
         write_atomically(path, "n" * size)
     assert contents(tmp_path) == {"file": "old"}
+
+
+def test_standard_output_that_is_appended_to_a_file_keeps_what_the_file_holds(tmp_path):
+    (tmp_path / "all.csv").write_text("old\n")
+    code = "from heli_identifier.files import write_atomically; write_atomically('/dev/stdout', 'new')"
+    with open(tmp_path / "all.csv", "ab") as out:
+        subprocess.run([sys.executable, "-c", code], stdout=out, check=True)
+    assert (tmp_path / "all.csv").read_text() == "old\nnew"
 
 
 def test_a_folder_in_the_file_s_place_stays_and_no_draft_remains(tmp_path):

@@ -1,4 +1,4 @@
-"""A reader that crashes or hangs does not take the command with it."""
+"""A reader that crashes, hangs or asks for all memory does not take the command with it."""
 
 import os
 
@@ -18,6 +18,13 @@ def test_a_reader_without_end_is_ended(monkeypatch):
     monkeypatch.setattr(opening, "PATIENCE", 5.0)
     with pytest.raises(LogError, match=r"its reader came to no end within 5 s"):
         apart(exec, ("while True: pass",), 1, "log.mat")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows bounds no memory")
+def test_a_reader_that_asks_for_all_memory_is_refused(monkeypatch):
+    monkeypatch.setattr(opening, "MEMORY", 10**9)
+    with pytest.raises(LogError, match="log.mat is not readable: it asks for more than 1 GB of memory"):
+        apart(bytes, (2 * 10**9,), 1, "log.mat")
 
 
 def test_what_a_reader_gives_or_raises_arrives_and_what_it_prints_does_not(capfd):

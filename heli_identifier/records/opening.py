@@ -1,7 +1,8 @@
 """From a log's file to a table: who reads it, by the ending of its name, and what is looked at before.
 
-A damaged MATLAB, TDMS or MDF file can make the library that reads it crash the process (scipy's reader of MATLAB
-files, for one) or run without end. So a process of its own reads such a file and hands over what it found.
+A damaged binary file can make the library that reads it crash the process (scipy's reader of MATLAB files, for one),
+run without end, or ask for all memory: zeros pack to a thousandth. So a process of its own reads it, within bounds, and
+hands over what it found.
 """
 
 import errno
@@ -20,7 +21,7 @@ from typing import Any, NamedTuple
 
 from heli_identifier.errors import LogError
 from heli_identifier.files import draft_folder, regular_bytes
-from heli_identifier.platform import end_with_parent
+from heli_identifier.platform import bound_memory, end_with_parent
 from heli_identifier.records.binary import LARGER, need, read_matlab, read_mdf, read_parquet, read_tdms, read_workbook
 from heli_identifier.records.columns import Table
 from heli_identifier.records.configuration import LogFormat
@@ -30,6 +31,9 @@ PATIENCE, PATIENCE_PER_MB = 300.0, 3.0
 """Longest time that a parser may take [s], and its growth with the size [s/MB]: 300 times what readers need, because a
 machine that does other things, or a slow disk, is no defect."""
 
+MEMORY = 8_000_000_000
+"""Memory that a parser may take beyond what its process has [bytes]; Windows sets no bound."""
+
 
 class _Reader(NamedTuple):
     """Who reads a binary format."""
@@ -38,13 +42,12 @@ class _Reader(NamedTuple):
     module: str
     package: str
     read: Callable[[Any, Path, str, LogFormat], Table]
-    is_hardened: bool = False  # Arrow's is fuzzed all the time; a zip is looked at
 
 
 _READERS = {
     ".mat": _Reader("a MATLAB file", "scipy.io", "scipy", read_matlab),
-    ".xlsx": _Reader("an Excel workbook", "openpyxl", "openpyxl", read_workbook, is_hardened=True),
-    ".parquet": _Reader("a Parquet file", "pyarrow.parquet", "pyarrow", read_parquet, is_hardened=True),
+    ".xlsx": _Reader("an Excel workbook", "openpyxl", "openpyxl", read_workbook),
+    ".parquet": _Reader("a Parquet file", "pyarrow.parquet", "pyarrow", read_parquet),
     ".tdms": _Reader("a TDMS file", "nptdms", "npTDMS", read_tdms),
     ".mf4": _Reader("an MDF file", "asammdf", "asammdf", read_mdf),
     ".mdf": _Reader("an MDF file", "asammdf", "asammdf", read_mdf),
@@ -82,16 +85,16 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
         copy.write_bytes(data)
         size = len(data)
         del data
-        if reader.is_hardened:
-            return _read(reader, copy, str(path), format), digest
         return apart(_read, (reader, copy, str(path), format), size, str(path)), digest
 
 
 def _unpacked(data: bytes, path: Path, largest: float) -> bytes:
     """Give the content of a gzip file of at most ``largest`` MB."""
     try:
+        content = bytearray()
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-            content = file.read(round(1e6 * largest) + 1)
+            while len(content) <= 1e6 * largest and (piece := file.read(1 << 20)):
+                content += piece
     except (OSError, EOFError, zlib.error) as error:
         raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
     if len(content) > 1e6 * largest:
@@ -103,7 +106,7 @@ def _read(reader: _Reader, path: Path, file: str, format: LogFormat) -> Table:
     library = need(reader.module, reader.package, file, reader.what)
     try:
         return reader.read(library, path, file, format)
-    except LogError:
+    except (LogError, MemoryError):
         raise
     except Exception as error:  # each library raises what its parser does on a damaged file
         said = str(error).replace(str(path), file).strip().splitlines() or [type(error).__name__]
@@ -113,11 +116,11 @@ def _read(reader: _Reader, path: Path, file: str, format: LogFormat) -> Table:
 def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
     """Call ``read`` with ``arguments`` in a process of its own, and raise the error that it raises.
 
-    A LogError names ``file``, of ``size`` [bytes], if it crashed or took longer than `PATIENCE`.
+    A LogError names ``file``, of ``size`` [bytes], if it crashed, took longer than `PATIENCE`, or more than `MEMORY`.
     """
     patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
     code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import _answer; _answer()"
-    command, task = [sys.executable, "-c", code], pickle.dumps((read, arguments, os.getpid()))
+    command, task = [sys.executable, "-c", code], pickle.dumps((read, arguments, os.getpid(), MEMORY))
     with tempfile.TemporaryFile() as out:
         try:
             subprocess.run(command, input=task, stdout=out, stderr=subprocess.DEVNULL, timeout=patience, check=True)
@@ -128,21 +131,26 @@ def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file:
         except subprocess.CalledProcessError:
             problem = "it is damaged so that its reader crashes"
         else:
-            if error is not None:
+            if error is None:
+                return answer
+            if not isinstance(error, MemoryError):
                 raise error
-            return answer
+            problem = f"it asks for more than {MEMORY / 1e9:g} GB of memory"
     raise LogError(f"{file} is not readable: {problem}; save it again.")
 
 
 def _answer() -> None:
     """Read in the process apart; what libraries print goes nowhere."""
-    read, arguments, parent = pickle.load(sys.stdin.buffer)
+    read, arguments, parent, memory = pickle.load(sys.stdin.buffer)
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)
         end_with_parent(parent)
+        bound_memory(memory)
         answer: tuple[Any, Exception | None]
         try:
             answer = read(*arguments), None
+        except MemoryError:
+            answer = None, MemoryError()
         except Exception as error:
             answer = None, error
         pickle.dump(answer, out, protocol=pickle.HIGHEST_PROTOCOL)
