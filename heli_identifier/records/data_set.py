@@ -117,7 +117,8 @@ def named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
         depth = next(d for d in count() if len({folders[:d] for folders in above}) == len(above))
         name = "/".join((*reversed(_folders(log)[:depth]), log.name))
         times_given[name] += 1
-        named.append(replace(log, name=name if times_given[name] == 1 else f"{name} ({times_given[name]})"))
+        name = name if times_given[name] == 1 else f"{name} ({times_given[name]})"
+        named.append(log if name == log.name else replace(log, name=name))  # a copy takes as much memory again
     return tuple(named)
 
 

@@ -99,7 +99,7 @@ def _unpacked(data: bytes, path: Path, largest: float) -> bytes:
         raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
     if len(content) > 1e6 * largest:
         raise LogError(f"{path} cannot be read: it has more than {largest:g} MB unpacked{LARGER}.")
-    return content
+    return bytes(content)
 
 
 def _read(reader: _Reader, path: Path, file: str, format: LogFormat) -> Table:
