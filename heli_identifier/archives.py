@@ -10,6 +10,8 @@ from pathlib import Path, PurePosixPath
 LARGEST = 2_000_000_000
 """Bytes that an archive may hold unpacked. The largest FMUs, with tables in them, have some hundred megabytes."""
 
+_BLOCK = 4096  # bytes of a disk that an entry takes at least
+
 
 def check_zip(path: Path) -> None:
     """Refuse a zip that cannot be unpacked safely; zipfile refuses what is encrypted, and makes a file of a link.
@@ -30,5 +32,5 @@ def check_zip(path: Path) -> None:
         name = PurePosixPath(entry.filename.replace("\\", "/"))
         if name.is_absolute() or ".." in name.parts or ":" in (name.parts or ("",))[0]:
             raise ValueError(f"its entry {entry.filename!r} lies outside of the archive")
-    if (unpacked := sum(entry.file_size for entry in entries)) > LARGEST:
+    if (unpacked := sum(max(entry.file_size, _BLOCK) for entry in entries)) > LARGEST:
         raise ValueError(f"it holds {unpacked / 1e9:.3g} GB unpacked, at most {LARGEST / 1e9:g} GB are unpacked")

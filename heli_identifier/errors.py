@@ -54,5 +54,7 @@ def require_positive(name: str, value: float, unit: str) -> float:
         Names the setting, its value and unit.
     """
     if not isfinite(value) or value <= 0.0:
+        if unit == "1":
+            raise ConfigurationError(f"{name} = {value!r} must be positive and finite")
         raise ConfigurationError(f"{name} = {value!r} {unit} must be positive and finite")
     return value

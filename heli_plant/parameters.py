@@ -146,8 +146,9 @@ def checked(parameters: PlantParameters) -> PlantParameters:
     for row in PARAMETERS:
         value = getattr(parameters, row.field)
         if not isfinite(value) or not row.minimum <= value <= row.maximum:
+            unit = f" {row.unit}" if row.unit != "1" else ""
             raise ParameterError(
-                f"{row.name} = {value!r} {row.unit} must lie in [{row.minimum:g}, {row.maximum:g}] {row.unit}"
+                f"{row.name} = {value!r}{unit} must lie in [{row.minimum:g}, {row.maximum:g}]{unit}"
             )
     time_constant = motor_time_constant(parameters)
     if time_constant < 0.0:

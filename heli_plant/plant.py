@@ -5,7 +5,7 @@ the mechanical stages run. Whatever stays the same over the step is computed onc
 Python interprets this source, a native unit has it in C, and a diagnosis runs it compiled.
 
 The bending of the arm is a mode that the rotors drive, so it takes its own Runge-Kutta step beside that of the axes;
-its law is :mod:`heli_plant.effects.arm_bending`.
+its law is :func:`heli_plant.effects.arm.arm_bending`.
 
 The ADO (active disturbance) is a mass that a lead screw moves along the arm. At the position x [m] from its middle the
 mass shifts a_1 by ado_offset x and a_e by ado_stiffness x. It follows its command at the lead screw's speed, between

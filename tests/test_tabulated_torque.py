@@ -99,5 +99,5 @@ def test_parameters_name_table_axis_and_place():
     assert len(rows) == 3 * (KNOTS + 3)
     p = from_names({"table.elevation.variable": 2.0, "table.elevation.first": -0.3, "table.elevation.torque_21": 0.2})
     assert (p.table_variable_elevation, p.table_first_elevation, p.table_torque_21_elevation) == (2.0, -0.3, 0.2)
-    with pytest.raises(ParameterError, match=r"table.pitch.spacing = 0.0 1 must lie in"):
+    with pytest.raises(ParameterError, match=r"table.pitch.spacing = 0.0 must lie in"):
         from_names({"table.pitch.spacing": 0.0})

@@ -28,6 +28,7 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
 )
 from fmpy.logging import addLoggerProxy
+from lxml import etree
 
 from heli_identifier.archives import check_zip
 from heli_plant.errors import did_you_mean
@@ -91,6 +92,8 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
         fmpy.extract(str(fmu), str(folder))
         if not (folder / "modelDescription.xml").is_file():
             raise ValueError("it holds no modelDescription.xml")
+        if etree.parse(folder / "modelDescription.xml", etree.XMLParser(resolve_entities=False)).docinfo.doctype:
+            raise ValueError("its XML has a document type, which may define entities; take it out")
         description = fmpy.read_model_description(str(folder))
     except Exception as error:  # fmpy raises whatever its parsers raise on damaged archives and descriptions
         said = " ".join(str(error).split()) or type(error).__name__

@@ -58,6 +58,19 @@ def without_binary(entries):
         del entries[name]
 
 
+def claiming(size):
+    """Give a function that writes a zip whose directory claims that its entry has this size [bytes]."""
+
+    def make(folder):
+        with zipfile.ZipFile(folder / "it.fmu", "w") as file:
+            file.writestr("zeros", bytes(1000))
+            file.filelist[0].file_size = size
+
+    return make
+
+
+ENTITY = '<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b SYSTEM "modelDescription.xml">]><a>&b;</a>'
+
 FILES = (
     Fault("no zip", write("no", "it.fmu"), RUN, "it is no zip archive"),
     Fault("an FMU that is missing", nothing, RUN, "the FMU of plant is missing"),
@@ -66,6 +79,8 @@ FILES = (
     Fault("a model description that is no XML", archive(**{"modelDescription.xml": "<"}), RUN, "cannot be used"),
     Fault("an entry that leads out of its folder", archive(**{"../../escaped": "x"}), RUN, "lies outside of the archive" ),
     Fault("an absolute entry", archive(**{"/escaped": "x"}), RUN, "lies outside of the archive"),
+    Fault("an archive of 3 GB", claiming(3_000_000_000), RUN, "at most 2 GB are unpacked"),
+    Fault("an entity in the model description", archive(**{"modelDescription.xml": ENTITY.encode("utf-16")}), RUN, "has a document type"),
     Fault("an FMU for FMI 1.0", described('fmiVersion="2.0"', 'fmiVersion="1.0"'), RUN, "cannot be used"),
     Fault("no binary for this system", rewritten(without_binary), RUN, "plant.load"),
     Fault("another unit's FMU", lambda f: build("Exciter", f).rename(f / "it.fmu"), RUN, "has no output 'plant.elevation'" ),
