@@ -133,9 +133,10 @@ def _row(variable: Variable, start: Value | None) -> str:
     assert abs(low) <= LARGEST and abs(high) <= LARGEST
     is_text = variable.type == "String"
     number = "0.0" if start is None or is_text else value_text(float(start), "Real")
+    unit = variable.unit if variable.unit and variable.unit != "1" else ""
     parts = (
         quoted(variable.name), variable.type.upper(), variable.causality.upper(),
-        str(variable.variability == "tunable").lower(), quoted(variable.unit or ""), repr(float(low)),
+        str(variable.variability == "tunable").lower(), quoted(unit), repr(float(low)),
         repr(float(high)), repr(float(variable.nominal or 1.0)), number, quoted(str(start or "")) if is_text else "0",
     )  # fmt: skip
     return f"    {{{', '.join(parts)}}},"

@@ -20,7 +20,7 @@ typedef struct {
     Kind kind;
     Causality causality;
     bool tunable;
-    const char *physical_unit; /* empty: none */
+    const char *physical_unit; /* behind a number; empty: none, or 1 */
     double minimum, maximum;   /* of a Real or Integer */
     double nominal, start;
     const char *text; /* start of a String */
