@@ -39,9 +39,8 @@ def require_range(name: str, value: float, unit: str, lower: float = -inf, upper
         Names the setting, its value, its bounds and unit.
     """
     if not isfinite(value) or not lower <= value <= upper:
-        if unit == "1":
-            raise ConfigurationError(f"{name} = {value!r} must lie in [{lower:g}, {upper:g}]")
-        raise ConfigurationError(f"{name} = {value!r} {unit} must lie in [{lower:g}, {upper:g}] {unit}")
+        of = "" if unit == "1" else f" {unit}"
+        raise ConfigurationError(f"{name} = {value!r}{of} must lie in [{lower:g}, {upper:g}]{of}")
     return value
 
 
@@ -54,7 +53,6 @@ def require_positive(name: str, value: float, unit: str) -> float:
         Names the setting, its value and unit.
     """
     if not isfinite(value) or value <= 0.0:
-        if unit == "1":
-            raise ConfigurationError(f"{name} = {value!r} must be positive and finite")
-        raise ConfigurationError(f"{name} = {value!r} {unit} must be positive and finite")
+        of = "" if unit == "1" else f" {unit}"
+        raise ConfigurationError(f"{name} = {value!r}{of} must be positive and finite")
     return value
