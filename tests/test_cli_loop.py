@@ -167,15 +167,15 @@ def test_of_a_single_log_the_last_third_is_held_out_and_no_sample_is_in_both(log
 
 
 def test_a_single_log_of_a_cut_stretch_is_split_inside_that_stretch(logs):
-    (training,), (held,) = split_logs(logs[:1], [], RigConfiguration(), 3.0, 27.0)
+    (training,), (held,) = split_logs(logs[:1], [], RigConfiguration(), 3.0, 28.5)
     assert training.start == pytest.approx(3.0)
-    # the last sample kept is that of 27 s, which holds for one step
-    assert held.start + held.duration == pytest.approx(27.01)
+    # the last sample kept is that of 28.5 s, which holds for one step
+    assert held.start + held.duration == pytest.approx(28.51)
 
 
 def test_a_single_log_that_is_too_short_to_split_is_refused(logs):
     with pytest.raises(LogError, match="too short"):
-        split_logs(logs[:1], [], RigConfiguration(), 0.0, 14.0)
+        split_logs(logs[:1], [], RigConfiguration(), 0.0, 24.0)
 
 
 def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_path):

@@ -24,9 +24,8 @@ from heli_identifier.cli.arguments import (
     of_unit,
     option,
     read_with_doubts,
-    split_logs,
 )
-from heli_identifier.cli.terminal import counted, note, note_written, print_diagnosis, progress_bar, warn
+from heli_identifier.cli.terminal import counted, note, note_written, print_diagnosis, print_notes, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, IdentifierError, require_range
 from heli_identifier.files import write_atomically
 from heli_identifier.platform import end_with_parent, unheard
@@ -397,7 +396,9 @@ def _diagnose(
     limits = hi.LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts)
     rig = replace(configuration, format=limits)
     with results.whole_folder(folder / DIAGNOSIS) as draft:
-        training, held_out = split_logs((path,), (), rig, begin, end)
+        training, held_out, held_back = tools.read_split((path,), (), limits, begin, end)
+        note(held_back)
+        print_notes((*training, *held_out))
         with progress_bar() as progress:
             diagnosis = diagnosed(training, held_out, rig, draft, progress)
     print_diagnosis(diagnosis)

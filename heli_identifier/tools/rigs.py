@@ -37,8 +37,8 @@ HELD_OUT = "held"
 TRAINING_SHARE = 2.0 / 3.0
 """Share of a single log that is fitted to; the rest is held out."""
 
-SHORTEST_TO_SPLIT = 15.0
-"""Length [s] from which a single log is split."""
+SHORTEST_TO_SPLIT = 25.0
+"""Length [s] from which a single log is split: its last third has the 8 s that a diagnosis needs."""
 
 
 @dataclass(frozen=True)
