@@ -12,7 +12,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmu_src import UNITS, BuildError, build, problem_with, unit_class
-from fmu_src.description import base_exponents
+from fmu_src.description import base_exponents, element, rendered, value_text
 from fmu_src.variables import parameter
 from fmu_src.vendoring import content_hash, needed_sources, renamed
 from tests.fmi_rules import findings
@@ -116,6 +116,13 @@ COUNTS, ENABLED = parameter("counts", 1, "", None, 0, 9), parameter("enabled", T
 )
 def test_a_value_is_good_or_its_problem_names_variable_value_bounds_and_unit(variable, value, said):
     assert problem_with(variable, value) == said
+
+
+def test_a_text_reads_back_from_xml_as_it_was():
+    text = "a\tb\nc\r<&\"' "
+    rows = [("log.path", "String", {"value": value_text(text, "String")})]
+    root = element(rendered("ParameterSet.ssv", parameters=rows, units={}))
+    assert text in [node.get("value") for node in root.iter()]
 
 
 def test_a_build_that_fails_in_writing_leaves_what_was_there_and_no_part(tmp_path):
