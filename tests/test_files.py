@@ -52,6 +52,7 @@ def test_a_full_disk_leaves_the_old_file_and_no_part_of_the_new_one(tmp_path, si
     assert contents(tmp_path) == {"file": "old"}
 
 
+@pytest.mark.skipif(not Path("/dev/stdout").exists(), reason="Windows has no name for standard output")
 def test_standard_output_that_is_appended_to_a_file_keeps_what_the_file_holds(tmp_path):
     (tmp_path / "all.csv").write_text("old\n")
     code = "from heli_identifier.files import write_atomically; write_atomically('/dev/stdout', 'new')"
