@@ -288,7 +288,7 @@ class Adviser:
     def ask(self, plant: "PlantParameters", errors: Mapping[str, float], elevation: float) -> None:
         """Have the controller judged around a plant; what was asked before is dropped.
 
-        A process that is at work is kept, and judges this plant next: there is never more than one at work.
+        A process that is at work is kept, and judges this plant afterwards: there is never more than one at work.
         """
         from concurrent.futures import ProcessPoolExecutor
         from multiprocessing import get_context

@@ -26,7 +26,7 @@ from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
 NAMES = ModelParameters._fields
-"""The paper's symbols of the estimated parameters; they are fields of :class:`PlantParameters`."""
+"""The paper's symbols of the estimated parameters; they are fields of :class:`heli_plant.parameters.PlantParameters`."""
 
 ROLES = ("after", "before", "third", "measured", "band")
 """Colours of the logs."""

@@ -160,7 +160,7 @@ def read_split(
     if whole.duration < SHORTEST_TO_SPLIT:
         raise LogError(
             f"{path}: {whole.duration:.3g} s are too short to be split into a training part and a held-out part, "
-            f"{SHORTEST_TO_SPLIT:g} s are needed; name a second log with --validate."
+            f"{SHORTEST_TO_SPLIT:g} s are needed; give a second log, which is then held out."
         )
     cut = whole.start + TRAINING_SHARE * whole.duration
     first = read_log(path, form, whole.start, cut - 0.5 * whole.step)
