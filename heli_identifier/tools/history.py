@@ -26,7 +26,7 @@ from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
 NAMES = ModelParameters._fields
-"""The paper's symbols of the estimated parameters; they are fields of :class:`heli_plant.parameters.PlantParameters`."""
+"""The paper's symbols of the estimated parameters; fields of :class:`~heli_plant.parameters.PlantParameters`."""
 
 ROLES = ("after", "before", "third", "measured", "band")
 """Colours of the logs."""
@@ -36,7 +36,7 @@ class EstimateHistory(NamedTuple):
     """Estimates of one log over time.
 
     ``time`` [s], shape (M,); ``parameters`` and ``standard_errors`` by :data:`NAMES`, shape (M, 11), in the units of
-    :class:`PlantParameters`; ``state`` of the identifier at the end, standard errors evaluated there, and its ``plan``.
+    the plant; ``state`` of the identifier at the end, standard errors evaluated there, and its ``plan``.
     """
 
     name: str
