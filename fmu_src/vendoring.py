@@ -26,7 +26,7 @@ OLDEST_PYTHON = (3, 9)
 """The oldest Python of a host."""
 
 _POSTPONED = "from __future__ import annotations\n"
-_STRICT = re.compile(r",\s*strict=True(?=\s*,?\s*\))")
+_STRICT = re.compile(r",\s*strict=(?:True|False)(?=\s*,?\s*\))")
 
 
 def _module_file(module: str) -> Path | None:
