@@ -71,7 +71,6 @@ PLACES = (
     Fault("a name of an output that is no UTF-8", nothing, f"{SIMULATE} -o $'run\\xff.csv' >/dev/null; code=$?; rm run*.csv; echo exit $code", "exit 0", 0, shell=True),
     Fault("the folder of the command is gone: `heli build`", nothing, f"{LOST} heli build Exciter", "the folder in which this command runs is gone", shell=True),
     Fault("the folder of the command is gone: `heli simulate`", nothing, f"{LOST} heli simulate open_loop -d 1", "the folder in which this command runs is gone", shell=True),
-    Fault("a backend of matplotlib that there is not", good, "MPLBACKEND=nonsense heli identify log.csv -o out >/dev/null; echo exit $?", "exit 0", 0, ("out",), True),
     Fault("a terminal of one column", parameters(), f"COLUMNS=1 {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
     Fault("Python without its assertions and docstrings", parameters(), f"PYTHONOPTIMIZE=2 {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
     Fault("the output is a link to itself", nothing, "ln -s a a; heli simulate open_loop -d 1 -o a; code=$?; rm a; exit $code", "a: Too many levels of symbolic links", shell=True),
