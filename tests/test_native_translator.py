@@ -2,6 +2,7 @@
 
 import ctypes
 import math
+import pickle
 from functools import reduce
 from math import atan2, ceil, copysign, floor, hypot, sin, sqrt
 from operator import add, mul
@@ -253,7 +254,7 @@ def has_no_annotation(x):
 def test_what_it_does_not_know_is_refused_with_file_line_and_reason(function, reason):
     with pytest.raises(Untranslatable) as refused:
         Translation().entry(function)
-    problem = refused.value
+    problem = pickle.loads(pickle.dumps(refused.value))  # as it comes from the process that builds units
     first = function.__code__.co_firstlineno
     assert reason in problem.reason
     assert problem.file.endswith("test_native_translator.py")
