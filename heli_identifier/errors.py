@@ -39,8 +39,9 @@ def require_range(name: str, value: float, unit: str, lower: float = -inf, upper
         Names the setting, its value, its bounds and unit.
     """
     if not isfinite(value) or not lower <= value <= upper:
-        of = "" if unit == "1" else f" {unit}"
-        raise ConfigurationError(f"{name} = {value!r}{of} must lie in [{lower:g}, {upper:g}]{of}")
+        if unit == "1":
+            raise ConfigurationError(f"{name} = {value!r} must lie in [{lower:g}, {upper:g}]")
+        raise ConfigurationError(f"{name} = {value!r} {unit} must lie in [{lower:g}, {upper:g}] {unit}")
     return value
 
 
@@ -53,6 +54,7 @@ def require_positive(name: str, value: float, unit: str) -> float:
         Names the setting, its value and unit.
     """
     if not isfinite(value) or value <= 0.0:
-        of = "" if unit == "1" else f" {unit}"
-        raise ConfigurationError(f"{name} = {value!r}{of} must be positive and finite")
+        if unit == "1":
+            raise ConfigurationError(f"{name} = {value!r} must be positive and finite")
+        raise ConfigurationError(f"{name} = {value!r} {unit} must be positive and finite")
     return value

@@ -22,6 +22,7 @@ from heli_identifier.records import (
     Log,
     LogFormat,
     RigConfiguration,
+    check_moving,
     read_configuration,
     read_log,
     read_logs,
@@ -146,7 +147,7 @@ def read_split(
     Raises
     ------
     LogError
-        A log cannot be read, or a single log is too short to be split.
+        A log cannot be read, or a single log does not move or is too short to be split.
     """
     note = ""
     if not held_out and len(training) > 1:
@@ -157,6 +158,7 @@ def read_split(
         return logs[: len(training)], logs[len(training) :], note
     path = training[0]
     whole = read_log(path, form, start, end)
+    check_moving((whole,))
     if whole.duration < SHORTEST_TO_SPLIT:
         raise LogError(
             f"{path}: {whole.duration:.3g} s are too short to be split into a training part and a held-out part, "
