@@ -8,7 +8,6 @@ import random
 import re
 import signal
 import socket
-import time
 from io import StringIO
 from threading import Thread
 from time import monotonic, sleep
@@ -345,9 +344,9 @@ def test_half_open_connections_leave_descriptors_for_the_recording():
         for one in opened[MOST_CONNECTIONS:]:
             one.settimeout(LONGEST)
             assert one.recv(1) == b""  # closed by the server
-        until = time.monotonic() + LONGEST  # what the server has shut down it closes a moment later
-        while sockets() - before - len(opened) > MOST_CONNECTIONS and time.monotonic() < until:
-            time.sleep(0.01)
+        until = monotonic() + LONGEST  # what the server has shut down it closes a moment later
+        while sockets() - before - len(opened) > MOST_CONNECTIONS and monotonic() < until:
+            sleep(0.01)
         assert sockets() - before - len(opened) <= MOST_CONNECTIONS
         for one in opened:
             one.close()
