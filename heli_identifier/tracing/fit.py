@@ -223,9 +223,15 @@ def fit(
 
 def _plausible(rig: Rig, fields: Sequence[str], parameters: Parameters) -> Parameters:
     """Move the parameters to within :data:`.settings.FARTHEST` widths of their priors: a step is at most some."""
-    coordinates = [rig.coordinate(name, parameters) for name in fields]
-    x = [min(max(c.coordinate(rig.read(parameters, c.field)), -FARTHEST), FARTHEST) for c in coordinates]
-    return rig.assign(parameters, {c.field: c.value(own) for c, own in zip(coordinates, x, strict=True)})
+    coordinates, x = _placed(rig, fields, parameters)
+    within = np.clip(x, -FARTHEST, FARTHEST).tolist()
+    return rig.assign(parameters, {c.field: c.value(own) for c, own in zip(coordinates, within, strict=True)})
+
+
+def _placed(rig: Rig, fields: Sequence[str], parameters: Parameters) -> tuple[tuple[Coordinate, ...], Array]:
+    """Give the coordinates of some parameters, and where (P,) a plant has them."""
+    coordinates = tuple(rig.coordinate(name, parameters) for name in fields)
+    return coordinates, np.array([c.coordinate(rig.read(parameters, c.field)) for c in coordinates])
 
 
 def _searched(
@@ -235,27 +241,22 @@ def _searched(
 
     ``at`` are the parameters that tell the signs of gains.
     """
-    rig = likelihood.rig
-    coordinates = [rig.coordinate(name, at) for name in fields]
-    x = np.array([c.coordinate(rig.read(at, c.field)) for c in coordinates])
+    coordinates, x = _placed(likelihood.rig, fields, at)
     search = _Search(likelihood, coordinates, x, point)
     for _ in range(ITERATIONS):
-        if not search.step(least):
-            if not scan or not search.scan_air():
-                break
+        if not search.step(least) and not (scan and search.scan_air()):
+            break
     else:
         search.linearise()
     return Fit(
-        likelihood, tuple(coordinates), search.x, search.point, search.e, search.motion, search.sigma,
+        likelihood, coordinates, search.x, search.point, search.e, search.motion, search.sigma,
         search.value, search.quadratic, search.at_bound,
     )  # fmt: skip
 
 
 def around(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: Array) -> Fit:
     """Take a plant, its air and the scales ``sigma`` (a,) [rad] as known; a fit would estimate ``fields``."""
-    rig = likelihood.rig
-    coordinates = tuple(rig.coordinate(name, point.parameters) for name in fields)
-    x = np.array([c.coordinate(rig.read(point.parameters, c.field)) for c in coordinates])
+    coordinates, x = _placed(likelihood.rig, fields, point.parameters)
     e, motion = likelihood.filtered(point)
     quadratic = linearise(likelihood, point, coordinates, x, sigma, (e, motion))
     value = float(likelihood.of_axes(e)[0].sum()) + likelihood.priors(x, point)

@@ -179,8 +179,9 @@ class Sensitivities:
         """
         L, point, moves, rig = self.likelihood, self.point, self.moves, self.likelihood.rig
         record, a, P, held = L.records[i], len(rig.axes), len(moves), held_samples(L.records[i])
-        axes = self._at_rate.setdefault(record.step, []) or self._axes(record)
-        self._at_rate[record.step] = axes
+        if record.step not in self._at_rate:
+            self._at_rate[record.step] = self._axes(record)
+        axes = self._at_rate[record.step]
         plant, *plants = (L.of_log(i, point, p) for p in (point.parameters, *(move.parameters for move in moves)))
         logged = L.logged[i] if L.faults else record
         altered = [without(move.faults, logged) if move.faults else None for move in moves]
