@@ -49,7 +49,7 @@ from heli_identifier.following import (
     prepare_following,
     start_correcting,
 )
-from heli_identifier.live import Clock, ClockSettings, Timed, tick
+from heli_identifier.live import Clock, Datagram, tick
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters, to_names
 from tests.blind.coefficients import Coefficients
@@ -187,14 +187,14 @@ def _late(rows: Array, fresh: list[float], rng: np.random.Generator) -> list[flo
     """Let the samples that are ``fresh`` travel for a random time, and put into ``rows`` what the units' link shows."""
     travelled = np.maximum(0.0, JITTER * (1.0 + rng.standard_normal(len(rows))))
     travelled[0] = 0.0
-    arrivals: list[list[Timed]] = [[] for _ in rows]
+    arrivals: list[list[Datagram]] = [[] for _ in rows]
     for k in range(len(rows)):
         arrived = k + math.ceil(RATE * float(travelled[k]) - 1e-9)
         if fresh[k] and arrived < len(rows):
-            arrivals[arrived].append(Timed(k / RATE, k, tuple(rows[k].tolist())))
-    clock, settings, shown = Clock(), ClockSettings(DELAY, MAXIMUM_AGE, 1.0 / RATE), []
+            arrivals[arrived].append(Datagram(k, k / RATE, tuple(rows[k].tolist())))
+    clock, shown = Clock(DELAY, MAXIMUM_AGE, 1.0 / RATE), []
     for k in range(len(rows)):
-        clock, seen = tick(clock, k / RATE, tuple(arrivals[k]), settings)
+        clock, seen = tick(clock, k / RATE, arrivals[k])
         shown.append(1.0 if seen.fresh else 0.0)
         rows[k] = rows[0] if seen.latest is None else seen.latest.signals
     return shown

@@ -3,6 +3,7 @@
 import json
 import random
 import struct
+from math import nan
 
 import pytest
 from hypothesis import given
@@ -13,27 +14,24 @@ from heli_identifier.live import (
     JSON,
     USUAL_LAYOUT,
     Clock,
-    ClockSettings,
     Datagram,
-    Timed,
     encode,
     read_address,
     read_layout,
+    stamp,
     tick,
-    time_sample,
 )
 from heli_identifier.live.align import (
     Counts,
     Grid,
     Order,
     continue_grid,
-    find_rate,
-    find_unit,
     place_sample,
     release,
     take,
 )
 from heli_identifier.live.datagrams import decode
+from heli_identifier.live.sources import find_rate, find_unit
 
 H = 0.01
 USUAL = read_layout(USUAL_LAYOUT)
@@ -42,7 +40,7 @@ SAMPLE = Datagram(7, 0.07, (1.5, -2.5, 0.1, -0.2, 3.0))
 
 def sent(numbers, h=H, offset=0.0):
     """Samples of these numbers, each with its number as the pitch."""
-    return [Timed(offset + number * h, number, (0.0, 0.0, float(number), 0.0, 0.0)) for number in numbers]
+    return [Datagram(number, offset + number * h, (0.0, 0.0, float(number), 0.0, 0.0)) for number in numbers]
 
 
 def passed(arrivals, delay=5):
@@ -64,13 +62,13 @@ def test_the_usual_layout_is_seven_doubles_little_endian_and_json_holds_the_same
     layout = read_layout(JSON)
     assert decode(encode(SAMPLE, USUAL), USUAL) == decode(encode(SAMPLE, layout), layout) == SAMPLE
     bare = json.dumps({"v_front": 1, "v_rear": 2, "pitch": 0, "elevation": 0, "travel": 0}).encode()
-    assert decode(bare, layout) == Datagram(None, None, (1.0, 2.0, 0.0, 0.0, 0.0))
+    assert decode(bare, layout) == Datagram(-1, nan, (1.0, 2.0, 0.0, 0.0, 0.0))
 
 
 def test_a_layout_may_order_the_signals_leave_out_the_stamps_and_hold_degrees_and_other_doubles():
     layout = read_layout("pitch[deg] - elevation travel v_front v_rear")
     found = decode(struct.pack("<6d", 180.0, float("nan"), 0.2, 0.3, 4.0, 5.0), layout)
-    assert found == Datagram(None, None, (4.0, 5.0, pytest.approx(3.14159265), 0.2, 0.3))
+    assert found == Datagram(-1, nan, (4.0, 5.0, pytest.approx(3.14159265), 0.2, 0.3))
 
 
 @pytest.mark.parametrize(
@@ -119,9 +117,9 @@ def test_no_bytes_make_decoding_fail(content):
 
 
 def test_a_sample_without_a_stamp_is_at_its_number_times_the_interval_or_when_it_came_in():
-    assert time_sample(SAMPLE, 9.0, H).time == 0.07
-    assert time_sample(SAMPLE._replace(time=None), 9.0, 0.02).time == 0.14
-    assert time_sample(SAMPLE._replace(time=None, sequence=None), 9.0, H) == Timed(9.0, -1, SAMPLE.signals)
+    assert stamp(SAMPLE, 9.0, H).time == 0.07
+    assert stamp(SAMPLE._replace(time=nan), 9.0, 0.02).time == 0.14
+    assert stamp(SAMPLE._replace(time=nan, number=-1), 9.0, H) == Datagram(-1, 9.0, SAMPLE.signals)
 
 
 @pytest.mark.parametrize("text", ["127.0.0.1:70000", "example.org:5", "1.2.3:4", "127.0.0.1:x", "127.0.0.1:-4"])
@@ -178,7 +176,7 @@ def test_a_random_network_gives_every_sample_once_in_order_and_counts_the_rest()
 
 def test_a_damaged_time_changes_nothing():
     good = sent(range(50))
-    out, order = passed([*good[:20], Timed(1e9, 20, good[20].signals), *good[20:]])
+    out, order = passed([*good[:20], good[20]._replace(time=1e9), *good[20:]])
     assert out == list(range(50)) and order.counts == Counts(received=50, stray=1)
 
 
@@ -192,7 +190,7 @@ def test_where_the_rigs_clock_stands_still_or_steps_back_its_numbers_say_when(cl
 @pytest.mark.parametrize("unit", [1.0, 1e-3, 1e-6, 1e-9])
 @pytest.mark.parametrize("rate", [50.0, 100.0, 2000.0])
 def test_the_unit_of_the_rigs_clock_is_the_one_that_gives_a_usual_rate(unit, rate):
-    times = [1e3 / unit + k / rate / unit for k in (0, 1, 2, 3, 5, 4, 7, 8)]
+    times = [1e3 / unit + k / rate / unit for k in (0, 1, 2, 3, 4, 5, 7, 8)]
     for pace in (1.0, 12.0, 1e3):  # a log may be sent faster than it was flown
         assert find_unit(times, 8.0 / rate / pace) == unit
     assert find_unit([0.1 * k for k in range(8)], 0.7) == 1.0  # 10 Hz are no usual rate in any unit
@@ -201,23 +199,23 @@ def test_the_unit_of_the_rigs_clock_is_the_one_that_gives_a_usual_rate(unit, rat
 
 # --- the clock of a co-simulation ------------------------------------------------------------------------------------
 
-SETTINGS = ClockSettings(delay=0.05, maximum_age=0.2, sample_time=H)
+CLOCK = Clock(delay=0.05, maximum_age=0.2, sample_time=H)
 
 
 def test_a_sample_is_shown_with_the_delay_whatever_the_rigs_clock_says():
-    clock, pitches = Clock(), []
+    clock, pitches = CLOCK, []
     for k in range(40):
-        clock, seen = tick(clock, k * H, tuple(sent([k], offset=1e6)), SETTINGS)
+        clock, seen = tick(clock, k * H, sent([k], offset=1e6))
         pitches.append(None if seen.latest is None else seen.latest.signals[2])
     assert pitches[:5] == [None] * 5 and pitches[5:] == list(range(35))
     assert seen.fresh and abs(seen.lead) < 1e-8 and seen.age < 1e-8 and clock.set_anew == 0
 
 
 def test_while_nothing_comes_in_the_data_grow_old_and_then_go_on_where_the_rig_is():
-    clock = Clock()
+    clock = CLOCK
     for k in range(700):
-        there = tuple(sent([k])) if not 100 <= k < 600 else ()
-        clock, seen = tick(clock, k * H, there, SETTINGS)
+        there = sent([k]) if not 100 <= k < 600 else ()
+        clock, seen = tick(clock, k * H, there)
         if k == 599:
             # 5 s after the last arrival all that waited has been shown; the co-simulation is 5 s ahead of its newest
             assert not seen.fresh and seen.lead == pytest.approx(5.0) and seen.age == pytest.approx(4.95)
@@ -226,21 +224,21 @@ def test_while_nothing_comes_in_the_data_grow_old_and_then_go_on_where_the_rig_i
 
 @pytest.mark.parametrize("step, least, most", [(0.05, 10, 200), (0.002, 2, 200)], ids=["ahead", "behind"])
 def test_a_co_simulation_that_is_not_paced_stays_within_the_maximum_age(step, least, most):
-    clock = Clock()
+    clock = CLOCK
     for k in range(200):  # simulated time per sample of 10 ms
-        clock, seen = tick(clock, step * k, tuple(sent([k])), SETTINGS)
-        assert abs(seen.lead) <= SETTINGS.maximum_age + 1e-9 or step < H
-        assert seen.lead >= -SETTINGS.maximum_age - 1e-9
+        clock, seen = tick(clock, step * k, sent([k]))
+        assert abs(seen.lead) <= CLOCK.maximum_age + 1e-9 or step < H
+        assert seen.lead >= -CLOCK.maximum_age - 1e-9
     assert least < clock.set_anew < most and len(clock.order.waiting) < 30
 
 
 def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_instant():
     """Of a network with jitter: sample 5 is lost, sample 4 comes in when 5 is due. Taken for 5 it lags by 10 ms."""
-    clock, settings = Clock(), ClockSettings(0.0, 0.2, H)
-    arrivals = {k: (Timed(k * H, k, (float(k),)),) for k in (0, 1, 2, 3, 6, 7)} | {5: (Timed(4 * H, 4, (4.0,)),)}
+    clock = CLOCK._replace(delay=0.0)
+    arrivals = {k: sent([k]) for k in (0, 1, 2, 3, 6, 7)} | {5: sent([4])}
     shown = []
     for k in range(8):
-        clock, seen = tick(clock, k * H, arrivals.get(k, ()), settings)
+        clock, seen = tick(clock, k * H, arrivals.get(k, ()))
         shown.append((seen.latest.number, seen.fresh))
     assert shown == [(0, True), (1, True), (2, True), (3, True), (3, False), (4, False), (6, True), (7, True)]
     assert clock.order.counts.received == 7
@@ -251,14 +249,14 @@ def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_ins
 
 @pytest.mark.parametrize("numbered", [True, False])
 def test_instants_are_counted_by_the_numbers_of_samples_and_without_numbers_by_their_times(numbered):
-    samples = [Timed(k * H + 0.002, k if numbered else -1, ()) for k in (7, 8, 11, 12)]
+    samples = [Datagram(k if numbered else -1, k * H + 0.002, ()) for k in (7, 8, 11, 12)]
     grid, instants = Grid(H, samples[0]._replace(time=0.07)), []
     for sample in samples:
         grid, instant = place_sample(grid, sample)
         instants.append(instant)
     assert instants == [0, 1, 4, 5]
     assert place_sample(grid, samples[-1]._replace(time=0.124))[1] == -1  # the second one of an instant
-    assert place_sample(grid, Timed(0.13, 2**50, ()))[1] == 6  # a damaged number is not believed
+    assert place_sample(grid, Datagram(2**50, 0.13, ()))[1] == 6  # a damaged number is not believed
 
 
 def test_a_rig_whose_clock_stood_while_nothing_came_in_goes_on_at_the_next_instant():

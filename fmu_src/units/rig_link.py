@@ -9,16 +9,7 @@ from typing import Any, ClassVar
 from pythonfmu.enums import Fmi2Status
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.live import (
-    USUAL_LAYOUT,
-    Clock,
-    ClockSettings,
-    Port,
-    read_layout,
-    restart,
-    tick,
-    time_sample,
-)
+from heli_identifier.live import USUAL_LAYOUT, Clock, Port, read_layout, restart, stamp, tick
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase
@@ -67,9 +58,6 @@ class RigLink(SlaveBase):
 
     def initialise(self, time: float) -> None:
         """Read the settings and open the socket."""
-        self.clock_settings = ClockSettings(
-            self.value("link.delay"), self.value("link.maximum_age"), self.value("link.sample_time")
-        )
         wanted = tuple(self.value(f"link.{name}") for name in ("address", "port", "sender", "layout"))
         if self.port is None or wanted != self.opened:
             self._close()
@@ -79,7 +67,7 @@ class RigLink(SlaveBase):
             except ConfigurationError as problem:
                 raise Refusal(f"link: {problem}") from problem
             self.opened = wanted
-        self.clock = Clock()
+        self.clock = Clock(self.value("link.delay"), self.value("link.maximum_age"), self.value("link.sample_time"))
         self.said = ""
         self.elections = self.port.elections
         self._show(time)
@@ -114,20 +102,20 @@ class RigLink(SlaveBase):
         port = self.port
         if port is None:
             raise Refusal("there is no link to the rig; correct link.* before initialisation ends")
-        arrived, settings = port.arrived(self.value("link.look_ahead")), self.clock_settings
-        samples = tuple(time_sample(sample, time, settings.sample_time) for sample in arrived)
+        arrived = port.arrived(self.value("link.look_ahead"))
+        samples = [stamp(sample, time, self.clock.sample_time) for sample in arrived]
         if port.elections > self.elections:
             if self.elections:  # another sender has another clock
                 self.clock = self.clock._replace(order=restart(self.clock.order))
                 self.log(f"{port.note}, which is heard", Fmi2Status.warning)
             self.elections = port.elections
-        self.clock, seen = tick(self.clock, time, samples, settings)
+        self.clock, seen = tick(self.clock, time, samples)
         # none is due before link.delay has passed: the first one is shown until then
         latest = seen.latest or next(iter(self.clock.order.waiting), None)
         counts = self.clock.order.counts
         shown = (
             *(self.values[:5] if latest is None else latest.signals),
-            seen.fresh, seen.latest is None or seen.age > settings.maximum_age, seen.age, seen.lead,
+            seen.fresh, seen.latest is None or seen.age > self.clock.maximum_age, seen.age, seen.lead,
             len(self.clock.order.waiting), counts.received, counts.lost, counts.reordered, counts.late,
             counts.duplicated, counts.stray, port.refused, port.foreign, self.clock.set_anew, port.address[1],
         )  # fmt: skip

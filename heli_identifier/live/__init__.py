@@ -4,21 +4,19 @@ The unit RigLink contains it, so that it needs the standard library alone. Comma
 ``sources`` (a rig, or a log in its place), ``session`` (a twin and its files), ``screen`` and ``page``.
 """
 
-from .align import Clock, ClockSettings, Timed, restart, tick, time_sample
+from .align import Clock, restart, stamp, tick
 from .datagrams import JSON, USUAL_LAYOUT, Datagram, Port, encode, read_address, read_layout
 
 __all__ = [
     "JSON",
     "USUAL_LAYOUT",
     "Clock",
-    "ClockSettings",
     "Datagram",
     "Port",
-    "Timed",
     "encode",
     "read_address",
     "read_layout",
     "restart",
+    "stamp",
     "tick",
-    "time_sample",
 ]

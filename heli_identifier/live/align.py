@@ -30,6 +30,8 @@ Everything is a pure step: ``order = take(order, sample, h)``, ``order, samples 
 from __future__ import annotations
 
 from bisect import bisect
+from collections.abc import Iterable
+from math import isnan
 from typing import NamedTuple
 
 from .datagrams import Datagram
@@ -46,24 +48,11 @@ RECENT = 256
 EARLY = 1e-9
 """A sample is due from this much before its time [s], because communication points k H have rounding errors."""
 
-RATES = (50.0, 2000.0)
-"""Rates that are followed [Hz]: those of the logs that identification takes."""
-
 _NEAR = 0.01
 """Share of the sampling interval by which an age may be short of it and still be one interval: times since 1970 are
 rounded to .1 us."""
 
 _STANDS = 1e-6  # [s] by which a clock moves at most that stands still: times since 1970 are rounded
-_FAR = 0.03  # share of what a clock says in which samples come in if its unit is a thousandth
-_SHORTEST = 1e-300  # [s] a shorter step has no finite rate
-
-
-class Timed(NamedTuple):
-    """A sample at its ``time`` on the rig's clock [s]; ``number`` is its sequence number, -1 where there is none."""
-
-    time: float
-    number: int
-    signals: tuple[float, ...]
 
 
 class Counts(NamedTuple):
@@ -87,10 +76,10 @@ class Order(NamedTuple):
     is what the rig's clock lacks because it stood still or stepped back [s].
     """
 
-    waiting: tuple[Timed, ...] = ()
-    last: Timed | None = None
-    newest: Timed | None = None
-    stray: Timed | None = None
+    waiting: tuple[Datagram, ...] = ()
+    last: Datagram | None = None
+    newest: Datagram | None = None
+    stray: Datagram | None = None
     recent: tuple[float, ...] = ()
     shift: float = 0.0
     counts: Counts = Counts()
@@ -101,19 +90,18 @@ class Order(NamedTuple):
         return self._replace(counts=self.counts._replace(**added))
 
 
-def time_sample(sample: Datagram, arrived: float, sample_time: float) -> Timed:
+def stamp(sample: Datagram, arrived: float, sample_time: float) -> Datagram:
     """Return a sample at its time on the rig's clock.
 
     Without a time that is its number times ``sample_time``, without both when it ``arrived`` by the receiver's clock;
     all [s].
     """
-    number = -1 if sample.sequence is None else sample.sequence
-    if sample.time is not None:
-        return Timed(sample.time, number, sample.signals)
-    return Timed(arrived if number < 0 else number * sample_time, number, sample.signals)
+    if not isnan(sample.time):
+        return sample
+    return sample._replace(time=arrived if sample.number < 0 else sample.number * sample_time)
 
 
-def take(order: Order, sample: Timed, sample_time: float) -> Order:
+def take(order: Order, sample: Datagram, sample_time: float) -> Order:
     """Return the order with one more sample that came in; ``sample_time``: sampling interval of the rig [s]."""
     newest, stray = order.newest, order.stray
     sample = sample._replace(time=sample.time + order.shift)
@@ -139,7 +127,7 @@ def restart(order: Order) -> Order:
     return Order(counts=order.counts).tally(restarted=1)
 
 
-def _sort_in(order: Order, sample: Timed) -> Order:
+def _sort_in(order: Order, sample: Datagram) -> Order:
     """Return the order with a sample at its place, or with one more that is late or came twice."""
     newest = order.newest
     if newest is None or sample.time > newest.time:
@@ -153,7 +141,7 @@ def _sort_in(order: Order, sample: Timed) -> Order:
     return order._replace(waiting=waiting).tally(received=1, reordered=1)
 
 
-def release(order: Order, until: float, sample_time: float) -> tuple[Order, tuple[Timed, ...]]:
+def release(order: Order, until: float, sample_time: float) -> tuple[Order, tuple[Datagram, ...]]:
     """Return the order without the samples up to ``until`` on the rig's clock [s], and these samples.
 
     By the ``sample_time`` [s] lost samples are counted where there are no sequence numbers.
@@ -173,17 +161,16 @@ def release(order: Order, until: float, sample_time: float) -> tuple[Order, tupl
     return order._replace(waiting=order.waiting[count:], last=before, recent=recent).tally(lost=lost), released
 
 
-class ClockSettings(NamedTuple):
-    """Delay and maximum age of data [s], and the rig's sampling interval [s]."""
+class Clock(NamedTuple):
+    """Times by which a co-simulation shows samples.
+
+    ``delay``, maximum age of data and the rig's sampling interval [s]; the order of the samples; the ``offset`` of the
+    rig's clock [s] (None before the first sample), and how often it was set again.
+    """
 
     delay: float
     maximum_age: float
     sample_time: float
-
-
-class Clock(NamedTuple):
-    """Order of the samples, offset of the rig's clock [s] (None before the first sample), times it was set again."""
-
     order: Order = Order()
     offset: float | None = None
     set_anew: int = 0
@@ -197,32 +184,30 @@ class Seen(NamedTuple):
     long ago it was the rig's state, beyond the delay, and ``lead`` how far the co-simulation runs ahead of the rig [s].
     """
 
-    latest: Timed | None
+    latest: Datagram | None
     fresh: bool
     age: float
     lead: float
 
 
-def tick(clock: Clock, time: float, samples: tuple[Timed, ...], settings: ClockSettings) -> tuple[Clock, Seen]:
+def tick(clock: Clock, time: float, samples: Iterable[Datagram]) -> tuple[Clock, Seen]:
     """Return the clock at simulated ``time`` [s] after ``samples`` have come in, and what is shown."""
-    order, restarted = clock.order, clock.order.counts.restarted
+    order, offset, delay, longest = clock.order, clock.offset, clock.delay, clock.maximum_age
     for sample in samples:
-        order = take(order, sample, settings.sample_time)
+        order = take(order, sample, clock.sample_time)
     if order.newest is None:
         return clock._replace(order=order), Seen(None, False, 0.0, 0.0)
-    newest, offset, set_anew = order.newest.time, clock.offset, clock.set_anew
-    if offset is None:
-        offset = newest - time - settings.delay
-    lead = time + offset + settings.delay - newest
+    begin = order.newest.time - time - delay  # the offset without a lead
+    lead = 0.0 if offset is None else offset - begin
     # Ahead: only a new sample shows where the rig's clock is; while none comes, the data grow old.
-    moved = order.newest is not clock.order.newest
-    apart = lead < -settings.maximum_age or (lead > settings.maximum_age and moved)
-    if apart or order.counts.restarted > restarted:
-        offset, lead, set_anew = newest - time - settings.delay, 0.0, set_anew + 1
-    order, released = release(order, time + offset + EARLY, settings.sample_time)
+    apart = lead < -longest or (lead > longest and order.newest is not clock.order.newest)
+    if offset is None or apart or order.counts.restarted > clock.order.counts.restarted:
+        clock = clock._replace(set_anew=clock.set_anew + (offset is not None))
+        offset, lead = begin, 0.0
+    order, released = release(order, time + offset + EARLY, clock.sample_time)
     age = 0.0 if order.last is None else max(time + offset - order.last.time, 0.0)
-    fresh = bool(released) and age < (1.0 - _NEAR) * settings.sample_time
-    return Clock(order, offset, set_anew), Seen(order.last, fresh, age, lead)
+    fresh = bool(released) and age < (1.0 - _NEAR) * clock.sample_time
+    return clock._replace(order=order, offset=offset), Seen(order.last, fresh, age, lead)
 
 
 class Grid(NamedTuple):
@@ -233,17 +218,17 @@ class Grid(NamedTuple):
     """
 
     sample_time: float
-    first: Timed
+    first: Datagram
     base: int = 0
     tick: int = -1
     silent: bool = False
 
-    def time_of(self, sample: Timed) -> float:
+    def time_of(self, sample: Datagram) -> float:
         """Return a sample's time since the first instant [s]."""
         return self.base * self.sample_time + sample.time - self.first.time
 
 
-def place_sample(grid: Grid, sample: Timed) -> tuple[Grid, int]:
+def place_sample(grid: Grid, sample: Datagram) -> tuple[Grid, int]:
     """Return the grid after a sample, and the sample's instant; -1 for the second one of an instant."""
     by_time = (sample.time - grid.first.time) / grid.sample_time
     step = round(by_time)
@@ -258,34 +243,7 @@ def place_sample(grid: Grid, sample: Timed) -> tuple[Grid, int]:
     return continue_grid(grid, sample, 1) if grid.silent else (grid, -1)
 
 
-def continue_grid(grid: Grid, sample: Timed, pause: int) -> tuple[Grid, int]:
+def continue_grid(grid: Grid, sample: Datagram, pause: int) -> tuple[Grid, int]:
     """Return the grid of a rig that goes on with ``sample``, ``pause`` instants after the last one, and its instant."""
     number = grid.tick + pause
     return grid._replace(first=sample, base=number, tick=number, silent=False), number
-
-
-def find_rate(times: list[float]) -> float:
-    """Return the rate [Hz] at which samples were taken, a whole number within half a percent of one.
-
-    ``times`` [s]: at least two, in order.
-    """
-    rate = 1.0 / max(_median_step(times), _SHORTEST)
-    return float(round(rate)) if rate >= 1.0 and abs(rate - round(rate)) <= 0.005 * rate else rate
-
-
-def find_unit(times: list[float], seconds: float) -> float:
-    """Return the unit of a rig's clock [s]: 1, or a thousandth, millionth or billionth.
-
-    It is less than 1 only if that makes a usual rate of the ``times``, and they came in within far fewer ``seconds``.
-    """
-    times = sorted(times)
-    step = _median_step(times)
-    for unit in (1e-3, 1e-6, 1e-9):
-        if step > 0.0 and RATES[0] <= 1.001 / (step * unit) and 0.999 / (step * unit) <= RATES[1]:
-            return unit if seconds < _FAR * (times[-1] - times[0]) else 1.0
-    return 1.0
-
-
-def _median_step(times: list[float]) -> float:
-    steps = sorted(after - before for before, after in zip(times, times[1:], strict=False))
-    return steps[len(steps) // 2]

@@ -25,9 +25,9 @@ import struct
 from collections.abc import Iterator
 from contextlib import suppress
 from ipaddress import ip_address
-from math import pi
+from math import isnan, nan, pi
 from time import monotonic
-from typing import Any, NamedTuple, Union
+from typing import Any, NamedTuple
 
 from heli_identifier.errors import ConfigurationError
 
@@ -79,15 +79,12 @@ class Layout(NamedTuple):
 class Datagram(NamedTuple):
     """One sample: voltages [V] and angles [rad] by :data:`SIGNALS`.
 
-    ``sequence`` and ``time`` [s] are None where the layout has none.
+    ``number`` counts the samples of the rig and is -1 where none is sent; ``time`` is the rig's [s], NaN likewise.
     """
 
-    sequence: int | None
-    time: float | None
+    number: int
+    time: float
     signals: tuple[float, ...]
-
-
-Decoded = Union[Datagram, str]  # noqa: UP007 - evaluated, also by Python 3.9
 
 
 def read_layout(text: str) -> Layout:
@@ -126,7 +123,7 @@ def read_layout(text: str) -> Layout:
     return Layout(tuple(names), tuple(factors), is_json)
 
 
-def decode(datagram: bytes, layout: Layout) -> Decoded:
+def decode(datagram: bytes, layout: Layout) -> Datagram | str:
     """Return the sample in a datagram, or the reason why it holds none."""
     if layout.is_json:
         if len(datagram) > LARGEST_JSON:
@@ -141,7 +138,7 @@ def decode(datagram: bytes, layout: Layout) -> Decoded:
         if len(datagram) != layout.size:
             return f"it has {len(datagram)} bytes, {layout.size} are needed for {' '.join(layout.names)}"
         content = dict(zip(layout.names, struct.unpack(f"<{len(layout.names)}d", datagram), strict=True))
-    factors, found = dict(zip(layout.names, layout.factors, strict=True)), {}
+    factors, found = dict(zip(layout.names, layout.factors, strict=True)), dict[str, float]()
     for name, (low, high) in BOUNDS.items():
         value: Any = content.get(name)
         if value is None and name not in SIGNALS:
@@ -152,15 +149,15 @@ def decode(datagram: bytes, layout: Layout) -> Decoded:
         whole = name == "sequence"
         if not is_number or not low <= value <= high or (whole and value != int(value)):
             return f"{name} = {value!r} must be a {'whole ' * whole}number in [{low:.5g}, {high:.5g}]"
-        found[name] = int(value) if whole else float(value)
-    sequence, time = found.get("sequence"), found.get("time")
-    return Datagram(None if sequence is None else int(sequence), time, tuple([found[name] for name in SIGNALS]))
+        found[name] = float(value)
+    number, time = int(found.get("sequence", -1)), found.get("time", nan)
+    return Datagram(number, time, tuple([found[name] for name in SIGNALS]))
 
 
 def encode(sample: Datagram, layout: Layout) -> bytes:
-    """Return the datagram of a sample; a sequence number or time that it lacks is sent as 0."""
+    """Return the datagram of a sample; a number or time that it lacks is sent as 0."""
     content = dict(zip(SIGNALS, sample.signals, strict=True))
-    content["sequence"], content["time"] = sample.sequence or 0, sample.time or 0.0
+    content |= {"sequence": max(sample.number, 0), "time": 0.0 if isnan(sample.time) else sample.time}
     if layout.is_json:
         return (json.dumps({name: content[name] for name in layout.names}) + "\n").encode()
     numbers = [content.get(name, 0.0) / (k or 1.0) for name, k in zip(layout.names, layout.factors, strict=True)]

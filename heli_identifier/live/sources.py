@@ -5,28 +5,15 @@ Samples of a rig are recorded as soon as they are in order, and are given to the
 
 import socket
 from collections.abc import Callable, Iterator
+from math import isnan, nan
 from select import select
 from time import monotonic, sleep
 from typing import NamedTuple
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.following import Sample
-from heli_identifier.live.align import (
-    RATES,
-    Counts,
-    Grid,
-    Order,
-    Timed,
-    continue_grid,
-    find_rate,
-    find_unit,
-    place_sample,
-    release,
-    restart,
-    take,
-    time_sample,
-)
-from heli_identifier.live.datagrams import Datagram, Layout, Port, encode
+from heli_identifier.live.align import Counts, Grid, Order, continue_grid, place_sample, release, restart, stamp, take
+from heli_identifier.live.datagrams import SIGNALS, Datagram, Layout, Port, encode
 from heli_identifier.records import Log, LogFormat, factor_to_si, understood
 
 OVERTAKEN = 0.1
@@ -38,9 +25,14 @@ SILENCE = 0.2
 SPEEDS = (1e-3, 1e6)
 """How many times faster than the rig a log is sent or played, at least and at most."""
 
+RATES = (50.0, 2000.0)
+"""Rates that are followed [Hz]: those of the logs that identification takes."""
+
 _LEARNED = 50  # samples from which the rate is found, half a second at 100 Hz
-_LOOKED_AT, _NEEDED = 8, 3  # samples from which the unit of the rig's clock is found, and at least
+_LOOKED_AT, _NEEDED = 8, 3  # samples from which the unit of the rig's clock is found where the rate is known, and least
 _USUAL_RATES = (50.0, 100.0, 125.0, 200.0, 250.0, 400.0, 500.0, 1000.0, 2000.0)  # [Hz]
+_SHORTEST = 1e-300  # [s] a shorter step has no finite rate
+_FAR = 0.03  # share of what a clock says in which samples come in if its unit is a thousandth
 _MOST = 4096  # datagrams that are read at once
 _WAIT = 0.05  # [s] the longest that a caller waits for the next instant or for None
 _SHOWN_EVERY = 0.2  # [s] between two calls of ``progress``
@@ -81,22 +73,18 @@ class Listening:
     def __init__(self, port: Port, rate: float | None, format: LogFormat, keep: Keep) -> None:
         check_rate(port.layout, rate)
         self.port, self.rate, self.format, self.keep = port, rate, format, keep
-        layout = port.layout
-        self.is_stamped = "time" in layout.names or "sequence" in layout.names
+        names, factors = port.layout.names, port.layout.factors
         # a unit that the layout states itself stays
-        units = [
-            _factor(name, format) if k is None else k for name, k in zip(layout.names, layout.factors, strict=True)
-        ]
-        port.layout = layout._replace(factors=tuple(units))
-        self.unit: float | None = None  # of the rig's clock [s]
-        self.unread: list[tuple[Datagram, float]] = []  # until the unit is known
+        units = [_factor(name, format) if k is None else k for name, k in zip(names, factors, strict=True)]
+        port.layout = port.layout._replace(factors=tuple(units))
+        self.is_stamped = "time" in names or "sequence" in names
+        self.unit = None if self.is_stamped else 1.0  # of the rig's clock [s], None until enough has come in
+        self.unread: list[tuple[Datagram, float]] = []  # samples that have come in, and when [s]
         self.order = Order()
-        self.learning: list[Timed] = []
         self.grid: Grid | None = None
         self.heard = monotonic()
         self.counted, self.counted_at = 0, 0.0  # of a stream without numbers and times, and when [s]
         self.last = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        self.origin = 0.0  # time of the first sample that was learned from
         self.kept = -1.0  # time of the last sample that was kept
         self.quiet_from = -1  # instant from which on nothing has come in
         self.elections = self.restarts = 0
@@ -122,72 +110,63 @@ class Listening:
             The rig's rate is out of range.
         """
         while True:
+            select([self.port], [], [], _WAIT)
             self._read()
-            self.order, samples = release(self.order, self._until(), self._step)
-            again = self.order.counts.restarted > self.restarts
-            if samples:
-                self.restarts = self.order.counts.restarted
-                instants = self._place(samples, again) if self.grid else self._learn(samples, again)
-                yield None  # lets the caller write what came in before the twin computes
+            if self.rate is not None and self.unit is not None:
+                self.order, samples = release(self.order, self._until(self.rate), 1.0 / self.rate)
+                instants = [instant for sample in samples for instant in self._place(sample, self.rate)]
+                if samples:
+                    yield None  # lets the caller write what came in before the twin computes
                 yield from instants
             yield from self._pass_instants()
             yield None
 
-    @property
-    def _step(self) -> float:
-        return 1.0 / (self.rate or 100.0)
-
     def _read(self) -> None:
-        """Wait a little for datagrams, and take those that hold samples, at their times."""
-        select([self.port], [], [], _WAIT)
+        """Take the samples that have come in, at their times on the rig's clock."""
         for datagram in self.port.arrived(_MOST):
-            now = monotonic()
+            self.heard = monotonic()
             if self.port.elections > self.elections:  # somebody else is the rig: it has another clock
                 self.order = restart(self.order) if self.elections else self.order
                 self.elections, self.unit, self.unread = self.port.elections, None, []
-            self.heard = now
-            self.unread.append((datagram, now))
-        if self.unit is None and (len(self.unread) >= _LOOKED_AT or monotonic() - self.heard > OVERTAKEN):
-            self._find_clock()
-        if self.unit is not None:
-            for datagram, arrived in self.unread:
-                if self.is_stamped and datagram.time is not None:
-                    datagram = datagram._replace(time=datagram.time * self.unit)
-                elif not self.is_stamped and self.rate is not None:
-                    # Counted as they come in; a pause moves the count on.
-                    pause, self.counted_at = arrived - self.counted_at if self.counted else 0.0, arrived
-                    self.counted += 1 if pause < SILENCE else max(round(pause * self.rate), 1)
-                    datagram = datagram._replace(sequence=self.counted, time=None)
-                self.order = take(self.order, time_sample(datagram, arrived, self._step), self._step)
-            self.unread = []
-
-    def _find_clock(self) -> None:
-        """Find the unit of the rig's clock, and the rate of a rig whose clock stands still."""
-        times = [datagram.time for datagram, _ in self.unread if datagram.time is not None]
-        if len(times) > 1 and len(set(times)) == 1:
-            if self.rate is None and not self._guess_rate():
-                return
-            if self.unread[0][0].sequence is None:
-                self.is_stamped = False
-                self.notes.append("the rig's clock stands still; samples are counted as they come in")
-        if self.is_stamped and len(self.unread) < _NEEDED:
+            self.unread.append((datagram, self.heard))
+        if self.unit is None:
+            self._learn_clock()
+        if self.unit is None or self.rate is None:
             return
-        self.unit = find_unit(times, self.unread[-1][1] - self.unread[0][1]) if times else 1.0
+        for datagram, arrived in self.unread:
+            if self.is_stamped:
+                datagram = datagram._replace(time=datagram.time * self.unit)
+            else:  # counted as they come in; a pause moves the count on
+                pause, self.counted_at = arrived - self.counted_at if self.counted else 0.0, arrived
+                self.counted += 1 if pause < SILENCE else max(round(pause * self.rate), 1)
+                datagram = datagram._replace(number=self.counted, time=nan)
+            self.order = take(self.order, stamp(datagram, arrived, 1.0 / self.rate), 1.0 / self.rate)
+        self.unread = []
+
+    def _learn_clock(self) -> None:
+        """Find the rig's rate and the unit of its clock once enough has come in."""
+        quiet = self.rate is not None and monotonic() - self.heard > OVERTAKEN
+        needed = _LEARNED if self.rate is None else _NEEDED if quiet else _LOOKED_AT
+        if self.is_stamped and len(self.unread) < needed:
+            return
+        times = sorted([datagram.time for datagram, _ in self.unread if not isnan(datagram.time)])
+        seconds = self.unread[-1][1] - self.unread[0][1] if self.unread else 0.0
+        self.unit = find_unit(times, seconds)
         if self.unit in _CLOCKS:
             self.notes.append(f"the rig's clock counts {_CLOCKS[self.unit]}, which are read as such")
+        if times and times[0] < times[-1]:
+            self.rate = self.rate or _checked(find_rate([self.unit * time for time in times]))
+            return
+        first, last = self.unread[0][0].number, self.unread[-1][0].number
+        if self.rate is None:  # the usual rate that is nearest to that at which samples come in
+            steps = last - first if last > first >= 0 else len(self.unread) - 1
+            self.rate = min(_USUAL_RATES, key=lambda rate: abs(rate * seconds / steps - 1.0))
+            self.notes.append(f"the rate is taken for {self.rate:g} Hz; name it with --rate if it is another")
+        if self.is_stamped and times and first < 0:
+            self.is_stamped = False
+            self.notes.append("the rig's clock stands still; samples are counted as they come in")
 
-    def _guess_rate(self) -> bool:
-        """Take the usual rate that is nearest to that at which samples come in; wait until there are enough."""
-        if len(self.unread) < _LEARNED:
-            return False
-        (first, begin), (last, end) = self.unread[0], self.unread[-1]
-        numbered = first.sequence is not None and last.sequence is not None and last.sequence > first.sequence
-        steps = last.sequence - first.sequence if numbered else len(self.unread) - 1  # type: ignore[operator]
-        self.rate = min(_USUAL_RATES, key=lambda rate: abs(rate * (end - begin) / steps - 1.0))
-        self.notes.append(f"the rate is taken for {self.rate:g} Hz; name it with --rate if it is another")
-        return True
-
-    def _until(self) -> float:
+    def _until(self, rate: float) -> float:
         """Return the rig's time up to which samples are released.
 
         Those that follow each other without a gap go at once. A gap is waited at for :data:`OVERTAKEN`.
@@ -198,76 +177,77 @@ class Listening:
         if monotonic() - self.heard > OVERTAKEN:
             return newest.time
         until = newest.time - OVERTAKEN
-        if before is None or self.rate is None:
+        if before is None:
             return until
         for sample in self.order.waiting:
-            if sample.time - before.time > 1.5 / self.rate:
+            if sample.time - before.time > 1.5 / rate:
                 break
             until, before = max(until, sample.time), sample
         return until
 
-    def _learn(self, samples: tuple[Timed, ...], again: bool) -> list[Sample]:
-        """Keep samples, and give the first instants once the rate is known."""
-        if again or not self.learning:
-            self.origin = self.kept + SILENCE if self.kept >= 0.0 else 0.0
-            self.learning = []
-        self.learning.extend(samples)
-        for sample in samples:
-            self._keep(self.origin + sample.time - self.learning[0].time, sample)
-        if self.rate is None and len(self.learning) < _LEARNED:
+    def _place(self, sample: Datagram, rate: float) -> list[Sample]:
+        """Keep a sample; give the instants before it that have none, and its own."""
+        grid = self.grid or Grid(1.0 / rate, sample)
+        if self.order.counts.restarted > self.restarts and self.grid:
+            # The rig was away for a time that nobody knows; it is long enough for the twin to notice.
+            pause = 1 if grid.silent else round(SILENCE * rate) + 2
+            self.grid, number = continue_grid(grid, sample, pause)
+        else:
+            self.grid, number = place_sample(grid, sample)
+        self.restarts = self.order.counts.restarted
+        time, signals = self.grid.time_of(sample), orient(sample.signals, self.format)
+        if time > self.kept:
+            self.kept = time
+            self.keep(time, signals)
+        if number < 0:
             return []
-        self.rate = self.rate or _checked(find_rate([sample.time for sample in self.learning]))
-        base = round(self.origin * self.rate)
-        self.grid = Grid(1.0 / self.rate, self.learning[0], base, base - 1)
-        return [instant for sample in self.learning for instant in self._up_to(self.grid, sample)]
-
-    def _place(self, samples: tuple[Timed, ...], again: bool) -> list[Sample]:
-        """Keep samples, and give the instants up to them."""
-        instants: list[Sample] = []
-        for sample in samples:
-            assert self.grid is not None
-            if again:
-                # The rig was away for a time that nobody knows; it is long enough for the twin to notice.
-                pause = 1 if self.grid.silent else round(SILENCE / self.grid.sample_time) + 2
-                instants += self._without(pause - 1)
-                self.grid, _ = continue_grid(self.grid, sample, pause)
-                instants.append(self._seen(sample))
-                again = False
-            else:
-                instants += self._up_to(self.grid, sample)
-            self._keep(self.grid.time_of(sample), sample)
-        return instants
-
-    def _up_to(self, grid: Grid, sample: Timed) -> list[Sample]:
-        """Place a sample; give the instants before it that have none, and its own."""
-        self.grid, number = place_sample(self.grid or grid, sample)
-        return [] if number < 0 else [*self._without(number - grid.tick - 1), self._seen(sample)]
-
-    def _pass_instants(self) -> Iterator[Sample]:
-        """Give the instants that this computer's clock brings while nothing comes in."""
-        if self.grid is None:
-            return
-        silence = monotonic() - self.heard
-        if silence < SILENCE:
-            self.quiet_from = self.grid.tick
-            return
-        due = self.quiet_from + int(silence / self.grid.sample_time)
-        count = due - self.grid.tick
-        if count > 0:
-            self.grid = self.grid._replace(tick=due, silent=True)
-            yield from self._without(count)
+        missing = self._without(number - grid.tick - 1)
+        self.last = Sample(*signals)
+        return [*missing, self.last]
 
     def _without(self, count: int) -> list[Sample]:
         return [self.last._replace(fresh=0.0)] * count
 
-    def _seen(self, sample: Timed) -> Sample:
-        self.last = Sample(*orient(sample.signals, self.format))
-        return self.last
+    def _pass_instants(self) -> list[Sample]:
+        """Give the instants that this computer's clock brings while nothing comes in."""
+        if self.grid is None:
+            return []
+        silence = monotonic() - self.heard
+        if silence < SILENCE:
+            self.quiet_from = self.grid.tick
+            return []
+        due = self.quiet_from + int(silence / self.grid.sample_time)
+        count = due - self.grid.tick
+        if count > 0:
+            self.grid = self.grid._replace(tick=due, silent=True)
+        return self._without(count)
 
-    def _keep(self, time: float, sample: Timed) -> None:
-        if time > self.kept:
-            self.kept = time
-            self.keep(time, orient(sample.signals, self.format))
+
+def find_rate(times: list[float]) -> float:
+    """Return the rate [Hz] at which samples were taken, a whole number within half a percent of one.
+
+    ``times`` [s]: at least two, in order.
+    """
+    rate = 1.0 / max(_median_step(times), _SHORTEST)
+    return float(round(rate)) if rate >= 1.0 and abs(rate - round(rate)) <= 0.005 * rate else rate
+
+
+def find_unit(times: list[float], seconds: float) -> float:
+    """Return the unit of a rig's clock [s]: 1, or a thousandth, millionth or billionth.
+
+    It is less than 1 only if that makes a usual rate of the ``times``, in order, and they came in within far fewer
+    ``seconds``.
+    """
+    step = _median_step(times) if len(times) > 1 else 0.0
+    for unit in (1e-3, 1e-6, 1e-9):
+        if step > 0.0 and RATES[0] <= 1.001 / (step * unit) and 0.999 / (step * unit) <= RATES[1]:
+            return unit if seconds < _FAR * (times[-1] - times[0]) else 1.0
+    return 1.0
+
+
+def _median_step(times: list[float]) -> float:
+    steps = sorted(after - before for before, after in zip(times, times[1:], strict=False))
+    return steps[len(steps) // 2]
 
 
 def _factor(signal: str, form: LogFormat) -> float:
@@ -278,19 +258,16 @@ def _factor(signal: str, form: LogFormat) -> float:
 
 def orient(signals: tuple[float, ...], form: LogFormat) -> tuple[float, ...]:
     """Return signals with the project's signs and rotors, as a log of this rig is read."""
-    v_front, v_rear, *angles = signals
-    v_front, v_rear = v_front * form.sign("v_front"), v_rear * form.sign("v_rear")
+    front, rear, *angles = [x * form.sign(name) for name, x in zip(SIGNALS, signals, strict=True)]
     if form.sign("v_sum") * form.sign("v_difference") < 0:
-        v_front, v_rear = v_rear, v_front
-    if form.sign("v_sum") < 0:
-        v_front, v_rear = -v_front, -v_rear
+        front, rear = rear, front
+    front, rear = front * form.sign("v_sum"), rear * form.sign("v_sum")
     if form.swap_rotors:
-        v_front, v_rear = v_rear, v_front
+        front, rear = rear, front
     if form.clip:
         limit = form.voltage_limit
-        v_front, v_rear = min(max(v_front, -limit), limit), min(max(v_rear, -limit), limit)
-    signed = [angle * form.sign(axis) for angle, axis in zip(angles, ("pitch", "elevation", "travel"), strict=True)]
-    return (v_front, v_rear, *signed)
+        front, rear = min(max(front, -limit), limit), min(max(rear, -limit), limit)
+    return (front, rear, *angles)
 
 
 def check_rate(layout: Layout, rate: float | None) -> None:
