@@ -119,48 +119,60 @@ def compare(
     models = {"before": first, "after": second}
     errors = {name: _errors(own.ahead, own.free(logs)) for name, own in models.items()}
     change = {name: _change(zip(first.ahead[name], second.ahead[name], strict=True)) for name in HORIZONS}
-    made = [it for seed, run in enumerate(second.runs) if (it := made_by_itself(run, seed))]
-    floor = _errors(_ahead(made), second.free_in_air())
-    angle_stays, rate_stays = (
-        rms_figures(own, SPACING, "error over 1 s") for own in zip(*(run.naive() for run in second.runs), strict=True)
-    )
     stood = rms_figures([run.still("ahead_200ms") for run in second.runs], SPACING, "error over .2 s")
-    drawn, length = dict[str, dict[int, list[Stretch]]](), 0.0
+    flown = _Flown({}, 0.0)
     if closed_loop:
-        length = 1.0
-        drawn = {name: {i: run.flown_again(length) for i, run in enumerate(own.runs)} for name, own in models.items()}
         known = all(own.ahead_200ms.value < least.value for own, least in zip(errors["after"], stood, strict=True))
-        if again := _again(models, logs) if known else {}:
-            drawn, length = again, FLOWN
-            thin = {name: [_thinned(records[i], own) for i, own in one.items()] for name, one in again.items()}
-            for name, one in thin.items():
-                figures = rms_figures(one, SPACING, f"closed-loop error over {FLOWN:g} s")
-                errors[name] = [replace(e, closed_loop_3s=own) for e, own in zip(errors[name], figures, strict=True)]
-            change["closed_loop_3s"] = _change(zip(thin["before"], thin["after"], strict=True))
+        flown = _flown(models, logs, known)
+    if flown.length == FLOWN:
+        thin = {name: [_thinned(records[i], own) for i, own in one.items()] for name, one in flown.stretches.items()}
+        for name, one in thin.items():
+            figures = rms_figures(one, SPACING, f"closed-loop error over {FLOWN:g} s")
+            errors[name] = [replace(e, closed_loop_3s=own) for e, own in zip(errors[name], figures, strict=True)]
+        change["closed_loop_3s"] = _change(zip(thin["before"], thin["after"], strict=True))
     white = {name: [_standardised(run, second.model) for run in own.runs] for name, own in models.items()}
-    air, axes = after.air(), dict[str, AxisReport]()
+    axes = _reports(second, errors, change, white, reports, stood if closed_loop else None, after.air())
+    series = tuple(
+        HeldOutSeries(
+            own, first.alone[i], second.alone[i], dict(zip(rig.state, map(float, starts[i]), strict=True)),
+            white["before"][i], white["after"][i], records[i].step,
+            tuple(event for event in events if event.log == own.name),
+            {name: _drawn(records[i], one[i]) for name, one in flown.stretches.items() if i in one}, flown.length,
+        )
+        for i, own in enumerate(logs)
+    )  # fmt: skip
+    return axes, _likelihood(first, second), series
+
+
+def _reports(
+    held: "_Held",
+    errors: Mapping[str, Sequence[AxisError]],
+    change: Mapping[str, Sequence[ErrorFigure]],
+    white: Mapping[str, Sequence[Array]],
+    reports: Mapping[str, ParameterReport],
+    stood: Sequence[ErrorFigure] | None,
+    air: Array,
+) -> dict[str, AxisReport]:
+    """Report every axis of the plant after; ``stood`` is the .2 s error of an angle that stays, where control flew."""
+    rig, records, axes = held.model.rig, [run.record for run in held.runs], dict[str, AxisReport]()
+    floor = _errors(_ahead([it for seed, run in enumerate(held.runs) if (it := made_by_itself(run, seed))]),
+                    held.free_in_air())  # fmt: skip
+    angle_stays, rate_stays = (
+        rms_figures(own, SPACING, "error over 1 s") for own in zip(*(run.naive() for run in held.runs), strict=True)
+    )
     for i, axis in enumerate(rig.axes):
         own, bare, ahead = errors["after"][i].prediction_1s, min(angle_stays[i].value, rate_stays[i].value), 1.0
-        if closed_loop:
+        if stood is not None:
             own, bare, ahead = errors["after"][i].ahead_200ms, stood[i].value, HORIZONS["ahead_200ms"]
         use, why = use_of(rig.gains[i], reports.get(rig.gains[i]), own.value, bare, ahead)
         weights = [record.weights[:, i] for record in records]
         p = {name: _ljung_box_p([z[:, i] for z in own], weights, records[0].step) for name, own in white.items()}
         axes[axis] = AxisReport(
             errors["before"][i], errors["after"][i], floor[i], angle_stays[i], rate_stays[i], p, float(air[0, i]),
-            float(air[1, i]), float(second.model.encoder_noise[i]), use, why,
+            float(air[1, i]), float(held.model.encoder_noise[i]), use, why,
             {name: figures[i] for name, figures in change.items()},
         )  # fmt: skip
-    series = tuple(
-        HeldOutSeries(
-            own, first.alone[i], second.alone[i], dict(zip(rig.state, map(float, starts[i]), strict=True)),
-            white["before"][i], white["after"][i], records[i].step,
-            tuple(event for event in events if event.log == own.name),
-            {name: _drawn(records[i], stretches[i]) for name, stretches in drawn.items() if i in stretches}, length,
-        )
-        for i, own in enumerate(logs)
-    )  # fmt: skip
-    return axes, _likelihood(first, second), series
+    return axes
 
 
 def _records(before: Fit, after: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Record, ...]:
@@ -215,7 +227,8 @@ class _Held:
             torque = run.offset + self.model.torque(r.step, r.samples, random)
             noise = self.model.encoder_errors(r.step, r.samples, random)
             made, own = (rig.simulate(r.inputs, r.step, r.start, p, *t) for t in ((torque,), ()))
-            errors.append(made + noise - own)
+            with np.errstate(invalid="ignore"):  # of runs away no error is known
+                errors.append(made + noise - own)
         return _free(self.model, errors, [run.record.step for run in self.runs])
 
 
@@ -233,15 +246,26 @@ def _ahead(runs: Sequence[Run]) -> dict[str, list[Array]]:
     return {name: [own[name] for own in found] for name in HORIZONS}
 
 
-def _again(models: Mapping[str, _Held], logs: Sequence[Log]) -> dict[str, dict[int, list[Stretch]]]:
-    """Stretches, by model and log, that plant and recovered controller fly again; nothing where no law is known.
+@dataclass(frozen=True)
+class _Flown:
+    """Stretches that models flew again, by model and log, of ``length`` [s]: with the controller where it is FLOWN."""
 
-    All axes fly together: one that the model does not know would spoil the others.
+    stretches: Mapping[str, Mapping[int, list[Stretch]]]
+    length: float
+
+
+def _flown(models: Mapping[str, _Held], logs: Sequence[Log], known: bool) -> _Flown:
+    """Let plant and recovered controller fly again; 1 s under the measured voltages where no law is known.
+
+    All axes fly together: one that the model does not know (``known``) would spoil the others.
     """
-    laws = {i: own for i, own in enumerate(controllers_of(logs)) if len(own) == len(CHANNELS)}
+    laws = {i: own for i, own in enumerate(controllers_of(logs)) if known and len(own) == len(CHANNELS)}
     found = {name: {i: own.runs[i].flown_again(FLOWN, law) for i, law in laws.items()} for name, own in models.items()}
     errors = [e for one in found.values() for own in one.values() for _, e in own]
-    return found if errors and all(np.isfinite(e).all() for e in errors) else {}
+    if errors and all(np.isfinite(e).all() for e in errors):
+        return _Flown(found, FLOWN)
+    alone = {name: {i: run.flown_again(1.0) for i, run in enumerate(own.runs)} for name, own in models.items()}
+    return _Flown(alone, 1.0)
 
 
 def _thinned(record: Record, stretches: Sequence[Stretch]) -> Array:

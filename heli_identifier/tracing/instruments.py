@@ -137,11 +137,6 @@ class InstrumentEstimates:
             for i, axis in enumerate(self.axes)
         )
 
-    def judge_parameters(self, name: str, values: Array) -> Judgement:
-        """Judge values of one axis's parameters, shape (k,), under the regression itself."""
-        axis = next(axis for axis in self.axes if axis.name == name)
-        return _judgement(axis, [y - phi @ values for y, phi in zip(axis.response, axis.regressors, strict=True)])
-
 
 def instruments(
     regressions: Sequence[Regression],
