@@ -142,7 +142,7 @@ def half_of(
 def nats_under(plant: PlantParameters, logs: Sequence[Log]) -> float:
     """Log-likelihood of logs under a plant, air and offsets fitted to them [nats]."""
     likelihood = likelihood_of(logs)
-    rig = replace(likelihood.rig, parameters=plant, estimate=lambda _: plant)
+    rig = replace(likelihood.rig, parameters=plant, base=())
     return -fit(type(likelihood)(rig, likelihood.records), ()).value
 
 

@@ -49,7 +49,7 @@ __all__ = [
 from .diagnose import diagnose
 from .fit import Fit, around, fit
 from .held_out import Outcome, hold_to, log_likelihood
-from .helicopter import BASE, helicopter, plausible_range, record_start
+from .helicopter import BASE, Rig, helicopter, plausible_range, record_start
 from .identification import Identification, identify_plant
 from .instruments import instruments
 from .likelihood import Likelihood
@@ -80,7 +80,6 @@ from .result import (
     Use,
     Verdict,
 )
-from .rig import Rig
 from .score import Scores
 from .select import select
 from .settings import DiagnosisSettings

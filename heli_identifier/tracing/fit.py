@@ -15,9 +15,10 @@ from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import lsq_linear
 from scipy.special import ndtri, stdtrit
 
+from .helicopter import Rig
 from .likelihood import Likelihood, Point
 from .noise import physical
-from .rig import Coordinate, Parameters, Rig
+from .rig import Coordinate, Parameters
 from .sensitivity import Quadratic, linearise
 from .settings import AIR_SCAN, COARSE, CONVERGED, FARTHEST, HALVINGS, ITERATIONS, LARGEST_STEP, OWN_PRIOR, ROUGHLY
 

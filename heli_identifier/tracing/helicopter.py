@@ -1,8 +1,15 @@
-"""The bench helicopter as a rig: the only module of this room that imports the plant."""
+"""The bench helicopter as a rig: all that the tracer knows of the plant whose logs it reads.
+
+The only module of this room that imports the plant. The likelihood, the search and the instruments work with any plant
+of this form: axes with one angle and one acceleration each, inputs that are held over a sample, and parameters that
+enter the accelerations.
+"""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
-from math import copysign, exp, inf, log, pi
+from math import copysign, exp, inf, pi
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +27,7 @@ from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
 from .instruments import Regression, Term
-from .rig import Coordinate, Effect, Record, Rig, Tables
+from .rig import Coordinate, Effect, Record
 from .settings import (
     CATALOGUE_WIDTHS,
     CURVE_WIDTH,
@@ -45,8 +52,6 @@ GAINS = ("k_x", "k_z", "k_y")
 
 HORIZONTAL = "horizontal_offset"
 """Shape that all laws with a sine of the elevation share."""
-
-STATES = len(PlantState._fields)
 
 _LINEAR: Mapping[str, tuple[float, float]] = {
     "a_wx": (1.0, 0.0), "a_th": (4.0, -inf), "theta0": (0.5, -inf), "a_wz": (1.0, 0.0), "a_e": (4.0, 0.0),
@@ -93,23 +98,18 @@ def family_of(field: str) -> str:
     return f"{entry.name.replace('_', ' ')} of the {entry.axis}"
 
 
-def placed(carry: Array, motion: Array) -> Array:
-    """State (21,) of a filter with the axes in a measured motion (6,): motors and bending stay, the air is calm.
-
-    The elevation is the rigid arm's: the encoder's less the bending.
-    """
-    state = np.zeros(len(carry))
-    state[:6], state[6:STATES] = motion, carry[6:STATES]
-    state[1] -= carry[8]
-    state[4] -= carry[9]
-    return state
+_FLY: Mapping[str, str] = {
+    "k_x": "Step the pitch's reference by 10 degrees every 5 s for a minute, in a log that has the reference.",
+    "k_z": "Step the elevation's reference by 10 degrees every 8 s for a minute, in a log that has the reference.",
+    "k_y": "Lean the pitch by 10 degrees for 5 s either way, six times, at a constant sum of the voltages.",
+    "a_th": "Step the pitch's reference by 10 degrees every 5 s for a minute, in a log that has the reference.",
+    "a_e": "Hover at three heights 10 degrees apart for 20 s each.",
+}
+"""What to fly so that a parameter is determined."""
 
 
-def _stable(p: PlantParameters) -> tuple[bool, bool, bool]:
-    """Whether pitch, elevation, travel return by themselves: stiffness and damping both positive."""
-    stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
-    pitch, elevation, travel = (k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
-    return pitch, elevation, travel
+_DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "motor_lag": 0.01}
+"""Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs can tell."""
 
 
 def record_start(angles: Array, inputs: Array, step: float) -> Array:
@@ -120,6 +120,56 @@ def record_start(angles: Array, inputs: Array, step: float) -> Array:
     pitch, elevation, travel = map(float, intercepts)
     state = start_state(pitch, elevation, travel, float(inputs[0, 0]), float(inputs[0, 1]), rates)
     return np.array(tuple(state), dtype=float)
+
+
+def lagged(record: Record, p: PlantParameters) -> Array:
+    """Voltages (N, 2) [V] behind the motors' lag of eq. (9), settled at the first sample."""
+    share, first = kept(record.step, p.T_m + p.motor_lag_rotors), record.inputs[0]
+    return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], record.inputs - first, axis=0) + first)
+
+
+@cache
+def _table_rows() -> Array:
+    """Weights (20 n + 1, K) of a table's torques at n = 50 points to a spacing."""
+    alone, s = np.eye(KNOTS).tolist(), np.linspace(0.0, KNOTS - 1.0, 50 * (KNOTS - 1) + 1).tolist()
+    return np.array([[tabulated_torque(at, 0.0, 1.0, tuple(unit)) for unit in alone] for at in s])
+
+
+class Tables:
+    """Torques over one variable of the motion, one table an axis, that the plant can take without knowing a law."""
+
+    variables = {name: unit for name, unit in VARIABLES.items() if name != "time"}
+    """What a table may run over, with units; a torque in time repeats in no other log."""
+    turning = frozenset(("travel",))
+    """Those of them that count within one turn."""
+    held = frozenset((
+        ("pitch", "pitch"), ("pitch", "pitch_rate"), ("pitch", "mu_diff"), ("elevation", "elevation"),
+        ("elevation", "elevation_rate"), ("elevation", "mu_sum"), ("travel", "travel_rate"), ("travel", "pitch"),
+    ))  # fmt: skip
+    """Tables whose straight line is a term of the plant before."""
+
+    @staticmethod
+    def values(record: Record, parameters: PlantParameters, motion: Array) -> Array:
+        """Give the variables (N, V) along a motion (N, 6)."""
+        nu = lagged(record, parameters)
+        return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
+
+    @staticmethod
+    def basis(s: Array) -> Array:
+        """Weights (n, K) of a table's torques ``s`` (n,) spacings behind its first value."""
+        return _table_rows()[np.clip(np.rint(50.0 * s), 0, 50 * (KNOTS - 1)).astype(int)]
+
+    @staticmethod
+    def fields(axis: str, variable: str) -> tuple[str, ...]:
+        """Torques of a table as parameters of the plant; the last of one that closes is tied to its first."""
+        last = KNOTS if variable == "travel" else KNOTS + 1
+        return tuple(f"table_torque_{k}_{axis}" for k in range(1, last))
+
+    @staticmethod
+    def placed(axis: str, variable: str, first: float, spacing: float) -> dict[str, float]:
+        """Parameters that switch a table on."""
+        number = list(VARIABLES).index(variable) + 1.0
+        return {f"table_variable_{axis}": number, f"table_first_{axis}": first, f"table_spacing_{axis}": spacing}
 
 
 def _slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float, float]:
@@ -140,21 +190,6 @@ def _thrust_fields() -> tuple[str, ...]:
     return tuple(entry.field for entry in CATALOGUE if entry.place in (VOLTAGE, THRUST))
 
 
-def _first_estimate(records: Sequence[Record], base: PlantParameters, free: Sequence[str]) -> PlantParameters:
-    """Least squares on smoothed derivatives, axis by axis; biased by the air, only the fit's start depends on it."""
-    rows = [_regression(record, base) for record in records]
-    X, y = ([np.concatenate([row[part][axis] for row in rows]) for axis in range(3)] for part in range(2))
-    pitch, elevation, travel = (np.linalg.lstsq(x, target, rcond=None)[0] for x, target in zip(X, y, strict=True))
-    sign = copysign(1.0, pitch[1])
-    found = {
-        "a_wx": pitch[0], "a_th": sign * np.hypot(pitch[1], pitch[2]),
-        "theta0": np.arctan2(sign * pitch[2], sign * pitch[1]), "k_x": pitch[3], "a_wz": elevation[0],
-        "a_e": elevation[1], "a_1": elevation[2], "a_lt": elevation[3], "k_z": elevation[4], "a_wy": travel[0],
-        "k_y": travel[1],
-    }  # fmt: skip
-    return base._replace(**{name: float(value) for name, value in found.items() if name in free})
-
-
 def _regression(record: Record, p: PlantParameters) -> tuple[list[Array], list[Array]]:
     """Regressors and accelerations of the axes of one record, from local cubics over .6 s, ends cut off."""
     angle, rate, acceleration = (local_cubic(record.angles, record.step, WINDOW, order) for order in range(3))
@@ -170,37 +205,21 @@ def _regression(record: Record, p: PlantParameters) -> tuple[list[Array], list[A
     return [x[inner] for x in X], [acceleration[inner, axis] for axis in range(3)]
 
 
-def _coordinate(field: str, start: PlantParameters, given: Mapping[str, tuple[float, float]]) -> Coordinate:
-    """Prior of a field; ``given`` are centre and width of what is known of effects and gains."""
-    if field in _FULL_THRUST:
-        sign = copysign(1.0, getattr(start, field))
-        centre, width = given.get(field, (_FULL_THRUST[field] / start.v_max, GAIN_WIDTH))
-        return Coordinate(field, abs(centre), width, sign=sign)
-    if field in _LINEAR:
-        width, lower = _LINEAR[field]
-        return Coordinate(field, 0.0, width, lower, BY_FIELD[field].maximum)
-    if field.startswith("table_torque"):
-        axis = field.rpartition("_")[2]
-        closes = field == f"table_torque_1_{axis}" and getattr(start, f"table_variable_{axis}") == _numbers()["travel"]
-        return Coordinate(field, 0.0, CURVE_WIDTH, tied=f"table_torque_{KNOTS}_{axis}" if closes else "")
-    found = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)
-    if found is not None:
-        owner, shape = found
-        bends, centre = owner.place == BENDING, shape.default if field == HORIZONTAL else getattr(start, field)
-        if shape.lower > 0.0:  # a scale: its logarithm moves
-            return Coordinate(field, centre, log(2.0), shape.lower, shape.upper, sign=1.0, step=0.05, in_output=bends)
-        width = shape.difference_step or 0.1 * (shape.upper - shape.lower)
-        return Coordinate(field, centre, width, shape.lower, shape.upper, step=1.0 if shape.difference_step else 0.02)
-    entry = effect_of(field)
-    lower = max(entry.lower, TIMED - start.T_m) if entry.place == LAG else entry.lower
-    centre, width = given.get(field, (0.0, LAG_WIDTH if entry.place == LAG else entry.upper / CATALOGUE_WIDTHS))
-    step = _DIFFERENCE.get(entry.name)
-    step = step / width if step else 0.02
-    return Coordinate(field, centre, width, lower, entry.upper, step=step, in_output=entry.place == BENDING)
+def _motion(record: Record, window: float) -> Array:
+    return np.column_stack([local_cubic(record.angles, record.step, window, order) for order in (0, 1)])
 
 
-_DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "motor_lag": 0.01}
-"""Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs can tell."""
+def _variable(record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters):
+    """Name, unit and values of a variable that effects are drawn over."""
+    if kind in ("mu_sum", "mu_rate"):
+        total = lagged(record, parameters).sum(1)
+        return ("mu_s", "V", total) if kind == "mu_sum" else ("d mu_s / dt", "V/s", np.gradient(total, record.step))
+    if kind == "time":
+        return "time", "s", record.time
+    own, other = (f"{AXES[i]}_rate" for i in (axis, (1, 0, 1)[axis]))
+    name, _, rate = {"rate": own, "other_rate": other}.get(kind, kind).partition("_")
+    column = motion[:, AXES.index(name) + (3 if rate else 0)]
+    return (f"{name} rate", "rad/s", column) if rate else (name, "rad", column)
 
 
 def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
@@ -221,125 +240,169 @@ def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
     )  # fmt: skip
 
 
-_FLY: Mapping[str, str] = {
-    "k_x": "Step the pitch's reference by 10 degrees every 5 s for a minute, in a log that has the reference.",
-    "k_z": "Step the elevation's reference by 10 degrees every 8 s for a minute, in a log that has the reference.",
-    "k_y": "Lean the pitch by 10 degrees for 5 s either way, six times, at a constant sum of the voltages.",
-    "a_th": "Step the pitch's reference by 10 degrees every 5 s for a minute, in a log that has the reference.",
-    "a_e": "Hover at three heights 10 degrees apart for 20 s each.",
-}
-"""What to fly so that a parameter is determined."""
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """One bench helicopter: what is given of it, its catalogue and its priors."""
 
+    base: tuple[str, ...]
+    """Parameters that every fit estimates."""
+    parameters: PlantParameters
+    """What is given of the plant; the rest is overwritten by :meth:`estimate`."""
+    resolution: Array
+    """One count of each encoder [rad], shape (3,)."""
+    effects: tuple[Effect, ...]
+    """The catalogue; an entry that is among ``base`` is estimated by every fit."""
+    operating_point: float
+    """Voltage [V] about which the gains are slopes."""
+    known: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Centre and width of the priors of effects and gains that something is known of, by field."""
 
-def measured_accelerations(record: Record, parameters: PlantParameters, window: float = MOTION_WINDOW) -> Array:
-    """Accelerations (N, 3) [rad/s^2] of a plant along the measured motion, smoothed over ``window`` [s]."""
-    motion = _motion(record, window)
-    out = np.empty((record.samples, 3))
-    run_accelerations(record, parameters, motion, 0, None, out)
-    out[1:] = 0.5 * (out[1:] + out[:-1])  # from the middles of the steps to their ends
-    return out
+    axes: ClassVar = AXES
+    gains: ClassVar = GAINS
+    lifting: ClassVar = GAINS[:2]
+    """Gains that are positive on every rig that is wired as its model says."""
+    units: ClassVar[Mapping[str, str]] = {row.field: row.unit for row in BY_FIELD.values()}
+    fly: ClassVar = _FLY
+    state: ClassVar = PlantState._fields
+    tables: ClassVar = Tables
+    filter = staticmethod(run_filter)
+    accelerations = staticmethod(run_accelerations)
+    simulate = staticmethod(run_alone)
+    begin = staticmethod(record_start)
 
+    @property
+    def candidates(self) -> tuple[Effect, ...]:
+        """Entries of the catalogue that the search may add to the base."""
+        return tuple(effect for effect in self.effects if effect.field not in self.base)
 
-def _motion(record: Record, window: float) -> Array:
-    return np.column_stack([local_cubic(record.angles, record.step, window, order) for order in (0, 1)])
+    def expecting(self, priors: Mapping[str, tuple[float, float]]) -> "Rig":
+        """Give the same with other priors: centre and width by field."""
+        return replace(self, known={**self.known, **priors})
 
+    def assign(self, p: PlantParameters, values: Mapping[str, float]) -> PlantParameters:
+        """Set parameters; of a gain the slope at the operating point is given, and the gain at zero voltage follows."""
+        q = p._replace(**{field: value for field, value in values.items() if field not in GAINS})
+        slopes = zip(GAINS, _slopes(p, self.operating_point), _slopes(q, self.operating_point), strict=True)
+        return q._replace(**{f: (values[f] if f in values else getattr(p, f) * old) / new for f, old, new in slopes})
 
-def _partial_residual(record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect):
-    """Give what a curve of an effect is drawn from (:class:`.rig.Rig`); effects of the rotors show on the elevation."""
-    axis = AXES.index("elevation" if effect.axis not in AXES else effect.axis)
-    whole, without = (measured_accelerations(record, p, WINDOW) for p in (parameters, bare))
-    inner = slice(round(1.0 / record.step), -round(1.0 / record.step))
-    y = (local_cubic(record.angles, record.step, WINDOW, 2) - local_cubic(without, record.step, WINDOW))[:, axis]
-    variable, unit, x = _variable(record, effect.drawn_against, axis, _motion(record, WINDOW), parameters)
-    return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner, axis]
+    def read(self, p: PlantParameters, field: str) -> float:
+        """Give the value of one parameter, of a gain the slope at the operating point."""
+        value = float(getattr(p, field))
+        return value * _slopes(p, self.operating_point)[GAINS.index(field)] if field in GAINS else value
 
+    def linear(self, p: PlantParameters) -> tuple[tuple[float, float], ...]:
+        """Give damping [1/s] and stiffness [1/s^2] of each axis, for the gains of its filter."""
+        return (p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)
 
-def _variable(record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters):
-    """Name, unit and values of a variable that effects are drawn over."""
-    if kind in ("mu_sum", "mu_rate"):
-        total = lagged(record, parameters).sum(1)
-        return ("mu_s", "V", total) if kind == "mu_sum" else ("d mu_s / dt", "V/s", np.gradient(total, record.step))
-    if kind == "time":
-        return "time", "s", record.time
-    own, other = (f"{AXES[i]}_rate" for i in (axis, (1, 0, 1)[axis]))
-    name, _, rate = {"rate": own, "other_rate": other}.get(kind, kind).partition("_")
-    column = motion[:, AXES.index(name) + (3 if rate else 0)]
-    return (f"{name} rate", "rad/s", column) if rate else (name, "rad", column)
+    def stable(self, p: PlantParameters) -> tuple[bool, ...]:
+        """Whether each axis returns by itself, so that a run of the plant alone means something."""
+        stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
+        return tuple(k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
 
+    def placed(self, carry: Array, motion: Array) -> Array:
+        """State (21,) of a filter with the axes in a measured motion (6,): motors and bending stay, the air is calm.
 
-def lagged(record: Record, p: PlantParameters) -> Array:
-    """Voltages (N, 2) [V] behind the motors' lag of eq. (9), settled at the first sample."""
-    share, first = kept(record.step, p.T_m + p.motor_lag_rotors), record.inputs[0]
-    return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], record.inputs - first, axis=0) + first)
+        The elevation is the rigid arm's: the encoder's less the bending.
+        """
+        state = np.zeros(len(carry))
+        state[:6], state[6 : len(self.state)] = motion, carry[6 : len(self.state)]
+        state[1] -= carry[8]
+        state[4] -= carry[9]
+        return state
 
+    def coordinate(self, field: str, start: PlantParameters) -> Coordinate:
+        """Prior of a parameter; ``start`` tells the signs of the gains."""
+        if field in _FULL_THRUST:
+            sign = copysign(1.0, getattr(start, field))
+            centre, width = self.known.get(field, (_FULL_THRUST[field] / start.v_max, GAIN_WIDTH))
+            return Coordinate(field, abs(centre), width, sign=sign)
+        if field in _LINEAR:
+            width, lower = _LINEAR[field]
+            return Coordinate(field, 0.0, width, lower, BY_FIELD[field].maximum)
+        if field.startswith("table_torque"):
+            axis = field.rpartition("_")[2]
+            travel = list(VARIABLES).index("travel") + 1.0
+            closes = field == f"table_torque_1_{axis}" and getattr(start, f"table_variable_{axis}") == travel
+            return Coordinate(field, 0.0, CURVE_WIDTH, tied=f"table_torque_{KNOTS}_{axis}" if closes else "")
+        found = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)
+        if found is not None:
+            owner, shape = found
+            bends, centre = owner.place == BENDING, shape.default if field == HORIZONTAL else getattr(start, field)
+            if shape.lower > 0.0:  # a scale: its logarithm moves
+                return Coordinate(field, centre, GAIN_WIDTH, shape.lower, shape.upper, 1.0, 0.05, in_output=bends)
+            width = shape.difference_step or 0.1 * (shape.upper - shape.lower)
+            step = 1.0 if shape.difference_step else 0.02
+            return Coordinate(field, centre, width, shape.lower, shape.upper, step=step)
+        entry = effect_of(field)
+        lower = max(entry.lower, TIMED - start.T_m) if entry.place == LAG else entry.lower
+        usual = LAG_WIDTH if entry.place == LAG else entry.upper / CATALOGUE_WIDTHS
+        centre, width = self.known.get(field, (0.0, usual))
+        step = _DIFFERENCE.get(entry.name, 0.02 * width) / width
+        return Coordinate(field, centre, width, lower, entry.upper, step=step, in_output=entry.place == BENDING)
 
-@cache
-def _numbers() -> dict[str, float]:
-    """Variables of tables by number, without time: a torque in time repeats in no other log."""
-    return {name: k + 1.0 for k, name in enumerate(VARIABLES) if name != "time"}
+    def estimate(self, records: Sequence[Record]) -> PlantParameters:
+        """Least squares on smoothed derivatives; biased by the air, only the fit's start depends on it."""
+        rows = [_regression(record, self.parameters) for record in records]
+        X, y = ([np.concatenate([row[part][axis] for row in rows]) for axis in range(3)] for part in range(2))
+        pitch, elevation, travel = (np.linalg.lstsq(x, target, rcond=None)[0] for x, target in zip(X, y, strict=True))
+        sign = copysign(1.0, pitch[1])
+        found = {
+            "a_wx": pitch[0], "a_th": sign * np.hypot(pitch[1], pitch[2]),
+            "theta0": np.arctan2(sign * pitch[2], sign * pitch[1]), "k_x": pitch[3], "a_wz": elevation[0],
+            "a_e": elevation[1], "a_1": elevation[2], "a_lt": elevation[3], "k_z": elevation[4], "a_wy": travel[0],
+            "k_y": travel[1],
+        }  # fmt: skip
+        return self.parameters._replace(**{name: float(value) for name, value in found.items() if name in self.base})
 
+    def measured(self, record: Record, parameters: PlantParameters, window: float = MOTION_WINDOW) -> Array:
+        """Accelerations (N, 3) [rad/s^2] of a plant along the measured motion, smoothed over ``window`` [s]."""
+        motion = _motion(record, window)
+        out = np.empty((record.samples, 3))
+        run_accelerations(record, parameters, motion, 0, None, out)
+        out[1:] = 0.5 * (out[1:] + out[:-1])  # from the middles of the steps to their ends
+        return out
 
-@cache
-def _table_rows() -> Array:
-    """Weights (20 n + 1, K) of a table's torques at n = 50 points to a spacing."""
-    alone, s = np.eye(KNOTS).tolist(), np.linspace(0.0, KNOTS - 1.0, 50 * (KNOTS - 1) + 1).tolist()
-    return np.array([[tabulated_torque(at, 0.0, 1.0, tuple(unit)) for unit in alone] for at in s])
+    def partial_residual(
+        self, record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect
+    ) -> tuple[str, str, str, Array, Array, Array]:
+        """Give what an effect's curve is drawn from; effects of the rotors show on the elevation.
 
+        Axis, variable, its unit, its values, the smoothed acceleration less that of ``bare``, the plant without the
+        effect, and the effect's own.
+        """
+        axis = AXES.index("elevation" if effect.axis not in AXES else effect.axis)
+        whole, without = (self.measured(record, p, WINDOW) for p in (parameters, bare))
+        inner = slice(round(1.0 / record.step), -round(1.0 / record.step))
+        y = (local_cubic(record.angles, record.step, WINDOW, 2) - local_cubic(without, record.step, WINDOW))[:, axis]
+        variable, unit, x = _variable(record, effect.drawn_against, axis, _motion(record, WINDOW), parameters)
+        return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner, axis]
 
-def _table_basis(s: Array) -> Array:
-    """Weights (n, K) of a table's torques ``s`` (n,) spacings behind its first value, at the nearest of its rows."""
-    return _table_rows()[np.clip(np.rint(50.0 * s), 0, 50 * (KNOTS - 1)).astype(int)]
+    def regressions(
+        self, records: Sequence[Record], parameters: PlantParameters
+    ) -> tuple[list[Regression], list[Array]]:
+        """Equations of motion for instruments, in the signals (nu_f + nu_r, nu_f - nu_r, theta, eps, lambda').
 
-
-def _table_fields(axis: str, variable: str) -> tuple[str, ...]:
-    last = KNOTS if variable == "travel" else KNOTS + 1
-    return tuple(f"table_torque_{k}_{axis}" for k in range(1, last))
-
-
-def _table_values(record: Record, parameters: PlantParameters, motion: Array) -> Array:
-    """Variables (N, V) of tables along a motion (N, 6)."""
-    nu = lagged(record, parameters)
-    return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
-
-
-def _tables() -> Tables:
-    return Tables(
-        {name: VARIABLES[name] for name in _numbers()}, frozenset(("travel",)),
-        frozenset((("pitch", "pitch"), ("pitch", "pitch_rate"), ("pitch", "mu_diff"), ("elevation", "elevation"),
-                   ("elevation", "elevation_rate"), ("elevation", "mu_sum"), ("travel", "travel_rate"),
-                   ("travel", "pitch"))),
-        _table_values, _table_basis, _table_fields,
-        lambda axis, variable, first, spacing: {
-            f"table_variable_{axis}": _numbers()[variable], f"table_first_{axis}": first,
-            f"table_spacing_{axis}": spacing,
-        },
-    )  # fmt: skip
-
-
-def _regressions(
-    records: Sequence[Record], parameters: PlantParameters, bare: PlantParameters
-) -> tuple[list[Regression], list[Array]]:
-    """Equations of motion for instruments, in the signals (nu_f + nu_r, nu_f - nu_r, theta, eps, lambda').
-
-    What effects and tables of the plant add to the model before counts as known.
-    """
-    signals = []
-    for record in records:
-        nu = lagged(record, parameters)
-        rate = np.gradient(record.angles[:, 2], record.step)
-        signals.append(np.column_stack((nu.sum(1), nu[:, 0] - nu[:, 1], record.angles[:, :2], rate)))
-    terms = (
-        (Term("a_wx", lambda s: -s[:, 2], 1, DAMPING), Term("a_th", lambda s: -np.sin(s[:, 2] - parameters.theta0)),
-         Term("k_x", lambda s: s[:, 1])),
-        (Term("a_wz", lambda s: -s[:, 3], 1, DAMPING), Term("a_e", lambda s: -s[:, 3]),
-         Term("k_z", lambda s: s[:, 0] * np.cos(s[:, 2]))),
-        (Term("a_wy", lambda s: -s[:, 4], 0, DAMPING), Term("k_y", lambda s: s[:, 0] * np.sin(s[:, 2]))),
-    )  # fmt: skip
-    known = [measured_accelerations(r, parameters) - measured_accelerations(r, bare) for r in records]
-    return [
-        Regression(axis, [record.angles[:, i] for record in records], own, [added[:, i] for added in known])
-        for i, (axis, own) in enumerate(zip(AXES, terms, strict=True))
-    ], signals
+        What effects and tables of the plant add to the model before counts as known.
+        """
+        off = dict.fromkeys((law.field for law in CATALOGUE if law.field not in self.base), 0.0)
+        bare = self.assign(parameters, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
+        signals = []
+        for record in records:
+            nu = lagged(record, parameters)
+            rate = np.gradient(record.angles[:, 2], record.step)
+            signals.append(np.column_stack((nu.sum(1), nu[:, 0] - nu[:, 1], record.angles[:, :2], rate)))
+        terms = (
+            (Term("a_wx", lambda s: -s[:, 2], 1, DAMPING), Term("a_th", lambda s: -np.sin(s[:, 2] - parameters.theta0)),
+             Term("k_x", lambda s: s[:, 1])),
+            (Term("a_wz", lambda s: -s[:, 3], 1, DAMPING), Term("a_e", lambda s: -s[:, 3]),
+             Term("k_z", lambda s: s[:, 0] * np.cos(s[:, 2]))),
+            (Term("a_wy", lambda s: -s[:, 4], 0, DAMPING), Term("k_y", lambda s: s[:, 0] * np.sin(s[:, 2]))),
+        )  # fmt: skip
+        known = [self.measured(r, parameters) - self.measured(r, bare) for r in records]
+        return [
+            Regression(axis, [record.angles[:, i] for record in records], own, [added[:, i] for added in known])
+            for i, (axis, own) in enumerate(zip(AXES, terms, strict=True))
+        ], signals
 
 
 def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Sequence[Array]) -> Rig:
@@ -351,11 +414,9 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
     angles, inputs : sequence of Array, shapes (N_i, 3) and (N_i, 2)
         Of its logs: the operating point is their mean voltage.
     """
-    operating = float(np.mean(np.concatenate(inputs)))
     given = {name: (value.value, value.standard_error or 0.0) for name, value in settings.effects.items()}
-    known = given | settings.geometry.priors()
-    base = tuple(field for field in BASE if field not in settings.given) + tuple(given)
     largest = max(float(abs(v).max()) for v in inputs)
+    lowest = min(float(a[:, 1].min()) for a in angles)
     parameters = PlantParameters(
         **{
             "T_m": settings.motor_time_constant, "v_max": max(settings.voltage_limit, largest),
@@ -363,34 +424,9 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
             HORIZONTAL: -(settings.horizontal or 0.0), **{name: value for name, (value, _) in given.items()},
         }
     )  # fmt: skip
-
-    def assign(p: PlantParameters, values: Mapping[str, float]) -> PlantParameters:
-        q = p._replace(**{field: value for field, value in values.items() if field not in GAINS})
-        slopes = zip(GAINS, _slopes(p, operating), _slopes(q, operating), strict=True)
-        return q._replace(**{f: (values[f] if f in values else getattr(p, f) * old) / new for f, old, new in slopes})
-
-    def read(p: PlantParameters, field: str) -> float:
-        value = float(getattr(p, field))
-        return value * _slopes(p, operating)[GAINS.index(field)] if field in GAINS else value
-
-    def bare(p: PlantParameters) -> PlantParameters:
-        off = dict.fromkeys((e.field for e in CATALOGUE if e.field != LAG_FIELD and e.field not in given), 0.0)
-        return assign(p, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
-
-    lowest = min(float(a[:, 1].min()) for a in angles)
     return Rig(
-        axes=AXES, base=base, gains=GAINS, lifting=GAINS[:2],
-        units={row.field: row.unit for row in BY_FIELD.values()},
-        resolution=2.0 * pi / np.array(settings.counts, dtype=float),
-        parameters=parameters,
-        effects=tuple(_effect(e, lowest, settings) for e in CATALOGUE if e.field not in given), fly=_FLY,
-        coordinate=lambda field, p: _coordinate(field, p, known),
-        assign=assign, read=read,
-        estimate=lambda records: _first_estimate(records, parameters, base),
-        begin=record_start,
-        linear=lambda p: ((p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)),
-        filter=run_filter, accelerations=run_accelerations, partial_residual=_partial_residual,
-        regressions=lambda records, p: _regressions(records, p, bare(p)), measured=measured_accelerations,
-        simulate=run_alone, placed=placed, stable=_stable, state=PlantState._fields, tables=_tables(),
-        operating_point=operating,
+        tuple(field for field in BASE if field not in settings.given) + tuple(given), parameters,
+        2.0 * pi / np.array(settings.counts, dtype=float),
+        tuple(_effect(law, lowest, settings) for law in CATALOGUE if law.field not in given),
+        float(np.mean(np.concatenate(inputs))), given | settings.geometry.priors(),
     )  # fmt: skip

@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 
 from heli_identifier.chain import Fault, undone
 
+from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, physical, recoloured
-from .rig import Coordinate, Parameters, Record, Rig
+from .rig import Coordinate, Parameters, Record
 from .settings import DRIFT, HUBER, OFFSET, START
 
 Array = NDArray[np.float64]

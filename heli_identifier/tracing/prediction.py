@@ -27,10 +27,11 @@ from heli_identifier.chain import local_cubic
 from heli_identifier.errors import LogError
 
 from .fit import Fit, fit
+from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, physical
 from .references import CHANNELS, Controller
 from .result import ErrorFigure
-from .rig import Parameters, Record, Rig
+from .rig import Parameters, Record
 from .settings import BLOCK, DRAWS, ROUND, SETTLED, SETTLING, SMOOTHING, SPACING
 
 Array = NDArray[np.float64]
@@ -272,7 +273,7 @@ def made_by_itself(run: Run, seed: int = 0) -> Run | None:
     h, a, N = record.step, len(model.rig.axes), record.samples
     random = np.random.default_rng(seed)
     first, length = round(SETTLING / h), min(round((SETTLING + BLOCK) / h), N - round(SETTLING / h))
-    firsts = np.arange(first, N - length + 1, length)
+    firsts = range(first, N - length + 1, length)
     torque = offset + model.torque(h, N, random)
     minus, blank = np.zeros_like(record.angles), replace(record, angles=np.zeros_like(record.angles))
     passages, states, none = [], [], np.zeros((a, 10))
@@ -282,7 +283,7 @@ def made_by_itself(run: Run, seed: int = 0) -> Run | None:
         own, last = state.copy(), k + length
         model.rig.filter(blank, model.parameters, none, torque, _NONE, k, last, own, minus[rows], _NO_MOTION)
         if np.abs(minus[rows] + record.angles[rows]).max() < np.pi:
-            passages.append((int(k), int(k + length)))
+            passages.append((k, k + length))
             states.append(state)
     noise = model.encoder_errors(h, N, random)
     made = replace(record, angles=noise - minus)

@@ -14,7 +14,8 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from heli_identifier.records import Log
 
-from .rig import Record, Rig
+from .helicopter import Rig
+from .rig import Record
 from .settings import MOVING_SHARE, RECORD_STEP, REST_COUNTS, REST_TIME, SETTLING
 
 Array = NDArray[np.float64]

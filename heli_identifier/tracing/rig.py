@@ -1,12 +1,7 @@
-"""A rig as one value: all that the tracer knows of the plant whose logs it reads.
-
-The likelihood, the search and the instruments work with any plant of this form: axes with one angle and one
-acceleration each, inputs that are held over a sample, and parameters that enter the accelerations. The bench helicopter
-is built in :mod:`.helicopter`, the only module of this room that imports the plant.
-"""
+"""What the tracer handles of a rig: parameters as coordinates, effects of the catalogue, and records."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import exp, inf, log
 from typing import Any
@@ -138,100 +133,3 @@ class Record:
     def samples(self) -> int:
         """Number of samples N."""
         return len(self.angles)
-
-
-@dataclass(frozen=True, eq=False)
-class Tables:
-    """Torques over one variable of the motion, one table an axis, that the plant can take without knowing a law."""
-
-    variables: Mapping[str, str]
-    """What a table may run over, with units."""
-    turning: frozenset[str]
-    """Those of them that count within one turn."""
-    held: frozenset[tuple[str, str]]
-    """Tables whose straight line is a term of the plant before."""
-    values: Callable[[Record, Parameters, Array], Array]
-    """(record, parameters, motion) -> Array, shape (N, V): The variables along a motion (N, 2a)."""
-    basis: Callable[[Array], Array]
-    """(s) -> Array, shape (n, K): Weights of the table's K torques at s (n,), spacings behind its first value."""
-    fields: Callable[[str, str], tuple[str, ...]]
-    """(axis, variable) -> tuple of str: Its torques as parameters of the plant; those of one that closes are tied."""
-    placed: Callable[[str, str, float, float], dict[str, float]]
-    """(axis, variable, first, spacing) -> dict of str to float: Parameters that switch it on."""
-
-
-@dataclass(frozen=True, eq=False)
-class Rig:
-    """A plant to be identified."""
-
-    axes: tuple[str, ...]
-    base: tuple[str, ...]
-    """Parameters that every fit estimates."""
-    gains: tuple[str, ...]
-    """Those of them that a controller's designer needs, one an axis; proportional to the parameter of their name."""
-    lifting: tuple[str, ...]
-    """Gains that are positive on every rig that is wired as its model says."""
-    units: Mapping[str, str]
-    """Unit of every parameter."""
-    resolution: Array
-    """One count of each encoder [rad], shape (a,)."""
-    parameters: Parameters
-    """What is given of the plant; the rest is overwritten by ``estimate``."""
-    effects: tuple[Effect, ...]
-    """The catalogue; an entry that is among ``base`` is estimated by every fit."""
-    fly: Mapping[str, str]
-    """What to fly so that a parameter is determined."""
-    coordinate: Callable[[str, Parameters], Coordinate]
-    """(field, parameters) -> Coordinate: Prior of a parameter; the parameters tell the signs of the gains."""
-    assign: Callable[[Parameters, Mapping[str, float]], Parameters]
-    """(parameters, mapping) -> Parameters: Set parameters; a gain is the slope at the operating point, so it sets the
-    gain at zero voltage that has it."""
-    read: Callable[[Parameters, str], float]
-    """(parameters, field) -> float: The inverse: the value of one parameter, of a gain the slope at the operating
-    point."""
-    estimate: Callable[[Sequence[Record]], Parameters]
-    """(records) -> Parameters: First estimate by least squares."""
-    begin: Callable[[Array, Array, float], Array]
-    """(angles, inputs, step) -> Array: State at the start of a record."""
-    linear: Callable[[Parameters], tuple[tuple[float, float], ...]]
-    """(parameters) -> tuple of (damping, stiffness): Of each axis, for the gains of its filter."""
-    filter: Callable[..., Any]
-    """Runs the filter over a part of a record (:func:`heli_identifier.tracing.helicopter.run_filter`)."""
-    accelerations: Callable[..., Any]
-    """Accelerations along a motion (:func:`heli_identifier.tracing.helicopter.run_accelerations`)."""
-    partial_residual: Callable[..., tuple[str, str, str, Array, Array, Array]]
-    """(record, parameters, bare, effect): What an effect's curve is drawn from: axis, variable, its unit, its values,
-    the smoothed acceleration less that of ``bare``, the plant without the effect, and the effect's own."""
-    regressions: Callable[..., tuple[Any, list[Array]]]
-    """(records, lag): Equations of motion of the axes for instruments, and the signals (N, s) of every record."""
-    measured: Callable[[Record, Parameters], Array]
-    """(record, parameters): Accelerations (N, a) [rad/s^2] of a plant along the measured motion."""
-    simulate: Callable[..., Array]
-    """(inputs, step, start, parameters, torque=None): Angles (N, a) [rad] of the plant alone, or under further torques
-    (N, a) [rad/s^2]."""
-    placed: Callable[[Array, Array], Array]
-    """(carry, motion): A filter's state with the axes in a measured motion (2a,), the air calm."""
-    stable: Callable[[Parameters], tuple[bool, ...]]
-    """(parameters) -> tuple of bool: Whether each axis returns by itself, so that a run of the plant alone means
-    something."""
-    state: tuple[str, ...]
-    """Fields of the plant's state."""
-    tables: Tables
-    """Where a torque goes that no entry of the catalogue names."""
-    operating_point: float = 0.0
-    """Input [V] about which the gains are slopes."""
-
-    @property
-    def candidates(self) -> tuple[Effect, ...]:
-        """Entries of the catalogue that the search may add to the base."""
-        return tuple(effect for effect in self.effects if effect.field not in self.base)
-
-    def expecting(self, priors: Mapping[str, tuple[float, float]]) -> "Rig":
-        """Give the same with other priors: centre and width of parameters whose coordinate is linear, by field."""
-
-        def coordinate(field: str, parameters: Parameters) -> Coordinate:
-            usual = self.coordinate(field, parameters)
-            centre, width = priors.get(field, (usual.centre, usual.width))
-            return dataclasses.replace(usual, centre=centre, width=width)
-
-        return dataclasses.replace(self, coordinate=coordinate)

@@ -28,9 +28,10 @@ from scipy.signal import lfilter
 from scipy.special import chdtrc, chdtri, gammaln
 
 from .fit import Fit, covariance, fit
+from .helicopter import Tables
 from .noise import error_dynamics
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict
-from .rig import Effect, Tables
+from .rig import Effect
 from .select import Selection, select
 from .sensitivity import Sensitivities, held_samples, means
 from .settings import CURVE_WIDTH, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE, UNKNOWN_TRIED
@@ -158,7 +159,7 @@ class _Seen:
         return self.refined(a, float(f[power.argmax()]))
 
 
-def _basis(tables: Tables, variable: str, first: float, spacing: float, x: Array) -> Array:
+def _basis(tables: type[Tables], variable: str, first: float, spacing: float, x: Array) -> Array:
     """Weights (n, k) of a curve's torques where its variable is ``x`` (n,)."""
     if variable not in tables.turning:
         return tables.basis((x - first) / spacing)
