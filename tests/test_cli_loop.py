@@ -14,12 +14,12 @@ from typer.testing import CliRunner
 from fmu_src import UNITS, build
 from fmu_src.master import Result
 from heli_identifier.cli.app import app
-from heli_identifier.cli.arguments import split_logs
 from heli_identifier.errors import IdentifierError, LogError
-from heli_identifier.records import RigConfiguration, demo_logs, write_log
+from heli_identifier.records import LogFormat, demo_logs, write_log
 from heli_identifier.results import run_figure
 from heli_identifier.results.parameters import plant_values, read_parameters
 from heli_identifier.results.unit import check_free_run, unit_run
+from heli_identifier.tools import read_split
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import to_names
 from heli_plant.simulation import simulate
@@ -151,31 +151,28 @@ def logs(tmp_path):
     return [write_log(made_log(length, seed), tmp_path / f"run{seed}.csv") for seed, length in enumerate(lengths)]
 
 
-def test_without_a_log_to_judge_by_the_last_one_is_held_out_and_that_is_said(logs, capsys):
-    training, held = split_logs(logs, [], RigConfiguration(), None, None)
+def test_without_a_log_to_judge_by_the_last_one_is_held_out_and_that_is_said(logs):
+    training, held, said = read_split(logs, [], LogFormat())
     assert ([log.name for log in training], [log.name for log in held]) == (["run0"], ["run1"])
-    assert "held out: " in capsys.readouterr().err
+    assert said.startswith("held out: ")
 
 
-def test_of_a_single_log_the_last_third_is_held_out_and_no_sample_is_in_both(logs, capsys):
-    (training,), (held,) = split_logs(logs[:1], [], RigConfiguration(), None, None)
-    assert training.samples + held.samples == 3000
-    assert held.samples == pytest.approx(1000, abs=1)
-    assert (training.name, held.name) == ("run0", "run0 from 20 s")
+@pytest.mark.parametrize("start, end, samples", [(None, None, 3000), (3.0, 28.5, 2551)])
+def test_of_a_single_log_the_last_third_is_held_out_and_no_sample_is_in_both(logs, start, end, samples):
+    (training,), (held,), said = read_split(logs[:1], [], LogFormat(), start, end)
+    assert training.samples + held.samples == samples
+    assert held.samples == pytest.approx(samples / 3, abs=1)
+    assert training.name == "run0" and held.name.startswith("run0 from ") and "last third" in said
     assert held.start > training.start + training.duration - 1.5 * training.step
-    assert "last third" in capsys.readouterr().err
-
-
-def test_a_single_log_of_a_cut_stretch_is_split_inside_that_stretch(logs):
-    (training,), (held,) = split_logs(logs[:1], [], RigConfiguration(), 3.0, 28.5)
-    assert training.start == pytest.approx(3.0)
-    # the last sample kept is that of 28.5 s, which holds for one step
-    assert held.start + held.duration == pytest.approx(28.51)
+    if start is not None:
+        assert training.start == pytest.approx(start)
+        # the last sample kept is that of 28.5 s, which holds for one step
+        assert held.start + held.duration == pytest.approx(end + 0.01)
 
 
 def test_a_single_log_that_is_too_short_to_split_is_refused(logs):
     with pytest.raises(LogError, match="too short"):
-        split_logs(logs[:1], [], RigConfiguration(), 0.0, 24.0)
+        read_split(logs[:1], [], LogFormat(), 0.0, 24.0)
 
 
 def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_path):

@@ -33,6 +33,8 @@ def _names(parameter: Any) -> str:
     """Give an option's names and what it takes, or an argument as its usage line shows it."""
     options = [name for name in parameter.opts if name.startswith("-")]
     takes = "" if getattr(parameter, "is_flag", False) else parameter.metavar or "VALUE"
+    if not options:
+        takes = f"{takes if parameter.required else f'[{takes}]'}{'...' if parameter.nargs != 1 else ''}"
     return ", ".join(f"`{name}`" for name in options) + (f" `{takes}`" if takes else "")
 
 

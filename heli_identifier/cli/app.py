@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 import heli_identifier
-from heli_identifier.cli.arguments import Spreading
+from heli_identifier.cli.arguments import Command
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.in_flight import follow, stream
 from heli_identifier.cli.on_logs import campaign, check, compare, demo, diagnose, fleet, identify, init, look
@@ -72,7 +72,10 @@ heli demo --output somewhere
 for _command in _COMMANDS:
     _name = _command.__name__.replace("_", "-")
     _own = [_line for _line in _EXAMPLES.splitlines() if f"{_line} ".startswith(f"heli {_name} ")]
-    app.command(cls=Spreading, epilog="\n\n".join(["[bold]Examples[/]", *_own]))(guarded(_command))
+    _paragraphs = [" ".join(_part.split()) for _part in (_command.__doc__ or "").split("\n\n")]
+    app.command(cls=Command, help="\n\n".join(_paragraphs), epilog="\n\n".join(["[bold]Examples[/]", *_own]))(
+        guarded(_command)
+    )
 
 
 def _version(wanted: bool) -> None:

@@ -16,10 +16,10 @@ from typer.core import TyperCommand
 
 import fmu_src
 import heli_identifier as hi
-from heli_identifier import records, tools
+from heli_identifier import records
 from heli_identifier.cli.guard import fail
 from heli_identifier.cli.terminal import note, print_notes, warn
-from heli_identifier.errors import ConfigurationError, LogError
+from heli_identifier.errors import ConfigurationError
 from heli_plant.errors import did_you_mean
 
 
@@ -28,50 +28,42 @@ def option(text: str, *names: str, metavar: str = "", **more: Any) -> Any:
     return typer.Option(*names, metavar=metavar, help=text, **more)
 
 
-Logs = Annotated[
-    list[Path],
-    typer.Argument(metavar="LOG", help="Measured logs, CSV or MATLAB, 50 Hz to 2 kHz, all of one rig."),
-]
-Config = Annotated[
-    Path | None,
-    option(
-        "Configuration of the rig, written by `heli init`; heli.toml of this folder by default.",
-        "--config", "-c", metavar="FILE",
-    ),
-]  # fmt: skip
+def argument(text: str, metavar: str, **more: Any) -> Any:
+    """Give an argument of a command with its help."""
+    return typer.Argument(metavar=metavar, help=text, **more)
+
+
+Logs = Annotated[list[Path], argument("Measured logs, CSV or MATLAB, 50 Hz to 2 kHz, all of one rig.", "LOG")]
+CONFIGURATION = "Configuration of the rig, written by `heli init`; heli.toml of this folder by default."
+Config = Annotated[Path | None, option(CONFIGURATION, "--config", "-c", metavar="FILE")]
 From = Annotated[float | None, option("First instant used, in the log's own time.", "--from", metavar="SECONDS")]
 To = Annotated[float | None, option("Last instant used, in the log's own time.", "--to", metavar="SECONDS")]
 Folder = Annotated[Path, option("Folder of the results.", "--output", "-o", metavar="DIR", show_default=True)]
 Json = Annotated[bool, option("Print the result as JSON, and nothing else, on standard output.", "--json")]
 Verbose = Annotated[bool, option("Print more: intervals, reasons, what was tried.", "--verbose", "-v")]
-Settings = Annotated[
-    list[str],
-    option(
-        "A parameter by its structured name; may be repeated.", "--set", "-s", metavar="NAME=VALUE", show_default=False
-    ),
-]
-Parameters = Annotated[
-    Path | None, option("parameters.json of a diagnosis, for the unit it names.", "--parameters", "-p", metavar="FILE")
-]
+SETTING = "A parameter by its structured name; may be repeated."
+Settings = Annotated[list[str], option(SETTING, "--set", "-s", metavar="NAME=VALUE", show_default=False)]
+OF_UNIT = "parameters.json of a diagnosis, for the unit it names."
+Parameters = Annotated[Path | None, option(OF_UNIT, "--parameters", "-p", metavar="FILE")]
 PlantFile = Annotated[Path, option("parameters.json of a diagnosis.", "--parameters", "-p", metavar="FILE")]
-PlantArgument = Annotated[
-    Path, typer.Argument(metavar="[FILE]", help="parameters.json of a diagnosis or identification.")
-]
+PlantArgument = Annotated[Path, argument("parameters.json of a diagnosis or identification.", "FILE")]
+PLANT_FILE = Path("parameters.json")
+LAYOUT = "A datagram's doubles by name in their order, or json; by default"
 Layout = Annotated[
-    str | None,
-    option(
-        "A datagram's doubles by name in their order, or json; by default 'sequence time v_front v_rear pitch "
-        "elevation travel'.",
-        metavar="NAMES",
+    str | None, option(f"{LAYOUT} 'sequence time v_front v_rear pitch elevation travel'.", metavar="NAMES")
+]
+PID = "controller.json: parameters of the controller that flies the rig."
+Controller = Annotated[Path | None, option(PID, metavar="FILE")]
+IN_C = "Units in C, which need no Python on their host (compilers: extra `native`, or gcc)."
+Native = Annotated[bool, option(IN_C, "--native")]
+ScenarioName = Annotated[
+    str,
+    argument(
+        "open_loop, closed_loop, state_feedback, measured_data, plant_beside_log, follow or live.",
+        "SCENARIO",
+        autocompletion=lambda: list(fmu_src.SCENARIOS),
     ),
 ]
-Controller = Annotated[
-    Path | None, option("controller.json: parameters of the controller that flies the rig.", metavar="FILE")
-]
-Native = Annotated[
-    bool, option("Units in C, which need no Python on their host (compilers: extra `native`, or gcc).", "--native")
-]
-PLANT_FILE = Path("parameters.json")
 
 
 def to_file(text: str) -> Any:
@@ -79,20 +71,11 @@ def to_file(text: str) -> Any:
     return Annotated[Path | None, option(text, "--output", "-o", metavar="FILE")]
 
 
-ScenarioName = Annotated[
-    str,
-    typer.Argument(
-        metavar="SCENARIO",
-        help="open_loop, closed_loop, state_feedback, measured_data, plant_beside_log, follow or live.",
-        autocompletion=lambda: list(fmu_src.SCENARIOS),
-    ),
-]
-
 SPREAD = "--validate"
 """Option that takes several values in a row."""
 
 
-class Spreading(TyperCommand):
+class Command(TyperCommand):
     """A command whose option ``--validate`` takes all words up to the next option: ``--validate a.csv b.csv``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -106,6 +89,14 @@ class Spreading(TyperCommand):
             if any(a == SPREAD and b.startswith("-") for a, b in pairwise(args)):
                 raise fail(f"{SPREAD} names no log; put one or more after it, or leave it out")
         return super().parse_args(ctx, spread(args))
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Let the help show what a parameter is called, not its type in Python."""
+        found: list[Any] = super().get_params(ctx)
+        for parameter in found:
+            if parameter.param_type_name == "argument" or parameter.metavar is None:
+                parameter.display_type_rich = lambda ctx: ""
+        return found
 
 
 def spread(words: Iterable[str]) -> list[str]:
@@ -157,26 +148,12 @@ def logs_of(
     return logs, configuration
 
 
-def split_logs(
-    training: Sequence[Path],
-    held_out: Sequence[Path],
-    configuration: "hi.RigConfiguration",
-    start: float | None,
-    end: float | None,
-) -> "tuple[tuple[hi.Log, ...], tuple[hi.Log, ...]]":
-    """Read the training logs and the held-out logs; without any of the latter hold some back, and print which."""
-    if not training:
-        raise LogError("no log is left to fit to: all that were named are held out by --validate.")
-    fitted, judged, held_back = tools.read_split(training, held_out, configuration.format, start, end)
-    if held_back:
-        note(f"{held_back} (name another log with --validate)")
-    print_notes((*fitted, *judged))
-    return fitted, judged
-
-
 # --- parameters ------------------------------------------------------------------------------------------------------
 
 Value = float | str
+
+PLANTS = ("HelicopterPlant", "FollowingPlant", "Corrector")
+"""Units that take the parameters of a plant; a corrector begins with the plant that it corrects."""
 
 
 def assignments(
@@ -202,8 +179,7 @@ def by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str
     if file is None:
         return {}
     parameters = read_with_doubts(file)
-    plants = ("HelicopterPlant", "FollowingPlant", "Corrector")  # a corrector begins with the plant that it corrects
-    takers = plants if parameters.unit == plants[0] else (parameters.unit,)
+    takers = PLANTS if parameters.unit == PLANTS[0] else (parameters.unit,)
     if not set(takers) & set(units):
         raise ConfigurationError(f"{file} holds parameters of the {parameters.unit}, {refusal}.")
     return dict.fromkeys(takers, parameters.start_values)
@@ -221,6 +197,11 @@ def of_unit(unit: str, words: Sequence[str], file: Path | None = None) -> dict[s
     """Give parameters of one unit from a file of this unit and from ``name=value`` words, which outrank it."""
     of_file = by_unit(file, [unit], f"those of the {unit} are needed")
     return {**of_file.get(unit, {}), **{n: unit_value(unit, n, text, n) for n, text in assignments(words).items()}}
+
+
+def numbers_of_unit(unit: str, words: Sequence[str], file: Path | None = None) -> dict[str, float]:
+    """Give the same of a unit all of whose parameters are numbers."""
+    return {name: float(value) for name, value in of_unit(unit, words, file).items()}
 
 
 def in_scenario(

@@ -13,19 +13,11 @@ import typer
 
 import heli_identifier as hi
 from heli_identifier import records, results, tools, tracing
-from heli_identifier.cli.arguments import (
-    Config,
-    Controller,
-    From,
-    Layout,
-    To,
-    found_configuration,
-    logs_of,
-    of_unit,
-    option,
-    read_with_doubts,
-)
-from heli_identifier.cli.terminal import counted, note, note_written, print_diagnosis, print_notes, progress_bar, warn
+from heli_identifier.cli import arguments as args
+from heli_identifier.cli import terminal
+from heli_identifier.cli.arguments import argument, option
+from heli_identifier.cli.guard import refuse
+from heli_identifier.cli.terminal import note, note_written, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, IdentifierError, require_range
 from heli_identifier.files import write_atomically
 from heli_identifier.platform import end_with_parent, unheard
@@ -50,15 +42,17 @@ INTERRUPTED = 130
 ADVICE, GAINS = "control_advice.json", "controller.json"
 """Files: how the margins stand, and the gains that are offered, as parameters of the PidController."""
 
+RATE = "The rig's sampling rate; by default, found from its time stamps."
+
 
 def follow(
-    log: Annotated[Path | None, typer.Argument(metavar="[LOG]", help="Log to play, in place of a rig.")] = None,
+    log: Annotated[Path | None, argument("Log to play, in place of a rig.", "LOG")] = None,
     listen: Annotated[
         str | None, option("Address of this computer to which the rig sends.", metavar="HOST:PORT")
     ] = None,
     parameters: Annotated[
         Path, option("parameters.json of the twin at the start.", "--parameters", "-p", metavar="FILE")
-    ] = Path("parameters.json"),
+    ] = args.PLANT_FILE,
     output: Annotated[
         Path, option("Folder of the flight; without an earlier one in it.", "--output", "-o", metavar="DIR")
     ] = Path("flight"),
@@ -66,14 +60,12 @@ def follow(
     serve: Annotated[bool, option("Show the twin in a browser on this computer as well.", "--serve")] = False,
     serve_at: Annotated[str, option("Where --serve shows it.", "--serve-at", metavar="HOST:PORT")] = SERVED_AT,
     sender: Annotated[str, option("The rig; by default, the first that sends a sample.", metavar="HOST[:PORT]")] = "",
-    layout: Layout = None,
-    rate: Annotated[
-        float | None, option("The rig's sampling rate; by default, found from its time stamps.", metavar="HZ")
-    ] = None,
-    controller: Controller = None,
-    start: From = None,
-    end: To = None,
-    config: Config = None,
+    layout: args.Layout = None,
+    rate: Annotated[float | None, option(RATE, metavar="HZ")] = None,
+    controller: args.Controller = None,
+    start: args.From = None,
+    end: args.To = None,
+    config: args.Config = None,
 ) -> None:
     """Follow a rig while it flies: notice that the twin no longer fits, say why, correct it, and say so.
 
@@ -88,26 +80,23 @@ def follow(
     from heli_identifier.live.screen import event_line
     from heli_identifier.live.session import Session, check_unused
 
-    if (log is None) == (listen is None):
-        raise ConfigurationError("name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
-    if listen is None and (sender or layout or rate is not None):
-        raise ConfigurationError("--sender, --layout and --rate belong to --listen.")
-    if log is None and (speed is not None or start is not None or end is not None):
-        raise ConfigurationError("--speed, --from and --to belong to a log; a rig sends at its own pace.")
-    if serve_at != SERVED_AT and not serve:
-        raise ConfigurationError("--serve-at says where --serve shows the twin; add --serve.")
+    one = (log is None) != (listen is None)
+    refuse(not one, "name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
+    of_rig = bool(sender or layout or rate is not None)
+    refuse(listen is None and of_rig, "--sender, --layout and --rate belong to --listen.")
+    of_log = any(value is not None for value in (speed, start, end))
+    refuse(log is None and of_log, "--speed, --from and --to belong to a log; a rig sends at its own pace.")
+    refuse(serve_at != SERVED_AT and not serve, "--serve-at says where --serve shows the twin; add --serve.")
     for read in (parameters, controller):
-        if read is not None and os.path.realpath(read.parent) == os.path.realpath(output):
-            raise ConfigurationError(
-                f"{read} lies in the folder of the flight, whose files would replace it; name another folder."
-            )
+        inside = read is not None and os.path.realpath(read.parent) == os.path.realpath(output)
+        refuse(inside, f"{read} lies in the folder of the flight, whose files would replace it; name another folder.")
     check_unused(output)
-    twin, adviser = read_with_doubts(parameters), Adviser(output, controller_of(controller))
+    twin, adviser = args.read_with_doubts(parameters), Adviser(output, controller_of(controller))
     with ExitStack() as stack:
         if log is not None:
             source, configuration = _player(log, config, 1.0 if speed is None else speed, start, end)
         else:
-            configuration = found_configuration(config)
+            configuration = args.found_configuration(config)
             source = _listener(stack, str(listen), sender, layout, rate, configuration)
         title = f"heli follow: {log if log is not None else f'a rig that sends to {listen}'}, twin of {parameters}"
         show = _shows(stack, title, serve_at if serve else None)
@@ -136,11 +125,11 @@ def follow(
 
 
 def stream(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="Measured log to send.")],
+    log: Annotated[Path, argument("Measured log to send.", "LOG")],
     to: Annotated[str, option("Where to send it, by UDP, as 127.0.0.1:25000.", metavar="HOST:PORT")],
     speed: Annotated[float, option("How many times faster than the rig was.", metavar="N")] = 1.0,
-    layout: Layout = None,
-    config: Config = None,
+    layout: args.Layout = None,
+    config: args.Config = None,
 ) -> None:
     """Send a log as a running rig would: one datagram per sample, at the log's own instants.
 
@@ -150,7 +139,7 @@ def stream(
     from heli_identifier.live.sources import send
 
     form = read_layout(layout or USUAL_LAYOUT)
-    ((recorded,), _) = logs_of([log], config)
+    ((recorded,), _) = args.logs_of([log], config)
     with progress_bar() as progress:
         late = send(recorded, to, speed, form, progress)
     typer.echo(f"{recorded.samples} samples, {recorded.duration:.4g} s of flight, sent to {to}")
@@ -169,7 +158,7 @@ def _player(
 
     if speed != 0.0:
         require_range("--speed", speed, "times real time", *SPEEDS)
-    ((recorded,), configuration) = logs_of([path], config, start, end)
+    ((recorded,), configuration) = args.logs_of([path], config, start, end)
 
     def run(session: "Session", stopped: Callable[[], bool], show: "Show") -> None:
         session.run(play(recorded, speed, session.keep), lambda: recorded.step, stopped, show)
@@ -178,12 +167,7 @@ def _player(
 
 
 def _listener(
-    stack: ExitStack,
-    listen: str,
-    sender: str,
-    layout: str | None,
-    rate: float | None,
-    configuration: "hi.RigConfiguration",
+    stack: ExitStack, listen: str, sender: str, layout: str | None, rate: float | None, config: "hi.RigConfiguration"
 ) -> "Source":
     """Open the port and return a function that lets a session follow what comes in."""
     from heli_identifier.following import Event
@@ -191,8 +175,7 @@ def _listener(
     from heli_identifier.live.sources import Listening, check_rate
 
     address, number = read_address(listen, "--listen")
-    if number < 0:
-        raise ConfigurationError(f"--listen {listen} names no port; give HOST:PORT, as 127.0.0.1:25000.")
+    refuse(number < 0, f"--listen {listen} names no port; give HOST:PORT, as 127.0.0.1:25000.")
     form = read_layout(layout or USUAL_LAYOUT)
     check_rate(form, rate)
     port = Port(address, number, sender, form)
@@ -200,10 +183,9 @@ def _listener(
     note(f"listening on {port.address[0]}:{port.address[1]}")
 
     def run(session: "Session", stopped: Callable[[], bool], show: "Show") -> None:
-        rig = Listening(port, rate, configuration.format, session.keep)
+        rig = Listening(port, rate, config.format, session.keep)
         session.run(rig.instants(), lambda: 1.0 / (rig.rate or 1.0), stopped, show, lambda: rig.status)
-        why = _stream_sentence(rig.status)
-        if why:
+        if why := _stream_sentence(rig.status):
             session.say(Event(session.time, "stream", why))
 
     return run
@@ -222,7 +204,7 @@ def _stream_sentence(status: Any) -> str:
     told = [f"{number} {what}" for what, number in said.items() if number]
     told += [f"{status.refused} datagrams held no sample"] if status.refused else []
     told += [f"{status.foreign} datagrams came from others"] if status.foreign else []
-    told += [f"the rig started again {counted(counts.restarted, 'time')}"] if counts.restarted else []
+    told += [f"the rig started again {terminal.counted(counts.restarted, 'time')}"] if counts.restarted else []
     return f"of {counts.received + counts.lost} samples " + ", ".join(told) if told else ""
 
 
@@ -269,7 +251,7 @@ def first_interrupt() -> Iterator[Callable[[], bool]]:
 
 
 class Adviser:
-    """Judges the controller in a process of its own.
+    """Judges the controller in a process of its own, one plant after the other.
 
     Parameters
     ----------
@@ -286,21 +268,16 @@ class Adviser:
         self.sentence = ""
 
     def ask(self, plant: "PlantParameters", errors: Mapping[str, float], elevation: float) -> None:
-        """Have the controller judged around a plant; what was asked before is dropped.
-
-        A process that is at work is kept, and judges this plant afterwards: there is never more than one at work.
-        """
+        """Have the controller judged around a plant; what waits for its turn is dropped."""
         from concurrent.futures import ProcessPoolExecutor
         from multiprocessing import get_context
 
         with unheard(signal.SIGINT):  # Ctrl-C is for the command
-            if self.pool is None or self.asked is None or self.asked.done():
-                self.close()
-                self.pool = ProcessPoolExecutor(
-                    1, mp_context=get_context("spawn"), initializer=end_with_parent, initargs=(os.getpid(),)
-                )
-            else:
+            if self.pool is not None and self.asked is not None and not self.asked.done():
                 self.asked.cancel()
+            else:  # a process without work may have been ended meanwhile
+                self.close()
+                self.pool = ProcessPoolExecutor(1, get_context("spawn"), end_with_parent, (os.getpid(),))
             self.asked = self.pool.submit(tools.control_advice, plant, dict(errors), 0.0, elevation, self.settings)
 
     def look(self, wait: bool = False) -> str:
@@ -337,8 +314,7 @@ def controller_of(path: Path | None) -> "PidSettings | None":
 
     if path is None:
         return None
-    given = {name: float(value) for name, value in of_unit(tools.CONTROLLER, (), path).items()}
-    return tools.controller_settings(PidSettings(), given)
+    return tools.controller_settings(PidSettings(), args.numbers_of_unit(tools.CONTROLLER, (), path))
 
 
 # --- the end of a flight: its recording is diagnosed -----------------------------------------------------------------
@@ -398,10 +374,10 @@ def _diagnose(
     with results.whole_folder(folder / DIAGNOSIS) as draft:
         training, held_out, held_back = tools.read_split((path,), (), limits, begin, end)
         note(held_back)
-        print_notes((*training, *held_out))
+        terminal.print_notes((*training, *held_out))
         with progress_bar() as progress:
             diagnosis = diagnosed(training, held_out, rig, draft, progress)
-    print_diagnosis(diagnosis)
+    terminal.print_diagnosis(diagnosis)
     gain = tracing.log_likelihood(diagnosis.plant_after, held_out) - tracing.log_likelihood(twin.plant(), held_out)
     seconds = sum(log.duration for log in held_out)
     compared = f"makes the last {seconds:.3g} s of the recording likelier by {abs(gain):.3g} nats than the"

@@ -14,38 +14,11 @@ import typer
 import fmu_src
 import heli_identifier as hi
 from heli_identifier import records, results, tools
-from heli_identifier.cli.arguments import (
-    PLANT_FILE,
-    Config,
-    Folder,
-    From,
-    Json,
-    Logs,
-    Native,
-    PlantFile,
-    To,
-    Verbose,
-    found_configuration,
-    logs_of,
-    option,
-    read_with_doubts,
-    shared_configuration,
-    split_logs,
-)
-from heli_identifier.cli.terminal import (
-    Progress,
-    answer,
-    counted,
-    note,
-    note_written,
-    print_diagnosis,
-    print_json,
-    print_notes,
-    print_table,
-    progress_bar,
-    show,
-    warn,
-)
+from heli_identifier.cli import arguments as args
+from heli_identifier.cli import terminal
+from heli_identifier.cli.arguments import argument, option
+from heli_identifier.cli.guard import refuse
+from heli_identifier.cli.terminal import answer, note, print_notes, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, IdentifierError, LogError, require_positive
 from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.provenance import from_command_line
@@ -56,46 +29,47 @@ FAILED = 1
 NATIVE_PLANT = "HelicopterPlant-native.fmu"
 """File of the corrected plant in C."""
 
+HELD_OUT = "Held-out logs; by default the last log, or the last third of a single one."
+
 
 def diagnose(
-    logs: Logs,
-    output: Folder = Path("diagnosis"),
-    validate: Annotated[
-        list[Path],
-        option("Held-out logs; by default the last log, or the last third of a single one.", metavar="LOG...",
-               show_default=False),
-    ] = [],
+    logs: args.Logs,
+    output: args.Folder = Path("diagnosis"),
+    validate: Annotated[list[Path], option(HELD_OUT, metavar="LOG...", show_default=False)] = [],
     keep_events: Annotated[
         bool, option("Keep passages in which a hand or an obstacle acts on the rig.", "--keep-events")
     ] = False,
-    start: From = None,
-    end: To = None,
-    config: Config = None,
-    native: Native = False,
-    json: Json = False,
-    verbose: Verbose = False,
-) -> None:  # fmt: skip
+    start: args.From = None,
+    end: args.To = None,
+    config: args.Config = None,
+    native: args.Native = False,
+    json: args.Json = False,
+    verbose: args.Verbose = False,
+) -> None:
     """Find what the model lacks, add it, compare on held-out logs, and build the corrected plant.
 
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu, with --native also
     HelicopterPlant-native.fmu: all of them, or none.
     """
     with results.whole_folder(output) as draft:
-        configuration = found_configuration(config)
-        training, held_out = split_logs(logs, validate, configuration, start, end)
+        configuration = args.found_configuration(config)
+        training, held_out, held_back = tools.read_split(logs, validate, configuration.format, start, end)
+        if held_back:
+            note(f"{held_back} (name another log with --validate)")
+        print_notes((*training, *held_out))
         with progress_bar() as progress:
             diagnosis = diagnosed(training, held_out, configuration, draft, progress, keep_events)
             if native:
                 _build_native_plant(diagnosis, draft)
     if json:
-        print_json(diagnosis.to_dict())
+        terminal.print_json(diagnosis.to_dict())
         for text in diagnosis.notes:
             warn(text)
         return
     for line in results.diagnosis_lines(diagnosis, training):
         typer.echo(line)
-    print_diagnosis(diagnosis, reasons=verbose)
-    note_written(output, (*results.RESULTS, NATIVE_PLANT) if native else results.RESULTS)
+    terminal.print_diagnosis(diagnosis, reasons=verbose)
+    terminal.note_written(output, (*results.RESULTS, NATIVE_PLANT) if native else results.RESULTS)
 
 
 def diagnosed(
@@ -103,7 +77,7 @@ def diagnosed(
     held_out: "Sequence[hi.Log]",
     configuration: "hi.RigConfiguration",
     folder: Path,
-    progress: Progress = lambda what, share: None,
+    progress: terminal.Progress = lambda what, share: None,
     keep_events: bool = False,
 ) -> "hi.Diagnosis":
     """Diagnose a rig and write the results into ``folder``."""
@@ -119,8 +93,7 @@ def diagnosed(
 
 def _build_native_plant(diagnosis: "hi.Diagnosis", folder: Path) -> None:
     """Build the corrected plant in C beside the one in Python, and hold it to the reported free run as well."""
-    from fmu_src.native import runs_here
-    from heli_identifier.cli.on_units import warn_of_missing_compilers
+    from fmu_src.native import runs_here, without_compiler
 
     parameters = hi.read_parameters(folder / "parameters.json")
     with draft_folder() as apart:
@@ -128,30 +101,37 @@ def _build_native_plant(diagnosis: "hi.Diagnosis", folder: Path) -> None:
         if runs_here():
             results.check_free_run(built, diagnosis)
         (folder / NATIVE_PLANT).write_bytes(built.read_bytes())
-    warn_of_missing_compilers()
+    if problem := without_compiler():
+        warn(problem)
 
 
-def look(logs: Logs, start: From = None, end: To = None, config: Config = None, json: Json = False) -> None:
+def look(
+    logs: args.Logs,
+    start: args.From = None,
+    end: args.To = None,
+    config: args.Config = None,
+    json: args.Json = False,
+) -> None:
     """Look at the logs of one rig: who flew, what moved, which gains these logs determine, what to fly next.
 
     Gains are slopes at the logs' mean voltage. References in the logs, or rebuilt from the voltages, judge them.
     """
-    recorded, configuration = logs_of(logs, config, start, end)
-    show(hi.look(recorded, configuration=configuration), json)
+    recorded, configuration = args.logs_of(logs, config, start, end)
+    terminal.show(hi.look(recorded, configuration=configuration), json)
 
 
 def identify(
-    logs: Logs,
-    output: Folder = Path("identification"),
+    logs: args.Logs,
+    output: args.Folder = Path("identification"),
     filter_frequency: Annotated[float, option("Bandwidth of the state filters.", metavar="RAD/S")] = 1.0,
     forgetting: Annotated[float, option("Forgetting alpha of the adaptation.", metavar="1/S")] = 0.001,
     method: Annotated[
         str | None, option("adaptation or prediction_error; by default the one that suits the logs.", metavar="NAME")
     ] = None,
-    start: From = None,
-    end: To = None,
-    config: Config = None,
-    json: Json = False,
+    start: args.From = None,
+    end: args.To = None,
+    config: args.Config = None,
+    json: args.Json = False,
 ) -> None:
     """Run the on-line identifier over every log and draw how its parameters settle.
 
@@ -160,7 +140,7 @@ def identify(
     Writes parameters.json (all logs together, weighted by their certainty), history.csv and history.svg.
     """
     with results.whole_folder(output) as draft:
-        recorded, configuration = logs_of(logs, config, start, end)
+        recorded, configuration = args.logs_of(logs, config, start, end)
         with progress_bar() as progress:
             found = hi.identify(
                 recorded,
@@ -173,26 +153,24 @@ def identify(
             progress("drawing", 1.0)
             found = replace(found, parameters=replace(found.parameters, provenance=from_command_line()))
             found.write(draft)
-    show(found, json)
-    if not json:
-        note_written(output, found.files)
+    terminal.show(found, json, written=(output, found.files))
 
 
 def check(
-    logs: Logs,
-    parameters: PlantFile = PLANT_FILE,
+    logs: args.Logs,
+    parameters: args.PlantFile = args.PLANT_FILE,
     factor: Annotated[float, option("Error allowed, as a multiple of the expected one.", metavar="FACTOR")] = 1.3,
     junit: Annotated[Path | None, option("Write the outcome as JUnit XML.", metavar="FILE")] = None,
     controller: Annotated[
-        Path | None, option("controller.json of what flew, if not [controller.pid] of heli.toml.", metavar="FILE")
+        Path | None, option("controller.json of what flew; by default controller.pid of heli.toml.", metavar="FILE")
     ] = None,
     limit: Annotated[
         float | None, option("Hold the closed loop's error over 3 s of every followed axis to this.", metavar="MRAD")
     ] = None,
-    start: From = None,
-    end: To = None,
-    config: Config = None,
-    json: Json = False,
+    start: args.From = None,
+    end: args.To = None,
+    config: args.Config = None,
+    json: args.Json = False,
 ) -> None:
     """Hold new logs to the error that the diagnosis found: exit 0 if the model still explains them, 1 if not.
 
@@ -202,68 +180,64 @@ def check(
     With --limit: plant and controller fly the logs again from their references, 3 s at a time from the measured motion,
     and what they err on the followed axes is held to it.
     """
-    expected = read_with_doubts(parameters)
-    recorded, configuration = logs_of(logs, config, start, end)
+    expected = args.read_with_doubts(parameters)
+    recorded, configuration = args.logs_of(logs, config, start, end)
     outcome: tools.ClosedLoopErrors | hi.Check
     if limit is not None:
         require_positive("--limit", limit, "mrad")
-        if junit is not None:
-            raise ConfigurationError("--junit is of the 1 s prediction; give it without --limit.")
+        refuse(junit is not None, "--junit is of the 1 s prediction; give it without --limit.")
         if (flown := controller or configuration.controller.pid) is None:
             raise ConfigurationError("--limit needs --controller FILE, or [controller.pid] of heli.toml.")
         outcome = loop = tools.closed_loop_errors(recorded, expected, flown, 1e-3 * limit)
         failed = f"the closed loop errs by {1e3 * loop.largest:.3g} mrad, more than {limit:g} mrad"
     else:
-        if controller is not None:
-            raise ConfigurationError("--controller needs --limit MRAD, to which the closed loop's error is held.")
+        refuse(controller is not None, "--controller needs --limit MRAD, to which the closed loop's error is held.")
         outcome = hi.check(recorded, expected, factor)
         if junit is not None:
             write_atomically(junit, outcome.junit())
         failed = "the model no longer explains these logs: run `heli diagnose` on them"
-    show(outcome, json)
+    terminal.show(outcome, json)
     if not outcome.passed:
         note(failed)
         raise typer.Exit(FAILED)
 
 
 def compare(
-    first: Annotated[Path, typer.Argument(metavar="FIRST", help="Folder that `heli diagnose` wrote.")],
-    second: Annotated[Path, typer.Argument(metavar="SECOND", help="Another one, of this rig or of another.")],
+    first: Annotated[Path, argument("Folder that `heli diagnose` wrote.", "FIRST")],
+    second: Annotated[Path, argument("Another one, of this rig or of another.", "SECOND")],
     log: Annotated[
         list[Path],
         option("Log on which both plants are to predict; may be repeated.", metavar="LOG", show_default=False),
     ] = [],
-    start: From = None,
-    end: To = None,
-    config: Config = None,
-    json: Json = False,
-    verbose: Verbose = False,
+    start: args.From = None,
+    end: args.To = None,
+    config: args.Config = None,
+    json: args.Json = False,
+    verbose: args.Verbose = False,
 ) -> None:
     """Compare two diagnoses: which parameters and effects differ by more than their intervals, which plant is better.
 
     A plant is better on a log where the interval of its error 1 s ahead lies below the other's.
     """
-    recorded = logs_of(log, config, start, end)[0] if log else ()
-    show(hi.compare(first, second, recorded), json, verbose)
+    recorded = args.logs_of(log, config, start, end)[0] if log else ()
+    terminal.show(hi.compare(first, second, recorded), json, verbose)
 
 
 # --- many rigs -------------------------------------------------------------------------------------------------------
 
+RIG_FOLDER = (
+    "Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins with held is "
+    "held out, else the last one."
+)
+
 
 def fleet(
-    folders: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="RIG_FOLDER",
-            help="Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins "
-            "with held is held out, else the last one.",
-        ),
-    ],
-    output: Folder = Path("fleet"),
-    start: From = None,
-    end: To = None,
-    config: Config = None,
-    json: Json = False,
+    folders: Annotated[list[Path], argument(RIG_FOLDER, "RIG_FOLDER")],
+    output: args.Folder = Path("fleet"),
+    start: args.From = None,
+    end: args.To = None,
+    config: args.Config = None,
+    json: args.Json = False,
 ) -> None:
     """Diagnose several rigs of one make, and say which effects repeat and which are one rig's own.
 
@@ -272,7 +246,7 @@ def fleet(
     """
     rigs, failures = {}, {}
     with results.whole_folder(output) as draft:
-        for folder in tools.rig_folders(folders, shared_configuration(config)):
+        for folder in tools.rig_folders(folders, args.shared_configuration(config)):
             try:
                 rig = rigs[folder.rig] = folder.load(start, end)
             except IdentifierError as error:
@@ -295,47 +269,35 @@ def fleet(
         raise typer.Exit(FAILED)
 
 
+GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
+
+
 def campaign(
     folder: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="FOLDER", help="Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
-        ),
+        Path | None, argument("Folder with a sub-folder for each rig, with its logs as for `heli fleet`.", "FOLDER")
     ] = None,
-    output: Folder = Path("campaign"),
-    generator: Annotated[
-        str,
-        option("Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER.",
-               metavar="MODULE:FUNCTION"),
-    ] = "",
+    output: args.Folder = Path("campaign"),
+    generator: Annotated[str, option(GENERATOR, metavar="MODULE:FUNCTION")] = "",
     rigs: Annotated[int | None, option("Rigs that the generator makes.", metavar="N")] = None,
     first_seed: Annotated[int | None, option("Seed of the first of them; 0 by default.", metavar="SEED")] = None,
     workers: Annotated[int | None, option("Processes on this machine; one per core by default.", metavar="N")] = None,
     scheduler: Annotated[
         str | None, option("Dask scheduler of a cluster of machines, tcp://host:8786.", metavar="ADDRESS")
     ] = None,
-    config: Config = None,
-    json: Json = False,
-) -> None:  # fmt: skip
+    config: args.Config = None,
+    json: args.Json = False,
+) -> None:
     """Diagnose many rigs, on all cores of this machine or on a cluster; started again, it continues where it stopped.
 
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
-    configuration = found_configuration(config)
+    configuration = args.found_configuration(config)
     sources = _sources(folder, config, generator, rigs, first_seed)
     settings = hi.DiagnosisSettings.from_rig(configuration)
     with rigs_done() as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
     summary = tools.summarised(rows)
-    if json:
-        print_json(summary)
-    else:
-        tables, remarks = tools.campaign_tables(summary)
-        for table in tables:
-            print_table(table)
-        for text in remarks:
-            typer.echo(text)
-        note_written(output, [tools.CONSOLIDATED])
+    answer(json, summary, *tools.campaign_tables(summary), (output, [tools.CONSOLIDATED]))
     if summary["failures"]:
         raise typer.Exit(FAILED)
 
@@ -360,14 +322,12 @@ def _sources(
     folder: Path | None, config: Path | None, generator: str, rigs: int | None, first_seed: int | None
 ) -> "list[tools.Source]":
     """Give the rigs of a folder or of a generator, whichever was named."""
-    if (folder is None) == (generator == ""):
-        raise ConfigurationError("name either a folder of rigs or a --generator.")
+    refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
     if folder is not None:
-        if rigs is not None:
-            raise ConfigurationError(f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
-        if first_seed is not None:
-            raise ConfigurationError(f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none.")
-        return [*tools.rigs_below(folder, shared_configuration(config))]
+        refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
+        said = f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none."
+        refuse(first_seed is not None, said)
+        return [*tools.rigs_below(folder, args.shared_configuration(config))]
     if rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
@@ -377,18 +337,14 @@ def _sources(
 
 # --- to begin with ---------------------------------------------------------------------------------------------------
 
+TO_INIT = "Configuration to write (.toml), or a log to look into."
+HERE = Path(records.CONFIGURATION_NAME)
+
 
 def init(
-    file: Annotated[
-        Path,
-        typer.Argument(
-            metavar="[FILE | LOG]", help="Configuration to write (.toml), or a log to look into.", show_default=False
-        ),
-    ] = Path("heli.toml"),
-    output: Annotated[
-        Path, option("Configuration to write for a log.", "--output", "-o", metavar="FILE")
-    ] = Path("heli.toml"),
-) -> None:  # fmt: skip
+    file: Annotated[Path, argument(TO_INIT, "FILE|LOG", show_default=False)] = HERE,
+    output: Annotated[Path, option("Configuration to write for a log.", "--output", "-o", metavar="FILE")] = HERE,
+) -> None:
     """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag.
 
     With a log it is the configuration that reads this log: columns, units and signs are guessed by their names and by
@@ -400,8 +356,8 @@ def init(
 
 def _guess_configuration(log: Path, output: Path) -> Path:
     """Guess the configuration that reads a log, write it, and print the guesses."""
-    if output.is_file() or output.is_dir():
-        raise ConfigurationError(f"{output} exists already; delete it or name another file with --output.")
+    there = output.is_file() or output.is_dir()
+    refuse(there, f"{output} exists already; delete it or name another file with --output.")
     found = records.guess(log)
     path = records.write_template(output, found)
     form, reasons = found.format, found.reasons
@@ -411,7 +367,7 @@ def _guess_configuration(log: Path, output: Path) -> Path:
         sign = str(form.sign(signal)) if signal != "time" else ""
         rows.append((signal, header, form.units[signal], sign, "; ".join(filter(None, because))))
     columns = ("signal", "column", "unit", "sign", "because")
-    print_table(results.Table(f"Guessed from {log}; confirm each", columns, rows))
+    terminal.print_table(results.Table(f"Guessed from {log}; confirm each", columns, rows))
     for key in ("swap_rotors", "clip", "start", "decimal"):
         if key in reasons:
             note(f"{key}: {reasons[key]}")
@@ -425,14 +381,13 @@ def _guess_configuration(log: Path, output: Path) -> Path:
     return path
 
 
-def demo(output: Folder = Path("build")) -> None:
+def demo(output: args.Folder = Path("build")) -> None:
     """Build the units, then diagnose two rigs whose logs come with the package."""
     began, rigs = perf_counter(), ("rig-a", "rig-b")
     with progress_bar() as progress:
         progress("building the units", 0.0)
         with results.whole_folder(output) as draft:
-            for name in fmu_src.UNITS:
-                hi.build(name, draft)
+            fmu_src.build_all(draft)
     typer.echo(f"{len(fmu_src.UNITS)} units in {output}: {', '.join(fmu_src.UNITS)}")
     for rig in rigs:
         typer.echo(f"\n{rig}: reading its logs and looking for what the model lacks")
@@ -441,7 +396,8 @@ def demo(output: Folder = Path("build")) -> None:
             progress(f"diagnosing {rig}", 0.0)
             diagnosis = diagnosed(*hi.read_data_set(*hi.demo_logs(rig)), hi.RigConfiguration(name=rig), draft)
         used = [entry.used_for for entry in diagnosis.data]
-        typer.echo(f"{rig}: {counted(used.count('training'), 'log')} fitted, {used.count('held out')} held out")
-        print_diagnosis(diagnosis)
+        fitted = terminal.counted(used.count("training"), "log")
+        typer.echo(f"{rig}: {fitted} fitted, {used.count('held out')} held out")
+        terminal.print_diagnosis(diagnosis)
         typer.echo(f"report: {folder / 'report.html'}  corrected plant: {folder / 'HelicopterPlant.fmu'}")
     typer.echo(f"\n{perf_counter() - began:.0f} s in all")

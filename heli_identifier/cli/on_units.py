@@ -14,31 +14,11 @@ import fmu_src
 import heli_identifier as hi
 from fmu_src import master
 from heli_identifier import results, tools
-from heli_identifier.cli.arguments import (
-    PLANT_FILE,
-    Config,
-    Controller,
-    Folder,
-    From,
-    Json,
-    Native,
-    Parameters,
-    PlantArgument,
-    ScenarioName,
-    Settings,
-    To,
-    Verbose,
-    assignments,
-    by_unit,
-    found_configuration,
-    in_scenario,
-    logs_of,
-    of_unit,
-    option,
-    read_with_doubts,
-    to_file,
-)
-from heli_identifier.cli.terminal import answer, note, print_json, print_table, progress_bar, warn
+from heli_identifier.cli import arguments as args
+from heli_identifier.cli import terminal
+from heli_identifier.cli.arguments import argument, option
+from heli_identifier.cli.guard import refuse
+from heli_identifier.cli.terminal import answer, note, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.files import write_atomically
 from heli_identifier.provenance import from_command_line
@@ -52,16 +32,12 @@ PLANT = "HelicopterPlant"
 def build(
     units: Annotated[
         list[str],
-        typer.Argument(
-            metavar="[UNIT]...",
-            help="Units to build; all if none is named.",
-            autocompletion=lambda: list(fmu_src.UNITS),
-        ),
+        argument("Units to build; all if none is named.", "UNIT", autocompletion=lambda: list(fmu_src.UNITS)),
     ] = [],
-    output: Folder = Path("build"),
-    parameters: Parameters = None,
-    settings: Settings = [],
-    native: Native = False,
+    output: args.Folder = Path("build"),
+    parameters: args.Parameters = None,
+    settings: args.Settings = [],
+    native: args.Native = False,
     fmi: Annotated[int, option("FMI version of native units: 2 or 3.", metavar="VERSION", min=2, max=3)] = 2,
     all_platforms: Annotated[
         bool, option("Native units for macOS and ARM as well (ARM: with --fmi 3).", "--all-platforms")
@@ -69,7 +45,7 @@ def build(
     model_exchange: Annotated[
         bool, option("The native plant for Model Exchange as well, with derivatives.", "--model-exchange")
     ] = False,
-    json: Json = False,
+    json: args.Json = False,
 ) -> None:
     """Build co-simulation units of FMI 2.0; a parameters.json makes the corrected plant.
 
@@ -78,34 +54,30 @@ def build(
     from fmu_src.native import NATIVE_UNITS
 
     for asked, words in ((fmi != 2, f"--fmi {fmi}"), (all_platforms, "--all-platforms")):
-        if asked and not native:
-            raise ConfigurationError(f"{words} belongs to native units; add --native.")
-    if model_exchange and not (native and units == [PLANT]):
-        raise ConfigurationError(
-            "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange."
-        )
+        refuse(asked and not native, f"{words} belongs to native units; add --native.")
+    refuse(
+        model_exchange and not (native and units == [PLANT]),
+        "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange.",
+    )
     names = units or list(NATIVE_UNITS if native else fmu_src.UNITS)
-    given = by_unit(parameters, names, f"which is not among {', '.join(names)}")
-    if settings and len(names) != 1:
-        raise ConfigurationError("--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
+    given = args.by_unit(parameters, names, f"which is not among {', '.join(names)}")
+    several = bool(settings) and len(names) != 1
+    refuse(several, "--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
     for name in names:
         fmu_src.unit_class(name)
-    own = of_unit(names[0], settings)
+    own, kind = args.of_unit(names[0], settings), {"all_platforms": all_platforms, "model_exchange": model_exchange}
     with results.whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
-            hi.build(
-                name, draft, {**given.get(name, {}), **own}, native=native, fmi=fmi, all_platforms=all_platforms,
-                model_exchange=model_exchange,
-            )  # fmt: skip
+            hi.build(name, draft, {**given.get(name, {}), **own}, native=native, fmi=fmi, **kind)
     if native:
-        warn_of_missing_compilers(all_platforms)
+        _warn_of_missing_compilers(all_platforms)
         if not units:
             others = ", ".join(name for name in fmu_src.UNITS if name not in names)
             warn(f"not made in C: {others}; build them without --native")
     files = [output / f"{name}.fmu" for name in names]
     if json:
-        print_json([str(file) for file in files])
+        terminal.print_json([str(file) for file in files])
     else:
         _print_sizes(*files)
 
@@ -115,76 +87,68 @@ def _print_sizes(*files: Path) -> None:
         typer.echo(f"{file}  {file.stat().st_size / 1000.0:.0f} kB")
 
 
-def warn_of_missing_compilers(all_platforms: bool = False) -> None:
+def _warn_of_missing_compilers(all_platforms: bool = False) -> None:
     """Say for which platforms native units hold sources only."""
     from fmu_src.native import without_compiler
 
-    problem = without_compiler(all_platforms)
-    if problem:
+    if problem := without_compiler(all_platforms):
         warn(problem)
 
 
 def ssp(
-    scenario: ScenarioName,
-    output: to_file("The .ssp file; SCENARIO.ssp by default.") = None,  # type: ignore[valid-type]
-    parameters: Parameters = None,
-    settings: Settings = [],
+    scenario: args.ScenarioName,
+    output: args.to_file("The .ssp file; SCENARIO.ssp by default.") = None,  # type: ignore[valid-type]
+    parameters: args.Parameters = None,
+    settings: args.Settings = [],
     duration: Annotated[float, option("Stop time of the default experiment.", metavar="SECONDS")] = 90.0,
-    native: Native = False,
+    native: args.Native = False,
 ) -> None:
     """Write a scenario with its units and parameters as one SSP file."""
     from fmu_src.ssp import write_ssp
 
-    values = in_scenario(scenario, parameters, settings)
+    values = args.in_scenario(scenario, parameters, settings)
     path = write_ssp(scenario, output or Path(f"{scenario}.ssp"), values, duration=duration, native=native)
     if native:
-        warn_of_missing_compilers()
+        _warn_of_missing_compilers()
     _print_sizes(path)
 
 
 # --- simulate --------------------------------------------------------------------------------------------------------
 
+OF_A_UNIT = "FMU file of a unit; by default the unit is built."
+RUNS = "With --native: N more runs, the plant's parameters drawn by the standard errors of --parameters."
+
 
 def simulate(
-    scenario: ScenarioName = "open_loop",
+    scenario: args.ScenarioName = "open_loop",
     duration: Annotated[
         float | None, option("Length; by default the log's, or 60 s.", "--duration", "-d", metavar="SECONDS")
     ] = None,
     step: Annotated[
         float | None, option("Communication step; by default the log's, or 0.01 s.", metavar="SECONDS")
     ] = None,
-    settings: Settings = [],
-    parameters: Parameters = None,
-    controller: Controller = None,
-    fmu: Annotated[
-        list[str],
-        option("FMU file of a unit; by default the unit is built.", metavar="UNIT=FILE", show_default=False),
-    ] = [],
+    settings: args.Settings = [],
+    parameters: args.Parameters = None,
+    controller: args.Controller = None,
+    fmu: Annotated[list[str], option(OF_A_UNIT, metavar="UNIT=FILE", show_default=False)] = [],
     log: Annotated[Path | None, option("Log that the scenario plays.", metavar="LOG")] = None,
-    start: From = None,
-    end: To = None,
-    config: Config = None,
-    output: to_file("Every output of every unit as CSV.") = None,  # type: ignore[valid-type]
+    start: args.From = None,
+    end: args.To = None,
+    config: args.Config = None,
+    output: args.to_file("Every output of every unit as CSV.") = None,  # type: ignore[valid-type]
     plot: Annotated[Path | None, option("The run as a figure, .svg.", metavar="FILE")] = None,
-    native: Native = False,
-    runs: Annotated[
-        int | None,
-        option(
-            "With --native: N more runs, the plant's parameters drawn by the standard errors of --parameters.",
-            metavar="N", min=2, max=100_000,
-        ),
-    ] = None,
+    native: args.Native = False,
+    runs: Annotated[int | None, option(RUNS, metavar="N", min=2, max=100_000)] = None,
     seed: Annotated[int, option("Seed of the draws of --runs.", metavar="N", min=0)] = 0,
-    json: Json = False,
-    verbose: Verbose = False,
-) -> None:  # fmt: skip
+    json: args.Json = False,
+    verbose: args.Verbose = False,
+) -> None:
     """Run units wired together, and print or draw what they did."""
-    if plot is not None and plot.suffix.lower() != ".svg":
-        raise ConfigurationError(f"--plot {plot} must end in .svg; a browser prints that as PDF.")
-    if runs is not None and not native:
-        raise ConfigurationError("--runs needs units in C; add --native.")
-    files = assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
-    values = in_scenario(scenario, controller, ()) | in_scenario(scenario, parameters, settings, files)
+    no_svg = plot is not None and plot.suffix.lower() != ".svg"
+    refuse(no_svg, f"--plot {plot} must end in .svg; a browser prints that as PDF.")
+    refuse(runs is not None and not native, "--runs needs units in C; add --native.")
+    files = args.assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
+    values = args.in_scenario(scenario, controller, ()) | args.in_scenario(scenario, parameters, settings, files)
     with _played(scenario, log, start, end, config) as (recorded, played):
         if step is None:
             step = recorded.step if recorded else 0.01
@@ -195,18 +159,21 @@ def simulate(
             shown = not json and sys.stderr.isatty()
             result = master.run_apart(scenario, duration, step, begun, files, progress=shown, native=native)
         else:
-            drawn, outputs = _variations(scenario, parameters, assignments(settings), runs, seed)
+            drawn, outputs = _variations(scenario, parameters, args.assignments(settings), runs, seed)
             result = master.run_many_apart(scenario, duration, step, begun, files, variations=drawn, record=outputs)
     if output is not None:
         result.write_csv(output)
     if plot is not None:
         results.write_figure(results.run_figure(result, recorded), plot)
-    (_print_run if runs is None else _print_bands)(result, recorded, json, verbose)
+    if runs is None:
+        _print_run(result, recorded, json, verbose)
+    else:
+        _print_bands(result, json, verbose)
 
 
 def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) -> None:
     """Print first and last value and range of every output, and how far the plant is off a log."""
-    errors = _off_the_log(result, log)
+    errors = {} if log is None else _off_the_log(result, log)
     first, last, low, high = result.values[0], result.values[-1], result.values.min(0), result.values.max(0)
     rows = _outputs(result, {"first": first, "last": last, "smallest": low, "largest": high})
     if log is not None and errors and not json:
@@ -217,74 +184,7 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
     answer(json, document, [_output_table(title, rows, everything)])
 
 
-def _off_the_log(result: Any, log: "hi.Log | None") -> dict[str, float]:
-    """Root-mean-square errors [rad] of the plant's angles against a log, whose samples are joined by lines."""
-    import numpy as np
-
-    names = [name for name in ("plant.pitch", "plant.elevation", "plant.travel") if name in result.names]
-    if log is None or len(names) < 3:
-        return {}
-    within = result.time <= log.time[-1] + 1e-9 * log.step
-    measured = np.column_stack([np.interp(result.time[within], log.time, column) for column in log.angles.T])
-    errors = result.columns(*names)[within] - measured
-    return dict(zip(names, np.sqrt((errors**2).mean(axis=0)).tolist(), strict=True))
-
-
-def _length(log: "hi.Log", step: float) -> float:
-    """Time [s] from a log's first sample to its last, down to whole steps [s]."""
-    length = (log.samples - 1) * log.step
-    if not 0.0 < step <= length:
-        return length  # the master refuses such a step with its bounds
-    return floor(length / step + 1e-6) * step
-
-
-@contextmanager
-def _played(
-    scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
-) -> "Iterator[tuple[hi.Log | None, dict[str, Any]]]":
-    """Give the log that a scenario plays, and the parameters that make its units play and start with it."""
-    units = dict(fmu_src.scenario(scenario).units)
-    if "LogPlayer" not in units.values():
-        if path is not None:
-            raise ConfigurationError(f"scenario {scenario} plays no log; leave --log away or take measured_data.")
-        yield None, {}
-        return
-    if path is None:
-        raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
-    ((log,), _) = logs_of([path], config, start, end)
-    with results.played(log, results.started(log)._asdict()) as values:
-        values |= {"identifier.sample.time": log.step, "corrector.sample.time": log.step}
-        yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}
-
-
-def _variations(
-    scenario: str, file: Path | None, given: Mapping[str, Any], count: int, seed: int
-) -> tuple[list[dict[str, float]], list[str]]:
-    """Draw the plants' parameters by their standard errors, but for what was given; name the plants' outputs."""
-    if file is None:
-        raise ConfigurationError(
-            "--runs varies parameters by their standard errors; name the parameters.json of a diagnosis: --parameters."
-        )
-    plants = [name for name, unit in fmu_src.scenario(scenario).units if unit == PLANT]
-    if not plants:
-        raise ConfigurationError(f"--runs varies the {PLANT}, which scenario {scenario} does not have.")
-    read = hi.read_parameters(file)
-    drawn = [
-        {f"{plant}.{name}": value for plant in plants for name, value in draw.items() if f"{plant}.{name}" not in given}
-        for draw in results.drawn_values(read, count, seed)
-    ]
-    if not drawn[0]:
-        raise ConfigurationError(
-            f"{file} states no standard error of a parameter that --set leaves free, so there is nothing to vary; "
-            "the parameters.json of `heli diagnose` has them."
-        )
-    how = "with their covariance" if read.covariance else "independently by their standard errors"
-    note(f"{len(drawn[0])} parameters are drawn {how} (seed {seed}).")
-    outputs = [variable.name for variable in fmu_src.unit_class(PLANT).variables if variable.causality == "output"]
-    return drawn, [f"{plant}.{name}" for plant in plants for name in outputs]
-
-
-def _print_bands(bands: Any, _: Any, json: bool, everything: bool) -> None:
+def _print_bands(bands: Any, json: bool, everything: bool) -> None:
     """Print last values of the nominal run and the range of 95 % of the runs."""
     if bands.refused:
         warn(f"{len(bands.refused)} of {bands.runs + len(bands.refused)} runs were refused; first: {bands.refused[0]}")
@@ -312,20 +212,83 @@ def _output_table(title: str, outputs: list[dict[str, Any]], everything: bool) -
     return results.Table(title, ("output", *(name.removeprefix("last_") for name in figures), "unit"), rows)
 
 
+def _off_the_log(result: Any, log: "hi.Log") -> dict[str, float]:
+    """Root-mean-square errors [rad] of the plant's angles against a log, whose samples are joined by lines."""
+    import numpy as np
+
+    names = [f"plant.{axis}" for axis in fmu_src.AXES]
+    if not set(names) <= set(result.names):
+        return {}
+    within = result.time <= log.time[-1] + 1e-9 * log.step
+    measured = np.column_stack([np.interp(result.time[within], log.time, column) for column in log.angles.T])
+    errors = result.columns(*names)[within] - measured
+    return dict(zip(names, np.sqrt((errors**2).mean(axis=0)).tolist(), strict=True))
+
+
+def _length(log: "hi.Log", step: float) -> float:
+    """Time [s] from a log's first sample to its last, down to whole steps [s]."""
+    length = (log.samples - 1) * log.step
+    # the master refuses another step with its bounds
+    return floor(length / step + 1e-6) * step if 0.0 < step <= length else length
+
+
+@contextmanager
+def _played(
+    scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
+) -> "Iterator[tuple[hi.Log | None, dict[str, Any]]]":
+    """Give the log that a scenario plays, and the parameters that make its units play and start with it."""
+    units = dict(fmu_src.scenario(scenario).units)
+    if "LogPlayer" not in units.values():
+        refuse(path is not None, f"scenario {scenario} plays no log; leave --log away or take measured_data.")
+        yield None, {}
+        return
+    if path is None:
+        raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
+    ((log,), _) = args.logs_of([path], config, start, end)
+    with results.played(log, results.started(log)._asdict()) as values:
+        values |= {"identifier.sample.time": log.step, "corrector.sample.time": log.step}
+        yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}
+
+
+def _variations(
+    scenario: str, file: Path | None, given: Mapping[str, Any], count: int, seed: int
+) -> tuple[list[dict[str, float]], list[str]]:
+    """Draw the plants' parameters by their standard errors, but for what was given; name the plants' outputs."""
+    if file is None:
+        raise ConfigurationError(
+            "--runs varies parameters by their standard errors; name the parameters.json of a diagnosis: --parameters."
+        )
+    plants = [name for name, unit in fmu_src.scenario(scenario).units if unit == PLANT]
+    refuse(not plants, f"--runs varies the {PLANT}, which scenario {scenario} does not have.")
+    read = hi.read_parameters(file)
+    drawn = [
+        {f"{plant}.{name}": value for plant in plants for name, value in draw.items() if f"{plant}.{name}" not in given}
+        for draw in results.drawn_values(read, count, seed)
+    ]
+    refuse(
+        not drawn[0],
+        f"{file} states no standard error of a parameter that --set leaves free, so there is nothing to vary; the "
+        "parameters.json of `heli diagnose` has them.",
+    )
+    how = "with their covariance" if read.covariance else "independently by their standard errors"
+    note(f"{len(drawn[0])} parameters are drawn {how} (seed {seed}).")
+    outputs = [variable.name for variable in fmu_src.unit_class(PLANT).variables if variable.causality == "output"]
+    return drawn, [f"{plant}.{name}" for plant in plants for name in outputs]
+
+
 # --- the plant -------------------------------------------------------------------------------------------------------
 
 
 def effects(
     axis: Annotated[str, option("Only effects on this axis: pitch, elevation, travel or rotors.", metavar="AXIS")] = "",
-    json: Json = False,
-    verbose: Verbose = False,
+    json: args.Json = False,
+    verbose: args.Verbose = False,
 ) -> None:
     """List every effect that a model may lack: its law, unit, plausible range and source."""
     from heli_plant.effects import CATALOGUE
 
     axes = sorted({entry.axis for entry in CATALOGUE})
-    if axis and axis not in axes:
-        raise ConfigurationError(f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
+    refuse(axis not in ("", *axes), f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
     document: list[dict[str, Any]] = []
     rows = []
     for entry in CATALOGUE:
@@ -335,76 +298,82 @@ def effects(
         row = (entry.name, entry.axis, results.law_text(entry.law), results.unit_text(entry.unit), bounds)
         shapes = ", ".join(f"{shape.name} [{results.unit_text(shape.unit) or '1'}]" for shape in entry.shapes)
         rows.append((*row, shapes, entry.source) if verbose else row)
-        document.append({
-            "name": entry.name,
-            "axis": entry.axis,
-            "parameter": f"effects.{entry.name}.{entry.axis}",
-            "law": entry.law,
-            "unit": entry.unit,
-            "range": [entry.lower, entry.upper],
-            "source": entry.source,
-            "shapes": [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in entry.shapes],
-        })
+        document.append(
+            {
+                "name": entry.name,
+                "axis": entry.axis,
+                "parameter": f"effects.{entry.name}.{entry.axis}",
+                "law": entry.law,
+                "unit": entry.unit,
+                "range": [entry.lower, entry.upper],
+                "source": entry.source,
+                "shapes": [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in entry.shapes],
+            }
+        )
     columns = ("effect", "axis", "law", "unit of c", "range of c", *(("shapes", "source") if verbose else ()))
     answer(json, document, [results.Table("Effects", columns, rows)])
 
 
+SEPARATE = "Two effects to separate, each NAME or NAME:AXIS."
+CLOSED_LOOP = "What to add to a flight under the controller, for its parameters."
+
+READING = (
+    "error: standard error of the coefficient that the experiment would leave; the table is sorted by it",
+    "visibility: share of an effect's signature that no change of the fitted parameters could imitate",
+    "correlation: of the two signatures; near ±1 the logs cannot tell the effects apart",
+)
+"""How the table of experiments is read; the last line is of two effects."""
+
+
 def design(
-    separate: Annotated[
-        tuple[str, str] | None, option("Two effects to separate, each NAME or NAME:AXIS.", metavar="A B")
-    ] = None,
+    separate: Annotated[tuple[str, str] | None, option(SEPARATE, metavar="A B")] = None,
     show: Annotated[str | None, option("One effect to make visible, NAME or NAME:AXIS.", metavar="A")] = None,
-    parameters: Parameters = None,
+    parameters: args.Parameters = None,
     duration: Annotated[float, option("Length of the experiment, 20 to 3600.", metavar="SECONDS")] = 90.0,
     pitch_limit: Annotated[float, option("Largest pitch either way.", metavar="RAD")] = 1.2,
     elevation_limit: Annotated[float, option("Largest elevation either way.", metavar="RAD")] = 0.8,
     voltage_limit: Annotated[float, option("Largest voltage either way.", metavar="VOLT")] = 5.0,
-    output: to_file("Write the best experiment's voltages as CSV.") = None,  # type: ignore[valid-type]
-    closed_loop: Annotated[
-        bool, option("What to add to a flight under the controller, for its parameters.", "--closed-loop")
-    ] = False,
+    output: args.to_file("Write the best experiment's voltages as CSV.") = None,  # type: ignore[valid-type]
+    closed_loop: Annotated[bool, option(CLOSED_LOOP, "--closed-loop")] = False,
     hover: Annotated[float, option("Elevation held, with --closed-loop.", metavar="RAD")] = 0.15,
-    controller: Controller = None,
-    settings: Settings = [],
-    json: Json = False,
+    controller: args.Controller = None,
+    settings: args.Settings = [],
+    json: args.Json = False,
 ) -> None:
     """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle.
 
     With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
     the controller come from --controller, as `heli linearise` writes it, or --set, as --set pitch.proportional=6.
     """
+    from heli_plant.control import PidSettings
+
     require_range("duration", duration, "s", 20.0, 3600.0)
-    if [separate is not None, show is not None, closed_loop].count(True) != 1:
-        raise ConfigurationError("give one of --separate A B, --show A, and --closed-loop.")
+    one = [separate is not None, show is not None, closed_loop].count(True) == 1
+    refuse(not one, "give one of --separate A B, --show A, and --closed-loop.")
+    no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
     if closed_loop:
-        if output is not None:
-            raise ConfigurationError("--output writes voltages of an open loop; with --closed-loop there are none.")
-        gains = {name: float(value) for name, value in of_unit("PidController", settings, controller).items()}
-        _design_flight(_plant(parameters), gains, duration, hover, (pitch_limit, elevation_limit), json)
+        refuse(output is not None, "--output writes voltages of an open loop; with --closed-loop there are none.")
+        gains = args.numbers_of_unit(tools.CONTROLLER, settings, controller)
+        plant = _plant(parameters)
+        limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
+        require_range("hover", hover, "rad", -1.5, 1.5)
+        pid = tools.controller_settings(PidSettings(voltage_limit=plant.v_max), gains)
+        with progress_bar() as progress:
+            outlooks = tools.flight_outlooks(plant, pid, hover, duration, (limits.pitch, limits.elevation), progress)
+        refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
+        default = "no --controller given: the PID of the units flies with its default gains"
+        answer(json, [own.document for own in outlooks], [tools.flight_table(outlooks)], () if gains else (default,))
         return
-    if controller is not None or settings:
-        raise ConfigurationError("--controller and --set are the controller's; give them with --closed-loop.")
+    foreign = controller is not None or bool(settings)
+    refuse(foreign, "--controller and --set are the controller's; give them with --closed-loop.")
     entries = tools.effects_named(separate if separate is not None else (show or "",))
-    plant = _plant(parameters)
+    plant, limits = _plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
     with progress_bar() as progress:
-        limits = tools.Limits(voltage_limit, pitch_limit, elevation_limit)
         ranked = tools.designs(plant, entries, duration, limits, progress=progress)
-    if not ranked:
-        raise ConfigurationError(
-            f"no proposal keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad; "
-            "widen the limits."
-        )
+    refuse(not ranked, f"no proposal {no_flight}; widen the limits.")
     listed = ranked[: 10 if json else 5]
-    if json:
-        print_json([one.document(entries) for one in listed])
-    else:
-        print_table(tools.experiment_table(listed, entries))
-        typer.echo(
-            "error: standard error of the coefficient that the experiment would leave; the table is sorted by it"
-        )
-        typer.echo("visibility: share of an effect's signature that no change of the fitted parameters could imitate")
-        if len(entries) > 1:
-            typer.echo("correlation: of the two signatures; near ±1 the logs cannot tell the effects apart")
+    table, said = tools.experiment_table(listed, entries), READING if len(entries) > 1 else READING[:-1]
+    answer(json, [own.document(entries) for own in listed], [table], said)
     text = tools.separation_warning(listed, entries)
     if text is not None:
         warn(text)
@@ -420,47 +389,22 @@ def _plant(file: Path | None) -> "PlantParameters":
     if file is None:
         note("no --parameters given: the published model, Table 2, stands in for the rig")
         return PlantParameters()
-    return from_names({name: float(value) for name, value in of_unit(PLANT, (), file).items()}, PlantParameters())
-
-
-def _design_flight(
-    plant: "PlantParameters",
-    gains: dict[str, float],
-    duration: float,
-    hover: float,
-    limits: tuple[float, float],
-    json: bool,
-) -> None:
-    """Propose what to add to a flight under the controller, whose parameters are ``gains``."""
-    from heli_plant.control import PidSettings
-
-    tools.Limits(plant.v_max, *limits)  # refuses limits that are none
-    require_range("hover", hover, "rad", -1.5, 1.5)
-    with progress_bar() as progress:
-        pid = tools.controller_settings(PidSettings(voltage_limit=plant.v_max), gains)
-        ranked = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
-    if not ranked:
-        raise ConfigurationError(
-            f"no flight keeps the pitch within {limits[0]:g} rad and the elevation within {limits[1]:g} rad of the "
-            "hover; widen the limits."
-        )
-    remarks = () if gains else ("no --controller given: the PID of the units flies with its default gains",)
-    answer(json, [one.document for one in ranked], [tools.flight_table(ranked)], remarks)
+    return from_names(args.numbers_of_unit(PLANT, (), file), PlantParameters())
 
 
 def linearise(
-    parameters: PlantArgument = PLANT_FILE,
+    parameters: args.PlantArgument = args.PLANT_FILE,
     pitch: Annotated[float, option("Pitch of the operating point.", metavar="RAD")] = 0.0,
     elevation: Annotated[float, option("Elevation of the operating point.", metavar="RAD")] = 0.0,
-    output: Folder = Path("control"),
-    json: Json = False,
+    output: args.Folder = Path("control"),
+    json: args.Json = False,
 ) -> None:
     """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
 
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
     with results.whole_folder(output) as draft:
-        given = read_with_doubts(parameters)
+        given = args.read_with_doubts(parameters)
         with progress_bar() as progress:
             made = tools.design_pid(given, pitch, elevation, progress=progress)
         origin = from_command_line()
@@ -473,8 +417,11 @@ def linearise(
     answer(json, document, [tools.margin_table(made)], made.notes, (output, names))
 
 
+COURSE = "The course's script with masses and lengths, to compare with."
+
+
 def design_controller(
-    parameters: PlantArgument = PLANT_FILE,
+    parameters: args.PlantArgument = args.PLANT_FILE,
     kind: Annotated[str, option("pid, lqr or lqi.", "--kind", "-k", metavar="KIND")] = "lqi",
     axis: Annotated[
         str, option("Angle controlled beside the elevation: pitch or travel.", "--axis", metavar="AXIS")
@@ -483,12 +430,10 @@ def design_controller(
     pitch: Annotated[float, option("Pitch of the operating point, with --axis pitch.", metavar="RAD")] = 0.0,
     period: Annotated[float | None, option("Sampling period; heli.toml's or 0.01.", metavar="SECONDS")] = None,
     plants: Annotated[int, option("Plants over which the designs are judged.", metavar="N", min=20, max=20_000)] = 1000,
-    init: Annotated[
-        Path | None, option("The course's script with masses and lengths, to compare with.", "--init", metavar="FILE.m")
-    ] = None,
-    config: Config = None,
-    output: Folder = Path("control"),
-    json: Json = False,
+    init: Annotated[Path | None, option(COURSE, "--init", metavar="FILE.m")] = None,
+    config: args.Config = None,
+    output: args.Folder = Path("control"),
+    json: args.Json = False,
 ) -> None:
     """Design a controller whose margins hold over every plant that the data allow, as a unit, MATLAB code and C.
 
@@ -498,10 +443,10 @@ def design_controller(
     from fmu_src.native import controller_sources
     from heli_plant.state_feedback import FeedbackSettings
 
-    configuration = found_configuration(config)
+    configuration = args.found_configuration(config)
     aim = configuration.controller if period is None else replace(configuration.controller, period=period)
     with results.whole_folder(output) as draft:
-        given = read_with_doubts(parameters)
+        given = args.read_with_doubts(parameters)
         with progress_bar() as progress:
             made = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
         origin = from_command_line()

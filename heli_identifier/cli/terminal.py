@@ -118,6 +118,9 @@ def print_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
 
 _INTERVAL = re.compile(r" ± [^ ]+| \([^()]* to [^()]*\)| \(±[^()]*\)")
 
+UNBOUNDED = 10_000
+"""Width of a table that goes to a file or a pipe: no cell is broken in two, which would spoil a search in it."""
+
 
 def print_table(table: "results.Table", intervals: bool = False) -> None:
     """Print a table; a column of figures stands at the right.
@@ -139,26 +142,12 @@ def print_table(table: "results.Table", intervals: bool = False) -> None:
             made.add_row(*map(shorten, row))
         return made
 
-    # Without a terminal nobody's window bounds the width, and a cell broken in two would spoil a search in it.
-    terminal = sys.stdout.isatty()
-    console = Console(highlight=False, markup=False, width=None if terminal else 160)
+    console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else UNBOUNDED)
     shown = printed(str)
-    width = Measurement.get(console, console.options.update(max_width=1000), shown).maximum
-    if terminal and width > console.width and not intervals:
+    width = Measurement.get(console, console.options.update(max_width=UNBOUNDED), shown).maximum
+    if width > console.width and not intervals:
         shown = printed(lambda cell: _INTERVAL.sub("", cell))
     console.print(shown)
-
-
-def show(found: "results.Tabular", json: bool = False, intervals: bool = False) -> None:
-    """Print a result as JSON, or as its table with remarks."""
-    if json:
-        print_json(found.to_dict())
-    else:
-        print_table(found.table, intervals)
-        for text in found.remarks:
-            note(text)
-    for text in found.warnings:
-        warn(text)
 
 
 def answer(
@@ -168,6 +157,7 @@ def answer(
     remarks: Iterable[str] = (),
     written: tuple[Path, Iterable[str]] | None = None,
     heading: str = "",
+    intervals: bool = False,
 ) -> None:
     """Print a result as JSON, or as heading, tables, remarks, and which files were written into which folder."""
     if json:
@@ -176,11 +166,20 @@ def answer(
     if heading:
         typer.secho(heading, bold=True)
     for table in tables:
-        print_table(table)
+        print_table(table, intervals)
     for text in remarks:
-        note(text)
+        typer.echo(text)
     if written:
         note_written(*written)
+
+
+def show(
+    found: "results.Tabular", json: bool, intervals: bool = False, written: tuple[Path, Iterable[str]] | None = None
+) -> None:
+    """Print a value that shows itself as a table, and what puts it in doubt."""
+    answer(json, found.to_dict(), [found.table], found.remarks, written, intervals=intervals)
+    for text in found.warnings:
+        warn(text)
 
 
 @contextmanager
