@@ -280,7 +280,7 @@ def test_the_screen_shows_every_axis_and_every_parameter(followed):
     console = Console(file=StringIO(), width=120)
     console.print(draw_screen("a title", view, None))
     shown = console.file.getvalue()
-    for word in ("a title", "pitch", "elevation", "travel", "pitch.gain", "travel.damping", view.mode):
+    for word in ("a title", "pitch", "elevation", "travel", "pitch.gain", "travel.damping", view["mode"]):
         assert word in shown
 
 
@@ -315,7 +315,7 @@ def test_a_page_that_is_opened_late_has_the_past_and_then_the_end(followed):
     events = re.findall(r"event: (\w+)\ndata: (.*)\n\n", content)
     assert [name for name, _ in events] == ["title", "view", "end"]
     told = json.loads(events[1][1])
-    assert told["view"]["time"] == view.time and told["view"]["mode"] == view.mode
+    assert [told["view"][key] for key in ("time", "mode")] == [view["time"], view["mode"]]
     assert [due["time"] for due in told["due"]] == sorted({due["time"] for due in told["due"]}) != []
 
 

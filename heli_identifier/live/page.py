@@ -51,21 +51,21 @@ class Board:
 
     def __init__(self, title: str) -> None:
         self.title = title
-        self.past: deque[dict[str, Any]] = deque(maxlen=PAST)
+        self.past: deque[Any] = deque(maxlen=PAST)
         self.passed = 0  # instants that ever fell due
-        self.latest, self.number, self.over = "null", 0, ""
-        self.line = ""
+        self.latest: dict[str, Any] = {"view": None, "line": ""}
+        self.number, self.over = 0, ""
         self.changed = Condition()
 
     def show(self, view: View | None, status: Status | None) -> None:
         """Put up a view."""
         document = plain(view)
         due = document.pop("due") if document else []
-        text = json.dumps(document)
         with self.changed:
             self.past.extend(due)
             self.passed += len(due)
-            self.latest, self.number, self.line = text, self.number + 1, stream_line(status) if status else ""
+            self.latest = {"view": document, "line": stream_line(status) if status else ""}
+            self.number += 1
             self.changed.notify_all()
 
     def end(self, sentence: str) -> None:
@@ -76,22 +76,21 @@ class Board:
 
     def messages(self) -> Iterator[bytes]:
         """Give server-sent events; an empty comment while nothing happens."""
-        yield _message("title", json.dumps(self.title))
+        yield _message("title", self.title)
         seen, passed, over = -1, 0, ""
         while not over:
             with self.changed:
                 if self.number == seen and not self.over:
                     self.changed.wait(_WAIT)
                 new = list(self.past)[-(self.passed - passed) :] if self.passed > passed else []
-                text = f'{{"view": {self.latest}, "line": {json.dumps(self.line)}, "due": {json.dumps(new)}}}'
-                changed = self.number != seen
+                told = {**self.latest, "due": new} if self.number != seen else None
                 seen, passed, over = self.number, self.passed, self.over
-            yield _message("view", text) if changed else b":\n\n"
-        yield _message("end", json.dumps(over))
+            yield _message("view", told) if told else b":\n\n"
+        yield _message("end", over)
 
 
-def _message(name: str, data: str) -> bytes:
-    return f"event: {name}\ndata: {data}\n\n".encode()
+def _message(name: str, data: Any) -> bytes:
+    return f"event: {name}\ndata: {json.dumps(data)}\n\n".encode()
 
 
 @contextmanager

@@ -40,11 +40,10 @@ class Teller:
 
     def __call__(self, view: View | None, status: Status | None) -> None:
         """Print the events that are new."""
-        new = 0 if view is None else view.number_of_events - self.told
-        if view is not None and new:
-            for event in view.events[-new:]:
+        if view is not None and view["number_of_events"] > self.told:
+            for event in view["events"][self.told - view["number_of_events"] :]:
                 print(event_line(event), file=sys.stderr, flush=True)
-            self.told += new
+            self.told = view["number_of_events"]
 
 
 def draw_screen(title: str, view: View | None, status: Status | None) -> Group:
@@ -52,18 +51,19 @@ def draw_screen(title: str, view: View | None, status: Status | None) -> Group:
     head = Text(title, style="bold")
     if view is None:
         return Group(head, Text(stream_line(status) if status else "starting", style="dim"))
-    line = Text(f"{view.time:8.1f} s   ")
-    line.append(view.mode, style="yellow" if view.mode in ("alarmed", "on trial", "suspended") else "green")
-    line.append(f"   detector at {100.0 * min(view.alarm, 9.99):.0f} % of its threshold")
-    if view.suspect:
-        line.append(f", likeliest: {view.suspect}", style="yellow")
+    line = Text(f"{view['time']:8.1f} s   ")
+    line.append(view["mode"], style="yellow" if view["mode"] in ("alarmed", "on trial", "suspended") else "green")
+    line.append(f"   detector at {100.0 * min(view['alarm'], 9.99):.0f} % of its threshold")
+    if view["suspect"]:
+        line.append(f", likeliest: {view['suspect']}", style="yellow")
     parts: list[Any] = [head, line]
     if status is not None:
         parts.append(Text(stream_line(status), style="red" if status.silence > SILENCE else "dim"))
     parts.append(_axes(view))
-    parts += [Text(event_line(event), style=_COLOURS.get(event["what"], "")) for event in view.events[-_EVENTS_SHOWN:]]
-    if view.notice:
-        parts.append(Text(view.notice, style="yellow"))
+    shown = view["events"][-_EVENTS_SHOWN:]
+    parts += [Text(event_line(event), style=_COLOURS.get(event["what"], "")) for event in shown]
+    if view["notice"]:
+        parts.append(Text(view["notice"], style="yellow"))
     parts.append(_values(view))  # last, as a small terminal cuts off the end
     return Group(*parts)
 
@@ -92,48 +92,36 @@ def event_line(event: Any) -> str:
     return f"{event['time_s']:8.1f} s  {event['what']}{name}{value}{other}: {event['why']}"
 
 
-def _table(first: str, *others: str) -> Table:
+def _table(*columns: str) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column(first)
-    for name in others:
-        table.add_column(name, justify="left" if name == "unit" else "right")
+    for number, name in enumerate(columns):
+        table.add_column(name, justify="left" if number == 0 or name == "unit" else "right")
     return table
 
 
 def _axes(view: View) -> Table:
     table = _table("axis", "measured [rad]", "predicted 1 s ago", "error [mrad]", "left alone", "declared")
-    last = view.last
-    for i, axis in enumerate(AXES):
-        declared = view.declared[i]
+    last = view["last"]
+    for i, (axis, declared) in enumerate(zip(AXES, view["declared"], strict=True)):
         if last is None:
-            table.add_row(axis, "", "", "", "", _milli(declared))
+            table.add_row(axis, "", "", "", "", _text(declared, 1e3))
             continue
-        error = last.error[i]
+        error = last["error"][i]
         worse = error is not None and declared is not None and error > 1.3 * declared
-        table.add_row(
-            axis,
-            "" if last.measured is None else f"{last.measured[i]:.4f}",
-            f"{last.predicted[i]:.4f}",
-            Text(_milli(error), style="yellow" if worse else ""),
-            _milli(last.error_alone[i]),
-            _milli(declared),
-        )
+        angles = [f"{last[which][i]:.4f}" for which in ("measured", "predicted")]
+        shown = Text(_text(error, 1e3), style="yellow" if worse else "")
+        table.add_row(axis, *angles, shown, _text(last["error_alone"][i], 1e3), _text(declared, 1e3))
     return table
 
 
-def _milli(value: float | None) -> str:
-    return "" if value is None else significant(1e3 * value)
+def _text(value: float | None, times: float = 1.0) -> str:
+    return "" if value is None else significant(times * value)
 
 
 def _values(view: View) -> Table:
     table = _table("parameter", "at the start", "in use", "estimate", "± 95 %", "unit")
-    for value in view.values:
-        table.add_row(
-            value.name,
-            significant(value.start),
-            Text(significant(value.used), style="green" if value.used != value.start else ""),
-            "" if value.estimate is None else significant(value.estimate),
-            "" if value.band is None else significant(value.band),
-            value.unit,
-        )
+    for value in view["values"]:
+        used = Text(significant(value["used"]), style="green" if value["used"] != value["start"] else "")
+        known = _text(value["estimate"]), _text(value["band"])
+        table.add_row(value["name"], significant(value["start"]), used, *known, value["unit"])
     return table

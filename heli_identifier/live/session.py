@@ -6,7 +6,7 @@ system is asked to put them on the disk, so that a loss of power costs a second.
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import ExitStack
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -99,6 +99,11 @@ class Journal:
             self._file.truncate(self._file.seek(begin + data.rfind(b"\n", 0, written) + 1))
             raise OSError(error.errno, error.strerror, str(self.path)) from error
 
+    def remove(self) -> None:
+        """Remove the file, as if it had never been."""
+        self._file.close()
+        self.path.unlink()
+
     def close(self) -> None:
         """Write what is left and close the file."""
         with self._file:
@@ -106,56 +111,8 @@ class Journal:
             os.fsync(self._file)
 
 
-@dataclass(frozen=True)
-class Due:
-    """An instant [s] for which predictions fell due.
-
-    Measured angles (None where no sample came in), and what the following twin and the one left alone predicted 1 s
-    before; root-mean-square errors of both over the window before (None where there is none yet) [rad]. Three values
-    each: pitch, elevation, travel.
-    """
-
-    time: float
-    measured: tuple[float, ...] | None
-    predicted: tuple[float, ...]
-    predicted_alone: tuple[float, ...]
-    error: tuple[float | None, ...]
-    error_alone: tuple[float | None, ...]
-
-
-@dataclass(frozen=True)
-class Value:
-    """One value of the twin: at the start, in use, and what the on-line identifier says with half its 95 % band."""
-
-    name: str
-    unit: str
-    start: float
-    used: float
-    estimate: float | None = None
-    band: float | None = None
-
-
-@dataclass(frozen=True)
-class View:
-    """What there is to see at one instant, on the terminal and on the page alike.
-
-    ``alarm`` is the detector's largest sum over its threshold [1]; ``last`` fell due last, ``due`` since the view
-    before; ``declared`` errors of the parameters [rad] and all else by axis; ``events`` are the latest ones, as they
-    stand in their file, of ``number_of_events``; ``notice`` is about the controller.
-    """
-
-    time: float
-    mode: str
-    alarm: float
-    suspect: str
-    last: Due | None
-    declared: tuple[float | None, ...]
-    values: tuple[Value, ...]
-    number_of_events: int
-    events: tuple[Mapping[str, Any], ...]
-    notice: str
-    due: tuple[Due, ...]
-
+View = dict[str, Any]
+"""What there is to see at one instant, on the terminal and on the page alike, as :meth:`Session.view` gives it."""
 
 Show = Callable[[View | None, Status | None], None]
 
@@ -204,21 +161,17 @@ class Session:
         _make(folder)
         self.events: list[dict[str, Any]] = []  # as they stand in their file
         angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
-        journals: list[Journal] = []
-        try:
-            for name, columns in ((RECORDED, CONTRACT_HEADERS), (PREDICTIONS, ["time [s]", *angles])):
-                journals.append(Journal(folder / name, columns))
+        with ExitStack() as undo:
+            self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
+            undo.callback(self.recorded.remove)
+            self.predictions = Journal(folder / PREDICTIONS, ["time [s]", *angles])
+            undo.callback(self.predictions.remove)
             self._write_events()
-        except BaseException:
-            for journal in journals:
-                journal.close()
-                journal.path.unlink()
-            raise
-        self.recorded, self.predictions = journals
+            undo.pop_all()
         self.plan: Follower | None = None
         self.state: FollowState | None = None
-        self.due: list[Due] = []  # since the last view
-        self.last: Due | None = None
+        self.due: list[dict[str, Any]] = []  # since the last view
+        self.last: dict[str, Any] | None = None
         self.last_time = 0.0  # of a sample [s]
         self.notice = ""  # what is to be said about the controller
         self._noted: set[str] = set()
@@ -281,13 +234,13 @@ class Session:
         self._elevation = sample.elevation
         twins, window = self.state.corrector.predictions, self.plan.corrector.window
         if twins.compared:
-            measured = sample[2:5] if sample.fresh > 0.5 else None
+            time, measured = round(self.time, _DIGITS), sample[2:5]
             predicted, alone = twins.used.predicted, twins.alone.predicted
-            errors = [tuple(error or None for error in twin.rms(window)) for twin in (twins.used, twins.alone)]
-            self.last = Due(round(self.time, _DIGITS), measured, predicted, alone, *errors)
+            used, left = [[error or None for error in twin.rms(window)] for twin in (twins.used, twins.alone)]
+            self.last = {"time": time, "measured": measured, "predicted": predicted, "predicted_alone": alone}
+            self.last |= {"error": used, "error_alone": left}
             self.due.append(self.last)
-            if measured is not None:
-                self.predictions.add((self.last.time, *measured, *predicted, *alone))
+            self.predictions.add((time, *measured, *predicted, *alone))
         for event in events:
             self.say(event)
 
@@ -314,24 +267,32 @@ class Session:
         self.predictions.close()
 
     def view(self) -> View | None:
-        """Return what there is to see; None before the first step."""
+        """Return what there is to see, None before the first step.
+
+        ``time`` [s], ``mode``; ``alarm``: the detector's largest sum over its threshold [1], and the likeliest change
+        as ``suspect``; ``events``: the latest of ``number_of_events``, as they stand in their file; ``notice`` about
+        the controller. ``last`` and, since the view before, ``due``: instants for which predictions fell due, with the
+        angles ``measured``, ``predicted`` 1 s before and by the twin left alone, and rms errors of both over the window
+        (None where there is none yet) [rad]; ``declared``: those of the parameters [rad]. ``values``: each at the
+        ``start`` and as ``used``, with the identifier's ``estimate`` and half its 95 % ``band``.
+        """
         if self.plan is None or self.state is None or self.state.corrector.samples == 0:
             return None
-        now, due = self.state.corrector, tuple(self.due)
+        now, due = self.state.corrector, self.due
         self.due = []
-        return View(
-            time=self.time,
-            mode=now.mode,
-            alarm=now.alarm,
-            suspect=self.plan.corrector.changes[now.finding.change].name if now.finding.change >= 0 else "",
-            last=self.last,
-            declared=self.declared,
-            values=_values(self.state, self.plan),
-            number_of_events=len(self.events),
-            events=tuple(self.events[-_EVENTS_SHOWN:]),
-            notice=self.notice,
-            due=due,
-        )
+        return {
+            "time": self.time,
+            "mode": now.mode,
+            "alarm": now.alarm,
+            "suspect": self.plan.corrector.changes[now.finding.change].name if now.finding.change >= 0 else "",
+            "last": self.last,
+            "declared": self.declared,
+            "values": _values(self.state, self.plan),
+            "number_of_events": len(self.events),
+            "events": self.events[-_EVENTS_SHOWN:],
+            "notice": self.notice,
+            "due": due,
+        }
 
     def in_use(self) -> ParameterSet:
         """Return the parameters that the twin uses; what was adopted has the standard error of its adoption."""
@@ -354,21 +315,26 @@ class Session:
         return plant, {name: error for name, error in errors.items() if name in names}
 
 
-def _values(state: FollowState, plan: Follower) -> tuple[Value, ...]:
+def _values(state: FollowState, plan: Follower) -> list[dict[str, Any]]:
     """Return the identified parameters, and whatever else the twin has changed."""
     corrector, estimates = plan.corrector, state.estimates
     used = dict(zip(corrector.changeable, state.corrector.values.now.values, strict=True))
     first = dict(zip(corrector.changeable, corrector.first_values, strict=True))
     units = {row.name: unit_text(row.unit) or "1" for row in PARAMETERS}
-    rows = []
+    known: dict[str, tuple[float | None, float | None]] = {}
     for field, estimate in estimates.parameters._asdict().items():
-        row, start = BY_FIELD[field], getattr(corrector.settings.parameters, field)
-        known = (estimate, 1.96 * getattr(estimates.standard_errors, field)) if estimates.adapting else ()
-        rows.append(Value(row.name, units[row.name], start, used.pop(row.name, start), *known))
-    rows += [
-        Value(name, units.get(name, "1"), first[name], value) for name, value in used.items() if value != first[name]
-    ]
-    return tuple(rows)
+        name, start = BY_FIELD[field].name, getattr(corrector.settings.parameters, field)
+        used.setdefault(name, start)
+        first.setdefault(name, start)
+        band = 1.96 * getattr(estimates.standard_errors, field)
+        known[name] = (estimate, band) if estimates.adapting else (None, None)
+    others = [name for name, value in used.items() if value != first[name] and name not in known]
+    rows = [(name, *known.get(name, (None, None))) for name in (*known, *others)]
+    return [
+        {"name": name, "unit": units.get(name, "1"), "start": first[name], "used": used[name],
+         "estimate": estimate, "band": band}
+        for name, estimate, band in rows
+    ]  # fmt: skip
 
 
 def _make(folder: Path) -> None:
