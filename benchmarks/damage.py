@@ -22,9 +22,8 @@ from heli_identifier.chain import FAULTS
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import Log
 from heli_identifier.tracing import diagnose, fit
-from tests.blind.battery import SINGLE
 from tests.blind.damage import DAMAGES
-from tests.blind.generator import make_rig
+from tests.blind.generator import SINGLE, make_rig
 from tests.blind.windy import windy_rig
 
 SAID = {

@@ -23,7 +23,7 @@ from heli_identifier.tracing import fit as likelihood_fit
 from heli_plant.parameters import PlantParameters
 from tests.blind.coefficients import Coefficients
 from tests.blind.generator import simulate_log
-from tests.blind.kinds import draw_rig
+from tests.blind.rigs import draw_rig
 from tests.blind.signals import multisines
 
 Array = NDArray[np.float64]

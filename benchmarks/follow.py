@@ -53,7 +53,7 @@ from heli_identifier.live import Clock, Datagram, tick
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters, to_names
 from tests.blind.coefficients import Coefficients
-from tests.blind.encoders import COUNTS_PER_TURN
+from tests.blind.plant import COUNTS_PER_TURN
 
 Array = NDArray[np.float64]
 REPORTED, TUNING = 2, 1

@@ -32,7 +32,7 @@ from benchmarks.reading import FORMATS, write
 from benchmarks.rigs import log_of
 from heli_identifier.errors import IdentifierError
 from heli_identifier.files import write_atomically
-from tests.blind.battery import BATTERY
+from tests.blind.generator import BATTERY
 
 Entries = Iterator[tuple[str, Callable[[], Any]]]
 """Names of entries, each with what makes its content."""

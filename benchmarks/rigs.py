@@ -16,7 +16,7 @@ from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Likelihood, Sc
 from heli_identifier.tracing.select import with_shapes
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
-from tests.blind.battery import BATTERY, Case
+from tests.blind.generator import BATTERY, Case
 from tests.blind.windy import WindyLog, WindyRig
 
 GROUPS = tuple(dict.fromkeys(case.group for case in BATTERY))

@@ -9,8 +9,8 @@ from benchmarks.blind import bars
 from benchmarks.rigs import blind_rig, measured, true_structure
 from heli_identifier.tools import TrueEffect, TrueUnknown, Truth
 from heli_identifier.tools.campaign_rows import complete, truth_columns
-from tests.blind.battery import Case
-from tests.blind.kinds import STRENGTHS, draw_rig
+from tests.blind.generator import Case
+from tests.blind.rigs import STRENGTHS, draw_rig
 
 
 def found(name, axis, variable=None):

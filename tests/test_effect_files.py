@@ -17,9 +17,9 @@ from heli_plant.effects.definition import VOCABULARY
 from heli_plant.laws import motor_input, switched_on, thrust_voltage
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.plant import accelerations
-from tests.blind import rotors as blind_rotors
+from tests.blind import plant as blind_plant
 from tests.blind.coefficients import Coefficients
-from tests.blind.torques import elevation_torque, pitch_torque, travel_torque
+from tests.blind.plant import elevation_torque, pitch_torque, travel_torque
 
 BASE = ("a_wx", "a_th", "k_x", "theta0", "a_wz", "a_e", "a_1", "a_lt", "k_z", "a_wy", "k_y")
 FAST = 30.0
@@ -214,5 +214,5 @@ def test_blind_generator_and_plant_accelerate_alike(e, th, ep, la, w, w_e, w_l, 
 def test_blind_generator_and_plant_pull_alike(v, t):
     on = {"quadratic_thrust": 0.1, "reverse_thrust_loss": 0.4, "thrust_fade": 0.001, "dead_zone": 0.2}
     p, blind = TABLE_2._replace(**{f"{name}_rotors": c for name, c in on.items()}), Coefficients(**on)
-    assert motor_input(v, p) == pytest.approx(blind_rotors.beyond_dead_zone(v, 0.2), abs=1e-15)
-    assert thrust_voltage(v, t, p) == pytest.approx(blind_rotors.thrust(v, t, blind), rel=1e-14)
+    assert motor_input(v, p) == pytest.approx(blind_plant.beyond_dead_zone(v, 0.2), abs=1e-15)
+    assert thrust_voltage(v, t, p) == pytest.approx(blind_plant.thrust(v, t, blind), rel=1e-14)

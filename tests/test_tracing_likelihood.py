@@ -11,7 +11,7 @@ from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood
 from heli_identifier.tracing.records import block_samples, record_of, records_of
 from heli_identifier.tracing.settings import HUBER, DiagnosisSettings
-from tests.blind.battery import Case
+from tests.blind.generator import Case
 
 
 def logs_of(kind, index=0, count=2, seconds=40.0):

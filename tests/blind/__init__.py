@@ -6,19 +6,13 @@ encoders and excitation. The laws were written from the catalogue's table of nam
 the only thing the two sides have in common.
 
 ==================  ====================================================================
-`signals`           excitation voltages of the four logs of a rig
-`friction`          dry friction as a set-valued law; the bristles before it slips
-`rotors`            from a voltage to the thrust of one rotor
-`torques`           smooth angular accelerations of the three axes, effects included
-`unknown`           torques that no catalogue names
-`integration`       the time-stepping loop
-`encoders`          counts
-`rigs`              the truth of one rig, and how it is drawn
-`kinds`             the kinds of rig that the battery holds, with their strengths
-`generator`         logs in memory or as CSV files
-`battery`           which kinds, how many rigs of each, at which scale
-`field`             rigs flown in closed loop, as laboratories log them, and their battery
+`coefficients`      every number that a rig depends on
+`plant`             its laws, a controller, and the loop that steps them in time
+`signals`           voltages of the four logs of a rig, and what a pilot asks for
+`rigs`              the truth of one rig, the kinds there are, and how one is drawn
+`generator`         logs of a rig in open loop, and the battery
 `air`               torque of the air of measured rigs, in three colours
 `windy`             rigs flown in that air, stirred or quiet, by two controllers
+`damage`            what goes wrong between a rig and its log
 ==================  ====================================================================
 """

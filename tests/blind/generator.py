@@ -1,22 +1,26 @@
-"""The logs of a rig: three to train on and one held out, in memory or as files; the truth stays aside."""
+"""The logs of a rig, three to train on and one held out, and the battery of rigs; the truth stays aside.
 
+    for case in BATTERY:
+        for index in range(case.count):
+            rig = case.rig(index)
+            ...diagnose rig.train, rig.held; compare with rig.truth
+
+Seeds come from a digest of the case, so that no two cases share a rig and none can be told from a seed's size.
+"""
+
+import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.blind.encoders import read
-from tests.blind.integration import integrate
-from tests.blind.kinds import DURATION, STANDARD_ROOM, draw_rig
-from tests.blind.rigs import Rig, Room
+from tests.blind.plant import STEP, Push, fly, push_torque, room_torque
+from tests.blind.rigs import DURATION, STANDARD_ROOM, Rig, Room, draw_rig
 from tests.blind.signals import SAMPLE, multisines, square_and_chirp
 
-HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
-
-NAMES = ("train1", "train2", "train3", "held")
-
 _DECIMALS = (2, 5, 5, 6, 6, 6)
+"""Of time [s], two voltages [V] and three angles [rad], as a file holds them."""
 
 _PITCH_OFF, _ELEVATION_SHARE = 0.03, 0.9
 """A log starts at rest, pitch this near to theta0 [rad] and elevation at this share of its trim."""
@@ -29,7 +33,7 @@ class BlindRig:
     Attributes
     ----------
     train
-        Three logs, each of shape (n, 6): time, two voltages, three angles, in the units of `HEADER`.
+        Three logs, each of shape (n, 6): time [s], two voltages [V], three angles [rad].
     held
         The log to validate on, of the same shape.
     truth
@@ -40,17 +44,11 @@ class BlindRig:
     held: NDArray[np.float64]
     truth: Rig
 
-    def write(self, directory: Path) -> tuple[Path, ...]:
-        """Write train1.csv, train2.csv, train3.csv and held.csv into a directory; nothing of the truth."""
-        directory.mkdir(parents=True, exist_ok=True)
-        paths = tuple(directory / f"{name}.csv" for name in NAMES)
-        for path, log in zip(paths, (*self.train, self.held), strict=True):
-            formats = [f"%.{n}f" for n in _DECIMALS]
-            np.savetxt(path, log, fmt=formats, delimiter=",", header=HEADER, comments="")
-        return paths
 
 
-def simulate_log(rig: Rig, voltages: NDArray[np.floating], seed: int | np.random.SeedSequence) -> NDArray[np.float64]:
+def simulate_log(
+    rig: Rig, voltages: NDArray[np.floating], seed: int | np.random.SeedSequence, pushes: Sequence[Push] = ()
+) -> NDArray[np.float64]:
     """Simulate one log of a rig.
 
     Parameters
@@ -61,11 +59,13 @@ def simulate_log(rig: Rig, voltages: NDArray[np.floating], seed: int | np.random
         Front and rear voltage, held over 10 ms [V].
     seed
         Of the start, the room and the encoders.
+    pushes
+        By a hand.
 
     Returns
     -------
     ndarray, shape (n, 6)
-        The columns of `HEADER`, to the decimals that a file holds.
+        Time [s], two voltages [V] and three angles [rad], to the decimals that a file holds.
     """
     rng = np.random.default_rng(seed)
     p = rig.base
@@ -73,9 +73,13 @@ def simulate_log(rig: Rig, voltages: NDArray[np.floating], seed: int | np.random
     trim = (p.k_z * voltages[0].sum() * np.cos(pitch) - p.a_1) / p.a_e
     start = np.array([pitch, _ELEVATION_SHARE * trim, 0.0])
     strange = rig.strange(phase=float(rng.uniform(0, 2 * np.pi)))
-    angles, _ = integrate(voltages, start, rig.coefficients(), strange, rig.room.torque_std, rig.room.torque_time, rng)
-    time = SAMPLE * np.arange(len(voltages))
-    log = np.column_stack([time, voltages, read(angles, rig.room.encoder_shake, rng)])
+    count = len(voltages)
+    noise = rng.standard_normal((round(count * SAMPLE / STEP) + 1, 3))
+    torque = room_torque(noise, rig.room.torque_std, rig.room.torque_time)
+    torque += push_torque(len(torque), pushes)
+    shake = rig.room.encoder_shake * rng.standard_normal((count, 3))
+    read, *_ = fly(voltages, start, rig.coefficients(), torque, shake, strange=strange)
+    log = np.column_stack([SAMPLE * np.arange(count), voltages, read])
     return np.column_stack([column.round(n) for column, n in zip(log.T, _DECIMALS, strict=True)])
 
 
@@ -104,3 +108,81 @@ def make_rig(seed: int, kind: str = "clean", scale: float = 1.0, room: Room = ST
     )
     *train, held = (simulate_log(rig, v, s) for v, s in zip(voltages, log_seeds, strict=True))
     return BlindRig(tuple(train), held, rig)
+
+
+# --- the battery: which kinds of rig, how many of each, at which share of their strength ---------------------------
+
+
+@dataclass(frozen=True)
+class Case:
+    """One line of the battery.
+
+    Attributes
+    ----------
+    group
+        clean, single, weak, pair, unknown or beyond (in the catalogue, but in no bar).
+    kind
+        As for `draw_rig`.
+    count
+        How many rigs.
+    scale
+        Share of the strength.
+    """
+
+    group: str
+    kind: str
+    count: int
+    scale: float = 1.0
+
+    def rig(self, index: int) -> BlindRig:
+        """Make one rig of the case."""
+        digest = hashlib.sha256(f"{self.kind} {self.scale} {index}".encode()).digest()
+        return make_rig(int.from_bytes(digest[:8], "big"), self.kind, self.scale)
+
+
+SINGLE = (
+    "dry_friction",
+    "quadratic_drag",
+    "gyroscopic_coupling",
+    "airspeed_thrust_loss",
+    "reverse_thrust_loss",
+    "quadratic_thrust",
+    "dead_zone",
+    "input_delay",
+    "motor_lag",
+    "thrust_fade",
+    "rotor_mismatch",
+    "cable_stiffness",
+    "arm_bending",
+    "moving_mass",
+    "inertial_coupling",
+    "large_angle_gravity",
+)
+"""Effects of the bars."""
+
+BEYOND = ("breakaway_friction", "constant_torque", "rotor_drag_torque", "pitch_gravity_coupling", "ground_effect")
+"""Effects of the catalogue that no bar names."""
+
+PAIRS = (
+    "dry_friction:pitch+quadratic_drag:travel",
+    "quadratic_thrust+moving_mass",
+    "input_delay+dry_friction:elevation",
+    "rotor_mismatch+cable_stiffness",
+    "thrust_fade+gyroscopic_coupling",
+    "quadratic_drag:pitch+arm_bending",
+)
+"""Two effects on different parts."""
+
+UNKNOWN = ("unknown:periodic", "unknown:detent", "unknown:travel_angle")
+
+WEAK = 0.35
+"""Share of the strengths in the group of weak effects."""
+
+BATTERY = (
+    Case("clean", "clean", 200),
+    *(Case("single", kind, 20) for kind in SINGLE),
+    *(Case("weak", kind, 20, WEAK) for kind in SINGLE),
+    *(Case("pair", kind, 20) for kind in PAIRS),
+    *(Case("unknown", kind, 20) for kind in UNKNOWN),
+    *(Case("beyond", kind, 20) for kind in BEYOND),
+)

@@ -1,7 +1,11 @@
-"""The truth of one rig: its parameters, what it holds beyond the base model, and its room."""
+"""The truth of one rig: its parameters, what it holds beyond the base model, its room; and how it is drawn.
+
+A kind is a word, or several joined by ``+``: ``clean``, ``dry_friction`` (the axis is drawn), ``dry_friction:pitch``,
+``quadratic_thrust+moving_mass``, ``unknown:periodic``, ``unknown:detent``, ``unknown:travel_angle``.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -150,3 +154,139 @@ def draw_base(rng: np.random.Generator) -> Coefficients:
     return nominal._replace(
         **{name: float(share * getattr(nominal, name)) for name, share in zip(DRAWN, shares, strict=True)}
     )
+
+
+# --- kinds of rig, and how strong each effect is in the battery ---------------------------------------------------
+
+DURATION = 90.0
+"""Length of a log [s]."""
+
+STANDARD_ROOM = Room()
+"""Random torque, encoders and elevation zero of the battery."""
+
+_P, _E, _T, _R = (*AXES, "rotors")
+
+STRENGTHS: Mapping[str, tuple[tuple[tuple[str, float], ...], ...]] = MappingProxyType(
+    {
+        # In the bars. One inner tuple is what acts together; of several, one is drawn.
+        "dry_friction": (((_P, 0.02),), ((_E, 0.01),), ((_T, 0.03),)),
+        "quadratic_drag": (((_P, 0.3),), ((_E, 0.5),), ((_T, 0.06),)),
+        "gyroscopic_coupling": (((_P, 0.04), (_E, 0.02)),),
+        "airspeed_thrust_loss": (((_P, 0.03), (_E, 0.03)),),
+        "reverse_thrust_loss": (((_R, 0.6),),),
+        "quadratic_thrust": (((_R, 0.12),),),
+        "dead_zone": (((_R, 0.15),),),
+        "input_delay": (((_R, 0.08),),),
+        "motor_lag": (((_R, 0.07),),),
+        "thrust_fade": (((_R, 0.12 / DURATION),),),
+        "rotor_mismatch": (((_P, 0.012),),),
+        "cable_stiffness": (((_T, 0.006),),),
+        "arm_bending": (((_E, 0.004),),),
+        "moving_mass": (((_E, 0.06),),),
+        "inertial_coupling": (((_E, 1.0), (_T, 1.0)),),
+        "large_angle_gravity": (((_E, 1.0),),),
+        # In the catalogue, but in no bar.
+        "breakaway_friction": (((_P, 0.03),), ((_E, 0.02),), ((_T, 0.04),)),
+        "constant_torque": (((_P, 0.03),), ((_T, 0.02),)),
+        "rotor_drag_torque": (((_T, 0.01),),),
+        "pitch_gravity_coupling": (((_P, 1.0),),),
+        "ground_effect": (((_E, 0.4),),),
+    }
+)
+
+EITHER_SIGN = frozenset({"rotor_mismatch", "moving_mass", "constant_torque", "rotor_drag_torque"})
+"""Effects whose sign is drawn."""
+
+SHAPES: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
+    {
+        "breakaway_friction": {"w_s": (0.03, 0.08)},
+        "arm_bending": {"w_b": (3.0, 3.0), "zeta": (0.03, 0.08)},
+        "moving_mass": {"t_1": (20.0, 70.0)},
+        "ground_effect": {"eps_ground": (-0.25, -0.1), "eps_g": (0.1, 0.2)},
+    }
+)
+"""Ranges from which the further numbers of a law are drawn, once for all logs of a rig."""
+
+UNKNOWN_AMPLITUDES: Mapping[str, float] = MappingProxyType({"periodic": 0.05, "detent": 0.06, "travel_angle": 0.05})
+
+_BRISTLE_SHARE, _BRISTLE_BENDS = 1 / 3, (0.0003, 0.001)
+"""How many rigs with friction have bristles, and how far those bend [rad]."""
+
+_NOTCH_WIDTHS = {"pitch": (0.04, 0.08), "elevation": (0.02, 0.04)}
+"""Of a detent: a small part of what the axis visits, else it is a spring [rad]."""
+
+_FREQUENCIES, _NEAR_RESONANCE = (0.15, 1.5), 0.25
+"""Of a periodic torque [Hz]; closer to the axis's own frequency than this share, it would fling the arm about."""
+
+
+def _draw_effects(word: str, scale: float, rng: np.random.Generator) -> tuple[Effect, ...]:
+    name, _, axis = word.partition(":")
+    if name not in STRENGTHS:
+        raise ValueError(f"kind {word!r} is not known; choose clean, unknown:..., or of {', '.join(STRENGTHS)}")
+    options = [option for option in STRENGTHS[name] if not axis or axis in dict(option)]
+    if not options:
+        raise ValueError(f"kind {word!r}: {name} does not act on {axis!r}")
+    option = options[rng.integers(len(options))]
+    sign = rng.choice([-1.0, 1.0]) if name in EITHER_SIGN else 1.0
+    shape = MappingProxyType({key: float(rng.uniform(*ends)) for key, ends in SHAPES.get(name, {}).items()})
+    return tuple(Effect(name, where, float(sign * scale * strength), shape) for where, strength in option)
+
+
+def _draw_unknown(word: str, scale: float, rig: Rig, rng: np.random.Generator) -> Unknown:
+    if word not in UNKNOWN_AMPLITUDES:
+        raise ValueError(f"unknown torque {word!r}: choose of {', '.join(UNKNOWN_AMPLITUDES)}")
+    amplitude = scale * UNKNOWN_AMPLITUDES[word]
+    if word == "periodic":
+        axis = AXES[rng.integers(3)]
+        own = {"pitch": rig.base.a_th, "elevation": rig.base.a_e, "travel": 0.0}[axis] ** 0.5 / (2 * np.pi)
+        while True:
+            frequency = float(np.exp(rng.uniform(*np.log(_FREQUENCIES))))
+            if abs(frequency - own) > _NEAR_RESONANCE * own:
+                return Unknown(axis, "time", amplitude, MappingProxyType({"frequency": frequency}))
+    if word == "detent":
+        axis = AXES[rng.integers(2)]
+        # Where the axis passes often: about the middle of what the excitation makes it visit.
+        middle = {"pitch": rig.base.theta0, "elevation": (2 * rig.base.k_z - rig.base.a_1) / rig.base.a_e}[axis]
+        centre = float(middle + rng.uniform(-0.1, 0.1))
+        width = float(rng.uniform(*_NOTCH_WIDTHS[axis]))
+        return Unknown(axis, axis, amplitude, MappingProxyType({"centre": centre, "width": width}))
+    shape = {"waves": float(rng.integers(1, 4)), "phase": float(rng.uniform(0, 2 * np.pi))}
+    return Unknown(AXES[rng.integers(3)], "travel", amplitude, MappingProxyType(shape))
+
+
+def draw_rig(
+    seed: int | np.random.SeedSequence, kind: str = "clean", scale: float = 1.0, room: Room = STANDARD_ROOM
+) -> Rig:
+    """Draw a rig.
+
+    Parameters
+    ----------
+    seed
+        Of the parameters and of whatever the kind leaves open.
+    kind
+        See the module's first lines.
+    scale
+        Share of the battery's strength.
+    room
+        Where it stands.
+
+    Returns
+    -------
+    Rig
+        The same seed gives the same base parameters whatever the kind.
+
+    Raises
+    ------
+    ValueError
+        For a kind that does not exist.
+    """
+    base_seed, kind_seed = np.random.default_rng(seed).integers(2**63, size=2)
+    rng = np.random.default_rng(kind_seed)
+    bristles = float(rng.uniform(*_BRISTLE_BENDS)) if rng.random() < _BRISTLE_SHARE else 0.0
+    rig = Rig(draw_base(np.random.default_rng(base_seed)), presliding=bristles, room=room)
+    for word in kind.split("+"):
+        if word.startswith("unknown:"):
+            rig = replace(rig, unknown=_draw_unknown(word.partition(":")[2], scale, rig, rng))
+        elif word != "clean":
+            rig = replace(rig, effects=rig.effects + _draw_effects(word, scale, rng))
+    return rig

@@ -1,7 +1,7 @@
 """Rigs flown by a controller in the air of measured rigs, stirred or quiet, in logs that two controllers made.
 
 The air of the field battery is calm; that of measured rigs is 3 to 30 times rougher, and a plant that is fitted to
-how a controller answers it comes out wrong. A windy rig is flown as the field battery's are, with
+how a controller answers it comes out wrong. A windy rig is flown as rigs of a laboratory are, with
 
 * the torque of `tests.blind.air` on each axis;
 * a controller as students write them, slow and badly damped, or by a laboratory that places poles: PD or PID on pitch
@@ -15,7 +15,7 @@ decide on parameters, effects, levels of the air and controllers.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,12 +24,9 @@ from numpy.typing import NDArray
 
 from tests.blind.air import Noise, draw_noise, torque
 from tests.blind.coefficients import Coefficients
-from tests.blind.field.control import Control
-from tests.blind.field.draw import TRIM_STD, tuned
-from tests.blind.field.flight import STEP, fly
-from tests.blind.field.generator import LEAD
-from tests.blind.field.references import joystick
+from tests.blind.plant import STEP, V_MAX, Control, Push, fly, push_torque
 from tests.blind.rigs import AXES, DRAWN, Effect, Room
+from tests.blind.signals import joystick
 
 COUNTS: Mapping[str, int] = {"a": 5, "b": 5, "t": 2, "c": 2}
 """Logs of a rig: two halves a and b, t held out, c of the second controller."""
@@ -39,6 +36,12 @@ DURATION = (30.0, 40.0)
 
 SPREAD, DRIFT = 0.25, 0.015
 """Half-width of the parameters' uniform spread, and standard deviation of a gain from log to log [1]."""
+
+LEAD = 6.0
+"""A flight begins this much before its log does [s]."""
+
+TRIM_STD = (0.004, 0.006, 0.003)
+"""Constant torque of one log on pitch, elevation and travel [rad/s^2]."""
 
 ZERO_STD = (0.01, 0.02)
 """Encoder zeros of pitch and elevation from log to log [rad]; that of the travel is where the log begins."""
@@ -192,17 +195,58 @@ def _student(base: Coefficients, hover: tuple[float, float], rng: np.random.Gene
     )
 
 
+def _tuned(
+    base: Coefficients, effects: tuple[Effect, ...], hover: tuple[float, float], rng: np.random.Generator,
+    integral: bool, travel: bool,
+) -> Control:  # fmt: skip
+    """A laboratory's loops: by poles, slower behind a slow motor, with gains known to ten percent."""
+    strength = {effect.name: effect.coefficient for effect in effects}
+    bend = strength.get("quadratic_thrust", 0.0)
+    # Each rotor gives half the hover: v + bend v^2 = f, whose slope the gains are divided by.
+    f = hover[1] / 2
+    v = f if bend == 0.0 else (math.sqrt(1.0 + 4.0 * bend * f) - 1.0) / (2.0 * bend)
+    slope = 1.0 + 2.0 * bend * v
+    k_x, k_z = (k * slope * rng.uniform(0.9, 1.1) for k in (base.k_x, base.k_z))
+    bandwidth = rng.uniform(18.0, 35.0)
+    fastest = 0.42 / (base.t_m + 1.0 / bandwidth)
+    omega_p, omega_e = min(rng.uniform(1.6, 2.5), fastest), min(rng.uniform(1.9, 2.6), fastest)
+    zeta = rng.uniform(0.65, 0.9)
+    rng.random()
+    k_pp = max(omega_p**2 - base.a_th, 0.8) / k_x
+    k_pe = max(omega_e**2 - base.a_e, 0.6) / k_z
+    rng.random()
+    omega_t = rng.uniform(0.45, 0.7)
+    reach = -1.0 / (base.k_y * hover[1])  # pitch for a travel acceleration, with the sign turned [s^2]
+    # The difference of the voltages that is left beside the hover limits the speed that the pitch can be held at.
+    room = 2.0 * (V_MAX - v) * base.k_x
+    speed = min(rng.uniform(0.8, 2.0), 0.5 * room / max(strength.get("speed_stability", 0.0), 0.1))
+    return Control(
+        mu_d0=-base.a_th * math.sin(base.theta0) / k_x,
+        k_pp=k_pp,
+        k_dp=2.0 * zeta * omega_p / k_x,
+        k_ip=0.25 * k_pp * integral,
+        mu_s0=2.0 * v * rng.uniform(0.98, 1.02),
+        k_pe=k_pe,
+        k_de=2.0 * zeta * math.sqrt(k_pe * k_z + base.a_e) / k_z,
+        k_ie=0.5 * k_pe * integral,
+        rate_bandwidth=bandwidth,
+        b_p=reach * omega_t**2 * travel,
+        b_r=reach * 2.0 * 0.9 * omega_t * travel,
+        speed_limit=speed,
+    )
+
+
 def _controls(
     base: Coefficients, effects: tuple[Effect, ...], hover: tuple[float, float], rate: float, rng: np.random.Generator
 ) -> tuple[Control, Control]:
     """The first controller, and the second: other structure, half the gains."""
     student, integral, travel, light = rng.random(4) < (5 / 6, 0.4, 0.6, 0.4)
-    first = tuned(base, effects, hover, rng, bool(integral), bool(travel))
+    first = _tuned(base, effects, hover, rng, bool(integral), bool(travel))
     if student:
         first = _student(base, hover, rng)
     elif light and rate < 300.0:
         first = first._replace(rate_bandwidth=_LIGHT)
-    second = tuned(base, effects, hover, rng, first.k_ip == 0.0, first.b_r == 0.0)
+    second = _tuned(base, effects, hover, rng, first.k_ip == 0.0, first.b_r == 0.0)
     halved = ("k_pp", "k_dp", "k_ip", "k_pe", "k_de", "k_ie")
     return first, second._replace(**{name: 0.5 * getattr(second, name) for name in halved})
 
@@ -249,7 +293,7 @@ def _references(
 
 def _log(
     base: Coefficients, control: Control, hover: tuple[float, float], noise: Noise, rate: float, size: float,
-    steps: bool, logged: bool, rng: np.random.Generator,
+    steps: bool, logged: bool, pushes: Sequence[Push], rng: np.random.Generator,
 ) -> WindyLog:  # fmt: skip
     """Fly one log."""
     person, world, air = rng.spawn(3)
@@ -262,10 +306,15 @@ def _log(
     asked = wanted + np.array([0.0, hover[0], 0.0])
     if control.b_p == 0.0:  # the travel's reference is a rate, which the loop turns into a pitch
         wanted[:, 0] -= control.b_r * wanted[:, 2]
+    per_sample = round(1.0 / rate / STEP)
+    count, before = per_sample * samples, per_sample * lead
+    world.standard_normal((count + 1, 6))  # of torques that the rigs once had: the published ones have this shake
+    added = trims + torque(noise, count, STEP, air)
+    added[before:] += push_torque(count - before, pushes)
     read, _, _, voltages = fly(
-        wanted, np.full((samples, 2), control.mu_s0 / 2), np.array([base.theta0, hover[0], 0.0]), lead, True, base,
-        control, hover, (0.0, 1.0, Room().encoder_shake), ((0.0, 0.0, 0.0), 1.0), (zeros, 1.0, trims),
-        np.empty((0, 4)), rate, world, torque(noise, samples * round(1.0 / rate / STEP), STEP, air),
+        np.full((samples, 2), control.mu_s0 / 2), np.array([base.theta0, hover[0], 0.0]), base, added,
+        Room().encoder_shake * world.standard_normal((samples, 3)), control=control, references=wanted,
+        hover=hover[0], rate=rate, lead=lead, zeros=zeros,
     )  # fmt: skip
     begin = np.array([0.0, 0.0, read[lead, 2]])
     if control.b_p != 0.0:
@@ -282,6 +331,7 @@ def windy_rig(
     effects: str | None = None,
     references: bool = True,
     counts: Mapping[str, int] = COUNTS,
+    pushes: Mapping[str, Sequence[Push]] | None = None,
 ) -> WindyRig:
     """Draw a windy rig and fly its logs.
 
@@ -302,6 +352,8 @@ def windy_rig(
         Whether they are logged.
     counts
         Logs by letter; which other logs there are does not change one.
+    pushes
+        By a hand, by the name of the log.
 
     Returns
     -------
@@ -323,7 +375,9 @@ def windy_rig(
     for letter, source in zip(COUNTS, flights.spawn(len(COUNTS)), strict=True):
         control = controls[letter == "c"]
         for number, own in enumerate(source.spawn(counts.get(letter, 0)), 1):
-            logs[f"{letter}{number}"] = _log(acting, control, hover, noise, rate, size, steps, references, own)
+            name = f"{letter}{number}"
+            pushed = (pushes or {}).get(name, ())
+            logs[name] = _log(acting, control, hover, noise, rate, size, steps, references, pushed, own)
     parameters = {name: getattr(base, name) for name in (*DRAWN, "theta0")} | {"T_m": base.t_m}
     truth = WindyTruth(parameters, {f"{e.name}/{e.axis}": e.coefficient for e in lacking})
     return WindyRig(logs, truth, noise, controls)
