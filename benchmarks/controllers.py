@@ -25,18 +25,17 @@ from benchmarks.rigs import windy_logs, windy_plant
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, plant_values
-from heli_identifier.tools import ControllerDesign, design_controller
+from heli_identifier.tools import Design, design_controller
 from heli_identifier.tools.judging import LONGEST, Judged
 from heli_identifier.tools.linearisation import linear_model, operating_point
-from heli_identifier.tools.loop import (
+from heli_identifier.tools.loop import settling_time, step_response
+from heli_identifier.tools.margins import (
     closed_loop,
     controller_response,
     disk_margins,
     frequencies,
     is_stable,
     plant_response,
-    settling_time,
-    step_response,
     unit_step,
 )
 from heli_identifier.tracing import diagnose
@@ -69,7 +68,7 @@ class Verdict:
         return self.stable and self.margin and self.settling
 
 
-def judged_on(truth: PlantParameters, design: ControllerDesign, judged: Judged, transfer: float) -> Verdict:
+def judged_on(truth: PlantParameters, design: Design, judged: Judged, transfer: float) -> Verdict:
     """Put a design around the true plant, linearised where the true plant is in equilibrium."""
     point = operating_point(truth, design.plants.model.point.pitch, design.plants.model.point.elevation)
     model, omega = linear_model(truth, point, AIM.period), frequencies(AIM.period)
@@ -87,12 +86,11 @@ def judged_on(truth: PlantParameters, design: ControllerDesign, judged: Judged, 
     return Verdict("", True, bool(disk >= judged.figures["disk"].promised - 1e-3), settles, transfer)
 
 
-def predicted_steps(plant: PlantParameters, judged: Judged, design: ControllerDesign) -> np.ndarray:
+def predicted_steps(plant: PlantParameters, judged: Judged, design: Design) -> np.ndarray:
     """Step responses of the whole plant, both axes one behind the other [rad]."""
     point = operating_point(plant, design.plants.model.point.pitch, design.plants.model.point.elevation)
-    return np.concatenate(
-        [step_response(plant, point, judged.settings, axis, 0.1, 8.0, AIM.period).angle for axis in design.axes]
-    )
+    model = linear_model(plant, point, AIM.period)
+    return np.concatenate([step_response(model, judged.settings, axis, 0.1, 8.0).angle for axis in design.axes])
 
 
 def of_rig(plants: int, job: tuple[str, int]) -> dict[str, Verdict]:
@@ -110,7 +108,7 @@ def of_rig(plants: int, job: tuple[str, int]) -> dict[str, Verdict]:
         "published": ParameterSet(PLANT, plant_values(TABLE_2, {})),
     }
     found: dict[str, Verdict] = {}
-    flown: tuple[ControllerDesign, np.ndarray] | None = None
+    flown: tuple[Design, np.ndarray] | None = None
     for name, parameters in sets.items():
         count = 2 if name == "published" else plants
         try:
@@ -119,7 +117,7 @@ def of_rig(plants: int, job: tuple[str, int]) -> dict[str, Verdict]:
                 flown = design, predicted_steps(truth, design.robust, design)
             first, rig_steps = flown
             transfer = float(np.linalg.norm(predicted_steps(parameters.plant(), first.robust, first) - rig_steps))
-            for ending, own in (("", design.robust), (", nominal", design.nominal)):
+            for ending, own in (("", design.robust), (", nominal", design.baseline)):
                 found[name + ending] = judged_on(truth, design, own, transfer)
         except ConfigurationError as problem:
             found[name] = Verdict(str(problem))

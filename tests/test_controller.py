@@ -19,16 +19,12 @@ from heli_identifier.results import ParameterSet, document_text, plant_values
 from heli_identifier.tools import closed_loop_errors, corrected_init, course_values, design_controller
 from heli_identifier.tools.course import corrected_values
 from heli_identifier.tools.judging import kept_together
-from heli_identifier.tools.linearisation import hover, linear_model, operating_point
-from heli_identifier.tools.loop import (
-    at_rest,
-    begun,
+from heli_identifier.tools.linearisation import linear_model, operating_point
+from heli_identifier.tools.loop import at_rest, begun, controller_parameters, controller_settings, fly
+from heli_identifier.tools.margins import (
     closed_loop,
-    controller_parameters,
     controller_response,
-    controller_settings,
     disk_margins,
-    fly,
     frequencies,
     is_stable,
     plant_response,
@@ -54,8 +50,8 @@ def parameters(plant=TABLE_2, error=0.03):
 
 
 def designed(plant=TABLE_2, other="pitch", integral=True, effort=1.0):
-    point = hover(plant, 0.1) if other == "travel" else operating_point(plant, 0.0, 0.1)
-    return synthesised(plant, point, AIM, other, integral, effort), point
+    model = linear_model(plant, operating_point(plant, None if other == "travel" else 0.0, 0.1), H)
+    return synthesised(model, AIM, other, integral, effort), model.point
 
 
 def flown(plant, settings, point, references, load=Rotors(0.0, 0.0)):  # noqa: B008, a tuple
@@ -92,7 +88,7 @@ def test_an_input_delay_shifts_the_response_and_nothing_else(periods):
     """
     plain, point = designed(integral=False)
     late_plant = TABLE_2._replace(input_delay_rotors=periods * H)
-    late = synthesised(late_plant, point, AIM, "pitch", False)
+    late = synthesised(linear_model(late_plant, point, H), AIM, "pitch", False)
     wanted = references(point, 6.0, elevation=0.05)
     prompt, _ = flown(TABLE_2, plain, point, wanted)
     delayed, _ = flown(late_plant, late, point, wanted)
@@ -132,7 +128,7 @@ def _scaled(system, factor):
 
 def test_the_robust_design_keeps_more_where_the_plant_is_known_badly():
     made = design_controller(parameters(error=0.15), "lqi", "pitch", 0.1, aim=replace(AIM, disk_margin=1.3), draws=60)
-    assert made.robust.figures["disk"].promised > made.nominal.figures["disk"].promised
+    assert made.robust.figures["disk"].promised > made.baseline.figures["disk"].promised
     assert made.robust.effort > 1.0
     assert made.robust.stable >= 0.95
 

@@ -23,15 +23,17 @@ from heli_identifier.results.parameters import (
 from heli_identifier.tools.controller import control_advice, design_pid
 from heli_identifier.tools.judging import drawn_plants
 from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
-from heli_identifier.tools.loop import (
+from heli_identifier.tools.loop import step_response
+from heli_identifier.tools.margins import (
+    LOOPS,
     closed_loop,
     controller,
     controller_response,
     frequencies,
     is_stable,
-    margins_over,
+    loop_gain,
+    loop_margins,
     plant_response,
-    step_response,
     unit_step,
 )
 from heli_identifier.tools.synthesis import PEAK, retuned, weighted_error
@@ -47,8 +49,8 @@ PID = PidSettings()
 def margins(model, settings):
     """Margins around one plant."""
     omega = frequencies(H)
-    found = margins_over(plant_response(model, omega)[None], controller_response(settings, H, omega), omega)
-    return {name: alone for name, (alone,) in found.items()}
+    plant, law = plant_response(model, omega), controller_response(settings, H, omega)
+    return {name: loop_margins(loop_gain(plant, law, index), omega) for index, name in enumerate(LOOPS)}
 
 
 def model_at(parameters, pitch=0.0, elevation=0.0):
@@ -197,8 +199,8 @@ def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_mor
     parameters = parameter_set()
     model = model_at(AFTER)
     others = [model_at(plant) for plant in drawn_plants(parameters, 8)]
-    new = retuned(model, PID, others, trim=-1.0)
-    assert new.trim == -1.0
+    new = retuned(model, PID, others)
+    assert new.trim == model.point.lift
     assert new.travel == PID.travel
     for loop, axis in enumerate(("pitch", "elevation")):
         assert weighted_error(model, new, loop) < weighted_error(model, PID, loop)
@@ -213,8 +215,9 @@ def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
     plant = TABLE_2._replace(input_delay_rotors=delay)
     point = operating_point(plant, 0.0, 0.1)
     settings = PID._replace(trim=point.v_front + point.v_rear)
-    simulated = step_response(plant, point, settings, "pitch", size=1e-3, duration=4.0)
-    loop = closed_loop(linear_model(plant, point), settings)
+    model = linear_model(plant, point)
+    simulated = step_response(model, settings, "pitch", size=1e-3, duration=4.0)
+    loop = closed_loop(model, settings)
     linear = 1e-3 * unit_step(loop, 0, 400)[:, 0]
     assert np.abs(simulated.angle[:100]).max() < 1e-9
     # the square of a motion of 1e-3 rad

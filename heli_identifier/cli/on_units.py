@@ -408,11 +408,13 @@ def linearise(
         with progress_bar() as progress:
             made = tools.design_pid(given, pitch, elevation, progress=progress)
         origin = from_command_line()
-        document = made.document(origin)
+        document = made.linear_document(origin)
         write_atomically(draft / "linear_model.json", results.document_text(document))
         write_atomically(draft / "linear_model.mat", made.matlab_bytes())
-        made.controller_parameters(origin).write(draft / "controller.json")
-        results.write_figure(tools.step_figure(made.before.steps, made.after.steps), draft / "steps.svg")
+        tools.controller_parameters(made.robust.settings, made.plants.model.point, origin).write(
+            draft / "controller.json"
+        )
+        results.write_figure(tools.step_figure(made, ("present PID", "retuned PID")), draft / "steps.svg")
     names = ("linear_model.json", "linear_model.mat", "controller.json", "steps.svg")
     answer(json, document, [tools.margin_table(made)], made.notes, (output, names))
 
@@ -459,8 +461,9 @@ def design_controller(
                 given, made.plants.model, tools.course_values(init), configuration.geometry, init.name if init else None
             ),
         }
-        for name, judged in (("controller.json", made.robust), ("nominal.json", made.nominal)):
-            texts[name] = results.document_text(judged.parameters(made.plants.model.point, origin).to_dict())
+        for name, judged in (("controller.json", made.robust), ("nominal.json", made.baseline)):
+            own = tools.controller_parameters(judged.settings, made.plants.model.point, origin)
+            texts[name] = results.document_text(own)
         if isinstance(made.robust.settings, FeedbackSettings):
             texts |= controller_sources(made.robust.settings)
         for name, text in texts.items():

@@ -31,13 +31,13 @@ __all__ = [
     "meaning_of",
     "notebook_view",
     "p_text",
-    "page",
     "played",
     "plain",
     "plant_of",
     "plant_values",
     "read_document",
     "read_parameters",
+    "rendered",
     "run_figure",
     "several",
     "side_by_side",
@@ -69,7 +69,7 @@ from .parameters import (
     plant_values,
     read_parameters,
 )
-from .report import RESULTS, notebook_view, page, write_results
+from .report import RESULTS, notebook_view, rendered, write_results
 from .simulation import LogSource, Simulation, several, simulate, started
 from .svg import COLOURS, Axes, figure, run_figure, side_by_side, thinned, write_figure
 from .tables import (

@@ -4,7 +4,7 @@ First the verdict, a card per axis, measured and predicted motion, what is in th
 experiment that would settle most. The same parts, without their page, are what a notebook shows.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -100,17 +100,18 @@ def report_page(diagnosis: Diagnosis, rig: str) -> str:
         "residuals": [part for series in diagnosis.series for part in _residuals(diagnosis, series)],
         "confused": list(_confused(diagnosis)),
     }
-    return page("report.html.j2", f"Diagnosis of {rig}", diagnosis.provenance, **own, **_parts(diagnosis))
+    head = {"title": f"Diagnosis of {rig}", "provenance": diagnosis.provenance}
+    return rendered("report.html.j2", **head, **own, **_parts(diagnosis))
 
 
-def page(template: str, title: str, provenance: Mapping[str, Any], **parts: Any) -> str:
-    """Give the text of a page that fetches nothing, of the template and what it shows."""
-    return TEMPLATES.get_template(template).render(title=title, provenance=provenance, **parts)
+def rendered(template: str, **parts: Any) -> str:
+    """Give the text of a template, such as a page, which fetches nothing, with what it shows."""
+    return TEMPLATES.get_template(template).render(**parts)
 
 
 def notebook_view(diagnosis: Diagnosis) -> str:
     """Give the HTML of a diagnosis, without script and style sheet, to be set into a page of any theme."""
-    return TEMPLATES.get_template("notebook.html.j2").render(**_parts(diagnosis))
+    return rendered("notebook.html.j2", **_parts(diagnosis))
 
 
 def _parts(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -3,7 +3,8 @@
 ================  =====================================================================================
 `identification`  the on-line identifier over whole logs; `history`: over one; `joint`: all together
 `linearisation`   the plant at an operating point as a linear system
-`loop`            a controller around it: closed loop, margins, steps of the whole plant
+`loop`            a controller around the whole plant
+`margins`         a controller around the linear plant: closed loop, margins
 `synthesis`       gains of PID, LQR and LQI with a Kalman filter
 `judging`         a controller around all plants that the data allow
 `controller`      designs of a kind; `controller_page`, `course`: page and tables, MATLAB code

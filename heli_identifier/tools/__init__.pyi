@@ -2,7 +2,7 @@ __all__ = [
     "CONSOLIDATED",
     "CONTROLLER",
     "ClosedLoopErrors",
-    "ControllerDesign",
+    "Design",
     "Advice",
     "EstimateHistory",
     "Finding",
@@ -21,6 +21,7 @@ __all__ = [
     "campaign_tables",
     "closed_loop_errors",
     "control_advice",
+    "controller_parameters",
     "controller_settings",
     "controller_html",
     "controller_m",
@@ -58,7 +59,7 @@ __all__ = [
 from .campaign import CONSOLIDATED, Progress, run_campaign
 from .campaign_rows import Row, campaign_tables, read_rows, summarised, write_rows
 from .closed_loop import ClosedLoopErrors, closed_loop_errors
-from .controller import Advice, ControllerDesign, control_advice, design_controller, design_pid
+from .controller import Advice, Design, control_advice, design_controller, design_pid
 from .controller_page import controller_html, design_table, margin_table, step_figure
 from .course import controller_m, corrected_init, course_values
 from .experiment import Limits, designs, effects_named, experiment_table, separation_warning
@@ -69,7 +70,7 @@ from .history import EstimateHistory
 from .identification import Identification, identify
 from .joint import Together
 from .linearisation import linearise
-from .loop import CONTROLLER, controller_settings
+from .loop import CONTROLLER, controller_parameters, controller_settings
 from .rigs import (
     SHORTEST_TO_SPLIT,
     GeneratedRig,

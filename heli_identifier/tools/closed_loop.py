@@ -17,25 +17,14 @@ from scipy.signal import lfilter
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log
-from heli_identifier.results import (
-    LogSource,
-    PlantSource,
-    Table,
-    Tabular,
-    plant_of,
-    read_parameters,
-    several,
-    significant,
-)
-from heli_identifier.tools.loop import CONTROLLER, FEEDBACK, Memory, Settings, answered, begun, controller_settings, fly
+from heli_identifier.results import LogSource, PlantSource, Table, Tabular, plant_of, several, significant
+from heli_identifier.tools.loop import Memory, Settings, answered, begun, fly, read_controller
 from heli_identifier.tracing import record_start
-from heli_plant.control import PidSettings
 from heli_plant.effects import AXES
 from heli_plant.laws import motor_time_constant
 from heli_plant.motor import kept
 from heli_plant.parameters import PlantParameters
 from heli_plant.state import PlantState
-from heli_plant.state_feedback import FeedbackSettings
 
 AHEAD = 3.0
 """Length [s] of the stretches that are flown again."""
@@ -109,28 +98,9 @@ def closed_loop_errors(
     """
     plant = plant_of(parameters)
     settings = read_controller(controller, plant.v_max) if isinstance(controller, str | PathLike) else controller
-    errors, voltages = {}, {}
-    for log in several(logs):
-        found, differ = _flown_again(log, plant, settings)
-        errors[log.name] = dict(zip(AXES, found.tolist(), strict=True))
-        voltages[log.name] = differ
-    return ClosedLoopErrors(errors, voltages, _followed(settings), limit)
-
-
-def read_controller(path: str | PathLike[str], voltage_limit: float) -> Settings:
-    """Read the settings of a PidController or a StateFeedback.
-
-    Raises
-    ------
-    ConfigurationError
-        The file holds the parameters of another unit.
-    """
-    own = read_parameters(path)
-    if own.unit == FEEDBACK:
-        return controller_settings(FeedbackSettings(voltage_limit=voltage_limit), own.start_values)
-    if own.unit == CONTROLLER:
-        return controller_settings(PidSettings(voltage_limit=voltage_limit), own.start_values)
-    raise ConfigurationError(f"{path} holds parameters of the {own.unit}; give those of a {CONTROLLER} or {FEEDBACK}.")
+    found = {log.name: _flown_again(log, plant, settings) for log in several(logs)}
+    errors = {log: dict(zip(AXES, own.tolist(), strict=True)) for log, (own, _) in found.items()}
+    return ClosedLoopErrors(errors, {log: differ for log, (_, differ) in found.items()}, _followed(settings), limit)
 
 
 def _followed(settings: Settings) -> tuple[str, ...]:
@@ -149,20 +119,19 @@ def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[
     share, first = kept(log.step, motor_time_constant(plant)), log.voltages[0]
     lagged = lfilter([0.0, 1.0 - share], [1.0, -share], log.voltages - first, axis=0) + first
     length, memories, asked = round(AHEAD / log.step), *_along(log, settings, references)
-    squares, count = np.zeros(3), 0
+    squares = []
     for k in range(length, len(log.angles) - length, length):
         part = slice(k, k + length)
         state = PlantState(*map(float, record_start(log.angles[part], log.voltages[part], log.step)))
         state = state._replace(nu_front=float(lagged[k, 0]), nu_rear=float(lagged[k, 1]))
         held = float(log.voltages[k, 0]), float(log.voltages[k, 1])
         angles, _ = fly(plant, settings, references[part], state, held, log.step, memories[k])
-        squares += ((angles - log.angles[part]) ** 2).sum(0)
-        count += length
-    if not count:
+        squares.append((angles - log.angles[part]) ** 2)
+    if not squares:
         raise ConfigurationError(
             f"log {log.name} lasts {log.duration:.3g} s; to be flown again it needs {3 * AHEAD:g} s."
         )
-    return np.sqrt(squares / count), float(np.sqrt(np.mean((asked[:-1] - log.voltages[1:]) ** 2)))
+    return np.sqrt(np.mean(squares, axis=(0, 1))), float(np.sqrt(np.mean((asked[:-1] - log.voltages[1:]) ** 2)))
 
 
 def _along(log: Log, settings: Settings, references: Array) -> tuple[list[Memory], Array]:

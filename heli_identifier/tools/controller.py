@@ -5,7 +5,7 @@
 :data:`DEARER` to some power, until 95 % of the drawn plants keep the disk margin that is asked for. A PID is retuned,
 nominally for the plant alone, robustly for :data:`ROBUST` plants.
 
-:func:`design_pid` sets the retuned PID beside the present one, with 95 % intervals of margins and linear model.
+:func:`design_pid` compares the robustly retuned PID with the present one.
 """
 
 import io
@@ -14,35 +14,21 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.io import savemat
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, plain
-from heli_identifier.tools.judging import CONFIDENCE, Figure, Judged, Plants, Progress, allowed_plants, judge
-from heli_identifier.tools.linearisation import (
-    NOT_LINEAR,
-    PERIOD,
-    OperatingPoint,
-    hover,
-    linear_system,
-    operating_point,
-)
-from heli_identifier.tools.loop import (
-    CONTROLLER,
-    LOOPS,
-    Settings,
-    closed_loop,
-    controller_response,
-    disk_margins,
-    is_stable,
-)
-from heli_identifier.tools.synthesis import PEAK, gains, retuned, synthesised
+from heli_identifier.tools.judging import CONFIDENCE, Judged, Plants, Progress, allowed_plants, judge
+from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD, linear_system
+from heli_identifier.tools.loop import CONTROLLER, Settings, controller_parameters
+from heli_identifier.tools.margins import LOOPS, closed_loop, controller_response, disk_margins, is_stable
+from heli_identifier.tools.synthesis import PEAK, retuned, synthesised
 from heli_identifier.tracing import DiagnosisSettings, Use, helicopter
 from heli_plant.control import PidSettings
 from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters
+from heli_plant.state_feedback import FeedbackSettings
 
 SCHEMA, LINEAR_SCHEMA = "heli-controller/1", "heli-linear-model/1"
 KINDS = ("lqi", "lqr", "pid")
@@ -68,78 +54,45 @@ _FLOWN_BY = {"pitch": "k_x", "elevation": "k_z", "travel": "k_y"}
 
 
 @dataclass(frozen=True, eq=False)
-class ControllerDesign:
-    """A nominal and a robust controller of one kind."""
+class Design:
+    """Two controllers of one kind around an identified plant."""
 
     kind: str
     """pid, lqr or lqi."""
-    axes: tuple[str, str]
-    """Controlled angles: the elevation and travel or pitch."""
+    axes: tuple[str, ...]
+    """Controlled angles."""
     plants: Plants
     """Over which they were judged."""
-    nominal: Judged
+    baseline: Judged
+    """What the weights say, or the present PID."""
     robust: Judged
-    continuous: dict[str, NDArray[np.float64]]
-    """K, K_z, L and N of the same weights in continuous time; empty of a PID."""
     notes: tuple[str, ...]
+    continuous: FeedbackSettings | None = None
+    """The nominal design in continuous time; None of a PID."""
 
     def document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
         """Return the content of design.json; null stands for an infinite value."""
-        model = self.plants.model
+        model, own = self.plants.model, self.continuous
+        gains = {"K": own.gain, "K_z": own.integral, "L": own.innovation, "N": own.reference} if own else {}
         return plain(
             {
                 "schema": SCHEMA,
                 "kind": self.kind,
-                "axes": list(self.axes),
-                "operating_point": asdict(model.point),
+                "axes": self.axes,
+                "operating_point": model.point,
                 "period_s": model.sampled.dt,
                 "input_delay_s": model.input_delay,
                 "plants": len(self.plants.drawn),
                 "confidence": CONFIDENCE,
-                "nominal": self.nominal.document,
+                "nominal": self.baseline.document,
                 "robust": self.robust.document,
-                "continuous": self.continuous,
-                "notes": list(self.notes),
+                "continuous": gains,
+                "notes": self.notes,
                 "provenance": provenance,
             }
         )
 
-
-@dataclass(frozen=True, eq=False)
-class PidDesign:
-    """The present PID and the retuned one around a linear model, and what that model leaves out."""
-
-    plants: Plants
-    before: Judged
-    after: Judged
-    notes: tuple[str, ...]
-
-    def matrices(self) -> dict[str, Any]:
-        """Return A, B, C, D continuous, F, G sampled every ``period`` [s], names, and 95 % intervals of A and B."""
-        model = self.plants.model
-        continuous, sampled = linear_system(self.plants.plant, model.point), model.sampled
-        drawn = [
-            linear_system(plant, own.point)
-            for plant, own in zip(self.plants.drawn, self.plants.drawn_models, strict=True)
-        ]
-        ends: dict[str, Any] = {}
-        for name in "AB":
-            of_plants = [getattr(one, name) for one in drawn]
-            ends[f"{name}_low"], ends[f"{name}_high"] = np.quantile(of_plants, (0.025, 0.975), axis=0)
-        return {
-            **{key: getattr(continuous, key) for key in "ABCD"},
-            "F": sampled.A,
-            "G": sampled.B,
-            "period": sampled.dt,
-            **ends,
-            "states": continuous.state_labels,
-            "inputs": continuous.input_labels,
-            "outputs": continuous.output_labels,
-            "operating_point": asdict(model.point),
-            "input_delay": model.input_delay,
-        }
-
-    def document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    def linear_document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
         """Return the content of linear_model.json; null stands for an infinite value."""
         own = self.matrices()
         return plain(
@@ -150,21 +103,37 @@ class PidDesign:
                 "continuous": {key: own[key] for key in "ABCD"},
                 "intervals": {name: {end: own[f"{name}_{end}"] for end in ("low", "high")} for name in "AB"},
                 "sampled": {**{key: own[key] for key in "FGCD"}, "period_s": own["period"]},
-                "loops": {"before": self.before.document, "after": self.after.document},
+                "loops": {"before": self.baseline.document, "after": self.robust.document},
                 "notes": self.notes,
                 "provenance": provenance,
             }
         )
+
+    def matrices(self) -> dict[str, Any]:
+        """Return A, B, C, D continuous, F, G sampled every ``period`` [s], names, and 95 % intervals of A and B."""
+        model = self.plants.model
+        continuous, *drawn = (linear_system(one.plant, one.point) for one in (model, *self.plants.drawn))
+        found = {
+            **{key: getattr(continuous, key) for key in "ABCD"},
+            "F": model.sampled.A,
+            "G": model.sampled.B,
+            "period": model.sampled.dt,
+            "states": continuous.state_labels,
+            "inputs": continuous.input_labels,
+            "outputs": continuous.output_labels,
+            "operating_point": asdict(model.point),
+            "input_delay": model.input_delay,
+        }
+        for name in "AB":
+            ends = np.quantile([getattr(one, name) for one in drawn], (0.025, 0.975), axis=0)
+            found[f"{name}_low"], found[f"{name}_high"] = ends
+        return found
 
     def matlab_bytes(self) -> bytes:
         """Return :meth:`matrices` as a MATLAB file."""
         out = io.BytesIO()
         savemat(out, self.matrices())
         return out.getvalue()
-
-    def controller_parameters(self, provenance: Mapping[str, Any]) -> ParameterSet:
-        """Return the retuned PID as a parameter set that ``heli build PidController --parameters`` takes."""
-        return self.after.parameters(self.plants.model.point, provenance)
 
 
 def check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use) -> None:
@@ -187,7 +156,7 @@ def design_controller(
     aim: ControllerConfiguration | None = None,
     draws: int = DRAWS,
     progress: Progress = lambda what, share: None,
-) -> ControllerDesign:
+) -> Design:
     """Design a nominal and a robust controller at an elevation [rad] and, if that is controlled, a pitch [rad].
 
     Parameters
@@ -209,41 +178,32 @@ def design_controller(
         The diagnosis does not call an axis fit for control, there is no equilibrium within the motors' voltages, the
         design is unstable, or the period too long.
     """
-    aim = aim or ControllerConfiguration()
+    aim, travels = aim or ControllerConfiguration(), other == "travel"
     if kind not in KINDS or other not in OTHERS:
         raise ConfigurationError(
             f"{kind} of {other} is not designed; choose of {', '.join(KINDS)}, of pitch or travel."
         )
-    check_usable(parameters, (*LOOPS, *(("travel",) if other == "travel" else ())), Use.NOTHING, Use.PREDICTION)
-
-    def find(one: PlantParameters) -> OperatingPoint:
-        return hover(one, elevation) if other == "travel" else operating_point(one, pitch, elevation)
-
-    plant = parameters.plant()
-    point = find(plant)
-    lift = point.v_front + point.v_rear
-    if other == "travel" and abs(lift) < LEAST_LIFT:
+    check_usable(parameters, (*LOOPS, *(("travel",) if travels else ())), Use.NOTHING, Use.PREDICTION)
+    plants = allowed_plants(parameters, None if travels else pitch, elevation, aim.period, draws, progress)
+    model, notes = plants.model, plants.notes
+    if travels and abs(model.point.lift) < LEAST_LIFT:
         raise ConfigurationError(
-            f"at elevation {elevation:g} rad the rotors hardly lift ({lift:.2g} V together), so a lean does not move "
-            "the travel; choose a higher --elevation."
+            f"at elevation {elevation:g} rad the rotors hardly lift ({model.point.lift:.2g} V together), so a lean "
+            "does not move the travel; choose a higher --elevation."
         )
-    plants = allowed_plants(parameters, find, aim.period, draws, progress)
     progress("designing", 0.6)
-    effort, continuous, notes = 1.0, {}, plants.notes
     nominal: Settings
     robust: Settings
+    effort, continuous = 1.0, None
     if kind == "pid":
-        present = PidSettings(voltage_limit=plant.v_max, travel_enabled=other == "travel")
-        nominal, robust = (retuned(plants.model, present, own, lift) for own in ((), plants.drawn_models[:ROBUST]))
+        present = PidSettings(voltage_limit=model.plant.v_max, travel_enabled=travels)
+        nominal, robust = (retuned(model, present, others) for others in ((), plants.drawn[:ROBUST]))
     else:
-        integral = kind == "lqi"
-        nominal = synthesised(plant, point, aim, other, integral)
-        robust, effort, reached = _robust(plants, nominal, aim, other, integral)
+        nominal, continuous = (synthesised(model, aim, other, kind == "lqi", 1.0, held) for held in (True, False))
+        robust, effort, reached = _robust(plants, nominal, aim, other, kind == "lqi")
         if reached < aim.disk_margin:
             missed = f"no weight of the voltages reaches a disk margin of {aim.disk_margin:g}"
             notes = (*notes, f"{missed}; the best has {reached:.2f}")
-        rigid = linear_system(plant._replace(arm_bending_elevation=0.0), point)
-        continuous = dict(zip(("K", "K_z", "L", "N"), gains(rigid, aim, other, integral), strict=False))
     axes = ("elevation", other)
     progress("judging the nominal design", 0.7)
     first = judge(plants, nominal, axes)
@@ -254,25 +214,24 @@ def design_controller(
         )
     progress("judging the robust design", 0.85)
     second = first if robust == nominal else judge(plants, robust, axes, effort)
-    return ControllerDesign(kind, axes, plants, first, second, continuous, notes)
+    return Design(kind, axes, plants, first, second, notes, continuous)
 
 
 def _robust(
-    plants: Plants, nominal: Settings, aim: ControllerConfiguration, other: str, integral: bool
-) -> tuple[Settings, float, float]:
+    plants: Plants, nominal: FeedbackSettings, aim: ControllerConfiguration, other: str, integral: bool
+) -> tuple[FeedbackSettings, float, float]:
     """Return the design with the cheapest voltages of which 95 % of the plants keep the disk margin, or the best.
 
     With it the factor by which the voltages are dearer, and the disk margin that is kept.
     """
     best, effort, reached = nominal, 1.0, 0.0
     for power in range(DEAREST):
-        trial = synthesised(plants.plant, plants.model.point, aim, other, integral, DEARER**power)
-        law = controller_response(trial, aim.period, plants.omega)
-        stable = all(is_stable(closed_loop(one, trial)) for one in plants.drawn_models[:20])
-        found = disk_margins(plants.responses[1 : TRIED + 1], law)
-        kept = float(np.quantile(found, 1.0 - CONFIDENCE)) if stable else 0.0
-        if kept > reached:
-            best, effort, reached = trial, DEARER**power, kept
+        trial = synthesised(plants.model, aim, other, integral, DEARER**power)
+        if all(is_stable(closed_loop(one, trial)) for one in plants.drawn[:20]):
+            law = controller_response(trial, aim.period, plants.omega)
+            kept = float(np.quantile(disk_margins(plants.responses[1 : TRIED + 1], law), 1.0 - CONFIDENCE))
+            if kept > reached:
+                best, effort, reached = trial, DEARER**power, kept
         if reached >= aim.disk_margin:
             break
     return best, effort, reached
@@ -285,7 +244,7 @@ def design_pid(
     settings: PidSettings | None = None,
     draws: int = FEW,
     progress: Progress = lambda what, share: None,
-) -> PidDesign:
+) -> Design:
     """Linearise a plant at a pitch and elevation [rad], find the margins of the present PID there, and retune it.
 
     Raises
@@ -295,13 +254,11 @@ def design_pid(
         calls an axis of a loop not usable; or the parameters are those of another unit than the plant.
     """
     check_usable(parameters, LOOPS, Use.NOTHING)
-    plants = allowed_plants(
-        parameters, lambda one: operating_point(one, pitch, elevation), PERIOD, draws, progress
-    )
-    plant, point = plants.plant, plants.model.point
+    plants = allowed_plants(parameters, pitch, elevation, PERIOD, draws, progress)
+    plant = plants.model.plant
     present = (settings or PidSettings(voltage_limit=plant.v_max))._replace(travel_enabled=False)
     progress("retuning", 0.6)
-    new = retuned(plants.model, present, plants.drawn_models[:ROBUST], point.v_front + point.v_rear)
+    new = retuned(plants.model, present, plants.drawn[:ROBUST])
     progress("margins", 0.8)
     before, after = (judge(plants, pid, LOOPS) for pid in (present, new))
     notes = [
@@ -318,7 +275,7 @@ def design_pid(
                 f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was "
                 "asked for; `heli design-controller` has other kinds of controllers"
             )
-    return PidDesign(plants, before, after, (*notes, *plants.notes))
+    return Design("pid", LOOPS, plants, before, after, (*notes, *plants.notes))
 
 
 @dataclass(frozen=True)
@@ -354,29 +311,27 @@ def control_advice(
         for row in PARAMETERS
     }
     made = design_pid(ParameterSet(PLANT, values), pitch, elevation, settings)
-    peaks, retuned_peaks = (
-        {axis: judged.figures[f"{axis}.sensitivity"] for axis in LOOPS} for judged in (made.before, made.after)
-    )
-    beyond = [axis for axis in LOOPS if peaks[axis].high > PEAK]
-    offered = made.controller_parameters({}) if beyond else None
-    sentence = (
-        "The PID does not keep its margins with the changed plant: peak of the sensitivity on "
-        f"{_stated(peaks, beyond)}, stated are at most {PEAK:g}. Retuned gains are offered, not applied; with them it "
-        f"is {_stated(retuned_peaks, LOOPS)}."
-        if beyond
-        else ""
-    )
+    peaks = {axis: made.baseline.figures[f"{axis}.sensitivity"] for axis in LOOPS}
+    beyond = [axis for axis in LOOPS if peaks[axis].interval[1] > PEAK]
+    sentence, offered = "", None
+    if beyond:
+        offered = controller_parameters(made.robust.settings, made.plants.model.point, {})
+        sentence = (
+            "The PID does not keep its margins with the changed plant: peak of the sensitivity on "
+            f"{_peaks(made.baseline, beyond)}, stated are at most {PEAK:g}. Retuned gains are offered, not applied; "
+            f"with them it is {_peaks(made.robust, LOOPS)}."
+        )
     document = {
         "sentence": sentence,
         "unit": CONTROLLER,
         "gains": offered.start_values if offered else {},
         "largest_sensitivity": PEAK,
-        "sensitivity": {axis: {"value": p.value, "interval": [p.low, p.high]} for axis, p in peaks.items()},
+        "sensitivity": peaks,
     }
-    return Advice(sentence, document, offered)
+    return Advice(sentence, plain(document), offered)
 
 
-def _stated(peaks: Mapping[str, Figure], axes: Sequence[str]) -> str:
-    """Peaks of axes with their 95 % intervals, as text."""
-    own = ((axis, peaks[axis]) for axis in axes)
-    return ", ".join(f"{axis} {peak.value:.2f} ({peak.low:.2f} to {peak.high:.2f})" for axis, peak in own)
+def _peaks(judged: Judged, axes: Sequence[str]) -> str:
+    """Peaks of the sensitivity with their 95 % intervals, as text."""
+    own = ((axis, judged.figures[f"{axis}.sensitivity"]) for axis in axes)
+    return ", ".join("{} {:.2f} ({:.2f} to {:.2f})".format(axis, peak.value, *peak.interval) for axis, peak in own)

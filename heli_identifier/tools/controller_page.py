@@ -1,28 +1,27 @@
-"""The pages and tables of designs: steps over the plants that the data allow, their margins, the poles."""
+"""The page, tables and figures of designs: steps over the plants that the data allow, their margins, the poles."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from heli_identifier.results import Axes, Table, figure, listed, page, significant
-from heli_identifier.tools.controller import ControllerDesign, PidDesign
+from heli_identifier.results import Axes, Table, figure, listed, rendered, significant
+from heli_identifier.tools.controller import Design
 from heli_identifier.tools.judging import CONFIDENCE, Judged
-from heli_identifier.tools.loop import LOOPS, StepResponse
+from heli_identifier.tools.margins import LOOPS
 
 _SHOWN = 40.0
 """Largest pole [1/s] that is drawn: faster ones say nothing of the flight."""
 
 
-def design_table(design: ControllerDesign) -> Table:
+def design_table(design: Design) -> Table:
     """Give margins, settling and stable loops of both designs: of the estimated plant, and what the plants keep."""
     named = {"disk": "disk margin, both rotors"}
     for loop in LOOPS:
         named |= {f"{loop}.gain": f"{loop} loop: gain margin", f"{loop}.phase": f"{loop} loop: phase margin [deg]"}
     named |= {f"{axis}.settling": f"{axis}: settles in [s]" for axis in design.axes}
-    both, rows = (design.nominal, design.robust), []
+    both, rows = (design.baseline, design.robust), []
     for name, title in named.items():
         figures = [own.figures[name] for own in both]
         rows.append((title, *(_text(x) for own in figures for x in (own.value, own.promised))))
@@ -40,16 +39,16 @@ def _text(value: float) -> str:
     return significant(value) if isfinite(value) else "none"
 
 
-def margin_table(made: PidDesign) -> Table:
+def margin_table(design: Design) -> Table:
     """Give the margins of the present and the retuned PID with their intervals over the plants, and their steps."""
     rows = []
-    for name, judged in (("present", made.before), ("retuned", made.after)):
+    for name, judged in (("present", design.baseline), ("retuned", design.robust)):
         for step in judged.steps:
             gains = ", ".join(significant(gain, 4) for gain in getattr(judged.settings, step.axis))
             margins = []
             for figure_name, digits in (("gain", 2), ("phase", 0), ("sensitivity", 2)):
                 own = judged.figures[f"{step.axis}.{figure_name}"]
-                value, low, high = (f"{x:.{digits}f}" for x in (own.value, own.low, own.high))
+                value, low, high = (f"{x:.{digits}f}" for x in (own.value, *own.interval))
                 margins.append(f"{value} ({low} to {high})")
             settled = significant(step.settling_time, 2)
             rows.append((step.axis, name, gains, *margins, f"{100.0 * step.overshoot:.0f}", settled))
@@ -57,60 +56,38 @@ def margin_table(made: PidDesign) -> Table:
     return Table("Margins with their 95 % intervals over the plants that the data allow", columns, rows)
 
 
-def controller_html(design: ControllerDesign, provenance: Mapping[str, Any]) -> str:
+def controller_html(design: Design, provenance: Mapping[str, Any]) -> str:
     """Give the text of design.html."""
-    model, robust = design.plants.model, design.robust
-    point, (nominal, kept) = model.point, (own.figures["disk"].promised for own in (design.nominal, robust))
-    sentence = (
-        f"{100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants that the data allow keep a disk margin of "
-        f"{kept:.2f} with the robust design, {nominal:.2f} with the nominal one."
-    )
-    return page(
+    kept, nominal = (own.figures["disk"].promised for own in (design.robust, design.baseline))
+    return rendered(
         "design.html.j2",
-        f"{design.kind.upper()} of {listed(design.axes)}",
-        provenance,
-        sentence=sentence,
-        point=f"pitch {point.pitch:.3f} rad, elevation {point.elevation:.3f} rad, v_front {point.v_front:.2f} V, "
-        f"v_rear {point.v_rear:.2f} V, every {1e3 * model.sampled.dt:g} ms",
-        table=design_table(design).html(),
-        steps=_responses(
-            design.nominal.steps, robust.steps, ("nominal", "robust"), robust.band, "Step responses of both designs"
-        ),
+        title=f"{design.kind.upper()} of {listed(design.axes)}",
+        provenance=provenance,
+        sentence=f"{100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants that the data allow keep a disk "
+        f"margin of {kept:.2f} with the robust design, {nominal:.2f} with the nominal one.",
+        design=design,
+        table=design_table(design),
+        steps=step_figure(design, ("nominal", "robust")),
         margins=_margins(design),
         poles=_poles(design),
-        notes=design.notes,
     )
 
 
-def step_figure(before: Sequence[StepResponse], after: Sequence[StepResponse]) -> str:
-    """Draw the responses of every axis, the present PID's and the retuned one's."""
-    title = "Steps with the present and the retuned PID"
-    return _responses(before, after, ("present PID", "retuned PID"), {}, title)
-
-
-def _responses(
-    before: Sequence[StepResponse],
-    after: Sequence[StepResponse],
-    names: tuple[str, str],
-    bands: Mapping[str, NDArray[np.float64]],
-    title: str,
-) -> str:
-    """Responses of two controllers, a panel for each axis, over the ``bands`` of 95 % of the plants."""
+def step_figure(design: Design, names: tuple[str, str]) -> str:
+    """Draw the steps of both controllers, a panel for each axis, over the band of 95 % of the plants."""
     panels = []
-    for old, new in zip(before, after, strict=True):
+    for old, new in zip(design.baseline.steps, design.robust.steps, strict=True):
+        low, high = new.size * design.robust.band[new.axis]
         panel = Axes(f"{old.axis} [rad]")
-        if new.axis in bands:
-            low, high = new.size * bands[new.axis]
-            time = np.arange(len(low)) * (new.time[1] - new.time[0])
-            panel.band(time, low, high, f"95 % of the plants, {names[1]}")
+        panel.band(np.arange(len(low)) * design.plants.model.sampled.dt, low, high, f"95 % of the plants, {names[1]}")
         panel.level(old.size, "muted")
         panel.line(old.time, old.angle, "before", names[0])
         panel.line(new.time, new.angle, "after", names[1])
         panels.append(panel)
-    return figure(panels, "time since the step of the reference [s]", title)
+    return figure(panels, "time since the step of the reference [s]", f"Steps, {names[0]} and {names[1]}")
 
 
-def _margins(design: ControllerDesign) -> str:
+def _margins(design: Design) -> str:
     """How many plants have at most a disk margin."""
     panel = Axes("plants [%]")
     for judged, role, name in _both(design):
@@ -119,7 +96,7 @@ def _margins(design: ControllerDesign) -> str:
     return figure([panel], "disk margin of at most", "Distribution of the disk margin over the plants")
 
 
-def _poles(design: ControllerDesign) -> str:
+def _poles(design: Design) -> str:
     """Poles of the closed loops with the estimated plant, without those faster than the rest by far."""
     panel = Axes("imaginary part [1/s]")
     for judged, role, name in _both(design):
@@ -128,5 +105,5 @@ def _poles(design: ControllerDesign) -> str:
     return figure([panel], "real part [1/s]", "Poles of the closed loops")
 
 
-def _both(design: ControllerDesign) -> tuple[tuple[Judged, str, str], ...]:
-    return (design.nominal, "before", "nominal"), (design.robust, "after", "robust")
+def _both(design: Design) -> tuple[tuple[Judged, str, str], ...]:
+    return (design.baseline, "before", "nominal"), (design.robust, "after", "robust")

@@ -26,11 +26,12 @@ from numpy.typing import ArrayLike
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import regular_bytes
 from heli_identifier.online import Estimate
-from heli_identifier.results import ParameterSet, Table, significant
-from heli_identifier.tools.controller import ControllerDesign
-from heli_identifier.tools.linearisation import INPUTS, STATES, LinearModel, linear_system
-from heli_plant.control import PidSettings
+from heli_identifier.results import ParameterSet, Table, rendered, significant
+from heli_identifier.tools.controller import Design
+from heli_identifier.tools.judging import CONFIDENCE
+from heli_identifier.tools.linearisation import STATES, LinearModel, OperatingPoint, linear_system
 from heli_plant.geometry import Geometry
+from heli_plant.state_feedback import FeedbackSettings
 
 _DERIVED = ("K_f", "J_e", "J_p", "J_lambda")
 
@@ -67,19 +68,17 @@ def course_values(script: Path | None) -> dict[str, float]:
         The file cannot be read, or one of the course's masses and lengths is assigned something else than a number.
     """
     values: dict[str, float] = {}
-    if script is None:
-        return values
     try:
-        text = regular_bytes(script, LARGEST_MB).decode("utf-8", errors="replace")
+        text = regular_bytes(script, LARGEST_MB).decode("utf-8", errors="replace") if script else ""
     except OSError as error:
         raise ConfigurationError(
             f"{script} cannot be read: {error.strerror or error}; give the course's init_heli.m."
         ) from error
     for number, line in enumerate(text.splitlines(), 1):
-        found = _ASSIGNMENT.match(line)
-        if not found:
+        if (found := _ASSIGNMENT.match(line)) is None:
             continue
-        name, expression = found[1], found[2].strip().replace("^", "**").replace(".*", "*").replace("./", "/")
+        name, stated = found[1], found[2].strip()
+        expression = stated.replace("^", "**").replace(".*", "*").replace("./", "/")
         try:
             value = _value(ast.parse(expression, mode="eval").body, {**values, "pi": math.pi})
             if not math.isfinite(value):
@@ -88,23 +87,24 @@ def course_values(script: Path | None) -> dict[str, float]:
         except (SyntaxError, ValueError, KeyError, TypeError, ArithmeticError, RecursionError) as error:
             if name in Geometry.__dataclass_fields__:
                 raise ConfigurationError(
-                    f"{script}, line {number}: {name} = {found[2].strip()} is no number; write one, as {name} = 0.5."
+                    f"{script}, line {number}: {name} = {stated} is no number; write one, as {name} = 0.5."
                 ) from error
     return values
 
 
 def _value(node: ast.expr, known: Mapping[str, float]) -> float:
     """Work out an expression; anything but arithmetic raises KeyError or TypeError."""
-    if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
-        return float(node.value)
-    if isinstance(node, ast.Name):
-        return known[node.id]
-    if isinstance(node, ast.UnaryOp):
-        return float(_OPERATORS[type(node.op)](_value(node.operand, known)))
-    if isinstance(node, ast.BinOp):
-        return float(_OPERATORS[type(node.op)](_value(node.left, known), _value(node.right, known)))
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and len(node.args) == 1:
-        return float(_FUNCTIONS[node.func.id](_value(node.args[0], known)))
+    match node:
+        case ast.Constant(int() | float() as number):
+            return float(number)
+        case ast.Name(name):
+            return known[name]
+        case ast.UnaryOp(operation, operand):
+            return float(_OPERATORS[type(operation)](_value(operand, known)))
+        case ast.BinOp(left, operation, right):
+            return float(_OPERATORS[type(operation)](_value(left, known), _value(right, known)))
+        case ast.Call(ast.Name(name), [argument]):
+            return float(_FUNCTIONS[name](_value(argument, known)))
     raise TypeError
 
 
@@ -119,8 +119,8 @@ def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geo
     """Give what the rig says of the course's quantities; those of masses and lengths only where these are stated."""
     estimates, J = parameters.values, geometry.inertias
     K_1, K_2, travel = (estimates[f"{axis}.gain"] for axis in ("pitch", "elevation", "travel"))
-    total = model.point.v_front + model.point.v_rear
-    found = {"K_1": K_1, "K_2": K_2, "K_3": _times(travel, total), "V_s0": Estimate(total, None, "V")}
+    lift = model.point.lift
+    found = {"K_1": K_1, "K_2": K_2, "K_3": _times(travel, lift), "V_s0": Estimate(lift, None, "V")}
     if J is None or geometry.l_h is None or geometry.l_p is None:
         return found
     K_f = _times(K_2, J["J_e"] / geometry.l_h)
@@ -169,31 +169,19 @@ def corrected_init(
     """
     geometry, point = geometry_of(values, stated), model.point
     rig, said = corrected_values(parameters, model, geometry), scripted_values(values, geometry)
-    table = Table("", COLUMNS, [(name, *_compared(said.get(name), own)) for name, own in rig.items()]).text()
-    system = linear_system(parameters.plant(), point)
-    lengths = {name: value for name, value in asdict(geometry).items() if value and name != "hover_voltage"}
-    lines = [
-        f"%% The identified plant{f', beside {script}' if script else ''}",
-        "%",
-        *(f"%   {row}" for row in table.splitlines()),
-        "%",
-        "% K_f, J_p and J_lambda are effective: with them the course's equations have the identified gains."
-        if "K_f" in rig
-        else "% Masses and lengths ([geometry] of heli.toml, or --init init_heli.m) add K_f, J_e, J_p and J_lambda.",
-        "",
-        *(f"{name} = {value:.6g};" for name, value in (lengths | {n: own.value for n, own in rig.items()}).items()),
-        "",
-        f"% x = ({', '.join(system.state_labels)}) - x0",
-        "% u = (V_s, V_d) - u0, y = (pitch, elevation, travel) - x0(1:3)",
-        *_matrix("A", system.A),
-        *_matrix("B", system.B @ _TO_COURSE),
-        *_matrix("C", system.C),
-        f"x0 = {_row([*point.state(parameters.plant())[:8], *[0.0] * (len(system.A) - 8)])}';",
-        f"u0 = {_row(_FROM_ROTORS @ (point.v_front, point.v_rear))}';",
-        f"input_delay = {model.input_delay:.6g}; % [s], not in A",
-        "",
-    ]
-    return "\n".join(lines).replace("−", "-")
+    system = linear_system(model.plant, point)
+    return _script(
+        "init_heli_corrected.m.j2",
+        point,
+        script=script,
+        rig=rig,
+        table=Table("", COLUMNS, [(name, *_compared(said.get(name), own)) for name, own in rig.items()]),
+        lengths={name: value for name, value in asdict(geometry).items() if value and name != "hover_voltage"},
+        system=system,
+        B=system.B @ _TO_COURSE,
+        x0=[*point.state(model.plant)[:8], *[0.0] * (system.nstates - 8)],
+        input_delay=model.input_delay,
+    )
 
 
 def _compared(said: float | None, own: Estimate) -> tuple[str, str, str]:
@@ -202,52 +190,39 @@ def _compared(said: float | None, own: Estimate) -> tuple[str, str, str]:
     return "" if said is None else significant(said), f"{significant(own.value)}{spread}", differs
 
 
-def controller_m(design: ControllerDesign) -> str:
+def controller_m(design: Design) -> str:
     """Give the text of controller.m: the robust design, then the nominal one with the ending ``_nominal``.
 
     A state feedback is stated for the course's inputs (V_s, V_d), sampled and, of the same weights, continuous.
     """
-    point, axes = design.plants.model.point, ", ".join(design.axes)
-    lines = [f"%% {design.kind.upper()} of {' and '.join(design.axes)}"]
-    for judged, which, ending in ((design.robust, "Robust", ""), (design.nominal, "Nominal", "_nominal")):
-        disk, own = judged.figures["disk"], judged.settings
-        kept = f"kept by 95 % of {len(design.plants.drawn)} plants: {disk.promised:.2f}"
-        lines += ["", f"%% {which} design: disk margin {disk.value:.2f}, {kept}"]
-        if isinstance(own, PidSettings):
-            lines.append("% V = proportional error + integral of error + derivative of the filtered rate; [V] of [rad]")
-            for axis in ("pitch", "elevation", *(("travel",) if own.travel_enabled else ())):
-                gains = getattr(own, axis)._asdict()
-                lines += [f"{axis}_{gain}{ending} = {value:.6g};" for gain, value in gains.items()]
-            lines.append(f"trim{ending} = {own.trim:.6g}; % [V]")
-            continue
-        lines += [
-            f"% every h = {own.period:g} s: u = u0 + N (r - r0) - K x - K_z z, one period after the angles y were read",
-            f"% x <- F x + G (u - u0) + L (y - C x), z <- z + h (s - r); s = ({axes})",
-            f"h{ending} = {own.period:g}; delay{ending} = {own.delay}; % periods of input delay",
-        ]
-        for name, rows in (("K", own.gain), ("K_z", own.integral), ("N", own.reference)):
-            lines += _matrix(name + ending, _FROM_ROTORS @ np.array(rows))
-        lines += _matrix(f"F{ending}", own.transition) + _matrix(f"G{ending}", np.array(own.drive) @ _TO_COURSE)
-        lines += _matrix(f"L{ending}", own.innovation)
-    if design.continuous:
-        lines += ["", "%% Continuous: the same weights, L of dx/dt = A x + B u + L (y - C x)"]
-        for name, matrix in design.continuous.items():
-            lines += _matrix(f"{name}_continuous", matrix if name == "L" else _FROM_ROTORS @ matrix)
-    lines += [
-        "",
-        f"% x = ({', '.join(STATES)}), u = (V_s, V_d); {INPUTS[0]} = (V_s + V_d)/2, {INPUTS[1]} = (V_s - V_d)/2",
-        f"r0 = {_row([point.elevation, point.pitch if design.axes[1] == 'pitch' else 0.0])}'; "
-        f"% {' and '.join(design.axes)} [rad]",
-        f"u0 = {_row(_FROM_ROTORS @ (point.v_front, point.v_rear))}'; % [V]",
-        "",
-    ]
-    return "\n".join(lines)
+    designs = ((design.robust, "Robust", ""), (design.baseline, "Nominal", "_nominal"))
+    return _script("controller.m.j2", design.plants.model.point, design=design, designs=designs, confidence=CONFIDENCE)
 
 
-def _matrix(name: str, values: ArrayLike) -> list[str]:
+def _script(template: str, point: OperatingPoint, **parts: Any) -> str:
+    """Fill the template of a script."""
+    held = _FROM_ROTORS @ (point.v_front, point.v_rear)
+    tools = {"matrix": _matrix, "matrices": _matrices, "row": _row}
+    return rendered(template, point=point, held=held, states=STATES, **tools, **parts)
+
+
+def _matrices(own: FeedbackSettings, *names: str) -> list[tuple[str, ArrayLike]]:
+    """Matrices of a state feedback by the names of its laws, for the inputs (V_s, V_d)."""
+    every = {
+        "K": _FROM_ROTORS @ np.array(own.gain),
+        "K_z": _FROM_ROTORS @ np.array(own.integral),
+        "N": _FROM_ROTORS @ np.array(own.reference),
+        "F": own.transition,
+        "G": np.array(own.drive) @ _TO_COURSE,
+        "L": own.innovation,
+    }
+    return [(name, every[name]) for name in names]
+
+
+def _matrix(name: str, values: ArrayLike) -> str:
     matrix = np.asarray(values, dtype=float)
     matrix = np.where(np.abs(matrix) < 1e-12 * np.abs(matrix).max(), 0.0, matrix)  # rounding of an entry that is zero
-    return f"{name} = [{(chr(10) + '    ').join(_row(row)[1:-1] for row in matrix)}];".splitlines()
+    return f"{name} = [" + "\n    ".join(_row(row)[1:-1] for row in matrix) + "];"
 
 
 def _row(values: ArrayLike) -> str:

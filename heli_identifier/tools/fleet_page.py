@@ -11,7 +11,7 @@ from heli_identifier.results import (
     listed,
     meaning,
     p_text,
-    page,
+    rendered,
     significant,
     unit_text,
 )
@@ -37,10 +37,10 @@ def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
         for finding, anchor, title, none in SECTIONS
         if none or fleet.found(finding)
     ]
-    return page(
+    return rendered(
         "fleet.html.j2",
-        f"Fleet of {len(fleet.diagnoses)} rigs",
-        provenance,
+        title=f"Fleet of {len(fleet.diagnoses)} rigs",
+        provenance=provenance,
         sentence=fleet_sentence(fleet),
         found=found,
         effects=effect_table(fleet.effects).html(),

@@ -43,8 +43,8 @@ NOT_LINEAR = tuple(effect.field for effect in CATALOGUE if effect.family == FRIC
 BALANCED = 1e-9
 """Largest acceleration [rad/s^2] at which a point counts as an equilibrium."""
 
-FURTHEST = 1.5
-"""Largest pitch and elevation [rad]: beyond a quarter of a turn the rig lies on its back."""
+FURTHEST, LARGEST_LEAN = 1.5, 0.7
+"""Largest pitch and elevation [rad], beyond a quarter of a turn the rig lies on its back; largest pitch of a hover."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,11 @@ class OperatingPoint:
     v_front: float
     v_rear: float
 
+    @property
+    def lift(self) -> float:
+        """Sum of the voltages [V]."""
+        return self.v_front + self.v_rear
+
     def state(self, parameters: PlantParameters) -> PlantState:
         """Return the plant's state there, motors settled."""
         front, rear = motor_input(self.v_front, parameters), motor_input(self.v_rear, parameters)
@@ -65,11 +70,16 @@ class OperatingPoint:
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """The plant at one operating point, sampled with held voltages; the delay of the voltages [s] is not in it."""
+    """A plant at one operating point, sampled with held voltages; the delay of the voltages is not in ``sampled``."""
 
+    plant: PlantParameters
     point: OperatingPoint
     sampled: StateSpace
-    input_delay: float
+
+    @property
+    def input_delay(self) -> float:
+        """Delay of the voltages [s]."""
+        return self.plant.input_delay_rotors
 
 
 def linearise(
@@ -110,72 +120,56 @@ def linearise(
     return linear_system(plant, operating_point(plant, pitch, elevation), period)
 
 
-def operating_point(parameters: PlantParameters, pitch: float = 0.0, elevation: float = 0.0) -> OperatingPoint:
-    """Find the equilibrium of the plant at a pitch and an elevation [rad].
+def operating_point(
+    parameters: PlantParameters, pitch: float | None = 0.0, elevation: float = 0.0
+) -> OperatingPoint:
+    """Find the equilibrium at a pitch and an elevation [rad]; without a pitch the one at which the travel rests too.
 
     Raises
     ------
     ConfigurationError
         An angle is beyond `FURTHEST`, there is no equilibrium, or it needs more than the motors' voltages.
     """
-    require_range("pitch", pitch, "rad", -FURTHEST, FURTHEST)
+    require_range("pitch", pitch or 0.0, "rad", -FURTHEST, FURTHEST)
     require_range("elevation", elevation, "rad", -FURTHEST, FURTHEST)
     switches, unlimited = switched_on(parameters), parameters._replace(v_max=1e6)
 
-    def residual(unknown: np.ndarray) -> tuple[float, float, float]:
-        v_front, v_rear, travel_rate = unknown.tolist()
-        front, rear = motor_input(v_front, unlimited), motor_input(v_rear, unlimited)
-        mu_diff, mu_sum = thrust_voltages(front, rear, 0.0, parameters)
-        rigid = rigid_start(start_state(pitch, elevation, 0.0, front, rear), parameters).elevation
-        return accelerations(
-            0.0, pitch, rigid, 0.0, 0.0, 0.0, travel_rate, mu_diff, mu_sum, 0.0, 0.0, switches, parameters
-        )
+    def point(unknown: np.ndarray) -> OperatingPoint:
+        v_front, v_rear, last = unknown.tolist()
+        lean, rate = (last, 0.0) if pitch is None else (pitch, last)
+        return OperatingPoint(lean, elevation, rate, v_front, v_rear)
 
-    for start in ((0.5, 0.5, 0.0), (2.0, 1.0, 0.0), (-1.0, -0.5, 0.0)):  # on either side of a dead zone
-        found = root(residual, start, tol=1e-12)
-        if np.abs(residual(found.x)).max() < BALANCED:
-            break
-    else:
-        raise ConfigurationError(f"the plant has no equilibrium at pitch {pitch:g} rad, elevation {elevation:g} rad.")
-    v_front, v_rear, travel_rate = found.x.tolist()
-    most = max(abs(v_front), abs(v_rear))
+    def residual(unknown: np.ndarray) -> tuple[float, float, float]:
+        own = point(unknown)
+        state = rigid_start(own.state(unlimited), parameters)
+        mu_diff, mu_sum = thrust_voltages(state.nu_front, state.nu_rear, 0.0, parameters)
+        return accelerations(
+            0.0, own.pitch, state.elevation, 0.0, 0.0, 0.0, own.travel_rate, mu_diff, mu_sum, 0.0, 0.0, switches,
+            parameters,
+        )  # fmt: skip
+
+    starts = ((0.5, 0.5, 0.0), (2.0, 1.0, 0.0), (-1.0, -0.5, 0.0))  # on either side of a dead zone
+    solutions = (root(residual, start, tol=1e-12).x for start in starts)
+    found = next((point(x) for x in solutions if np.abs(residual(x)).max() < BALANCED), None)
+    if found is None or (pitch is None and abs(found.pitch) > LARGEST_LEAN):
+        raise ConfigurationError(
+            f"the travel has no rest at elevation {elevation:g} rad with the pitch within {LARGEST_LEAN:g} rad; choose "
+            "a higher elevation, where the rotors lift, or control the pitch."
+            if pitch is None
+            else f"the plant has no equilibrium at pitch {pitch:g} rad, elevation {elevation:g} rad."
+        )
+    most = max(abs(found.v_front), abs(found.v_rear))
     if most >= parameters.v_max:
         raise ConfigurationError(
-            f"pitch {pitch:g} rad and elevation {elevation:g} rad need {most:.3g} V, the motors take "
+            f"pitch {found.pitch:.3g} rad and elevation {elevation:g} rad need {most:.3g} V, the motors take "
             f"{parameters.v_max:g} V; choose a point nearer to rest."
         )
-    return OperatingPoint(pitch, elevation, travel_rate, v_front, v_rear)
+    return found
 
 
 def linear_model(parameters: PlantParameters, point: OperatingPoint, period: float = PERIOD) -> LinearModel:
     """Linearise the plant at an operating point, sampled every ``period`` [s]; errors as :func:`linear_system`."""
-    return LinearModel(point, linear_system(parameters, point, period), parameters.input_delay_rotors)
-
-
-def hover(plant: PlantParameters, elevation: float) -> OperatingPoint:
-    """Find the equilibrium at an elevation [rad] at which the travel stands still as well.
-
-    Raises
-    ------
-    ConfigurationError
-        There is none within the motors' voltages.
-    """
-    low, high = -0.05, 0.05
-    rate_low, rate_high = (operating_point(plant, pitch, elevation).travel_rate for pitch in (low, high))
-    for _ in range(20):  # secants: the rate is nearly proportional to the lean
-        if rate_high == rate_low:
-            break
-        low, rate_low, high = high, rate_high, high - rate_high * (high - low) / (rate_high - rate_low)
-        if not abs(high) < 0.7:
-            break
-        point = operating_point(plant, high, elevation)
-        rate_high = point.travel_rate
-        if abs(rate_high) < 1e-9:
-            return point
-    raise ConfigurationError(
-        f"the travel has no rest at elevation {elevation:g} rad with the pitch within 0.7 rad; choose a higher "
-        "elevation, where the rotors lift, or control the pitch."
-    )
+    return LinearModel(parameters, point, linear_system(parameters, point, period))
 
 
 def linear_system(parameters: PlantParameters, point: OperatingPoint, period: float | None = None) -> StateSpace:

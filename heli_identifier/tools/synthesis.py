@@ -30,18 +30,17 @@ from typing import Any
 
 import control
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import ControllerConfiguration
-from heli_identifier.tools.linearisation import PERIOD, LinearModel, OperatingPoint, linear_system
-from heli_identifier.tools.loop import (
+from heli_identifier.tools.linearisation import PERIOD, LinearModel, linear_system
+from heli_identifier.tools.margins import (
     LOOPS,
+    Array,
     Responses,
     closed_loop,
     controller_response,
-    filled,
     frequencies,
     loop_gain,
     plant_response,
@@ -51,9 +50,7 @@ from heli_plant.control import AxisGains, PidSettings
 from heli_plant.effects import AXES
 from heli_plant.laws import motor_time_constant
 from heli_plant.parameters import PlantParameters
-from heli_plant.state_feedback import MOST_DELAY, FeedbackSettings
-
-Array = NDArray[np.float64]
+from heli_plant.state_feedback import MOST_DELAY, Angles, FeedbackSettings, Motion, Pair, Rotors
 
 PEAK = 1.6
 """Largest peak of the sensitivity: a phase margin of 36 degrees and a gain margin of 2.7 at least."""
@@ -67,6 +64,9 @@ UNSTABLE = 1e6
 PENALTY = 50.0
 """On a violated bound: larger than any improvement of a step response."""
 
+NO_GAIN = 1e-9
+"""Gain that the search has let go to zero."""
+
 AIR_RATE = 2.5
 """Rate at which the torque of the air dies out [1/s], that of measured rooms."""
 
@@ -74,36 +74,22 @@ MOTOR_NOISE = 0.01
 """Intensity of the noise on the motors' states [V^2 s]: their lag is no better known, and the filter stays regular."""
 
 
-def retuned(
-    model: LinearModel, settings: PidSettings, others: Sequence[LinearModel] = (), trim: float | None = None
-) -> PidSettings:
-    """Return the PID with new gains of pitch and elevation, and of the travel where its loop is on.
+def retuned(model: LinearModel, settings: PidSettings, others: Sequence[LinearModel] = ()) -> PidSettings:
+    """Return the PID with new gains of pitch and elevation, of the travel where its loop is on, and a trim.
 
-    Parameters
-    ----------
-    model : LinearModel
-        Of the identified plant.
-    settings : PidSettings
-        The present PID; everything but the gains of pitch and elevation is kept.
-    others : sequence of LinearModel
-        Further plants, allowed by the data, for which the margins have to be kept.
-    trim : float, optional
-        Sum of the voltages [V] at zero error.
+    The margins are kept for ``model``, of the identified plant, and for ``others``, plants that the data allow.
     """
     omega = frequencies(model.sampled.dt, 250)
     plants = np.array([plant_response(one, omega) for one in (model, *others)])
-    inner = settings._replace(travel_enabled=False)
+    tuned = settings._replace(travel_enabled=False, trim=model.point.lift)
     for loop in range(len(LOOPS)):
-        inner = _tuned(model, plants, omega, inner, loop)
-    settings = inner._replace(travel_enabled=settings.travel_enabled)
+        tuned = _tuned(model, plants, omega, tuned, loop)
     if settings.travel_enabled:
-        settings = _tuned(model, plants, omega, settings, AXES.index("travel"))
-    return settings if trim is None else settings._replace(trim=trim)
+        tuned = _tuned(model, plants, omega, tuned._replace(travel_enabled=True), AXES.index("travel"))
+    return tuned
 
 
-def _tuned(
-    model: LinearModel, plants: Responses, omega: NDArray[np.float64], settings: PidSettings, loop: int
-) -> PidSettings:
+def _tuned(model: LinearModel, plants: Responses, omega: Array, settings: PidSettings, loop: int) -> PidSettings:
     """Return the PID with new gains of one loop; the travel's acts through the pitch's."""
     axis, tau, cut = AXES[loop], settings.rate_time_constant, loop % len(LOOPS)
     present: AxisGains = getattr(settings, axis)
@@ -114,17 +100,17 @@ def _tuned(
         changed: dict[str, Any] = {axis: AxisGains(*gains)}
         return settings._replace(**changed)
 
-    def cost(logarithms: NDArray[np.float64]) -> float:
-        trial = with_gains(np.exp(logarithms).tolist())
-        gains: AxisGains = getattr(trial, axis)
+    def cost(logarithms: Array) -> float:
+        gains = AxisGains(*np.exp(logarithms).tolist())
+        trial = with_gains([*gains])
         pid = controller_response(trial, model.sampled.dt, omega)
         peak = float(np.max(1.0 / np.abs(1.0 + loop_gain(plants, pid, cut))))
         noise = (gains.proportional + gains.derivative / tau) / loudest
         return weighted_error(model, trial, loop) + PENALTY * (max(peak / PEAK - 1.0, 0.0) + max(noise - 1.0, 0.0))
 
     options = {"xatol": 1e-3, "fatol": 1e-4, "maxiter": 250}
-    found = minimize(cost, np.log(present), method="Nelder-Mead", options=options)
-    return with_gains([float(f"{gain:.4g}") for gain in np.exp(found.x)])
+    found = np.exp(minimize(cost, np.log(present), method="Nelder-Mead", options=options).x)
+    return with_gains([float(f"{gain:.4g}") if gain > NO_GAIN else 0.0 for gain in found])
 
 
 def weighted_error(model: LinearModel, settings: PidSettings, loop: int) -> float:
@@ -140,66 +126,36 @@ def weighted_error(model: LinearModel, settings: PidSettings, loop: int) -> floa
 
 
 def synthesised(
-    plant: PlantParameters,
-    point: OperatingPoint,
+    model: LinearModel,
     aim: ControllerConfiguration,
     other: str,
     integral: bool,
     effort: float = 1.0,
+    sampled: bool = True,
 ) -> FeedbackSettings:
-    """Return the sampled LQR or LQI of a plant at a point, with its Kalman filter.
+    """Return the LQR or LQI of a plant at a point with its Kalman filter, sampled or, with a period of 0, continuous.
+
+    Rows and columns of the travel are zero where the ``other`` controlled angle is the pitch.
 
     Raises
     ------
     ConfigurationError
         The weights leave a mode that nothing stabilises, the period is too long or the delay too many periods.
     """
-    h = aim.period
-    lag, delay = motor_time_constant(plant), round(plant.input_delay_rotors / h)
-    if h > lag:
-        raise ConfigurationError(
-            f"controller.period = {h:g} s is longer than the motors' lag of {lag:.3g} s, so the voltages between two "
-            "samples are not resolved; take 0.01 s."
-        )
-    if delay > MOST_DELAY:
-        raise ConfigurationError(
-            f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {h:g} s, the unit keeps at "
-            f"most {MOST_DELAY}; take a longer controller.period."
-        )
-    rigid = plant._replace(arm_bending_elevation=0.0)
-    K, K_z, L, N, system = gains(linear_system(rigid, point, h), aim, other, integral, effort)
-    rotors = (*K.flat, *K_z.flat, *N.flat)
-    held = (point.pitch, point.elevation, 0.0, point.v_front, point.v_rear)
-    numbers = (*system.A.flat, *system.B.flat, *L.flat, *rotors, *held, h, delay, other == "travel", plant.v_max)
-    return filled(FeedbackSettings(), iter(numbers))
-
-
-def gains(
-    system: control.StateSpace, aim: ControllerConfiguration, other: str, integral: bool, effort: float = 1.0
-) -> tuple[Array, Array, Array, Array, control.StateSpace]:
-    """Return K (2, 8), K_z (2, 2), L (8, 3), N (2, 2) and the system that the filter predicts with.
-
-    Continuous or sampled as ``system`` is. Where the pitch is controlled, rows and columns of the travel are zero.
-
-    Raises
-    ------
-    ConfigurationError
-        The Riccati equations have no stabilising solution.
-    """
-    w, sampled = aim.weights, bool(system.dt)
+    plant, point, w = model.plant, model.point, aim.weights
+    delay = _whole_delay(plant, aim.period)
+    system = linear_system(plant._replace(arm_bending_elevation=0.0), point, aim.period if sampled else None)
     # without the travel and its rate where the pitch is controlled
     used, angles, chosen = [0, 1, 3, 4, 6, 7], [0, 1], [1, 0]
     if other == "travel":
         used, angles, chosen = [*range(8)], [0, 1, 2], [1, 2]
     A, B, C = system.A[np.ix_(used, used)], system.B[used], system.C[np.ix_(angles, used)]
-    S = system.C[np.ix_(chosen, used)]
-    n, h = len(used), float(system.dt) if sampled else 1.0
+    S, n, h = system.C[np.ix_(chosen, used)], len(used), aim.period if sampled else 1.0
     rated = [w.pitch, w.elevation, w.travel, w.pitch_rate, w.elevation_rate, w.travel_rate, 0.0, 0.0]
     Q = np.diag([*np.array(rated)[used], *([w.elevation_integral, w.other_integral] if integral else [])]) * h
     R = np.eye(2) * w.voltage * effort * h
-    rates = [used.index(3 + axis) for axis in angles]
     intensity = [2.0 * aim.air[axis] ** 2 / AIR_RATE for axis in angles] + [MOTOR_NOISE] * 2
-    noise = np.eye(n)[:, [*rates, n - 2, n - 1]]
+    noise = np.eye(n)[:, [*(used.index(3 + axis) for axis in angles), n - 2, n - 1]]
     W = np.diag(intensity) * (h if sampled else 1.0 / PERIOD)
     V, counts = np.eye(len(angles)), C / aim.encoder_noise  # angles in units of their noise: well conditioned
     try:
@@ -221,13 +177,45 @@ def gains(
             "the design is unstable on its own model: a mode is hardly weighted or hardly controlled; raise the "
             "weights of the angles, or choose a point with more lift."
         )
-    feedback = np.asarray(found)[:, :n]
+    feedback, K_z = np.asarray(found)[:, :n], np.zeros((2, 2))
     N = steady[n:] + feedback @ steady[:n]
-    K_z = np.zeros((2, 2))
     if integral:
         K_z = np.asarray(found)[:, n:]
         N = N - K_z @ np.linalg.solve(cost[n:, n:], cost[n:, :n] @ steady[:n])
     K, L, F, G = (np.zeros(shape) for shape in ((2, 8), (8, 3), (8, 8), (8, 2)))
     K[:, used], L[np.ix_(used, angles)] = feedback, filtered / aim.encoder_noise
     F[np.ix_(used, used)], G[used] = A, B
-    return K, K_z, L, N, control.ss(F, G, system.C[:, :8], np.zeros((3, 2)), system.dt)
+
+    def rows(kind: Any, matrix: Array) -> Any:
+        return tuple(kind(*row) for row in matrix.tolist())
+
+    return FeedbackSettings(
+        transition=rows(Motion, F),
+        drive=rows(Rotors, G),
+        innovation=rows(Angles, L),
+        gain=rows(Motion, K),
+        integral=rows(Pair, K_z),
+        reference=rows(Pair, N),
+        point=Angles(point.pitch, point.elevation, 0.0),
+        hover=Rotors(point.v_front, point.v_rear),
+        period=aim.period if sampled else 0.0,
+        delay=delay,
+        travel_enabled=other == "travel",
+        voltage_limit=plant.v_max,
+    )
+
+
+def _whole_delay(plant: PlantParameters, h: float) -> int:
+    """Input delay in whole periods [h], once period and delay were found possible."""
+    lag, delay = motor_time_constant(plant), round(plant.input_delay_rotors / h)
+    if h > lag:
+        raise ConfigurationError(
+            f"controller.period = {h:g} s is longer than the motors' lag of {lag:.3g} s, so the voltages between two "
+            "samples are not resolved; take 0.01 s."
+        )
+    if delay > MOST_DELAY:
+        raise ConfigurationError(
+            f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {h:g} s, the unit keeps at "
+            f"most {MOST_DELAY}; take a longer controller.period."
+        )
+    return delay

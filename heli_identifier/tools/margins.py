@@ -1,0 +1,204 @@
+"""A sampled controller around the linear plant: closed loop, margins of each loop and of both at once.
+
+The controller is a linear system within its limits, so differences of its own step give its matrices exactly. Its
+voltages appear one period after the angles they follow from and reach the motors after the plant's input delay d.
+
+For the margins the loop is cut at one actuator, the voltages' difference (pitch) or their sum (elevation), while the
+other loop stays closed. With P(z) the sampled plant from (v_f - v_r, v_f + v_r) to the angles and K(z) the controller,
+
+    L(z) = z^-1 exp(-j w d) K(z) P(z),    l_1 = L_11 + L_12 L_21 / (1 - L_22),
+
+and -l_1 is the loop gain of negative feedback. The disk margin allows a factor (1 + d/2)/(1 - d/2) at both actuators at
+once, each d any complex number up to alpha in size,
+
+    alpha = 1 / max over w of mu(S - I/2),    S = (I - L)^-1,
+
+with mu the structured singular value, of two complex numbers sqrt((t + sqrt(t^2 - 4 abs(det M)^2)) / 2) with
+t = abs(M_11)^2 + abs(M_22)^2 + 2 abs(M_12 M_21). It then allows any gain up to (2 + alpha)/(2 - alpha) and any phase up
+to 2 atan(alpha / 2).
+
+Sources: P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78 (disk margins); J. Doyle, IEE Proc. D 129
+(1982) 242, for mu as a bound over scalings, which for two numbers is exact and least where both off-diagonal entries
+have one size.
+"""
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from control import StateSpace, append, ss
+from numpy.typing import NDArray
+
+from heli_identifier.tools.linearisation import LinearModel
+from heli_identifier.tools.loop import Settings, answered, begun
+from heli_plant.control import PidSettings
+from heli_plant.state_feedback import MOST_DELAY, Angles, FeedbackSettings, Rotors
+
+Array = NDArray[np.float64]
+Responses = NDArray[Any]
+"""Frequency responses, complex."""
+
+LOOPS = ("pitch", "elevation")
+"""Loops, in the order of the channels: difference and sum of the voltages."""
+
+TO_ROTORS = np.array([[0.5, 0.5], [-0.5, 0.5]])
+"""(v_front, v_rear) from difference and sum of the voltages."""
+
+_UNLIMITED = 1e9  # limit [V] and [rad] that is never reached
+_NOTHING = 1e-12  # entry of a sampled matrix below which it is rounding
+
+
+@lru_cache(maxsize=8)
+def controller(settings: Settings, period: float) -> StateSpace:
+    """Return the linear system of a controller that is called every ``period`` [s].
+
+    States are those of its step, inputs the measured angles and their references [rad], outputs v_front and v_rear [V].
+    """
+    free: Settings
+    if isinstance(settings, PidSettings):
+        free = settings._replace(voltage_limit=_UNLIMITED, pitch_limit=_UNLIMITED)
+    else:
+        free = settings._replace(voltage_limit=_UNLIMITED, point=Angles(), hover=Rotors(), period=period)
+    empty = begun(free, 0.0, 0.0, 0.0)
+    size = n = len(_numbers(empty))
+    if isinstance(free, FeedbackSettings):
+        n -= 2 * (MOST_DELAY - free.delay)  # older voltages are kept, but never looked at
+
+    def after(row: list[float]) -> Array:
+        memory = _filled(empty, [*row[:n], *[0.0] * (size - n)])
+        memory, voltages = answered(free, memory, row[n : n + 3], row[n + 3 :], period)
+        return np.array([*_numbers(memory)[:n], *voltages])
+
+    base = after([0.0] * (n + 6))
+    slope = np.column_stack([after(row) - base for row in np.eye(n + 6).tolist()])
+    return ss(slope[:n, :n], slope[:n, n:], slope[n:, :n], slope[n:, n:], period)
+
+
+def _numbers(value: Any) -> list[float]:
+    """Numbers in tuples of tuples, in order."""
+    return [number for part in value for number in _numbers(part)] if isinstance(value, tuple) else [value]
+
+
+def _filled(like: Any, numbers: list[float]) -> Any:
+    """Tuples such as ``like`` with the first of other numbers in them, which are taken off the list."""
+    if not isinstance(like, tuple):
+        return numbers.pop(0)
+    parts = [_filled(part, numbers) for part in like]
+    return like._make(parts) if hasattr(like, "_make") else tuple(parts)
+
+
+def closed_loop(model: LinearModel, settings: Settings) -> StateSpace:
+    """Close the loop of a controller around a plant; the input delay is rounded to whole periods.
+
+    Inputs are the references of pitch, elevation, travel [rad] and loads on difference and sum of the voltages [V],
+    outputs the angles [rad].
+    """
+    plant = model.sampled
+    periods = 1 + round(model.input_delay / plant.dt)
+    n, one, nothing = 2 * periods, np.eye(3), np.zeros((3, 3))
+    delay = ss(np.eye(n, k=-2), np.eye(n, 2), np.eye(n)[-2:], np.zeros((2, 2)), plant.dt)
+    loads, references = (ss([], [], [], np.eye(size), plant.dt) for size in (2, 3))
+    # From references, loads and the controller's voltages to references and angles, then to angles and what it hears.
+    driven = append(references, plant * np.hstack((TO_ROTORS, np.eye(2))) * append(loads, delay))
+    heard = np.block([[nothing, one], [nothing, one], [one, nothing]]) * driven
+    return heard.lft(controller(settings, plant.dt), 2, 6)
+
+
+def is_stable(loop: StateSpace) -> bool:
+    """Whether all modes decay; states on which no other state depends, such as the travel, are left out."""
+    acting = list(range(loop.nstates))
+    while idle := [i for i in acting if not any(abs(loop.A[j, i]) > _NOTHING for j in acting if j != i)]:
+        acting = [i for i in acting if i not in idle]
+    return bool(np.abs(np.linalg.eigvals(loop.A[np.ix_(acting, acting)])).max() < 1.0)
+
+
+def unit_step(loop: StateSpace, drive: int, steps: int) -> Array:
+    """Return the outputs (steps, 3) of a loop from rest under a constant 1 on the input of index ``drive``.
+
+    The exponent of A doubles with each product, so ten products give a thousand steps.
+    """
+    n = loop.nstates
+    power = np.block([[loop.A, loop.B[:, [drive]]], [np.zeros((1, n)), np.ones((1, 1))]])
+    path = np.eye(n + 1)[:, n:]
+    while path.shape[1] < steps:
+        path = np.hstack((path, power @ path))
+        power = power @ power
+    return (loop.C @ path[:n, :steps]).T
+
+
+class Margins(NamedTuple):
+    """Margins of one loop.
+
+    ``gain`` and ``gain_down`` are the factors by which the loop gain may grow (infinite if any) and shrink (0 if any),
+    ``phase`` [deg], ``sensitivity`` the peak of abs(1/(1 + l)), ``crossover`` the highest frequency [rad/s] of unit
+    gain.
+    """
+
+    gain: float
+    gain_down: float
+    phase: float
+    sensitivity: float
+    crossover: float
+
+
+def loop_margins(gain: Responses, omega: Array) -> Margins:
+    """Return the margins of a loop gain (N,) of negative feedback at growing frequencies ``omega`` (N,) [rad/s].
+
+    Between two frequencies, 2 % apart in :func:`frequencies`, the gain is interpolated: figures are good to 1e-3.
+    """
+    before, after, size = gain[:-1], gain[1:], np.log(np.abs(gain))
+    over = np.flatnonzero((before.imag > 0.0) != (after.imag > 0.0))
+    share = before.imag[over] / (before.imag[over] - after.imag[over])
+    real = before.real[over] + share * (after.real[over] - before.real[over])
+    factors = -1.0 / real[real < 0.0]
+    unit = np.flatnonzero((size[:-1] > 0.0) != (size[1:] > 0.0))
+    share = size[unit] / (size[unit] - size[unit + 1])
+    phases = np.abs(np.angle(-before[unit] * np.exp(1j * share * np.angle(after[unit] / before[unit])), deg=True))
+    return Margins(
+        float(min(factors[factors > 1.0], default=np.inf)),
+        float(max(factors[factors < 1.0], default=0.0)),
+        float(min(phases, default=np.inf)),
+        float(np.max(1.0 / np.abs(1.0 + gain))),
+        float(max(omega[unit] * (omega[unit + 1] / omega[unit]) ** share, default=np.nan)),
+    )
+
+
+def frequencies(period: float, count: int = 400) -> Array:
+    """Return frequencies [rad/s] from slow drift to the Nyquist frequency, shape (count,)."""
+    return np.geomspace(0.01, 0.999 * np.pi / period, count)
+
+
+def plant_response(model: LinearModel, omega: Array) -> Responses:
+    """Return the response (N, 3, 2) from (difference, sum) of the voltages, both delays included, to the angles."""
+    plant = model.sampled
+    z = np.exp(1j * omega * plant.dt)
+    delays = np.exp(-1j * omega * model.input_delay) / z
+    return _response(plant.A, plant.B @ TO_ROTORS, plant.C, z) * delays[:, None, None]
+
+
+def controller_response(settings: Settings, period: float, omega: Array) -> Responses:
+    """Return the response (N, 2, 3) from the angles to (difference, sum) of the voltages."""
+    pid = controller(settings, period)
+    heard = _response(pid.A, pid.B[:, :3], pid.C, np.exp(1j * omega * period)) + pid.D[:, :3]
+    return np.linalg.inv(TO_ROTORS) @ heard
+
+
+def _response(A: NDArray[Any], B: NDArray[Any], C: NDArray[Any], z: Responses) -> Responses:
+    """Return C (z - A)^-1 B at all frequencies at once."""
+    return C @ np.linalg.solve(z[:, None, None] * np.eye(len(A)) - A, np.broadcast_to(B, (len(z), *B.shape)))
+
+
+def loop_gain(plant: Responses, law: Responses, loop: int) -> Responses:
+    """Return the gain (..., N) of one loop under negative feedback, the other one closed; (...) as in ``plant``."""
+    L, other = law @ plant, 1 - loop
+    through = L[..., loop, other] * L[..., other, loop] / (1.0 - L[..., other, other])
+    return -(L[..., loop, loop] + through)
+
+
+def disk_margins(plants: Responses, law: Responses) -> Array:
+    """Return the disk margin (M,) at both actuators at once of a controller around each of many plants (M, N, 3, 2)."""
+    S = np.linalg.inv(np.eye(2) - law @ plants)
+    M = S - 0.5 * np.eye(2)
+    total = np.abs(M[..., 0, 0]) ** 2 + np.abs(M[..., 1, 1]) ** 2 + 2.0 * np.abs(M[..., 0, 1] * M[..., 1, 0])
+    mu = np.sqrt(0.5 * (total + np.sqrt(np.maximum(total**2 - 4.0 * np.abs(np.linalg.det(M)) ** 2, 0.0))))
+    return np.asarray(1.0 / mu.max(axis=-1))
