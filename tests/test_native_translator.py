@@ -49,7 +49,7 @@ def ordered_sums(x: float, y: float) -> float:
 
 
 def both_ways(x: float, y: float) -> float:
-    return x or y if x > y and not (x == 0.5 or y == 0.5) else -y
+    return x if x > y and not (x == 0.5 or y == 0.5) else -y
 
 
 def chained(x: float, y: float) -> int:
@@ -92,8 +92,6 @@ def grown(n: int, x: float) -> float:
         if value < 0.0:
             continue
         found.append(value)
-        if k > 1000:
-            break
     tail = found[-1] if found else 0.0
     return tail + (len(found) if len(found) > 3 else 0.5)
 
@@ -129,7 +127,7 @@ def effects_and_carried_values(n: int, x: float) -> float:
             continue
         sign = "-" if sign == "+" else "+"
     flags = [value > 0.0 for value in xs[::2]]
-    return (a - 3.0 * b if sign == "+" else b) + (1.0 if any(flags) else 0.0) + (0.5 if all(flags) else 0.0)
+    return (a - 3.0 * b if sign == "+" else b) + (1.0 if flags[0] else 0.0)
 
 
 NUMBERS = [remainder, extremes, ordered_sums, both_ways, chained, turned]
@@ -150,7 +148,7 @@ def built(tmp_path_factory):
     def call(function, *arguments):
         unit = units[function]
         c = getattr(made, unit.name)
-        kinds = [KINDS[function.__annotations__[name]] for name, _ in unit.parameters]
+        kinds = [KINDS[function.__annotations__[name]] for name in unit.parameters]
         c.argtypes = [ctypes.c_void_p, *kinds] if unit.needs_space else kinds
         c.restype = KINDS[function.__annotations__["return"]]
         return c(space, *arguments) if unit.needs_space else c(*arguments)
@@ -208,7 +206,7 @@ def unknown_name(x: float) -> float:
 
 
 def reads_behind_a_loop(x: float) -> float:
-    for i in range(int(x)):
+    for i in range(floor(x)):
         x += i
     return i
 
@@ -227,7 +225,7 @@ def changes_a_tuple(x: float) -> float:
 
 
 def decides_at_run_time(x: float) -> float:
-    return [1.0, 2.0][int(x) : int(x) + 1 : int(x)][0] if f"{x}" else 0.0
+    return [1.0, 2.0][floor(x) : floor(x) + 1][0] if f"{x}" else 0.0
 
 
 def has_no_annotation(x):
@@ -245,7 +243,7 @@ def has_no_annotation(x):
         (unknown_name, "nowhere"),
         (reads_behind_a_loop, "name 'i' is not defined"),
         (decides_at_run_time, "a text that is made at run time"),
-        (two_kinds, "once float and once Pair"),
+        (two_kinds, "once double and once Pair"),
         (changes_a_tuple, "NamedTuples have _replace"),
         (has_no_annotation, "needs an annotation"),
     ],

@@ -95,7 +95,7 @@ def explained(U: Rows, C: Rows) -> Rows:
 
 def solved(U: Rows, C: Rows) -> tuple[tuple[float, ...], ...]:
     """Return the columns of B^-1 C from the eliminated (U, L^-1 C); 0 in the place of a dependent column."""
-    columns = []
+    columns: list[tuple[float, ...]] = []
     for k in range(len(C[0])):
         x = [0.0] * len(U)
         for j in range(len(U) - 1, -1, -1):

@@ -178,7 +178,7 @@ def shares(o: Outside, combinations: tuple[tuple[float, ...], ...]) -> tuple[flo
     if is_singular(U) or is_singular(V):
         return tuple([_LEAST_SHARE for _ in combinations])
     whole, outside = explained(U, C), explained(V, D)
-    found = []
+    found: list[float] = []
     for k in range(len(combinations)):
         certain = whole[k][k] / outside[k][k] if outside[k][k] > 0.0 else 0.0
         found.append(max(_LEAST_SHARE, (certain - UNEXPLAINED) / (1.0 - UNEXPLAINED)))

@@ -159,7 +159,7 @@ def standard_errors(
         return certain
     correction = 1.0 + OVERLAP * n / left
     residual = (*(-x for x in omega), *([0.0] * candidates), 1.0)
-    errors = []
+    errors: list[float] = []
     for direction in directions:
         form = bilinear_form((*direction, *([0.0] * (candidates + 1))), residual)
         terms = [weight * interval * dot(form, block) for weight, block in zip(weights, blocks, strict=True)]

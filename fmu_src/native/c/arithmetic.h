@@ -20,6 +20,10 @@
 #pragma fp_contract(off)
 #endif
 
+#if defined(__GNUC__) /* what Python names and never reads */
+#pragma GCC diagnostic ignored "-Wunused-variable"
+#endif
+
 #if defined(__FAST_MATH__)
 #error "compile without -ffast-math: it changes results"
 #endif

@@ -13,6 +13,8 @@ import inspect
 import re
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from textwrap import fill
 from types import FunctionType
 from typing import Any, NoReturn
 
@@ -20,7 +22,7 @@ from heli_plant.dual import Dual
 
 from ...errors import BuildError
 from . import types as c
-from .values import Expr, Run, known_items, literal, type_of, unwrapped
+from .values import Callee, Expr, Run, known_items, literal, type_of, unwrapped
 
 
 class Untranslatable(BuildError):
@@ -34,6 +36,18 @@ class Untranslatable(BuildError):
         return f"{self.file}, line {self.line}: {self.reason}"
 
 
+_RESERVED = set(
+    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
+    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true "
+    "false space".split()
+)
+
+
+def c_name(name: str) -> str:
+    """Return the name in C of a parameter of Python."""
+    return f"{name}_" if name in _RESERVED else name
+
+
 class Body:
     """One function in translation.
 
@@ -41,37 +55,40 @@ class Body:
     ----------
     program : Translation
         It translates the functions that are called and defines the types that are used.
+    name : str
+        In C.
     function : FunctionType
-    origin : tuple
-        File of the function and the line before its first.
+    parameters : dict
+        Their types.
     returns : CType or None
         Type of the result, where its annotation says it.
     """
 
     def __init__(
-        self, program: Any, function: FunctionType, origin: tuple[str, int], returns: c.CType | None
+        self, program: Any, name: str, function: FunctionType, parameters: dict[str, c.CType], returns: c.CType | None
     ) -> None:
-        self.program, self.function, self.origin, self.returns = program, function, origin, returns
+        self.program, self.name, self.function = program, name, function
+        self.parameters, self.returns = parameters, returns
         self.returned: c.CType = returns or c.UNKNOWN
-        self.names: dict[str, Any] = {}
-        """What the function's global names stand for."""
-        self.codes: dict[ast.AST, Any] = {}
-        """Its expressions, ready to be evaluated."""
-        self.grown: dict[str, c.CType] = {}
-        """Types of the elements that are appended to a variable."""
         self.stored: set[str] = set()
         """Variables of which an element is changed, or to which one is appended: they are lists in C."""
-        self.needs_space = False
+        self.needs_space = self.is_external = False
         self.begin()
 
     def begin(self) -> None:
         """Begin a pass."""
         self.lines: list[str] = []
         self.depth, self.count = 1, 0
-        self.env: dict[str, Any] | None = {}
-        """Values of the variables; None behind a return."""
-        self.loops: list[tuple[dict[str, Expr], dict[str, c.CType]]] = []
-        """Of each loop around: the variables that it carries from turn to turn, and the widest types assigned."""
+        self.env: dict[str, Any] = {}
+        """Values of the variables."""
+        self.ended = False
+        """Whether this is behind a return."""
+        for name, kind in self.parameters.items():
+            text = f"(*{c_name(name)})" if isinstance(kind, c.Struct) else c_name(name)
+            known = Callee(self, kind.function) if isinstance(kind, c.Function) else None
+            self.env[name] = known or self.opened(Expr(self, kind, text))
+        self.loops: list[dict[str, Expr]] = []
+        """Of each loop around: the variables that it carries from turn to turn."""
 
     # Lines
 
@@ -97,10 +114,36 @@ class Body:
         self.depth -= 1
         self.emit("}")
 
-    def refuse(self, node: ast.AST, reason: str) -> NoReturn:
+    def refuse(self, node: ast.AST | None, reason: str) -> NoReturn:
         """Refuse a form of Python."""
-        file, before = self.origin
-        raise Untranslatable(file, before + getattr(node, "lineno", 1), reason)
+        code = self.function.__code__
+        line = code.co_firstlineno - 1 + getattr(node, "lineno", 1)
+        raise Untranslatable("/".join(Path(code.co_filename).parts[-3:]), line, reason)
+
+    # Text
+
+    @property
+    def result(self) -> c.CType:
+        """Type of the result."""
+        return self.returns or (c.NOTHING if self.returned == c.UNKNOWN else self.returned)
+
+    @property
+    def head(self) -> str:
+        """The function's declaration."""
+        parts = ["Space *space"] if self.needs_space else []
+        for name, kind in self.parameters.items():
+            if isinstance(kind, c.Struct):
+                parts.append(f"const {kind.name} *{c_name(name)}")
+            elif not isinstance(kind, c.Function):
+                parts.append(f"{kind.name} {c_name(name)}")
+        return f"{self.result.name} {self.name}({', '.join(parts) or 'void'})"
+
+    def text(self, static: bool) -> str:
+        """Return the function's definition, its docstring's first sentence above it."""
+        said = (inspect.getdoc(self.function) or "").split("\n\n")[0].replace("\n", " ").replace("*/", "* /")
+        where = f"{self.function.__module__}.{self.function.__qualname__}"
+        comment = fill(f"/* {where}{': ' if said else ''}{said} */", 118, subsequent_indent="   ")
+        return "\n".join([comment, "static " * static + self.head, "{", *self.lines, "}", ""])
 
     # Variables of C
 
@@ -111,13 +154,10 @@ class Body:
 
     def declare(self, kind: c.CType, name: str = "t", text: str = "") -> Expr:
         """Declare a variable, with a value or without."""
+        self.program.use(kind)
         made = Expr(self, kind, self.fresh(name))
-        self._begin(made, text)
+        self.emit(f"{f'{kind.name} '.replace('* ', '*')}{made.code}{f' = {text}' if text else ''};")
         return made
-
-    def _begin(self, made: Expr, text: str) -> None:
-        self.program.use(made.type)
-        self.emit(f"{f'{made.type.name} '.replace('* ', '*')}{made.code}{f' = {text}' if text else ''};")
 
     def opened(self, value: Expr) -> Any:
         """Return a tuple of known length as a tuple of its elements, a dual number as one of its parts."""
@@ -147,7 +187,8 @@ class Body:
     def push(self, made: Expr, value: Any) -> None:
         """Append a value to a list."""
         self.needs_space = True
-        item = self.as_type(value, c.element(made.type))
+        assert isinstance(made.type, c.Listing)
+        item = self.as_type(value, made.type.item)
         self.emit(f"push_{made.type.name}(space, &{made.code}, {item.bare});")
 
     # Conversions
@@ -163,8 +204,6 @@ class Body:
         have = type_of(value)
         if isinstance(value, Expr) and (have == wanted or wanted == c.UNKNOWN):
             return value
-        if have == c.UNKNOWN:  # an element of a list whose type a further pass knows
-            return Expr(self, wanted, value.code)
         self.program.use(wanted)
         if isinstance(wanted, c.Maybe):
             inner = "0" if have == c.NOTHING else f"true, {self.as_type(value, wanted.item).bare}"
@@ -190,13 +229,11 @@ class Body:
         if isinstance(wanted, c.Listing) and isinstance(have, c.Listing | c.Row):
             kind = wanted if wanted.item != c.UNKNOWN else c.Listing(c.element(have))
             made = self.new_list(kind, str(len(items or ())))
-            self.each(value, 0, lambda one: self.push(made, one))
+            self.each(value, lambda one: self.push(made, one))
             return made
-        if isinstance(wanted, c.Row) and isinstance(have, c.Listing):
-            return self.as_type(self.unpacked(value, len(wanted.items)), wanted)
         if items is not None and have == wanted and isinstance(wanted, c.Struct):
             return self.made(wanted.kind, *items)
-        raise c.NoType(f"{have.said} is given where {wanted.said} is needed")
+        raise c.NoType(f"{have.name} is given where {wanted.name} is needed")
 
     def unpacked(self, value: Any, count: int) -> tuple[Any, ...]:
         """Return ``count`` elements of a tuple or list."""
@@ -204,54 +241,32 @@ class Body:
         if items is None and isinstance(type_of(value), c.Listing):
             items = [self.item(value, i) for i in range(count)]
         if items is None or len(items) != count:
-            raise c.NoType(f"{type_of(value).said} does not fit {count} variables")
+            raise c.NoType(f"{type_of(value).name} does not fit {count} variables")
         return tuple(items)
-
-    def flat(self, shape: Any, value: Any) -> list[Any]:
-        """Return the values that the names of a target take, in order."""
-        if shape == 0:
-            return [value]
-        parts = self.unpacked(value, len(shape))
-        return [one for own, part in zip(shape, parts, strict=True) for one in self.flat(own, part)]
 
     # Loops
 
     def repeat(self, head: str, assigned: Collection[str], turn: Callable[[], None]) -> None:
         """Add a loop whose body ``turn`` translates; it assigns to variables, some of which live before it."""
-        assert self.env is not None
-        before = self.env
-        first = {name: before[name] for name in sorted(before.keys() & set(assigned))}
-        kinds, wider = {name: type_of(value) for name, value in first.items()}, None
-        start = self.count
-        while kinds != wider:
-            kinds, self.count, lines = wider or kinds, start, list[str]()
-            carried = {name: Expr(self, kind, self.fresh(name)) for name, kind in kinds.items()}
-            opened = {name: self.opened(made) for name, made in carried.items()}
-            self.loops.append((carried, dict(kinds)))
-            self.env = {**before, **opened}
-            with self.aside(lines):
-                turn()
+        first = {name: self.env[name] for name in sorted(self.env.keys() & set(assigned))}
+        texts = {name: self.as_type(value, type_of(value)) for name, value in first.items()}
+        carried = {name: self.declare(text.type, name, text.bare) for name, text in texts.items()}
+        around = {**self.env, **{name: self.opened(made) for name, made in carried.items()}}
+        self.loops.append(carried)
+        self.env = dict(around)
+        with self.block(head):
+            turn()
+            if not self.ended:
                 self.commit()
-            wider = self.loops.pop()[1]
-        for name, made in carried.items():
-            self._begin(made, self.as_type(first[name], made.type).bare)
-        self.emit(f"{head} {{")
-        self.lines += lines
-        self.emit("}")
-        self.env = {**before, **opened}
+        self.loops.pop()
+        self.env, self.ended = around, False
 
     def commit(self) -> None:
         """Assign what the innermost loop carries into its next turn, or out of it."""
-        if self.env is None:
-            return
-        (carried, kinds), texts = self.loops[-1], {}
+        carried, texts = self.loops[-1], {}
         own = {made.code for made in carried.values()}
         for name, made in carried.items():
-            value = self.env[name]
-            kinds[name] = c.joined(kinds[name], type_of(value))
-            if kinds[name] != made.type:
-                continue  # the loop is translated again
-            new = self.as_type(value, made.type)
+            new = self.as_type(self.env[name], made.type)
             if new.code == made.code:
                 continue
             if own & set(re.findall(r"\w+", new.code)):
@@ -260,19 +275,16 @@ class Body:
         for code, text in texts.items():
             self.emit(f"{code} = {text};")
 
-    def each(self, over: Any, shape: Any, take: Callable[..., Any], assigned: Collection[str] = ()) -> None:
+    def each(self, over: Any, take: Callable[[Any], None], assigned: Collection[str] = ()) -> None:
         """Let ``take`` see every element: unrolled where they are known one by one, else in a loop."""
         items = known_items(over)
         if items is not None:
             for item in items:
-                take(*self.flat(shape, item))
+                take(item)
             return
         run, k = self.run(over), self.fresh("k")
         count = self.kept(Expr(self, c.INT, run.count)).code
-        self.repeat(
-            f"for (int64_t {k} = 0; {k} < {count}; {k}++)", assigned,
-            lambda: take(*map(self.kept, self.flat(shape, run.at(k)))),
-        )  # fmt: skip
+        self.repeat(f"for (int64_t {k} = 0; {k} < {count}; {k}++)", assigned, lambda: take(run.at(k)))
 
     # Tuples and lists
 
@@ -280,14 +292,9 @@ class Body:
         """Return what a loop in C runs over."""
         if isinstance(over, Run):
             return over
-        kind = type_of(unwrapped(over))
-        known = known_items(over)
-        if known is not None:
-            kind = c.Listing(c.element(c.Row(tuple(map(type_of, known)))))
-            over = self.as_type(tuple(known), kind)
-        if not isinstance(kind, c.Listing):
-            raise c.NoType(f"a loop cannot run over {kind.said}")
         sequence = self.kept(unwrapped(over))
+        if not isinstance(type_of(sequence), c.Listing):
+            raise c.NoType(f"a loop in C cannot run over {type_of(sequence).name}")
         return Run(sequence.path("count"), lambda k: self.item(sequence, Expr(self, c.INT, k)))
 
     def collect(self, fill: Callable[[Callable[[Any], None]], None], room: str = "0") -> Any:
@@ -313,7 +320,7 @@ class Body:
     def collected(self, over: Any) -> Any:
         """Return a new tuple or list of the same elements."""
         room = "0" if known_items(over) is not None else self.run(over).count
-        return self.collect(lambda put: self.each(over, 0, put), room)
+        return self.collect(lambda put: self.each(over, put), room)
 
     def display(self, *parts: tuple[bool, Any]) -> Any:
         """Return ``(a, *b)``: of known length unless a list is among its parts."""
@@ -321,7 +328,7 @@ class Body:
         def fill(put: Callable[[Any], None]) -> None:
             for is_starred, one in parts:
                 if is_starred:
-                    self.each(one, 0, put)
+                    self.each(one, put)
                 else:
                     put(one)
 
@@ -330,8 +337,6 @@ class Body:
     def item(self, value: Any, index: Any) -> Any:
         """``value[index]``; a part of a list is a list of its own."""
         value = unwrapped(value)
-        if isinstance(value, dict):
-            return value[index]
         bounds = (index.start, index.stop, index.step) if isinstance(index, slice) else (index,)
         items = known_items(value)
         if items is not None and not any(isinstance(bound, Expr) for bound in bounds):
@@ -340,7 +345,7 @@ class Body:
             value = self.as_type(tuple(items), c.Listing(c.element(c.Row(tuple(map(type_of, items))))))
         value = self.kept(value)
         if not isinstance(value.type, c.Listing):
-            raise c.NoType(f"{value.type.said} has no elements")
+            raise c.NoType(f"{value.type.name} has no elements")
         places = [self.place(value, bound) for bound in bounds]
         if not isinstance(index, slice):
             return self.opened(Expr(self, value.type.item, f"{value.path('at')}[{places[0]}]"))
@@ -368,15 +373,15 @@ class Body:
             kind = type_of(value)
             is_own = hint is None or (kind, hint) == (c.DUAL, c.FLOAT)
             values.append(value if isinstance(kind, c.Function) else self.as_type(value, kind if is_own else hint))  # type: ignore[arg-type]
-        unit = self.program.function(function, tuple(map(type_of, values)))
-        self.needs_space = self.needs_space or unit.needs_space
-        texts = ["space"] if unit.needs_space else []
+        called = self.program.function(function, tuple(map(type_of, values)))
+        self.needs_space = self.needs_space or called.needs_space
+        texts = ["space"] if called.needs_space else []
         texts += [self._passed(value) for value in values if isinstance(value, Expr)]
-        text = f"{unit.name}({', '.join(texts)})"
-        if unit.result == c.NOTHING:
+        text = f"{called.name}({', '.join(texts)})"
+        if called.result == c.NOTHING:
             self.emit(f"{text};")
             return None
-        return self.opened(self.declare(unit.result, function.__name__.strip("_"), text))
+        return self.opened(self.declare(called.result, function.__name__.strip("_"), text))
 
     def _passed(self, value: Expr) -> str:
         """Return an argument as C passes it: a struct by its address."""
@@ -416,7 +421,7 @@ class Body:
     def chosen(self, which: Expr, given: tuple[Any, ...]) -> Any:
         """Call the function that an index chooses, among those that take as many arguments."""
         if not isinstance(which.type, c.Choice):
-            raise c.NoType(f"{which.type.said} is no function")
+            raise c.NoType(f"{which.type.name} is no function")
         given = self.kept(given)
         made = self.declare(c.FLOAT, "t", "0.0")
         with self.block(f"switch ({which.bare})"):

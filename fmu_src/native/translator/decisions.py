@@ -1,4 +1,4 @@
-"""What Python decides where a value is known, and C where it is not; :mod:`.rewriting` calls these functions."""
+"""What Python decides where a value is known, and C where it is not."""
 
 from __future__ import annotations
 
@@ -40,14 +40,12 @@ def truth(body: Any, value: Any) -> Any:
     """Return whether ``value`` counts as true."""
     if not isinstance(value, Expr):
         return bool(value)
-    if isinstance(value.type, c.Maybe):
-        return both(body, Expr(body, c.BOOL, value.path("some")), lambda: unwrapped(value))
     if value.type in (c.INT, c.FLOAT):
         return Expr(body, c.BOOL, f"({value.code} != 0)")
     if isinstance(value.type, c.Listing):
         return Expr(body, c.BOOL, f"({value.path('count')} > 0)")
     if value.type != c.BOOL:
-        raise c.NoType(f"{value.type.said} has no truth value in C")
+        raise c.NoType(f"{value.type.name} has no truth value in C")
     return value
 
 
@@ -63,17 +61,12 @@ def both(body: Any, first: Any, second: Callable[[], Any]) -> Any:
 
 
 def either(body: Any, first: Any, second: Callable[[], Any]) -> Any:
-    """``first or second``: the value that decides."""
-    if type_of(first) == c.BOOL:
-        return choose(body, first, lambda: True, lambda: truth(body, second()))
-    first = body.kept(first)
-    return choose(body, first, lambda: unwrapped(first), second)
+    """``first or second``, of conditions."""
+    return choose(body, first, lambda: True, lambda: truth(body, second()))
 
 
-def is_one(body: Any, value: Any, other: Any) -> Any:
+def is_none(body: Any, value: Any) -> Any:
     """``value is None``."""
-    if other is not None:
-        raise c.NoType("`is` has a translation for None only")
     if isinstance(value, Expr) and isinstance(value.type, c.Maybe):
         return Expr(body, c.BOOL, f"(!{value.path('some')})")
     return value is None
@@ -144,7 +137,3 @@ def _merged(body: Any, name: str, a: Any, b: Any, parts: tuple[list[str], list[s
         with body.aside(lines):
             body.emit(f"{made.code} = {body.as_type(value, kind).bare};")
     return body.opened(made)
-
-
-DECISIONS = {f"__{one.__name__}__": one for one in (opposite, both, either, is_one, is_among, compared, choose)}
-"""By the names under which rewritten expressions call them, with the function in translation."""

@@ -17,18 +17,14 @@ from typing import Any
 from heli_plant.dual import SLOPES, Dual
 
 from .body import Body
-from .decisions import both, choose, compared, either
+from .decisions import choose, compared, either
 from .types import BOOL, FLOAT, INT, NoType, joined
 from .values import Expr, Run, known_items, type_of, unwrapped
 
 _MATHEMATICS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log2 sqrt copysign".split()
-_POWER = "a power may differ in the last bit from library to library; write a product"
 _REFUSED: dict[Any, str] = {
     math.hypot: "math.hypot of CPython differs from that of C libraries in the last bit; use linear_algebra.hypotenuse",
     sum: "sum() rounds differently from Python 3.12 on; use linear_algebra.total, or add in a loop",
-    math.fsum: "math.fsum has no counterpart in C",
-    pow: _POWER,
-    math.pow: _POWER,
 }
 
 
@@ -136,51 +132,31 @@ def _enumerate(body: Body, over: Any) -> Any:
 
 
 def _map(body: Body, function: Callable[..., Any], *given: Any) -> Any:
-    both = _zip(body, *given)
-    if not isinstance(both, Run):
-        return tuple(function(*one) for one in both)
-    return Run(both.count, lambda k: function(*both.at(k)))
+    zipped = _zip(body, *given)
+    if not isinstance(zipped, Run):
+        return tuple(function(*one) for one in zipped)
+    return Run(zipped.count, lambda k: function(*zipped.at(k)))
 
 
-def _decided(wanted: bool) -> Callable[..., Any]:
-    """``all`` and ``any``: of a tuple of conditions by ``and`` or ``or``, of a list in a loop."""
-
-    def translate(body: Body, over: Any) -> Any:
-        items = known_items(over)
-        join = partial(both if wanted else either, body)
-        if items is not None:
-            return functools.reduce(lambda sofar, item: join(sofar, lambda: item), items, wanted)
-        found = body.declare(BOOL, "found", str(wanted).lower())
-
-        def take(item: Any) -> None:
-            body.emit(f"{found.code} = {body.as_type(join(found, lambda: item), BOOL).bare};")
-
-        body.each(over, 0, take)
-        return found
-
-    return translate
+def _any(body: Body, over: Any) -> Any:
+    """``any`` of a tuple of conditions: the first or the next ones."""
+    return functools.reduce(lambda sofar, item: either(body, sofar, lambda: item), known_items(over) or (), False)
 
 
 def _reduce(body: Body, function: Callable[..., Any], over: Any, start: Any) -> Any:
     """``reduce(f, xs, start)`` of floats: a loop, from left to right."""
-    if known_items(over) is not None:
-        return functools.reduce(function, known_items(over) or (), start)
     total = body.declare(FLOAT, "total", body.as_type(start, FLOAT).bare)
 
     def add(item: Any) -> None:
         body.emit(f"{total.code} = {body.as_type(function(total, item), FLOAT).bare};")
 
-    body.each(over, 0, add)
+    body.each(over, add)
     return total
 
 
 def _is_new(over: Any) -> bool:
     """Whether this is a list that no variable of Python's changes."""
     return isinstance(over, Expr) and over.code.startswith("t_")
-
-
-def _int(body: Body, x: Any) -> Expr:
-    return Expr(body, INT, f"(int64_t){unwrapped(x).code}")
 
 
 STAGED: dict[Any, Callable[..., Any]] = {
@@ -192,7 +168,6 @@ STAGED: dict[Any, Callable[..., Any]] = {
     math.isfinite: lambda body, x: Expr(body, BOOL, f"isfinite({body.as_type(x, FLOAT).bare})"),
     abs: _abs,
     float: lambda body, x: body.as_type(x, FLOAT),
-    int: _int,
     max: _extreme("max"),
     min: _extreme("min"),
     len: _len,
@@ -201,8 +176,7 @@ STAGED: dict[Any, Callable[..., Any]] = {
     enumerate: _enumerate,
     map: _map,
     functools.reduce: _reduce,
-    all: _decided(True),
-    any: _decided(False),
+    any: _any,
     tuple: lambda body, over: over if _is_new(over) else body.collected(over),
     list: Body.collected,
     slice: lambda body, *bounds: slice(*bounds),

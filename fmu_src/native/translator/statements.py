@@ -3,55 +3,30 @@
 from __future__ import annotations
 
 import ast
-import builtins
 import inspect
-import re
 from collections.abc import Callable, Iterable
-from functools import partial
-from types import FunctionType
+from textwrap import dedent
 from typing import Any
 
-from .body import Body, Untranslatable
-from .decisions import DECISIONS, branched, opposite, truth
-from .functions import STAGED
-from .rewriting import compiled, names, pattern
-from .types import FLOAT, INT, NOTHING, TEXT, UNKNOWN, Listing, NoType, annotated, joined, listed
-from .values import Callee, Expr, quoted, type_of, unwrapped
+from .body import Body
+from .decisions import branched, opposite, truth
+from .expressions import OPERATIONS, bound, evaluated
+from .types import FLOAT, INT, NOTHING, TEXT, Listing, NoType, annotated, joined, listed
+from .values import Expr, quoted, type_of, unwrapped
 
 
-def translate(body: Body, function: FunctionType, definition: ast.FunctionDef, parameters: dict[str, Any]) -> None:
-    """Translate a function again and again until no type widens any more; ``parameters`` are their values."""
-    body.names = _globals(body, function)
-    body.stored = set(_changed_in_place(definition))
+def translate(body: Body) -> None:
+    """Translate a function, and again if its results have several types."""
+    tree = ast.parse(dedent(inspect.getsource(body.function))).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    body.stored = set(_changed_in_place(tree))
     before: Any = None
-    while (body.returned, body.grown) != before:
-        before = body.returned, dict(body.grown)
+    while body.returned != before:
+        before = body.returned
         body.begin()
-        body.env = {}
-        for name, value in parameters.items():
+        for name, value in tuple(body.env.items()):
             _store(body, name, value)
-        run(body, definition.body)
-    body.lines = _without_unused(body.lines)
-
-
-def _globals(body: Body, function: FunctionType) -> dict[str, Any]:
-    """Return what the global names of a function stand for."""
-    return {
-        **{name: partial(decide, body) for name, decide in DECISIONS.items()},
-        **{f"__{name}__": getattr(body, name) for name in ("item", "display", "each", "collect")},
-        "__builtins__": {},
-        **{name: _staged(body, value) for name, value in vars(builtins).items() if callable(value)},
-        **{name: _staged(body, value) for name, value in function.__globals__.items() if name != "__builtins__"},
-    }
-
-
-def _staged(body: Body, value: Any) -> Any:
-    """Return what a global value stands for."""
-    function = inspect.unwrap(value) if callable(value) else value
-    if callable(value) and value in STAGED:
-        return lambda *given, **named: STAGED[value](body, *given, **named)
-    is_own = isinstance(function, FunctionType | type) and function.__module__ != "builtins"
-    return Callee(body, function) if is_own else value
+        run(body, tree.body)
 
 
 def _changed_in_place(definition: ast.AST) -> Iterable[str]:
@@ -68,36 +43,21 @@ def _changed_in_place(definition: ast.AST) -> Iterable[str]:
 
 def _assigned(nodes: Iterable[ast.AST]) -> set[str]:
     """Return the variables that are assigned to."""
-    return {
-        part.id
-        for node in nodes
-        for part in ast.walk(node)
-        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
-    }
+    parts = (part for node in nodes for part in ast.walk(node))
+    return {part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)}
 
 
 def run(body: Body, nodes: list[ast.stmt]) -> None:
     """Translate statements up to the first that leaves the block."""
     for node in nodes:
-        if body.env is None:
+        if body.ended:
             return
-        if type(node) not in _STATEMENTS:
-            body.refuse(node, f"the statement {type(node).__name__} has no translation to C: {ast.unparse(node)}")
         try:
+            if type(node) not in _STATEMENTS:
+                raise NoType(f"the statement {type(node).__name__} has no translation to C")
             _STATEMENTS[type(node)](body, node)
-        except NoType as problem:
+        except (NoType, TypeError, ValueError, LookupError, AttributeError) as problem:
             body.refuse(node, f"{problem}: {ast.unparse(node).splitlines()[0]}")
-
-
-def evaluated(body: Body, node: ast.expr) -> Any:
-    """Return the value of an expression."""
-    code = body.codes.get(node) or body.codes.setdefault(node, compiled(node))
-    try:
-        return eval(code, {**body.names, **(body.env or {})})  # our own source
-    except Untranslatable:
-        raise
-    except (NoType, TypeError, ValueError, LookupError, AttributeError, NameError) as problem:
-        return body.refuse(node, f"{problem}: {ast.unparse(node)}")
 
 
 def _assignment(body: Body, node: ast.Assign) -> None:
@@ -108,16 +68,15 @@ def _assignment(body: Body, node: ast.Assign) -> None:
 
 def _annotated_assignment(body: Body, node: ast.AnnAssign) -> None:
     if node.value is None:
-        body.refuse(node, "an annotation without a value has no translation")
+        raise NoType("an annotation without a value has no translation")
     wanted = annotated(eval(ast.unparse(node.annotation), body.function.__globals__))  # our own source
     value = evaluated(body, node.value)
     _assign(body, node.target, value if type_of(value) == wanted else body.opened(body.as_type(value, wanted)))
 
 
 def _changed(body: Body, node: ast.AugAssign) -> None:
-    read = ast.parse(ast.unparse(node.target), mode="eval").body
-    whole = body.codes.setdefault(node, ast.copy_location(ast.BinOp(read, node.op, node.value), node))
-    _assign(body, node.target, evaluated(body, whole))
+    operation = OPERATIONS[type(node.op)]
+    _assign(body, node.target, operation(evaluated(body, node.target), evaluated(body, node.value)))
 
 
 def _assign(body: Body, target: ast.expr, value: Any) -> None:
@@ -125,7 +84,7 @@ def _assign(body: Body, target: ast.expr, value: Any) -> None:
     if isinstance(target, ast.Subscript):
         owner, index = evaluated(body, target.value), evaluated(body, target.slice)
         if not isinstance(owner, Expr) or not isinstance(owner.type, Listing):
-            body.refuse(target, f"{ast.unparse(target)} is no element of a list")
+            raise NoType(f"{ast.unparse(target)} is no element of a list")
         text = body.as_type(value, owner.type.item).bare
         body.emit(f"{owner.path('at')}[{body.place(owner, index)}] = {text};")
     elif isinstance(target, ast.Tuple):
@@ -135,16 +94,12 @@ def _assign(body: Body, target: ast.expr, value: Any) -> None:
     elif isinstance(target, ast.Name):
         _store(body, target.id, value)
     else:
-        body.refuse(target, f"{ast.unparse(target)} cannot be changed; NamedTuples have _replace")
+        raise NoType(f"{ast.unparse(target)} cannot be changed; NamedTuples have _replace")
 
 
 def _store(body: Body, name: str, value: Any) -> None:
-    if body.env is None:
-        return
     if name in body.stored:
         kind = listed(type_of(value))
-        if name in body.grown:
-            kind = joined(kind, Listing(body.grown[name]))
         value = body.declare(kind, name, body.as_type(value, kind).bare)
     body.env[name] = body.kept(value, name)
 
@@ -154,21 +109,20 @@ def _branch(body: Body, node: ast.If) -> None:
     if not isinstance(test, Expr):
         run(body, node.body if test else node.orelse)
         return
-    parts: tuple[list[str], list[str]] = [], []
-    ends: list[dict[str, Any] | None] = []
-    before = dict(body.env or {})
+    before, parts, ends = body.env, ([], []), []  # type: ignore[var-annotated]
     for lines, nodes in zip(parts, (node.body, node.orelse), strict=True):
-        body.env = dict(before)
+        body.env, body.ended = dict(before), False
         with body.aside(lines):
             run(body, nodes)
-        ends.append(body.env)
-    body.env = branched(body, test, parts, ends)
+        ends.append(None if body.ended else body.env)
+    after = branched(body, test, parts, ends)
+    body.env, body.ended = after or before, after is None
 
 
 def _repeat_while(body: Body, node: ast.While) -> None:
-
     def turn() -> None:
-        body.emit(f"if ({body.as_type(opposite(body, evaluated(body, node.test)), type_of(True)).bare})")
+        ended = opposite(body, evaluated(body, node.test))
+        body.emit(f"if ({body.as_type(ended, type_of(True)).bare})")
         body.emit("    break;")
         run(body, node.body)
 
@@ -176,16 +130,16 @@ def _repeat_while(body: Body, node: ast.While) -> None:
 
 
 def _repeat_for(body: Body, node: ast.For) -> None:
-    over, targets = evaluated(body, node.iter), names(node.target)
+    over = evaluated(body, node.iter)
 
-    def take(*values: Any) -> None:
-        for name, value in zip(targets, values, strict=True):
+    def take(item: Any) -> None:
+        for name, value in bound(body, node.target, item).items():
             _store(body, name, value)
         run(body, node.body)
 
-    if any(isinstance(part, ast.Break | ast.Continue) for part in ast.walk(node)):
+    if any(isinstance(part, ast.Continue) for part in ast.walk(node)):
         over = body.run(over)  # not unrolled
-    body.each(over, pattern(node.target), take, _assigned([node]))
+    body.each(over, take, _assigned([node]))
 
 
 def _give_back(body: Body, node: ast.Return) -> None:
@@ -194,32 +148,29 @@ def _give_back(body: Body, node: ast.Return) -> None:
     kind = body.returns or body.returned
     body.program.use(kind)
     body.emit("return;" if kind == NOTHING else f"return {body.as_type(value, kind).bare};")
-    body.env = None
+    body.ended = True
 
 
 def _lone_expression(body: Body, node: ast.Expr) -> None:
     call = node.value
-    if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute) and call.func.attr == "append"):
+    if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute) and call.func.attr == "append":
+        made = evaluated(body, call.func.value)
+        if not isinstance(made, Expr) or not isinstance(made.type, Listing):
+            raise NoType("append needs a list that is a variable of the same function")
+        body.push(made, evaluated(body, call.args[0]))
+    else:
         evaluated(body, call)
-        return
-    name, value = ast.unparse(call.func.value), evaluated(body, call.args[0])
-    made = (body.env or {}).get(name)
-    if not isinstance(made, Expr) or not isinstance(made.type, Listing):
-        body.refuse(node, "append needs a list that is a variable of the same function")
-    body.grown[name] = joined(body.grown.get(name, UNKNOWN), type_of(value))
-    if made.type.item != UNKNOWN:
-        body.push(made, value)
 
 
-def _leave(body: Body, node: ast.stmt) -> None:
+def _go_on(body: Body, node: ast.stmt) -> None:
     body.commit()
-    body.emit("break;" if isinstance(node, ast.Break) else "continue;")
-    body.env = None
+    body.emit("continue;")
+    body.ended = True
 
 
 def _refusal(body: Body, node: ast.Raise) -> None:
     if not isinstance(node.exc, ast.Call) or len(node.exc.args) != 1:
-        body.refuse(node, "only `raise Error(text)` has a translation to C")
+        raise NoType("only `raise Error(text)` has a translation to C")
     message = node.exc.args[0]
     form, values = "", []
     for part in message.values if isinstance(message, ast.JoinedStr) else [message]:
@@ -243,7 +194,7 @@ def _refusal(body: Body, node: ast.Raise) -> None:
         values.append(text)
     body.needs_space = True
     body.emit(f"refuse(space, {', '.join([quoted(form), *values])});")
-    body.env = None
+    body.ended = True
 
 
 _STATEMENTS: dict[type, Callable[[Body, Any], None]] = {
@@ -255,27 +206,6 @@ _STATEMENTS: dict[type, Callable[[Body, Any], None]] = {
     ast.For: _repeat_for,
     ast.Return: _give_back,
     ast.Expr: _lone_expression,
-    ast.Break: _leave,
-    ast.Continue: _leave,
+    ast.Continue: _go_on,
     ast.Raise: _refusal,
-    ast.Pass: lambda body, node: None,
 }
-
-_SETS = re.compile(r" *(?!return)(?:(?:const char \*|\w+ )?(\w+_\d+))(?: = (.*))?;")
-"""A line that does no more than declare a variable or assign to it."""
-
-
-def _without_unused(lines: list[str]) -> list[str]:
-    """Return the lines without variables that nothing reads; functions are called, as they may refuse."""
-    while True:
-        found = [_SETS.fullmatch(line) for line in lines]
-        read: set[str] = set()
-        for line, match in zip(lines, found, strict=True):
-            read.update(re.findall(r"\w+", (match[2] or "") if match else line))
-        if all(match is None or match[1] in read for match in found):
-            return lines
-        lines = [
-            re.sub(r"\w.*", f"(void){match[2]};", line, count=1) if match and match[1] not in read else line
-            for line, match in zip(lines, found, strict=True)
-            if match is None or match[1] in read or re.match(r"(?!new_|part_of_)\w+\(", match[2] or "")
-        ]

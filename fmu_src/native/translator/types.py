@@ -20,26 +20,24 @@ import types
 from collections import abc
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, reduce
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 
 @dataclass(frozen=True)
 class Scalar:
-    """A type of C itself; ``short`` stands in the names of the types that are made of it, ``said`` in messages."""
+    """A type of C itself; ``short`` stands in the names of the types that are made of it."""
 
     name: str
     short: str
-    said: str
 
 
-FLOAT, INT = Scalar("double", "f", "float"), Scalar("int64_t", "i", "int")
-BOOL = Scalar("bool", "b", "bool")
-DUAL = Scalar("Dual", "d", "a dual number")
+FLOAT, INT, BOOL = Scalar("double", "f"), Scalar("int64_t", "i"), Scalar("bool", "b")
+DUAL = Scalar("Dual", "d")
 """A double with its slope in one direction (:mod:`heli_plant.dual`); takes the place of a float."""
-TEXT = Scalar("const char *", "s", "text")
-NOTHING = Scalar("void", "n", "None")
-UNKNOWN = Scalar("void", "u", "of no known type")
+TEXT = Scalar("const char *", "s")
+NOTHING = Scalar("void", "n")
+UNKNOWN = Scalar("unknown", "u")
 """The type of the elements of an empty list."""
 NUMBERS = (BOOL, INT, FLOAT, DUAL)
 
@@ -49,7 +47,7 @@ class Struct:
     """A NamedTuple or a dataclass."""
 
     kind: type
-    name = short = said = property(lambda self: self.kind.__name__)
+    name = short = property(lambda self: self.kind.__name__)
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,6 @@ class Row:
     """A tuple of known length."""
 
     items: tuple[CType, ...]
-    said = property(lambda self: f"a tuple of {len(self.items)}")
 
     @property
     def name(self) -> str:
@@ -75,7 +72,6 @@ class Listing:
 
     item: CType
     name = short = property(lambda self: f"List_{self.item.short}")
-    said = property(lambda self: f"a list of {self.item.said}")
 
 
 @dataclass(frozen=True)
@@ -84,7 +80,6 @@ class Maybe:
 
     item: CType
     name = short = property(lambda self: f"Maybe_{self.item.short}")
-    said = property(lambda self: f"{self.item.said} or None")
 
 
 @dataclass(frozen=True)
@@ -92,7 +87,7 @@ class Function:
     """A function that is known when the program is translated."""
 
     function: Callable[..., Any]
-    name = short = said = "function"
+    name = short = "function"
 
 
 @dataclass(frozen=True)
@@ -100,14 +95,14 @@ class Choice:
     """One of several functions, chosen at run time by its index."""
 
     functions: tuple[Callable[..., Any], ...]
-    name, short, said = "int64_t", "choice", "function"
+    name, short = "int64_t", "choice"
 
 
 CType = Scalar | Struct | Row | Listing | Maybe | Function | Choice
 
 
 class NoType(TypeError):
-    """Two types have nothing in common, or an annotation has no counterpart."""
+    """Two types have nothing in common, or a form of Python has no counterpart in C."""
 
 
 def joined(a: CType, b: CType) -> CType:
@@ -131,23 +126,29 @@ def joined(a: CType, b: CType) -> CType:
         return Row(tuple(map(joined, a.items, b.items)))
     if isinstance(a, Row | Listing) and isinstance(b, Row | Listing):
         return Listing(joined(element(a), element(b)))
-    raise NoType(f"a value is once {a.said} and once {b.said}")
+    raise NoType(f"a value is once {a.name} and once {b.name}")
 
 
-def element(sequence: CType) -> CType:
+def element(sequence: Row | Listing) -> CType:
     """Return the type that holds every element of a tuple or list."""
-    if isinstance(sequence, Listing):
-        return sequence.item
-    assert isinstance(sequence, Row)
-    out: CType = UNKNOWN
-    for item in sequence.items:
-        out = joined(out, item)
-    return out
+    start: CType = UNKNOWN
+    return sequence.item if isinstance(sequence, Listing) else reduce(joined, sequence.items, start)
 
 
 def listed(kind: CType) -> CType:
     """Return the type as a list, its elements as lists as well."""
     return Listing(listed(element(kind))) if isinstance(kind, Row | Listing) else kind
+
+
+def parts_of(kind: CType) -> list[tuple[str, CType]]:
+    """Return the members of a type in C: name and type; of a list its elements."""
+    if isinstance(kind, Struct):
+        return list(fields(kind.kind).items())
+    if isinstance(kind, Row):
+        return [(f"x{i}", inner) for i, inner in enumerate(kind.items)]
+    if isinstance(kind, Maybe):
+        return [("some", BOOL), ("value", kind.item)]
+    return [("at[i]", kind.item)] if isinstance(kind, Listing) else []
 
 
 @cache
@@ -159,11 +160,8 @@ def fields(kind: type) -> dict[str, CType]:
     NoType
         A field's annotation has no counterpart in C.
     """
-    if dataclasses.is_dataclass(kind):
-        names = tuple(field.name for field in dataclasses.fields(kind))
-    else:
-        names = getattr(kind, "_fields", ())
-    hints = get_type_hints(kind)
+    own = dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()
+    names, hints = tuple(field.name for field in own) or kind._fields, get_type_hints(kind)  # type: ignore[attr-defined]
     if not any(name in hints for name in names):  # PlantParameters: a flat set of floats
         return dict.fromkeys(names, FLOAT)
     return {name: _CHOICES.get((kind, name)) or annotated(hints[name]) for name in names}
@@ -177,6 +175,9 @@ def choose(kind: type, field: str, functions: tuple[Callable[..., Any], ...]) ->
     _CHOICES[kind, field] = Choice(functions)
 
 
+PLAIN: dict[Any, CType] = {float: FLOAT, int: INT, bool: BOOL, str: TEXT, type(None): NOTHING}
+
+
 def annotated(hint: Any) -> CType:
     """Return the type of an annotation.
 
@@ -185,19 +186,18 @@ def annotated(hint: Any) -> CType:
     NoType
         The annotation has no counterpart in C.
     """
-    plain: dict[Any, CType] = {float: FLOAT, int: INT, bool: BOOL, str: TEXT, type(None): NOTHING}
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is Literal:
         hint = type(arguments[0])
-    if hint in plain:
-        return plain[hint]
+    if hint in PLAIN:
+        return PLAIN[hint]
     if origin is tuple and arguments[-1] is not Ellipsis:
         return Row(tuple(map(annotated, arguments)))
     if origin in (tuple, list, abc.Sequence, abc.Iterable):
         return Listing(annotated(arguments[0]))
-    inner = [argument for argument in arguments if argument is not type(None)]
-    if origin in (Union, types.UnionType) and len(inner) == 1:
-        return Maybe(annotated(inner[0]))
-    if isinstance(hint, type) and (dataclasses.is_dataclass(hint) or hasattr(hint, "_fields")):
+    if origin in (Union, types.UnionType):
+        (inner,) = (argument for argument in arguments if argument is not type(None))
+        return Maybe(annotated(inner))
+    if dataclasses.is_dataclass(hint) or hasattr(hint, "_fields"):
         return Struct(hint)
     raise NoType(f"the annotation {hint} has no counterpart in C")

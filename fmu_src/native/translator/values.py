@@ -1,8 +1,8 @@
 """Values while a function is translated: Python's own where they are known, expressions in C where they are not.
 
-Python evaluates the function's expressions (:mod:`.rewriting`), so that an expression in C has Python's operators: each
-gives the expression in C of its result. C has the same operators for floats, so that sums and products are rounded in
-the same order. Where the two differ, a function of ``arithmetic.h`` does what Python does: ``%``, ``//``.
+An expression in C has Python's operators: each gives the expression in C of its result. C has the same operators for
+floats, so that sums and products are rounded in the same order. Where the two differ, a function of ``arithmetic.h``
+does what Python does: ``%``, ``//``.
 """
 
 from __future__ import annotations
@@ -68,13 +68,7 @@ class Expr:
             method = getattr(self.type.kind, name, None)
             if isinstance(method, FunctionType):
                 return partial(self.body.call, method, self)
-        raise AttributeError(f"{self.type.said} has no field {name}")
-
-    def __iter__(self) -> Any:
-        items = known_items(self)
-        if items is None:
-            raise c.NoType(f"{self.type.said} has no length that is known here")
-        return iter(items)
+        raise AttributeError(f"{self.type.name} has no field {name}")
 
     def __call__(self, *given: Any) -> Any:
         """Call the function that it chooses."""
@@ -83,13 +77,10 @@ class Expr:
     def __bool__(self) -> bool:
         raise c.NoType("this is known at run time only")
 
-    def __format__(self, form: str) -> str:
-        raise c.NoType("a text that is made at run time has no translation to C")
-
     def __neg__(self) -> Any:
         number = unwrapped(self)
         if number.type not in (c.INT, c.FLOAT):
-            raise c.NoType(f"{number.type.said} is no number")
+            raise c.NoType(f"{number.type.name} is no number")
         return Expr(self.body, number.type, f"(-{number.code})")
 
 
@@ -107,6 +98,12 @@ def unwrapped(value: Any) -> Any:
     if isinstance(value, Expr) and isinstance(value.type, c.Maybe):
         return value.body.opened(Expr(value.body, value.type.item, value.path("value")))
     return value
+
+
+_AS_PYTHON: dict[tuple[str, c.CType], str] = {
+    ("//", c.INT): "floor_div", ("%", c.INT): "floor_mod", ("%", c.FLOAT): "float_mod",
+}  # fmt: skip
+"""Functions of C for operators whose results differ there."""
 
 
 def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
@@ -127,11 +124,9 @@ def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
     kind = c.joined(c.joined(*kinds), c.FLOAT if symbol == "/" else c.INT)
     left, right = body.as_type(a, kind), body.as_type(b, kind)
     if symbol in ("//", "%"):
-        function = {"int //": "floor_div", "int %": "floor_mod", "float %": "float_mod"}
-        name = function.get(f"{kind.said} {symbol}")
-        if not name:
-            raise c.NoType(f"{symbol} of {kind.said} has no translation; use floor(a / b)")
-        return Expr(body, kind, f"{name}({left.bare}, {right.bare})")
+        if (symbol, kind) not in _AS_PYTHON:
+            raise c.NoType(f"{symbol} of {kind.name} has no translation; use floor(a / b)")
+        return Expr(body, kind, f"{_AS_PYTHON[symbol, kind]}({left.bare}, {right.bare})")
     return Expr(body, kind, f"({left.code} {symbol} {right.code})")
 
 
@@ -185,10 +180,9 @@ def type_of(value: Any) -> c.CType:
     if isinstance(value, tuple | list):
         known = c.Row(tuple(map(type_of, value)))
         return c.Listing(c.element(known)) if isinstance(value, list) else known
-    plain: dict[type, c.CType] = {bool: c.BOOL, int: c.INT, float: c.FLOAT, str: c.TEXT, type(None): c.NOTHING}
-    if type(value) not in plain:
+    if type(value) not in c.PLAIN:
         raise c.NoType(f"a value {value!r} has no counterpart in C")
-    return plain[type(value)]
+    return c.PLAIN[type(value)]
 
 
 def known_items(value: Any) -> list[Any] | None:
