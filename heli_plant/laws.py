@@ -1,7 +1,7 @@
 """The laws of the catalogue put together: for each place one function of what enters there.
 
     added_pitch(time, pitch, ..., p)        sum of the laws at ACCELERATION of an axis, and of its table [rad/s^2]
-    switched_on(p)                          whether there are any of these, for pitch, elevation and travel
+    switched_on(p), has_tables(p)           whether there are any of these, for pitch, elevation and travel; any table
     motor_input(voltage, p)                 saturation, then the laws at VOLTAGE, one after the other [V]
     thrust_voltage(nu, time, p)             the laws at THRUST, one after the other [V]
     motor_time_constant(p)                  T_m, then the laws at LAG [s]
@@ -10,10 +10,11 @@
     next_step_time(time, p)                 when a law steps next [s], infinity if none does
     law_alone(entry)                        one law with c = 1, as a function of the motion alone
 
-No law is written again here. In the text of each function the call of a law stands behind the question whether its
+No law is written again here. In the text of each function the text of a law stands behind the question whether its
 coefficient is other than zero; arguments that are parameters are read from ``p``.
 """
 
+import inspect
 import linecache
 import re
 from collections.abc import Iterable
@@ -37,17 +38,23 @@ _TABLED = ("time", *(name for name in VARIABLES if name != "time"))
 
 _CALLED: dict[str, Any] = {
     "inf": inf, "saturate": saturate, "table_variable": table_variable, "tabulated_torque": tabulated_torque,
-    **{f"law_{entry.function.__name__}": entry.function for entry in CATALOGUE},
 }  # fmt: skip
-"""What the functions below call."""
+for _law in (entry.function for entry in CATALOGUE):
+    _CALLED |= {name: _law.__globals__[name] for name in _law.__code__.co_names if name in _law.__globals__}
+"""What the functions below name, and what the laws name."""
 
 
-def _call(entry: Effect, given: tuple[str, ...]) -> str:
-    """Give the call of a law; its arguments are ``given``, or parameters, or follow from others."""
-    known = {name: name for name in given} | {shape.name: f"p.{shape.field}" for shape in entry.shapes}
+def _expression(entry: Effect, given: tuple[str, ...]) -> str:
+    """Give what a law returns; its arguments are ``given``, or parameters, or follow from others.
+
+    Calls of the laws would take half as long again in a unit.
+    """
+    known = {name: f"p.{name}" for name in entry.arguments} | {name: name for name in given}
+    known |= {shape.name: f"p.{shape.field}" for shape in entry.shapes}
     known |= {"c": f"p.{entry.field}", "rate": f"{entry.axis}_rate"}
-    known |= {"horizontal_elevation": "elevation + p.horizontal_offset"}
-    return f"law_{entry.function.__name__}({', '.join(known.get(name, f'p.{name}') for name in entry.arguments)})"
+    known |= {"horizontal_elevation": "(elevation + p.horizontal_offset)"}
+    returned = inspect.getsource(entry.function).rpartition("return ")[2].strip()
+    return re.sub(r"\b[a-z_]\w*", lambda word: known.get(word[0], word[0]), returned)
 
 
 def _function(name: str, arguments: Iterable[str], lines: Iterable[str]) -> FunctionType:
@@ -67,9 +74,9 @@ def _composed(
     value = first.partition(" ")[0]
     lines = [first] if first != value else []
     for entry in entries:
-        call = _call(entry, (*arguments, value))
-        call = f"{value} + {call}" if entry.place in (ACCELERATION, BENDING) else call
-        lines.append(f"if p.{entry.field} != 0.0: {value} = {call}")
+        law = _expression(entry, (*arguments, value))
+        law = f"{value} + ({law})" if entry.place in (ACCELERATION, BENDING) else law
+        lines.append(f"if p.{entry.field} != 0.0: {value} = {law}")
     return _function(name, (*arguments, "p"), (*lines, *further, f"return {value}"))
 
 
@@ -96,6 +103,7 @@ added_pitch, added_elevation, added_travel = (
     )
     for axis in AXES
 )  # fmt: skip
+has_tables = _function("has_tables", ("p",), [f"return {' or '.join(map(_has_table, AXES))}"])
 _switches = (f"{_any_on(at(ACCELERATION, axis))} or {_has_table(axis)}" for axis in AXES)
 switched_on = _function("switched_on", ("p",), [f"return {', '.join(_switches)}"])
 motor_input = _composed("motor_input", "voltage = saturate(voltage, p.v_max)", at(VOLTAGE), ("voltage",))
@@ -124,7 +132,7 @@ def law_alone(entry: Effect) -> FunctionType:
     """Return a law as a function of the motion, or of nu and time at THRUST: c and k_z are 1, shapes have defaults."""
     values = {shape.field: shape.default for shape in entry.shapes} | {entry.field: 1.0, "k_z": 1.0}
     given = ("nu", "time") if entry.place == THRUST else _MOTION
-    line = re.sub(r"\bp\.(\w+)", lambda found: repr(values.get(found[1], 0.0)), _call(entry, given))
+    line = re.sub(r"\bp\.(\w+)", lambda found: repr(values.get(found[1], 0.0)), _expression(entry, given))
     return _function(f"{entry.field}_alone", given, [f"return 0.0 + ({line})"])
 
 

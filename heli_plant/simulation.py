@@ -30,65 +30,6 @@ Array = NDArray[np.float64]
 STATES = len(PlantState._fields)
 
 
-def _loop(
-    time: Any, voltages: Any, mass_commands: Any, start: PlantState, h: float, p: Any, states: Any, angles: Any
-) -> None:
-    """Fill ``states`` (N, 12) and ``angles`` (N, 3); row k is the state at ``time[k]``."""
-    state = start
-    for k in range(len(states)):
-        for i in range(STATES):
-            states[k, i] = state[i]
-        angles[k, 0], angles[k, 1], angles[k, 2] = measured_angles(state)
-        state = advance(state, time, voltages, k, mass_commands[k], h, p)
-
-
-def simulate(
-    voltages: ArrayLike,
-    h: float,
-    start: PlantState,
-    parameters: PlantParameters,
-    mass_commands: ArrayLike | None = None,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Simulate the plant over a record.
-
-    Parameters
-    ----------
-    voltages : ndarray, shape (N, 2)
-        Front and rear voltage [V], row k held over [t_k, t_k + h).
-    h : float
-        Sampling period and integration step [s].
-    start : PlantState
-        State at t = 0; its elevation is what the encoder reads.
-    parameters : PlantParameters
-    mass_commands : ndarray, shape (N,), optional
-        Commanded position of the ADO's mass [m]; at rest in its middle by default.
-
-    Returns
-    -------
-    states : ndarray, shape (N, 12)
-        Columns are the fields of :class:`heli_plant.state.PlantState`.
-    angles : ndarray, shape (N, 3)
-        Pitch, elevation, travel [rad] as the encoders' shafts turn, without quantisation.
-
-    Raises
-    ------
-    ValueError
-        Shapes do not fit; compiled code would read past the arrays.
-    """
-    voltages = read_only(voltages)
-    count = len(voltages)
-    commands = read_only(np.zeros(count) if mass_commands is None else mass_commands)
-    if voltages.shape != (count, 2) or commands.shape != (count,):
-        raise ValueError(
-            f"voltages of shape {voltages.shape} and mass_commands of shape {commands.shape} must be (N, 2) and (N,)"
-        )
-    states, angles = np.empty((count, STATES)), np.empty((count, 3))
-    start = rigid_start(PlantState(*(float(value) for value in start)), parameters)
-    time = read_only(np.arange(count) * float(h))
-    compiled(_loop)(time, voltages, commands, start, float(h), parameter_record(parameters), states, angles)
-    return states, angles
-
-
 def _pushed(state: PlantState, angles: Any, rates: Any) -> PlantState:
     """Return ``state`` with numbers added to its angles [rad] and rates [rad/s], three of each."""
     return PlantState(
@@ -102,7 +43,10 @@ def _filter(
     time: Any, inputs: Any, angles: Any, first: int, last: int, carry: Any, h: float, p: Any, gains: Any, local: Any,
     harmonics: Any, innovations: Any, motion: Any,
 ) -> None:  # fmt: skip
-    """Fill ``innovations`` (last - first, 3) and ``motion`` (same or 0, 6); ``carry`` (21) is the state before."""
+    """Fill ``innovations`` (last - first, 3) and ``motion``, the first m states (same or 0, m), after the correction.
+
+    ``carry`` (21) is the state before.
+    """
     state = PlantState(
         carry[0], carry[1], carry[2], carry[3], carry[4], carry[5],
         carry[6], carry[7], carry[8], carry[9], carry[10], carry[11],
@@ -119,7 +63,7 @@ def _filter(
             b[a] = local[row, a]
         state = _pushed(state, x, w)
         if i < len(motion):
-            for j in range(6):
+            for j in range(motion.shape[1]):
                 motion[i, j] = state[j]
         for j in range(len(harmonics)):
             phase = harmonics[j, 1] * time[k]
@@ -175,7 +119,7 @@ def run_filter(
     if carry is None:
         start = rigid_start(PlantState(*(float(value) for value in record.start)), parameters)
         carry = np.concatenate((np.array(start, dtype=float), np.zeros(9)))
-    compiled(_filter)(
+    compiled(_filter, parameters)(
         read_only(record.time), read_only(record.inputs), read_only(record.angles), first, last, carry, record.step,
         parameter_record(parameters), read_only(gains), read_only(np.atleast_2d(local)), read_only(harmonics),
         innovations, motion,
@@ -183,18 +127,52 @@ def run_filter(
     return carry
 
 
+def simulate(
+    voltages: ArrayLike, h: float, start: ArrayLike, parameters: PlantParameters, torque: Array | None = None
+) -> tuple[Array, Array]:
+    """Simulate the plant alone over a record.
+
+    Parameters
+    ----------
+    voltages : ndarray, shape (N, 2)
+        Front and rear voltage [V], row k held over [t_k, t_k + h).
+    h : float
+        Sampling period and integration step [s].
+    start : PlantState, or ndarray, shape (12,)
+        State at t = 0; its elevation is what the encoder reads.
+    parameters : PlantParameters
+    torque : ndarray, shape (3,) or (N, 3), optional
+        Further torques [rad/s^2].
+
+    Returns
+    -------
+    states : ndarray, shape (N, 12)
+        Columns are the fields of :class:`heli_plant.state.PlantState`.
+    angles : ndarray, shape (N, 3)
+        Pitch, elevation, travel [rad] as the encoders' shafts turn, without quantisation.
+
+    Raises
+    ------
+    ValueError
+        Shapes do not fit; compiled code would read past the arrays.
+    """
+    voltages = read_only(voltages)
+    count = len(voltages)
+    if voltages.shape != (count, 2):
+        raise ValueError(f"voltages of shape {voltages.shape} must be (N, 2)")
+    time, still_angles = np.arange(count) * float(h), np.zeros((count, 3))
+    record = SimpleNamespace(step=float(h), time=time, inputs=voltages, angles=still_angles, start=start)
+    torque = np.zeros(3) if torque is None else torque
+    errors, states = np.empty((count, 3)), np.empty((count, STATES))
+    run_filter(record, parameters, np.zeros((3, 10)), torque, np.empty((0, 4)), 0, count, None, errors, states)
+    return states, 0.0 - errors
+
+
 def run_alone(
     inputs: Array, step: float, start: Array, parameters: PlantParameters, torque: Array | None = None
 ) -> Array:
-    """Angles (N, 3) [rad] of the plant alone, under further torques (N, 3) [rad/s^2] if there are any."""
-    if torque is None:
-        return simulate(inputs, step, PlantState(*map(float, start)), parameters)[1]
-    count = len(inputs)
-    time, still_angles = np.arange(count) * step, np.zeros((count, 3))
-    record = SimpleNamespace(step=step, time=time, inputs=inputs, angles=still_angles, start=start)
-    still, errors = np.zeros((3, 10)), np.empty((count, 3))
-    run_filter(record, parameters, still, torque, np.empty((0, 4)), 0, count, None, errors, np.empty((0, 6)))
-    return 0.0 - errors
+    """Angles (N, 3) [rad] of :func:`simulate`."""
+    return simulate(inputs, step, start, parameters, torque)[1]
 
 
 def run_accelerations(
@@ -203,7 +181,7 @@ def run_accelerations(
     """Accelerations along a motion; as :func:`run_filter`, ``carry`` is None at the record's beginning."""
     if carry is None:
         carry = np.array([record.start[6], record.start[7], record.start[11]])
-    compiled(_accelerations)(
+    compiled(_accelerations, parameters)(
         record.time, record.inputs, motion, first, carry, record.step, parameter_record(parameters), out
     )
     return carry

@@ -159,7 +159,7 @@ def interpreted(V, start, p):
     pairs, time = [tuple(pair) for pair in V.tolist()], [k * h for k in range(len(V))]
     for k in range(len(V)):
         states.append(state)
-        state = advance(state, time, pairs, k, 0.1, h, p)
+        state = advance(state, time, pairs, k, 0.0, h, p)
     return np.array(states)
 
 
@@ -168,6 +168,6 @@ def interpreted(V, start, p):
 def test_compiled_record_moves_as_the_interpreted_steps(every, general):
     p = (ALL_ON if every else TABLE_2)._replace(general_model=general)
     V = np.random.default_rng(7).uniform(-5.5, 5.5, (150, 2))
-    batch, _ = simulate(V, h, START, p, mass_commands=np.full(150, 0.1))
+    batch, _ = simulate(V, h, START, p)
     # the compiler may not reorder operations: only sines and exponentials of another library could differ, by roundings
     np.testing.assert_allclose(batch, interpreted(V, START, p), rtol=0, atol=1e-12)

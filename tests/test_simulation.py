@@ -28,25 +28,16 @@ def test_angles_are_what_the_encoders_read():
     np.testing.assert_array_equal(angles, [measured_angles(PlantState(*row)) for row in states])
 
 
-def test_moving_mass_follows_its_commands():
-    commands = np.where(np.arange(500) < 100, 0.0, 0.1)
-    states, _ = simulate(VOLTAGES, H, START, TABLE_2, commands)
-    x = states[:, PlantState._fields.index("mass_position")]
-    assert np.all(x[:101] == 0.0) and x[-1] == pytest.approx(0.1)
-
-
 def test_record_may_be_of_any_layout():
     expected, _ = simulate(VOLTAGES, H, START, TABLE_2)
     for layout in (np.asfortranarray(VOLTAGES), VOLTAGES.tolist(), np.repeat(VOLTAGES, 2, axis=0)[::2]):
         np.testing.assert_array_equal(simulate(layout, H, START, TABLE_2)[0], expected)
 
 
-@pytest.mark.parametrize(
-    "voltages, commands", [(VOLTAGES[:, :1], None), (VOLTAGES, np.zeros(499)), (VOLTAGES[0], None)]
-)
-def test_shapes_that_do_not_fit_are_refused(voltages, commands):
-    with pytest.raises(ValueError, match=r"must be \(N, 2\) and \(N,\)"):
-        simulate(voltages, H, START, TABLE_2, commands)
+@pytest.mark.parametrize("voltages", [VOLTAGES[:, :1], VOLTAGES[0]])
+def test_shapes_that_do_not_fit_are_refused(voltages):
+    with pytest.raises(ValueError, match=r"must be \(N, 2\)"):
+        simulate(voltages, H, START, TABLE_2)
 
 
 def test_empty_record_gives_an_empty_simulation():

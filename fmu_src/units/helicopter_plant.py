@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from heli_plant.communication import EncoderCounts, PlantMemory, begin, communicate, is_finite, shown
 from heli_plant.laws import input_delay
-from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked
+from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked, in_slots
 from heli_plant.state import rest_state, start_state
 
 from ..errors import Refusal
@@ -75,7 +75,7 @@ class HelicopterPlant(SlaveBase):
 
     def _take_parameters(self) -> None:
         """Read the parameters."""
-        self.parameters = checked(self._corrected(self.settings(PlantParameters())))
+        self.parameters = in_slots(checked(self._corrected(self.settings(PlantParameters()))))
         self.chosen, self.delay = self.values[self.adjusted], input_delay(self.parameters)
 
     def _corrected(self, parameters: PlantParameters) -> PlantParameters:
