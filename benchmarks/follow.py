@@ -309,7 +309,7 @@ def flown(half: int, seed: int, kind: str) -> dict[str, Any]:
     for event, before in adoptions:
         since = event["time_s"] + 2.0
         during = (errors[:, 0] >= since) & (errors[:, 0] <= since + 60.0)
-        alone = before == plan.first_values
+        alone = before == plan.alone.values
         old = errors[during, 4:7] if alone else errors_ahead(rows, fresh, plan, since, since + 60.0, before)
         row["wrong"].append([event["name"], event["time_s"], _rms(old), _rms(errors[during, 1:4])])
     return row
@@ -352,7 +352,7 @@ def errors_ahead(
     It is a corrector that does not correct, so that it predicts from the same observer at the same samples.
     """
     begin, end = max(0, round(100 * (first - SETTLED))), min(len(rows), round(100 * last) + 1)
-    fixed = plan._replace(first_values=values)
+    fixed = plan._replace(alone=plan.twin(values))
     state = start_correcting(fixed, Sample(*rows[begin].tolist()))
     # a cable hangs straight where the whole record begins
     now = state.observer.instant

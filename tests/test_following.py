@@ -26,29 +26,20 @@ from heli_identifier.following import (
     start_correcting,
 )
 from heli_identifier.following.baseline import Coefficients, discount, learn_coefficients
-from heli_identifier.following.blocks import (
-    Block,
-    Inflation,
-    add_products,
-    add_sample,
-    learn_inflation,
-    shift_block,
-    start_sums,
-)
-from heli_identifier.following.cusum import Cusum, lorden_threshold, siegmund_threshold, update_cusum
-from heli_identifier.following.gaps import (
+from heli_identifier.following.blocks import Evidence, add_products, add_sample, shift_block, start_sums
+from heli_identifier.following.cusum import Cusum, Inflation, lorden_threshold, siegmund_threshold, update_cusum
+from heli_identifier.following.observer import (
     Covariance,
     Roughness,
     correct_covariance,
     find_steady_state,
     gap_memory,
-    kalman_gains,
     learn_roughness,
     predict_covariance,
+    start_instant,
 )
-from heli_identifier.following.observer import start_instant
 from heli_identifier.following.prediction import compare_errors
-from heli_identifier.following.stream import is_discounted, is_doubtful, start_stream, update_stream
+from heli_identifier.following.stream import Encoder, Stream, is_discounted, is_doubtful, update_stream
 from heli_identifier.following.trial import watch_change
 from heli_plant.observer import observer_gains
 from heli_plant.parameters import TABLE_2
@@ -99,10 +90,10 @@ def test_blocks_after_an_adoption_are_those_of_a_twin_that_had_the_change(seed):
         sums = start_sums(3)
         for row, error in zip(psi, errors, strict=True):
             sums = add_products(add_sample(sums, tuple(row), float(error)))
-        return Block((sums.information, (), ()), (sums.response, (), ()))
+        return (Evidence(sums.information, sums.response),)
 
     moved = shift_block(block(e), tuple((0, i, x) for i, x in enumerate(theta)), 2.0)
-    assert np.allclose(moved.response[0], block(e - 2.0 * psi @ theta).response[0], rtol=1e-9, atol=1e-9)
+    assert np.allclose(moved[0].response, block(e - 2.0 * psi @ theta)[0].response, rtol=1e-9, atol=1e-9)
 
 
 def test_the_variance_inflation_of_correlated_blocks_is_their_long_run_variance():
@@ -110,7 +101,7 @@ def test_the_variance_inflation_of_correlated_blocks_is_their_long_run_variance(
     w = np.random.default_rng(7).standard_normal(4000)
     u, inflation, found = w[1:] + w[:-1], Inflation(), []
     for k in range(2, len(u)):
-        inflation = learn_inflation(inflation, u[k], u[k - 1], u[k - 2], 2.0)
+        inflation = inflation.learn(u[k], u[k - 1], u[k - 2], 2.0)
         found.append(inflation.factor)
     # a mean of some 240 blocks, of terms whose scatter is 3, and a prior of 1 with a third of the weight of 120
     assert np.mean(found[500:]) == pytest.approx((60.0 + 120.0 * 2.0) / 180.0, abs=0.2)
@@ -161,7 +152,7 @@ def test_a_block_as_the_tests_see_it_has_the_likelihood_of_a_twin_whose_values_e
     r, b = psi.T @ psi, rng.standard_normal(4)
     a = rng.standard_normal((4, 4))
     p, m, d = a @ a.T, rng.standard_normal(4), rng.standard_normal(4)
-    w, u = discount(rows_of(r), tuple(b), Coefficients(tuple(m), rows_of(p)))
+    w, u = discount(Evidence(rows_of(r), tuple(b)), Coefficients(tuple(m), rows_of(p)))
     inverse = np.linalg.inv(r + r @ p @ r)
     rest, moved = b - r @ m, b - r @ (m + 0.3 * d)
     wanted = 0.5 * (rest @ inverse @ rest - moved @ inverse @ moved)
@@ -178,7 +169,7 @@ def test_the_baseline_is_bayes_estimate_and_wanders_within_its_prior():
     for _ in range(3):
         psi = rng.standard_normal((20, 3))
         r, b = psi.T @ psi, psi.T @ (psi @ theta + rng.standard_normal(20))
-        own = learn_coefficients(*discount(rows_of(r), tuple(b), own), own, deviation)
+        own = learn_coefficients(discount(Evidence(rows_of(r), tuple(b)), own), own, deviation)
         after = np.linalg.inv(np.linalg.inv(p) + r)
         m = kept * after @ (np.linalg.solve(p, m) + b)
         p = kept**2 * after + (1.0 - kept**2) * prior
@@ -338,7 +329,7 @@ BANDWIDTH = 6.6
 KEPT = math.exp(-H)
 F = np.array([[1.0, H, 0.5 * H * H], [0.0, 1.0, H], [0.0, 0.0, KEPT]])
 FIRST = np.array([[1.0, 0.0, 0.0]])
-STEADY = find_steady_state(BANDWIDTH, H, KEPT)
+STEADY = find_steady_state(BANDWIDTH, H)
 
 
 def dense(u):
@@ -362,7 +353,7 @@ def test_the_steady_state_solves_the_riccati_equation_and_has_the_observers_gain
     P = solve_discrete_are(F.T, FIRST.T, np.diag([0.0, 0.0, STEADY.drive]), np.eye(1))
     assert STEADY.variance == pytest.approx(P[0, 0] + 1.0, rel=1e-7)
     assert dense(STEADY.covariance) == pytest.approx(P - P @ FIRST.T @ FIRST @ P / (P[0, 0] + 1.0), rel=1e-7)
-    optimal = kalman_gains(predict_covariance(STEADY.covariance, H, KEPT, 0.0, STEADY.drive), KEPT)
+    optimal, _ = correct_covariance(predict_covariance(STEADY.covariance, H, KEPT, 0.0, STEADY.drive), KEPT)
     assert optimal == pytest.approx(observer_gains(BANDWIDTH, H), rel=0.1 * BANDWIDTH * H)
 
 
@@ -372,7 +363,7 @@ def test_prediction_and_correction_are_those_of_a_kalman_filter():
     u = Covariance(P[0, 0], P[0, 1], P[0, 2], P[1, 1], P[1, 2], P[2, 2])
     assert dense(predict_covariance(u, H, KEPT, 0.3, 0.7)) == pytest.approx(F @ P @ F.T + np.diag([0.0, 0.3, 0.7]))
     gain = P @ FIRST.T / (P[0, 0] + 1.0)
-    assert dense(correct_covariance(u)) == pytest.approx((np.eye(3) - gain @ FIRST) @ P)
+    assert dense(correct_covariance(u, KEPT)[1]) == pytest.approx((np.eye(3) - gain @ FIRST) @ P)
 
 
 def test_a_gap_is_forgotten_by_a_hundredth_in_the_samples_that_it_is_remembered():
@@ -382,7 +373,7 @@ def test_a_gap_is_forgotten_by_a_hundredth_in_the_samples_that_it_is_remembered(
         u = predict_covariance(u, H, KEPT, 0.0, STEADY.drive)
     excess = u.angle - before
     for _ in range(gap_memory(BANDWIDTH, H)):
-        u = predict_covariance(correct_covariance(u), H, KEPT, 0.0, STEADY.drive)
+        u = predict_covariance(correct_covariance(u, KEPT)[1], H, KEPT, 0.0, STEADY.drive)
     assert abs(u.angle - before) < 0.01 * excess
 
 
@@ -404,8 +395,8 @@ def test_innovations_stay_white_where_samples_and_their_voltages_are_missing():
         if not lost[k]:
             e = x[0] + encoder[k]
             found[k] = e / math.sqrt(u.angle + 1.0)
-            x = x - np.array(kalman_gains(u, KEPT)[:3]) * e
-            u = correct_covariance(u)
+            gains, u = correct_covariance(u, KEPT)
+            x = x - np.array(gains[:3]) * e
     after = found[1:][lost[:-1] & ~lost[1:]]
     assert np.mean(after**2) == pytest.approx(1.0, abs=4.0 * math.sqrt(2.0 / len(after)))
     assert np.nanmean(found**2) == pytest.approx(1.0, abs=4.0 * math.sqrt(2.0 / n))
@@ -532,11 +523,7 @@ def test_what_came_in_from_an_encoder_before_it_had_stood_for_half_a_second_is_w
     assert states[after - 1].cusums != states[3099].cusums and states[after].cusums == states[3099].cusums
     block = states[-1].blocks[-1]
     assert len(states[after].blocks) == len(states[3100].blocks)
-    assert (
-        {x for axis in block.information for row in axis for x in row}
-        == {0.0}
-        == {x for row in block.response for x in row}
-    )
+    assert {x for axis in block for row in (*axis.information, axis.response) for x in row} == {0.0}
     assert [sums.spoiled for sums in states[after].sums] == [False, False, True]
 
 
@@ -547,7 +534,7 @@ def at(state):
 
 def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settled():
     noise, rest = (6e-4, 6e-4, 3e-4), start_state(0.0, 0.0, 0.0)
-    stream = start_stream((0.0, 0.0, 0.0))
+    stream = Stream((Encoder(0.0),) * 3)
     for _ in range(PLAN.stuck):
         stream = update_stream(stream, (0.0, 0.0, 0.0), True, at(rest), noise, PLAN)
     counted = []
@@ -562,7 +549,7 @@ def test_an_alarm_waits_while_an_encoder_stands_from_which_the_rig_has_gone():
     noise, still = (6e-4, 6e-4, 3e-4), (0.0, 0.0, 0.0)
     rest = start_state(0.0, 0.0, 0.0)
     for at_first, later, wanted in ((0.1, 0.1, [False, True, True]), (0.0, -0.05, [False, False, False])):
-        stream, seen = start_stream(still), []
+        stream, seen = Stream((Encoder(0.0),) * 3), []
         for k in range(3):
             rate = later if k else at_first
             stream = update_stream(stream, still, True, at(rest._replace(pitch_rate=rate)), noise, PLAN)

@@ -27,7 +27,7 @@ from heli_plant.effects import AXES, effect
 from heli_plant.parameters import BY_FIELD, PlantParameters
 
 from ..online.linear_algebra import dot
-from .blocks import Block, Matrix, Vector
+from .blocks import Block, Evidence, Matrix, Vector
 from .changes import ELEVATION, TRAVEL, Direction, Laws, smallest_size
 
 _SHARE, _MISMATCH = 0.01, 0.003
@@ -92,32 +92,30 @@ def start_baseline(deviations: Matrix) -> Baseline:
     for own in deviations:
         rows = [tuple([x * x if i == j else 0.0 for j in range(len(own))]) for i, x in enumerate(own)]
         axes.append(Coefficients((0.0,) * len(own), tuple(rows)))
-    return Baseline(tuple(axes), tuple(axes), tuple(axes))
+    return hold_baseline(tuple(axes))
 
 
-def allow_for_baseline(block: Block, baseline: Baseline, learns: bool, deviations: Matrix) -> tuple[Block, Baseline]:
-    """Return a block as the tests see it, W and u in place of R and b, and the baseline after it.
+def hold_baseline(axes: Axes) -> Baseline:
+    """Return a baseline of which nothing is to be forgotten."""
+    return Baseline(axes, axes, axes)
 
-    ``learns``: whether the twin follows.
-    """
-    found = [discount(*own) for own in zip(block.information, block.response, baseline.now, strict=True)]
-    tested = Block(tuple([w for w, _ in found]), tuple([u for _, u in found]))
-    if not learns:
-        return tested, baseline
-    rows = zip(found, baseline.now, deviations, strict=True)
-    axes = tuple([learn_coefficients(w, u, own, deviation) for (w, u), own, deviation in rows])
+
+def allow_for_baseline(block: Block, baseline: Baseline) -> Block:
+    """Return a block as the tests see it: W and u in place of R and b."""
+    return tuple([discount(seen, own) for seen, own in zip(block, baseline.now, strict=True)])
+
+
+def learn_baseline(tested: Block, baseline: Baseline, deviations: Matrix) -> Baseline:
+    """Return the baseline after a block in which nothing changed, ``tested`` as the tests see it."""
+    now = tuple([learn_coefficients(*own) for own in zip(tested, baseline.now, deviations, strict=True)])
     if baseline.age + 1 < _AGE:
-        return tested, baseline._replace(now=axes, age=baseline.age + 1)
-    return tested, Baseline(axes, axes, baseline.coming)
+        return baseline._replace(now=now, age=baseline.age + 1)
+    return Baseline(now, now, baseline.coming)
 
 
-def forget_latest(baseline: Baseline) -> Baseline:
-    """Return the baseline without what was learned last, which may have come from a change or a fault."""
-    return Baseline(baseline.proved, baseline.proved, baseline.proved)
-
-
-def discount(r: Matrix, b: Vector, own: Coefficients) -> tuple[Matrix, Vector]:
-    """Return W and u of a block with R ``r`` and ``b``."""
+def discount(seen: Evidence, own: Coefficients) -> Evidence:
+    """Return W and u of a block with R and b."""
+    r, b = seen
     m, p, n = own.mean, own.covariance, len(own.mean)
     # [I + R P | R | b - R m], solved by Gauss and Jordan; I + R P has eigenvalues of 1 and more, no pivot is zero
     table = [[*[(i == j) + dot(r[i], p[j]) for j in range(n)], *r[i], b[i] - dot(r[i], m)] for i in range(n)]
@@ -129,12 +127,12 @@ def discount(r: Matrix, b: Vector, own: Coefficients) -> tuple[Matrix, Vector]:
             if k != i and factor != 0.0:
                 table[k] = [x - factor * y for x, y in zip(table[k], table[i], strict=True)]
     w = [tuple([0.5 * (table[i][n + j] + table[j][n + i]) for j in range(n)]) for i in range(n)]
-    return tuple(w), tuple([row[-1] for row in table])
+    return Evidence(tuple(w), tuple([row[-1] for row in table]))
 
 
-def learn_coefficients(w: Matrix, u: Vector, own: Coefficients, deviation: Vector) -> Coefficients:
-    """Return theta of an axis after a block with W ``w`` and ``u``; ``deviation``: of P_0."""
-    p, n = own.covariance, len(u)
+def learn_coefficients(tested: Evidence, own: Coefficients, deviation: Vector) -> Coefficients:
+    """Return theta of an axis after a block with W and u; ``deviation``: of P_0."""
+    (w, u), p, n = tested, own.covariance, len(deviation)
     kept = exp(-1.0 / _WANDERING)
     fresh = 1.0 - kept * kept
     mean = [kept * (own.mean[i] + dot(p[i], u)) for i in range(n)]
@@ -158,6 +156,5 @@ def add_uncertainty(baseline: Baseline, direction: Direction, error: float, size
         for other, j, y in direction:
             if other == axis:
                 added[axis][i][j] += square * x * y
-    rows = [tuple([tuple(row) for row in own]) for own in added]
-    axes = tuple([own._replace(covariance=own_rows) for own, own_rows in zip(baseline.now, rows, strict=True)])
-    return Baseline(axes, axes, axes)
+    rows = zip(baseline.now, added, strict=True)
+    return hold_baseline(tuple([Coefficients(own.mean, tuple(map(tuple, new))) for own, new in rows]))

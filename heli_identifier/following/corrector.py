@@ -19,25 +19,37 @@ from ..online import (
     start,
     step,
 )
-from . import blocks
-from .baseline import allow_for_baseline, forget_latest, start_baseline
-from .blocks import Sums, Vector
-from .cusum import Cusum
+from .baseline import allow_for_baseline, hold_baseline, learn_baseline, start_baseline
+from .blocks import (
+    Noise,
+    Sums,
+    Vector,
+    add_products,
+    add_sample,
+    close_block,
+    deviations_of,
+    is_noise_known,
+    learn_noise,
+    project_block,
+    start_sums,
+)
+from .cusum import PROVED, Cusum, Inflation
 from .naming import make_event
 from .observer import (
     Angles,
+    Observer,
+    Roughness,
     Weight,
     advance_observer,
     correct_observer,
     miss_sample,
     start_instant,
-    start_observer,
     weigh_sample,
 )
 from .plan import FollowPlan, FollowSettings, prepare_following
-from .prediction import Copies, Predictions, drop_running, launch_copies, move_copies
+from .prediction import Copies, Predictions, launch_copies, move_copies
 from .state import HEARD, CorrectorState, Event, IdentifierReport, Sample, Values
-from .stream import is_discounted, start_stream, stood_in_last_block, update_stream
+from .stream import Encoder, Stream, is_discounted, update_stream
 from .trial import judge_block
 
 _LARGEST_INNOVATION = 4.0
@@ -49,7 +61,7 @@ _RAMP = 2.0
 _KEPT = 90
 """Blocks that are kept: a change is looked for in the last minute and a half."""
 
-_TESTED = blocks.PROVED + 3
+_TESTED = PROVED + 3
 """Blocks that are kept as the tests see them: a proved one and the two before it."""
 
 _DROPPED = 2
@@ -62,26 +74,26 @@ _FORGETTING = 0.02
 def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     """Return the state at sample 0, the plant at rest in its angles."""
     voltages, angles = (now.v_front, now.v_rear), (now.pitch, now.elevation, now.travel)
-    twin, zero = plan.twin(plan.first_values), (Cusum(),) * (2 * len(plan.changes))
+    twin, changes = plan.alone, len(plan.changes)
     instant = start_instant(start_state(*angles, *voltages), twin.parameters, plan)
     return CorrectorState(
         settled=plan.settling,
-        observer=start_observer(instant, voltages),
-        stream=start_stream(angles),
-        values=Values(twin, twin.values, twin.values, 0, (), (0.0,) * len(twin.values)),
-        predictions=Predictions(Copies(predicted=angles), Copies(predicted=angles)),
+        observer=Observer(instant, instant, voltages, Roughness(0.0, 0.0, 0, voltages, voltages, 1)),
+        stream=Stream(tuple([Encoder(angle) for angle in angles])),
+        values=Values(twin, twin.values, twin.values, (0.0,) * len(twin.values)),
+        predictions=Predictions((Copies(predicted=angles),) * 2),
         sums=_no_sums(plan),
-        noises=(blocks.Noise(),) * 3,
+        noises=(Noise(),) * 3,
         baseline=start_baseline(plan.deviations),
-        inflations=(blocks.Inflation(),) * len(plan.changes),
-        cusums=zero,
-        cusums_before=zero,
+        inflations=(Inflation(),) * changes,
+        cusums=(Cusum(),) * (2 * changes),
+        cusums_before=(Cusum(),) * (2 * changes),
         scored=(0,) * len(plan.settings.effects),
     )
 
 
 def _no_sums(plan: FollowPlan) -> tuple[Sums, ...]:
-    return tuple([blocks.start_sums(len(own)) for own in plan.deviations])
+    return tuple([start_sums(len(own)) for own in plan.deviations])
 
 
 def correct(
@@ -104,27 +116,24 @@ def correct(
     events : tuple of Event
         What there is to report.
     """
-    k = state.samples + 1
+    k, suspended = state.samples + 1, state.mode == "suspended"
     voltages, angles = (now.v_front, now.v_rear), (now.pitch, now.elevation, now.travel)
-    values = _ramp(state.values, k, plan)
-    fresh = now.fresh > 0.5
-    unseen = state.observer.gap.unseen if state.mode != "suspended" else 0
+    values, noise, fresh = _ramp(state.values, k, plan), deviations_of(state.noises), now.fresh > 0.5
+    unseen = 0 if suspended else state.observer.unseen
     observer, arrived = advance_observer(state.observer, voltages, k, fresh and unseen > 0, values.now, plan)
-    noise = blocks.deviations_of(state.noises)
-    p = values.now.parameters
-    weight = weigh_sample(observer, unseen, noise, p, plan) if fresh else Weight(plan.gains)
+    weight = weigh_sample(observer, unseen, noise, values.now.parameters, plan) if fresh else Weight(plan.gains)
     scatter = tuple([a * b for a, b in zip(weight.deviations, noise, strict=True)])
     stream = update_stream(state.stream, angles, fresh, observer.instant, scatter, plan)
     fresh = fresh and not stream.broken
-    before = state.predictions.arrived
-    predictions = state.predictions._replace(arrived=(before[0] + arrived[0], before[1] + arrived[1]), compared=False)
+    front, rear = state.predictions.arrived
+    predictions = state.predictions._replace(arrived=(front + arrived[0], rear + arrived[1]), compared=False)
     state = state._replace(samples=k, observer=observer, values=values, stream=stream, predictions=predictions)
     events: list[Event] = []
-    if stream.broken and state.mode != "suspended":
+    if stream.broken and not suspended:
         state, events = _suspend(state, plan)
-    elif state.mode == "suspended" and fresh:
+    elif suspended and fresh:
         state, events = _resume(state, angles, plan)
-    elif stood_in_last_block(stream, k, plan):
+    elif k % plan.block < plan.stuck and any(one.still == plan.stuck for one in stream.encoders):
         state = _withdraw_block(state, plan)
     state = state._replace(sums=_take_innovations(state, angles, fresh, weight, noise, plan))
     if fresh:
@@ -156,31 +165,33 @@ def _suspend(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorState, l
     state = state.without_alarm().with_rival()
     return state.enter(
         "suspended",
-        predictions=drop_running(state.predictions),
+        predictions=state.predictions.drop_running(),
         blocks=state.blocks[:-_DROPPED],
         tested=(),
-        baseline=forget_latest(state.baseline),
+        baseline=hold_baseline(state.baseline.proved),
         observer=state.observer._replace(covariances=()),
     ), events
 
 
 def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
     """Return the state with the observer begun again from a sample's ``angles``."""
-    memory = state.observer.instant.memory
-    first = start_state(*angles, memory.state.nu_front, memory.state.nu_rear)
-    first = first._replace(cable_rest=memory.state.cable_rest)
-    instant = start_instant(first, state.values.now.parameters, plan)
-    instant = instant._replace(memory=PlantMemory(instant.memory.state, memory.since, memory.held))
+    (before, since, held), parameters = state.observer.instant.memory, state.values.now.parameters
+    first = start_state(*angles, before.nu_front, before.nu_rear)._replace(cable_rest=before.cable_rest)
+    instant = start_instant(first, parameters, plan)
+    instant = instant._replace(memory=PlantMemory(instant.memory.state, since, held))
     return state.enter(
-        "following" if blocks.is_noise_known(state.noises) else "starting",
+        "following" if is_noise_known(state.noises) else "starting",
         settled=state.samples + plan.settling,
         observer=state.observer._replace(instant=instant),
     ), [make_event(state, "back", plan)]
 
 
 def _withdraw_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
-    """Return the state as if the last block had told nothing: an encoder stood in it, which has been seen only now."""
-    nothing = blocks.close_block(_no_sums(plan), state.noises)
+    """Return the state as if the last block had told nothing.
+
+    An encoder has just stood for half a second, and in the last block too, which is seen only now.
+    """
+    nothing = close_block(_no_sums(plan), state.noises)
     return state._replace(
         blocks=(*state.blocks[:-1], *[nothing for _ in state.blocks[-1:]]),
         tested=(*state.tested[:-1], *[((0.0, 0.0),) * len(plan.changes) for _ in state.tested[-1:]]),
@@ -197,8 +208,7 @@ def _take_innovations(
     ramping = k < state.values.ramp + round(_RAMP / plan.settings.sample_time)
     resting = k < state.settled or state.stream.broken or ramping
     result: list[Sums] = []
-    for axis in range(3):
-        total = state.sums[axis]
+    for axis, total in enumerate(state.sums):
         if resting or is_discounted(state.stream.encoders[axis], plan):
             total = total if total.spoiled else total._replace(spoiled=True)
         elif fresh:
@@ -207,39 +217,37 @@ def _take_innovations(
             if state.mode != "starting":
                 innovation = saturate(innovation, _LARGEST_INNOVATION * noise[axis])
             psi = tuple([share * x for x, _, _ in instant.sensitivities[axis]])
-            total = blocks.add_sample(total, psi, innovation)
+            total = add_sample(total, psi, innovation)
         result.append(total)
     return tuple(result)
 
 
 def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: FollowPlan) -> CorrectorState:
     """Move the copies of the twins; compare those that have run for 1 s, start new ones; take the products."""
-    values, k = state.values, state.samples
-    predictions = move_copies(state.predictions, values.now, plan.twin(plan.first_values), values.rival, k, plan)
+    k, values = state.samples, state.values
+    predictions = move_copies(state.predictions, (values.now, plan.alone, *values.rival), k, plan)
     if k % plan.launch == 0:
         if state.mode != "suspended" and k >= state.settled:
-            seen = state.observer.instant.memory.state
-            predictions = launch_copies(predictions, seen, angles, fresh, values.rival != (), plan)
+            predictions = launch_copies(predictions, state.observer.instant.memory.state, angles, fresh, plan)
         else:
-            predictions = drop_running(predictions)
-    sums = tuple([blocks.add_products(one) for one in state.sums])
-    return state._replace(predictions=predictions, sums=sums)
+            predictions = predictions.drop_running()
+    return state._replace(predictions=predictions, sums=tuple([add_products(one) for one in state.sums]))
 
 
 def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Return the state with the block that is complete taken in, and noise and baseline learned from it."""
-    block = blocks.close_block(state.sums, state.noises)
+    block = close_block(state.sums, state.noises)
     if state.mode in ("starting", "following", "adopted", "on trial"):
-        learned = [blocks.learn_noise(*own) for own in zip(state.noises, state.sums, strict=True)]
+        learned = [learn_noise(*own) for own in zip(state.noises, state.sums, strict=True)]
         state = state._replace(noises=tuple(learned))
     state = state._replace(sums=_no_sums(plan))
     if state.mode == "starting":
         return state
-    seen, baseline = allow_for_baseline(block, state.baseline, state.mode == "following", plan.deviations)
-    tested = tuple([blocks.project_block(seen, change.direction(state.values.end)) for change in plan.changes])
-    return state._replace(
-        blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_TESTED:], baseline=baseline
-    )
+    seen = allow_for_baseline(block, state.baseline)
+    if state.mode == "following":
+        state = state._replace(baseline=learn_baseline(seen, state.baseline, plan.deviations))
+    tested = tuple([project_block(seen, change.direction(state.values.end)) for change in plan.changes])
+    return state._replace(blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_TESTED:])
 
 
 class Follower(NamedTuple):

@@ -1,4 +1,4 @@
-"""Has something changed? A two-sided CUSUM of every change; since when and by how much: by likelihood.
+"""Has something changed? A two-sided CUSUM of every change; by how much and how surely: by likelihood.
 
 With R and b of the blocks (:mod:`.blocks`) and D the direction of a change (:mod:`.changes`), a change of size delta
 has in each block the log-likelihood ratio against no change
@@ -12,17 +12,36 @@ Page's CUSUM sums it for delta = +-nu, the smallest change that matters, and res
 for M tests and a mean time T between false alarms. The first term is Lorden's bound. The others are what Siegmund's
 mean time of a test, 2 exp(b + 1.166 sqrt(s))/s, says for one of which a block holds the information s = nu^2 D^T R D.
 
-After an alarm the size is estimated for every change from every block on, delta = D^T b / D^T R D with sums from that
-block to now, and judged by its Bayes factor against no change, for a size with the prior N(0, (3 nu)^2):
+Where the innovations are not white, sums along D vary by more than R says. With u_k = D^T b of block k the variance
+inflation factor is
+
+    kappa = sum (u_k^2 + 2 u_k u_(k-1) + 2 u_k u_(k-2)) / sum D^T R D,    at least 1
+
+a long-run variance over its value for white innovations. It is learned from blocks that have become PROVED blocks old
+without an alarm. D^T b and D^T R D are divided by it.
+
+After an alarm the size is estimated for every change, delta = D^T b / D^T R D with sums from a block on to now, and
+judged by its Bayes factor against no change, for a size with the prior N(0, (3 nu)^2):
 
     ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
 
 Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Siegmund,
-Sequential Analysis, 1985, chapter 2; Willsky and Jones, IEEE Transactions on Automatic Control 21 (1976).
+Sequential Analysis, 1985, chapter 2; Newey and West, Econometrica 55 (1987), with flat weights.
 """
 
 from math import log, sqrt
 from typing import NamedTuple
+
+from .blocks import MEMORY
+
+PROVED = 20
+"""Blocks after which a block without an alarm counts as one without a change."""
+
+_PRIOR_BLOCKS = 60.0
+"""kappa begins at 1 with the weight of this many blocks."""
+
+_LARGEST_TERM = 16.0
+"""Of a term of kappa's sum over D^T R D, in size."""
 
 _PRIOR_WIDTH = 3.0
 """Standard deviation of the prior in smallest changes that matter."""
@@ -46,6 +65,27 @@ class Cusum(NamedTuple):
 
     total: float = 0.0
     run: int = 0
+
+
+class Inflation(NamedTuple):
+    """kappa along the direction of one change: the sums of its terms and of D^T R D [1], over ``blocks``."""
+
+    terms: float = 0.0
+    information: float = 0.0
+    blocks: float = 0.0
+
+    @property
+    def factor(self) -> float:
+        """The variance inflation factor kappa [1]."""
+        found = self.terms / self.information if self.information > 0.0 else 1.0
+        return max(1.0, (_PRIOR_BLOCKS + self.blocks * found) / (_PRIOR_BLOCKS + self.blocks))
+
+    def learn(self, u: float, u_1: float, u_2: float, information: float) -> "Inflation":
+        """Return it after a block with D^T b ``u``, those of the two before it, and its D^T R D."""
+        most = _LARGEST_TERM * information
+        term = min(max(u * (u + 2.0 * (u_1 + u_2)), -most), most)
+        kept = 1.0 - 1.0 / MEMORY
+        return Inflation(kept * self.terms + term, kept * self.information + information, kept * self.blocks + 1.0)
 
 
 class Finding(NamedTuple):
@@ -88,16 +128,16 @@ def update_cusum(cusum: Cusum, response: float, information: float, delta: float
 
 
 def judge_size(
-    number: int, blocks: int, response: float, information: float, nu: float, least: float, most: float
+    number: int, blocks: int, response: float, information: float, nu: float, bounds: tuple[float, float]
 ) -> Finding:
     """Return the change ``number`` that ``blocks`` of these sums tell of, or nothing.
 
-    ``nu``: the smallest change that matters; ``least``, ``most``: sizes between which it is possible.
+    ``nu``: the smallest change that matters; ``bounds``: sizes between which it is possible.
     """
     if information * nu * nu < _LEAST_INFORMATION:
         return NOTHING
     size = response / information
-    if not least <= size <= most or abs(size) < _LEAST_SIZE * nu:
+    if not bounds[0] <= size <= bounds[1] or abs(size) < _LEAST_SIZE * nu:
         return NOTHING
     width = _PRIOR_WIDTH * nu
     q = width * width * information

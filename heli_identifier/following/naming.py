@@ -41,41 +41,33 @@ _GAINS = 3
 
 def sums_back(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:
     """Return D^T b and D^T R D of the last block, of the last two, and so on, of ``count`` at most."""
-    direction = plan.changes[number].direction(state.values.end)
-    response = information = 0.0
-    found = []
+    direction, found = plan.changes[number].direction(state.values.end), [(0.0, 0.0)]
     for block in reversed(state.blocks[-count:]):
-        b, r = project_block(block, direction)
-        response, information = response + b, information + r
-        found.append((response, information))
-    return found
+        response, information = project_block(block, direction)
+        found.append((found[-1][0] + response, found[-1][1] + information))
+    return found[1:]
 
 
 def explain(
-    state: CorrectorState, number: int, count: int, share: float, plan: FollowPlan, whole: bool = True
+    state: CorrectorState, number: int, count: int, plan: FollowPlan, whole: bool = True, share: float = 0.0
 ) -> Finding:
-    """Return the change ``number`` as the last ``count`` blocks have it, or nothing; their sums count with a ``share``.
+    """Return the change ``number`` as the last ``count`` blocks have it, or nothing.
 
-    All of these blocks count, or if not ``whole`` those from the one on which makes it likeliest.
+    All of these blocks count, or if not ``whole`` those from the one on which makes it likeliest. Their sums count with
+    a ``share``, by default one over the change's own variance inflation factor.
     """
-    change, bounds = plan.changes[number], plan.changes[number].bounds(state.values.end)
+    change, share = plan.changes[number], share or 1.0 / state.inflations[number].factor
+    bounds = change.bounds(state.values.end)
     sums = list(enumerate(sums_back(state, number, count, plan), 1))
-    found = [
-        judge_size(number, blocks, share * response, share * information, change.size, *bounds)
-        for blocks, (response, information) in (sums[-1:] if whole else sums)
-    ]
+    chosen = sums[-1:] if whole else sums
+    found = [judge_size(number, n, share * b, share * r, change.size, bounds) for n, (b, r) in chosen]
     return max([one for one in found if one.change >= 0], key=lambda one: one.evidence, default=NOTHING)
-
-
-def measure(state: CorrectorState, number: int, plan: FollowPlan, whole: bool = True) -> Finding:
-    """Return the change ``number`` from all blocks that are kept, or from its likeliest begin on."""
-    return explain(state, number, len(state.blocks), 1.0 / state.inflations[number].factor, plan, whole)
 
 
 def rank_changes(state: CorrectorState, count: int, plan: FollowPlan, whole: bool = True) -> list[Finding]:
     """Return every possible change from the last ``count`` blocks, the likeliest first; ``whole`` as above."""
     share = len(plan.changes) / total([inflation.factor for inflation in state.inflations])
-    found = [explain(state, number, count, share, plan, whole) for number in range(len(plan.changes))]
+    found = [explain(state, number, count, plan, whole, share) for number in range(len(plan.changes))]
     return sorted([one for one in found if one.change >= 0], key=lambda one: one.evidence, reverse=True)
 
 
@@ -99,14 +91,9 @@ def find_likelier(state: CorrectorState, finding: Finding, plan: FollowPlan) -> 
     return NOTHING
 
 
-def blocks_since(state: CorrectorState, plan: FollowPlan) -> int:
-    """Return the blocks for which the mode has lasted."""
-    return (state.samples - state.since) // plan.block
-
-
 def refine_size(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Finding:
     """Return the change on trial with its size from all blocks since it took place."""
-    count = min(finding.blocks + blocks_since(state, plan), len(state.blocks))
+    count = min(finding.blocks + state.blocks_in_mode(plan), len(state.blocks))
     response, information = sums_back(state, finding.change, count, plan)[-1]
     if information <= 0.0:
         return finding
@@ -122,15 +109,11 @@ def is_contradicted(state: CorrectorState, finding: Finding, report: IdentifierR
         return False
     change = plan.changes[finding.change]
     before = state.heard[max(0, len(state.heard) - 1 - finding.blocks - SWINGING)]
-    for slot, name in enumerate(HEARD):
-        if name == change.field:
-            size = finding.size
-        elif not change.field and slot < _GAINS:
-            size = finding.size * plan.first_values[slot]
-        else:
-            continue
-        moved, error = copysign(1.0, size) * (report.estimates[slot] - before[slot]), report.standard_errors[slot]
-        if error > 0.0 and moved < -_SURELY * sqrt(2.0) * error:
+    for slot, (name, now, error) in enumerate(zip(HEARD, report.estimates, report.standard_errors, strict=True)):
+        of_rotors = not change.field and slot < _GAINS
+        size = finding.size * (plan.alone.values[slot] if of_rotors else 1.0)
+        moved = copysign(1.0, size) * (now - before[slot])
+        if (of_rotors or name == change.field) and error > 0.0 and moved < -_SURELY * sqrt(2.0) * error:
             return True
     return False
 

@@ -1,4 +1,4 @@
-"""The observer that keeps the twin on the rig, and what a change makes of its innovations.
+"""The observer that keeps the twin on the rig, what a change makes of its innovations, and what a gap leaves unknown.
 
 **Sensitivity.** An acceleration g that the plant lacks moves the errors of the observer (:mod:`heli_plant.observer`).
 With (x, w, d) what g makes of them per unit, and the axis' own stiffness a and damping b,
@@ -8,7 +8,6 @@ With (x, w, d) what g makes of them per unit, and the axis' own stiffness a and 
     x -= l_1 psi,  w -= l_2 psi,  d -= l_3 psi
 
 so that e = delta psi + white noise for a change of size delta along g. psi is known before the sample is.
-Source: Gustafsson, Adaptive Filtering and Change Detection, 2000, section 8.3.
 
 **Gaps.** While no sample comes in, the twin goes on under the last voltages; what a controller wanted instead goes
 along with the rate, as a friction does. With the next sample the voltages V at both ends of the gap are known. The twin
@@ -16,38 +15,87 @@ goes back to the gap's begin and through it once more, under voltages on a strai
 
     V_j = V_0 + (V_n - V_0) j/n,     j = 0 .. n - 1  of  n  sampling intervals
 
-How much that sample counts, :mod:`.gaps` says.
+After a gap the state is known less well than in the steady state. With P the covariance of the errors (x, w, d), in
+units of the variance r of the encoder's noise, and s that of the innovation,
+
+    P <- F P F^T + diag(0, q_w, q_d),    F = [[1, h, h^2/2], [0, 1, h], [0, 0, exp(-gamma h)]]
+    s = P_xx + 1,    l = P_(.x)/s,    P <- P - l P_(x.)
+
+q_d = omega_o^6 h^2 is what the observer's bandwidth stands for, and q_w = (k h sigma)^2/r for each lost voltage, k the
+gain of the axis. The straight line misses by sigma. It is learned where no sample is missing: of three in a row the
+middle one is taken for lost,
+
+    sigma^2 = mean of (V_(k-1) - (V_(k-2) + V_k)/2)^2
+
+for the difference (front - rear) and the sum of the voltages, over two minutes.
+
+Sources: Anderson and Moore, Optimal Filtering, 1979, chapter 3; Gustafsson, Adaptive Filtering and Change Detection,
+2000, section 8.3; Sinopoli and others, Kalman filtering with intermittent observations, IEEE Transactions on Automatic
+Control 49 (2004).
 """
 
-from math import cos, sin, sqrt
+from functools import lru_cache
+from math import cos, log, sin, sqrt
 from typing import NamedTuple
 
 from heli_plant.communication import PlantMemory, begin, communicate
 from heli_plant.laws import thrust_voltages
-from heli_plant.observer import ObserverGains, Torque, measured_against, predicted, with_share
+from heli_plant.observer import ObserverGains, Torque, measured_against, observer_gains, predicted, with_share
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import arriving
 from heli_plant.state import PlantState
 
-from .blocks import Vector
+from .blocks import MEMORY, Vector
 from .changes import regress_motion
-from .gaps import (
-    Covariance,
-    Roughness,
-    Voltages,
-    correct_covariance,
-    kalman_gains,
-    learn_roughness,
-    predict_covariance,
-)
 from .plan import FollowPlan, Twin
 
 Angles = tuple[float, float, float]
 """Of pitch, elevation and travel [rad]."""
 
+Voltages = tuple[float, float]
+"""Front and rear [V]."""
 
 Sensitivity = tuple[tuple[float, float, float], ...]
 """(x, w, d) of each regressor of an axis: what it makes of angle [rad], rate [rad/s] and torque [rad/s^2] per unit."""
+
+_ALMOST = 100.0
+"""The covariance has come back to its steady state when what a gap has made of it is less by this factor."""
+
+_STEADY = 4.0
+"""The steady state is looked for in this many times the samples in which a gap is forgotten."""
+
+
+class Covariance(NamedTuple):
+    """P of one axis, over r: ``angle`` xx [1], ``angle_rate`` xw [1/s], ``rate`` ww [1/s^2] and so on for d."""
+
+    angle: float
+    angle_rate: float
+    angle_torque: float
+    rate: float
+    rate_torque: float
+    torque: float
+
+
+class Steady(NamedTuple):
+    """Of one axis in a stream without gaps: P after a correction, s, and the drive q_d [1/s^4]."""
+
+    covariance: Covariance
+    variance: float
+    drive: float
+
+
+class Roughness(NamedTuple):
+    """sigma^2 of the ``difference`` and of the ``total`` of the voltages [V^2], over ``samples``.
+
+    The ``last`` sample's voltages and those ``before`` it [V]; ``in_a_row``: samples since one was missing.
+    """
+
+    difference: float
+    total: float
+    samples: int
+    last: Voltages
+    before: Voltages
+    in_a_row: int
 
 
 class Instant(NamedTuple):
@@ -56,19 +104,6 @@ class Instant(NamedTuple):
     memory: PlantMemory
     torque: Torque
     sensitivities: tuple[Sensitivity, ...]
-
-
-class Gap(NamedTuple):
-    """Since the last sample that came in.
-
-    ``begin``: the twin then, and the ``voltages`` of that sample [V]; ``unseen``: instants without a sample since;
-    ``arrived``: the sum of the voltages that the twin has taken for those that arrived at its motors since [V].
-    """
-
-    begin: Instant
-    voltages: Voltages
-    unseen: int = 0
-    arrived: Voltages = (0.0, 0.0)
 
 
 class Weight(NamedTuple):
@@ -83,23 +118,83 @@ class Weight(NamedTuple):
 
 
 class Observer(NamedTuple):
-    """What the observer remembers; ``voltages``: held since the last instant [V]; ``covariances`` as in Weight."""
+    """What the observer remembers.
+
+    The twin now and at the last sample that came in (``begin``); ``voltages`` held since the last instant [V];
+    ``roughness`` of the voltages, which knows those of the last sample; P of the axes then (``covariances``, as in
+    Weight); instants ``unseen`` since, and the sum of the voltages that have ``arrived`` at the motors in them [V].
+    """
 
     instant: Instant
+    begin: Instant
     voltages: Voltages
-    gap: Gap
     roughness: Roughness
-    covariances: tuple[Covariance, ...]
+    covariances: tuple[Covariance, ...] = ()
+    unseen: int = 0
+    arrived: Voltages = (0.0, 0.0)
+
+
+def gap_memory(bandwidth: float, h: float) -> int:
+    """Return the samples in which a gap is forgotten; ``bandwidth`` [rad/s], sampling period ``h`` [s].
+
+    The slowest poles of the error have the real part -omega_o/2, and a covariance fades with twice that.
+    """
+    return round(log(_ALMOST) / (bandwidth * h))
+
+
+@lru_cache
+def find_steady_state(bandwidth: float, h: float) -> Steady:
+    """Return the steady state for a ``bandwidth`` omega_o [rad/s] and samples every ``h`` [s]."""
+    drive, kept = bandwidth**6 * h * h, observer_gains(bandwidth, h).kept
+    u, variance = Covariance(1.0, 0.0, 0.0, bandwidth**2, 0.0, bandwidth**4), 1.0
+    for _ in range(round(_STEADY * gap_memory(bandwidth, h))):
+        u = predict_covariance(u, h, kept, 0.0, drive)
+        variance = u.angle + 1.0
+        _, u = correct_covariance(u, kept)
+    return Steady(u, variance, drive)
+
+
+def predict_covariance(u: Covariance, h: float, kept: float, of_rate: float, drive: float) -> Covariance:
+    """Return P one sampling interval later; ``of_rate`` q_w [1/s^2] and ``drive`` q_d [1/s^4]."""
+    xx, xw, xd, ww, wd, dd = u
+    half = 0.5 * h * h
+    # M = F P, of which only what F P F^T needs
+    m_xx, m_xw, m_xd = xx + h * xw + half * xd, xw + h * ww + half * wd, xd + h * wd + half * dd
+    m_ww, m_wd = ww + h * wd, wd + h * dd
+    return Covariance(
+        m_xx + h * m_xw + half * m_xd,
+        m_xw + h * m_xd,
+        kept * m_xd,
+        m_ww + h * m_wd + of_rate,
+        kept * m_wd,
+        kept * kept * dd + drive,
+    )
+
+
+def correct_covariance(u: Covariance, kept: float) -> tuple[ObserverGains, Covariance]:
+    """Return the Kalman gain l of a sample, and P after the correction by it."""
+    xx, xw, xd, ww, wd, dd = u
+    s = xx + 1.0
+    after = Covariance(xx / s, xw / s, xd / s, ww - xw * xw / s, wd - xw * xd / s, dd - xd * xd / s)
+    return ObserverGains(xx / s, xw / s, xd / s, kept), after
+
+
+def learn_roughness(r: Roughness, voltages: Voltages, missing: bool, h: float) -> Roughness:
+    """Return what is known after a sample with ``voltages`` [V], before which one was ``missing`` or not."""
+    in_a_row = 1 if missing else r.in_a_row + 1
+    if in_a_row < 3:
+        return r._replace(last=voltages, before=r.last, in_a_row=in_a_row)
+    front = r.last[0] - 0.5 * (r.before[0] + voltages[0])
+    rear = r.last[1] - 0.5 * (r.before[1] + voltages[1])
+    count = min(r.samples + 1, round(MEMORY / h))
+    difference = r.difference + ((front - rear) * (front - rear) - r.difference) / count
+    total = r.total + ((front + rear) * (front + rear) - r.total) / count
+    return Roughness(difference, total, count, voltages, r.last, in_a_row)
 
 
 def start_instant(first: PlantState, p: PlantParameters, plan: FollowPlan) -> Instant:
     """Return the twin in the state ``first``, nothing having acted on the regressors."""
     return Instant(begin(first, p), Torque(), tuple([((0.0, 0.0, 0.0),) * len(own) for own in plan.deviations]))
-
-
-def start_observer(instant: Instant, voltages: Voltages) -> Observer:
-    """Return the observer at sample 0."""
-    return Observer(instant, voltages, Gap(instant, voltages), Roughness(0.0, 0.0, 0, voltages, voltages, 1), ())
 
 
 def apply_shares(voltages: Voltages, twin: Twin) -> Voltages:
@@ -108,7 +203,9 @@ def apply_shares(voltages: Voltages, twin: Twin) -> Voltages:
     return with_share(voltages[0], twin.values[-2], limit), with_share(voltages[1], twin.values[-1], limit)
 
 
-def advance(now: Instant, voltages: Voltages, time: float, twin: Twin, plan: FollowPlan) -> tuple[Instant, Voltages]:
+def advance_instant(
+    now: Instant, voltages: Voltages, time: float, twin: Twin, plan: FollowPlan
+) -> tuple[Instant, Voltages]:
     """Return the twin one sampling interval after ``time`` [s], and the voltages that arrived at its motors [V].
 
     ``voltages`` [V] are held meanwhile; what arrived is without the rotors' shares.
@@ -125,12 +222,23 @@ def advance(now: Instant, voltages: Voltages, time: float, twin: Twin, plan: Fol
         0.5 * (before.nu_front + kept.nu_front), 0.5 * (before.nu_rear + kept.nu_rear), time + h, p
     )
     acting = regress_motion(before, mu_diff, mu_sum, plan.laws, p.theta0)
-    own: list[tuple[float, float]] = [(p.a_th * cos(before.pitch - p.theta0), p.a_wx), (p.a_e, p.a_wz), (0.0, p.a_wy)]
-    sensitivities = [
-        predict_sensitivity(now.sensitivities[axis], acting[axis], *own[axis], h, plan.gains[axis].kept)
-        for axis in range(3)
-    ]
-    return Instant(memory._replace(state=kept), torque, tuple(sensitivities)), voltages
+    a, b = (p.a_th * cos(before.pitch - p.theta0), p.a_e, 0.0), (p.a_wx, p.a_wz, p.a_wy)
+    rows = zip(now.sensitivities, acting, a, b, strict=True)
+    found = tuple([predict_sensitivity(own, g, a, b, h, plan.gains[0].kept) for own, g, a, b in rows])
+    return Instant(memory._replace(state=kept), torque, found), voltages
+
+
+def predict_sensitivity(s: Sensitivity, acting: list[float], a: float, b: float, h: float, kept: float) -> Sensitivity:
+    """Return the sensitivity one sample later, before its correction: x is then psi.
+
+    ``acting``: the accelerations g over the step [rad/s^2 per unit]; stiffness ``a`` [1/s^2] and damping ``b`` [1/s] of
+    the axis; exp(-gamma h) ``kept``.
+    """
+    found = []
+    for (x, w, d), g in zip(s, acting, strict=True):
+        total = g + d - a * x - b * w
+        found.append((x + h * w + 0.5 * h * h * total, w + h * total, kept * d))
+    return tuple(found)
 
 
 def advance_observer(
@@ -141,60 +249,35 @@ def advance_observer(
     ``voltages`` [V] are held from sample ``k`` on. Where ``k`` is the first sample after a gap it ``crosses`` the gap
     once more; what arrived is then less by what the twin had taken for it before.
     """
-    h, gap = plan.settings.sample_time, observer.gap
-    if not crosses:
-        instant, arrived = advance(observer.instant, observer.voltages, (k - 1) * h, twin, plan)
-        return observer._replace(instant=instant, voltages=voltages), arrived
-    n = gap.unseen + 1
-    instant, front, rear = gap.begin, -gap.arrived[0], -gap.arrived[1]
+    n, instant, first, front, rear = 1, observer.instant, observer.voltages, 0.0, 0.0
+    if crosses:
+        n, instant, first = observer.unseen + 1, observer.begin, observer.roughness.last
+        front, rear = -observer.arrived[0], -observer.arrived[1]
     for j in range(n):
-        share = j / n
-        held = (
-            gap.voltages[0] + share * (voltages[0] - gap.voltages[0]),
-            gap.voltages[1] + share * (voltages[1] - gap.voltages[1]),
-        )
-        instant, arrived = advance(instant, held, (k - n + j) * h, twin, plan)
+        held = first[0] + j / n * (voltages[0] - first[0]), first[1] + j / n * (voltages[1] - first[1])
+        instant, arrived = advance_instant(instant, held, (k - n + j) * plan.settings.sample_time, twin, plan)
         front, rear = front + arrived[0], rear + arrived[1]
     return observer._replace(instant=instant, voltages=voltages), (front, rear)
 
 
 def miss_sample(observer: Observer, arrived: Voltages) -> Observer:
     """Return the observer after an instant without a sample, reached under the voltages ``arrived`` [V]."""
-    gap = observer.gap
-    total = (gap.arrived[0] + arrived[0], gap.arrived[1] + arrived[1])
-    return observer._replace(gap=gap._replace(unseen=gap.unseen + 1, arrived=total))
+    total = observer.arrived[0] + arrived[0], observer.arrived[1] + arrived[1]
+    return observer._replace(unseen=observer.unseen + 1, arrived=total)
 
 
 def correct_observer(observer: Observer, angles: Angles, weight: Weight, plan: FollowPlan) -> Observer:
     """Return the observer after the correction by a sample of the ``angles`` [rad]."""
-    before, voltages = observer.instant, observer.voltages
+    before, voltages, h = observer.instant, observer.voltages, plan.settings.sample_time
     kept, torque = measured_against(before.memory.state, before.torque, angles, weight.gains)
-    rows = [correct_sensitivity(*own) for own in zip(before.sensitivities, weight.gains, strict=True)]
+    rows = []
+    for own, g in zip(before.sensitivities, weight.gains, strict=True):
+        left = 1.0 - g.angle
+        rows.append(tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in own]))
     instant = Instant(before.memory._replace(state=kept), torque, tuple(rows))
-    roughness = learn_roughness(observer.roughness, voltages, observer.gap.unseen > 0, plan.settings.sample_time)
-    covariances = weight.covariances if roughness.in_a_row < plan.remembered else ()
-    return Observer(instant, voltages, Gap(instant, voltages), roughness, covariances)
-
-
-def predict_sensitivity(
-    s: Sensitivity, acting: list[float], stiffness: float, damping: float, h: float, kept: float
-) -> Sensitivity:
-    """Return the sensitivity one sample later, before its correction: x is then psi.
-
-    ``acting``: the accelerations g over the step [rad/s^2 per unit]; ``stiffness`` a [1/s^2] and ``damping`` b [1/s] of
-    the axis; exp(-gamma h) ``kept``.
-    """
-    found = []
-    for (x, w, d), g in zip(s, acting, strict=True):
-        total = g + d - stiffness * x - damping * w
-        found.append((x + h * w + 0.5 * h * h * total, w + h * total, kept * d))
-    return tuple(found)
-
-
-def correct_sensitivity(s: Sensitivity, g: ObserverGains) -> Sensitivity:
-    """Return the sensitivity after the sample's correction."""
-    left = 1.0 - g.angle
-    return tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in s])
+    roughness = learn_roughness(observer.roughness, voltages, observer.unseen > 0, h)
+    recent = roughness.in_a_row < gap_memory(plan.settings.observer_bandwidth, h)
+    return Observer(instant, instant, voltages, roughness, weight.covariances if recent else ())
 
 
 def weigh_sample(observer: Observer, unseen: int, noise: Vector, p: PlantParameters, plan: FollowPlan) -> Weight:
@@ -211,16 +294,13 @@ def weigh_sample(observer: Observer, unseen: int, noise: Vector, p: PlantParamet
         (p.k_z * h) ** 2 * rough.total,
         (of_travel * h) ** 2 * rough.total,
     )
-    gains: list[ObserverGains] = []
-    deviations: list[float] = []
-    after: list[Covariance] = []
-    for axis in range(3):
-        steady, kept = plan.steady[axis], plan.gains[axis].kept
+    found = []
+    for axis, bandwidth in enumerate(plan.bandwidths):
+        steady, kept = find_steady_state(bandwidth, h), plan.gains[axis].kept
         u = predict_covariance(known[axis] if known else steady.covariance, h, kept, 0.0, steady.drive)
         of_rate = kicks[axis] * steady.variance / (noise[axis] * noise[axis])
         for _ in range(unseen):
             u = predict_covariance(u, h, kept, of_rate, steady.drive)
-        gains.append(kalman_gains(u, kept))
-        deviations.append(sqrt((u.angle + 1.0) / steady.variance))
-        after.append(correct_covariance(u))
-    return Weight(tuple(gains), tuple(deviations), tuple(after))
+        gains, after = correct_covariance(u, kept)
+        found.append((gains, sqrt((u.angle + 1.0) / steady.variance), after))
+    return Weight(*zip(*found, strict=True))

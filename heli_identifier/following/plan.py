@@ -13,7 +13,6 @@ from .baseline import prior_deviations
 from .blocks import Matrix, Vector
 from .changes import Change, Laws, list_changes, list_laws
 from .cusum import lorden_threshold
-from .gaps import Steady, find_steady_state, gap_memory
 
 DEFAULT_EFFECTS = (
     ("dry_friction", "pitch"),
@@ -101,27 +100,25 @@ class FollowPlan(NamedTuple):
     """Coefficients and names.
 
     ``changes``: what may change. ``changeable``: names of the values in use, ``fields`` those of the parameters among
-    them; the two rotors' shares stand last. ``deviations``: by how much the twin's coefficients of the regressors of
-    each axis may err; ``laws`` of the effects among them. ``gains`` and ``steady`` state of the observer's axes;
-    ``delay``: the plant's input delay [s]. ``threshold``: Lorden's [1].
+    them; the two rotors' shares stand last. ``alone``: the twin of the start. ``deviations``: by how much the twin's
+    coefficients of the regressors of each axis may err; ``laws`` of the effects among them. ``bandwidths`` [rad/s] and
+    ``gains`` of the observer's axes; ``delay``: the plant's input delay [s]. ``threshold``: Lorden's [1].
 
-    In samples: for how long a gap is ``remembered``; the ``coarse`` step of copies, the time between two starts of them
-    (``launch``) and the ``horizon`` that they run; a ``block`` of sums; ``settling``, ``stop`` and ``stuck``.
-    ``window``: comparisons in a window.
+    In samples: the ``coarse`` step of copies, the time between two starts of them (``launch``) and the ``horizon`` that
+    they run; a ``block`` of sums; ``settling``, ``stop`` and ``stuck``. ``window``: comparisons in a window.
     """
 
     settings: FollowSettings
     changes: tuple[Change, ...]
     changeable: tuple[str, ...]
     fields: tuple[str, ...]
-    first_values: Vector
+    alone: Twin
     deviations: Matrix
     laws: Laws
+    bandwidths: Vector
     gains: tuple[ObserverGains, ...]
-    steady: tuple[Steady, ...]
     delay: float
     threshold: float
-    remembered: int
     coarse: int
     launch: int
     horizon: int
@@ -143,29 +140,31 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
     laws = list_laws(settings.effects)
     changes = list_changes(p, settings.effects, laws)
     own = [change for change in changes if change.field]
-    coarse = max(1, round(_COARSE / h))
-    launch = coarse * max(1, round(_APART / (coarse * h)))
     bandwidths = (bandwidth, bandwidth, TRAVEL_BANDWIDTH * bandwidth)
-    gains = tuple([observer_gains(one, h) for one in bandwidths])
+
+    def samples(time: float, multiple_of: int = 1) -> int:
+        return multiple_of * max(1, round(time / (multiple_of * h)))
+
+    coarse = samples(_COARSE)
+    launch = samples(_APART, coarse)
     return FollowPlan(
         settings=settings,
         changes=changes,
         changeable=(*(change.name for change in own), "rotor.front", "rotor.rear"),
         fields=tuple([change.field for change in own]),
-        first_values=(*(getattr(p, change.field) for change in own), 1.0, 1.0),
+        alone=Twin((*(getattr(p, change.field) for change in own), 1.0, 1.0), p),
         deviations=prior_deviations(p, laws),
         laws=laws,
-        gains=gains,
-        steady=tuple([find_steady_state(one, h, gains[0].kept) for one in bandwidths]),
+        bandwidths=bandwidths,
+        gains=tuple([observer_gains(one, h) for one in bandwidths]),
         delay=input_delay(p),
         threshold=lorden_threshold(2 * len(changes), settings.false_alarm_time, BLOCK_TIME),
-        remembered=gap_memory(bandwidth, h),
         coarse=coarse,
         launch=launch,
-        horizon=launch * max(1, round(_HORIZON / (launch * h))),
-        block=coarse * max(1, round(BLOCK_TIME / (coarse * h))),
-        settling=round(_SETTLING / h),
-        stop=max(1, round(_STOP / h)),
-        stuck=max(2, round(_STUCK / h)),
+        horizon=samples(_HORIZON, launch),
+        block=samples(BLOCK_TIME, coarse),
+        settling=samples(_SETTLING),
+        stop=samples(_STOP),
+        stuck=samples(_STUCK),
         window=round(settings.window / (launch * h)),
     )

@@ -13,8 +13,7 @@ from heli_plant.plant import measured_angles, step
 from heli_plant.state import PlantState
 
 from ..online.linear_algebra import total
-from .gaps import Voltages
-from .observer import Angles, apply_shares
+from .observer import Angles, Voltages, apply_shares
 from .plan import FollowPlan, Twin
 
 WINDOWS = 3
@@ -43,59 +42,56 @@ class Copies(NamedTuple):
 
 
 class Predictions(NamedTuple):
-    """Copies of the twins in use and left alone, and of a rival, of which nothing runs without one.
+    """Copies of the twin in use, of the one left alone and, where there is one, of a rival.
 
     ``arrived``: sums of the voltages that arrived since the last coarse step [V]; ``compared``: whether copies fell due
     at this sample and were compared.
     """
 
-    used: Copies
-    alone: Copies
-    rival: Copies = Copies()
+    copies: tuple[Copies, ...]
     arrived: Voltages = (0.0, 0.0)
     compared: bool = False
 
+    @property
+    def used(self) -> Copies:
+        """Of the twin in use."""
+        return self.copies[0]
 
-def drop_running(now: Predictions) -> Predictions:
-    """Return the predictions without running copies."""
-    used, alone, rival = [one._replace(running=()) for one in (now.used, now.alone, now.rival)]
-    return now._replace(used=used, alone=alone, rival=rival)
+    @property
+    def alone(self) -> Copies:
+        """Of the twin that was left alone."""
+        return self.copies[1]
+
+    def drop_running(self) -> "Predictions":
+        """Return the predictions without running copies."""
+        return self._replace(copies=tuple([one._replace(running=()) for one in self.copies]))
 
 
-def move_copies(
-    now: Predictions, used: Twin, alone: Twin, rivals: tuple[Twin, ...], k: int, plan: FollowPlan
-) -> Predictions:
-    """Return the copies at sample ``k``, a coarse step later; ``rivals`` is empty or one."""
+def move_copies(now: Predictions, twins: tuple[Twin, ...], k: int, plan: FollowPlan) -> Predictions:
+    """Return the copies of ``twins`` at sample ``k``, a coarse step later."""
     length = plan.coarse * plan.settings.sample_time
     time = (k // plan.coarse - 1) * length
     voltages = now.arrived[0] / plan.coarse, now.arrived[1] / plan.coarse
-
-    def moved(copies: Copies, twin: Twin) -> Copies:
+    moved = []
+    for copies, twin in zip(now.copies, twins, strict=True):
         front, rear = apply_shares(voltages, twin)
-        p = twin.parameters
-        return copies._replace(running=tuple([step(one, front, rear, 0.0, time, length, p) for one in copies.running]))
-
-    rival = moved(now.rival, rivals[0]) if rivals else now.rival
-    return Predictions(moved(now.used, used), moved(now.alone, alone), rival)
+        running = [step(one, front, rear, 0.0, time, length, twin.parameters) for one in copies.running]
+        moved.append(copies._replace(running=tuple(running)))
+    return Predictions(tuple(moved))
 
 
-def launch_copies(
-    now: Predictions, seen: PlantState, angles: Angles, fresh: bool, has_rival: bool, plan: FollowPlan
-) -> Predictions:
+def launch_copies(now: Predictions, seen: PlantState, angles: Angles, fresh: bool, plan: FollowPlan) -> Predictions:
     """Compare the oldest copies with the measured ``angles`` if they have run for 1 s; start new ones from ``seen``."""
     full = plan.horizon // plan.launch
-
-    def launched(one: Copies) -> Copies:
+    launched = []
+    for one in now.copies:
         if len(one.running) == full:
             due = measured_angles(one.running[0])
             error = (angles[0] - due[0], angles[1] - due[1], angles[2] - due[2])
             errors = (*one.errors, error)[-WINDOWS * plan.window :] if fresh else one.errors
             one = Copies(one.running[1:], due, errors)
-        return one._replace(running=(*one.running, seen))
-
-    compared = fresh and len(now.used.running) == full
-    rival = launched(now.rival) if has_rival else now.rival
-    return now._replace(used=launched(now.used), alone=launched(now.alone), rival=rival, compared=compared)
+        launched.append(one._replace(running=(*one.running, seen)))
+    return now._replace(copies=tuple(launched), compared=fresh and len(now.used.running) == full)
 
 
 def compare_errors(rival: Errors, used: Errors, axes: tuple[int, ...]) -> tuple[float, float]:

@@ -3,10 +3,10 @@
 from typing import Any, Literal, NamedTuple, get_args
 
 from .baseline import Baseline
-from .blocks import Block, Inflation, Noise, Sums, Vector
-from .cusum import NOTHING, Cusum, Finding
+from .blocks import Block, Noise, Sums, Vector
+from .cusum import NOTHING, Cusum, Finding, Inflation
 from .observer import Observer
-from .plan import Twin
+from .plan import FollowPlan, Twin
 from .prediction import Copies, Predictions
 from .stream import Stream
 
@@ -122,9 +122,9 @@ class Values(NamedTuple):
     now: Twin
     begin: Vector
     end: Vector
-    ramp: int
-    rival: tuple[Twin, ...]
     errors: Vector
+    ramp: int = 0
+    rival: tuple[Twin, ...] = ()
 
 
 class CorrectorState(NamedTuple):
@@ -159,15 +159,24 @@ class CorrectorState(NamedTuple):
     finding: Finding = NOTHING
     heard: tuple[Vector, ...] = ()
 
+    def blocks_in_mode(self, plan: FollowPlan) -> int:
+        """Return the blocks for which the mode has lasted."""
+        return (self.samples - self.since) // plan.block
+
     def enter(self, mode: Mode, **more: Any) -> "CorrectorState":
         """Return the state that enters ``mode`` now."""
         return self._replace(mode=mode, since=self.samples, **more)
 
+    def ramp_to(self, end: Vector, errors: Vector) -> "CorrectorState":
+        """Return the state in which the values ``end``, with their standard errors, are ramped in from now on."""
+        begin = self.values.now.values
+        return self._replace(values=self.values._replace(begin=begin, end=end, errors=errors, ramp=self.samples))
+
     def with_rival(self, *rival: Twin) -> "CorrectorState":
         """Return the state with a new ``rival``, or with none."""
-        return self._replace(
-            values=self.values._replace(rival=rival), predictions=self.predictions._replace(rival=Copies())
-        )
+        copies = (*self.predictions.copies[:2], *[Copies() for _ in rival])
+        predictions, values = self.predictions._replace(copies=copies), self.values._replace(rival=rival)
+        return self._replace(predictions=predictions, values=values)
 
     def without_alarm(self) -> "CorrectorState":
         """Return the state with every CUSUM at zero."""

@@ -62,19 +62,9 @@ class Stream(NamedTuple):
     broken: bool = False
 
 
-def start_stream(angles: Angles) -> Stream:
-    """Return how samples come in at sample 0 with its ``angles`` [rad]."""
-    return Stream(tuple([Encoder(angle) for angle in angles]))
-
-
 def is_discounted(encoder: Encoder, plan: FollowPlan) -> bool:
     """Return whether what an encoder says does not count: it stands, or has stood until shortly before."""
     return encoder.still >= plan.stuck or encoder.unsettled > 0
-
-
-def stood_in_last_block(stream: Stream, samples: int, plan: FollowPlan) -> bool:
-    """Return whether an encoder has just stood for half a second, and in the block before that of ``samples`` too."""
-    return samples % plan.block < plan.stuck and any(encoder.still == plan.stuck for encoder in stream.encoders)
 
 
 def is_doubtful(stream: Stream, noise: Vector, plan: FollowPlan) -> bool:
@@ -87,44 +77,35 @@ def is_doubtful(stream: Stream, noise: Vector, plan: FollowPlan) -> bool:
 
 
 def update_stream(
-    stream: Stream,
-    angles: Angles,
-    fresh: bool,
-    predicted: Instant,
-    noise: Vector,
-    plan: FollowPlan,
+    stream: Stream, angles: Angles, fresh: bool, seen: Instant, noise: Vector, plan: FollowPlan
 ) -> Stream:
     """Return how the samples come in, after one more instant.
 
-    The ``angles`` of the rig [rad] are of this instant if they are ``fresh``; ``predicted``: what the observer makes of
-    it, ``noise``: the standard deviations of the innovations [rad].
+    The ``angles`` of the rig [rad] are of this instant if they are ``fresh``; ``seen``: what the observer makes of it,
+    ``noise``: the standard deviations of the innovations [rad].
     """
     if not fresh:
         unseen = stream.unseen + 1
         return stream._replace(unseen=unseen, broken=stream.broken or unseen >= plan.stop)
-    state = predicted.memory.state
-    seen, rates = measured_angles(state), (state.pitch_rate, state.elevation_rate, state.travel_rate)
-    axes = list(zip(stream.encoders, angles, seen, rates, predicted.torque, noise, strict=True))
-    jumped = any(
-        angle != one.angle and one.still >= plan.stuck and abs(angle - expected) > _JUMP * deviation
-        for one, angle, expected, _, _, deviation in axes
-    )
-    encoders = tuple(
-        [_update_encoder(one, angle, rate, torque, deviation, plan) for one, angle, _, rate, torque, deviation in axes]
-    )
-    return Stream(encoders, 0, jumped or any(one.stuck for one in encoders))
+    state, jumped, encoders = seen.memory.state, False, []
+    rates = state.pitch_rate, state.elevation_rate, state.travel_rate
+    rows = zip(stream.encoders, angles, measured_angles(state), rates, seen.torque, noise, strict=True)
+    for one, angle, expected, rate, torque, deviation in rows:
+        stood = one.still >= plan.stuck
+        jumped = jumped or (angle != one.angle and stood and abs(angle - expected) > _JUMP * deviation)
+        if angle != one.angle:
+            encoders.append(Encoder(angle, unsettled=plan.settling if stood else max(0, one.unsettled - 1)))
+        else:
+            encoders.append(_stand(one, rate, torque, deviation, plan))
+    return Stream(tuple(encoders), 0, jumped or any(one.stuck for one in encoders))
 
 
-def _update_encoder(
-    one: Encoder, angle: float, rate: float, torque: float, deviation: float, plan: FollowPlan
-) -> Encoder:
-    unsettled = max(0, one.unsettled - 1)
-    if angle != one.angle:
-        return Encoder(angle, unsettled=plan.settling if one.still >= plan.stuck else unsettled)
+def _stand(one: Encoder, rate: float, torque: float, deviation: float, plan: FollowPlan) -> Encoder:
+    """Return an encoder that stands for one more sample."""
     if one.still == 0:
         one = one._replace(rate=rate, torque=torque)
     h, still = plan.settings.sample_time, one.still + 1
     passed = abs(one.rate) * still * h > max(_PATH, _PATH_NOISE * deviation)
     held = still >= plan.stuck and abs(torque - one.torque) > _HELD
     stuck = one.stuck or passed or held  # until it moves: meanwhile nothing holds the observer
-    return one._replace(still=still, way=one.way + rate * h, stuck=stuck, unsettled=unsettled)
+    return one._replace(still=still, way=one.way + rate * h, stuck=stuck, unsettled=max(0, one.unsettled - 1))

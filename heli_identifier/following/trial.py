@@ -14,20 +14,10 @@ explains it 100 times better goes on trial instead; else the size is ramped in. 
 soon as they predict better with t > 3, they are taken again.
 """
 
-from .baseline import add_uncertainty, forget_latest
-from .blocks import PROVED, Vector, deviations_of, is_noise_known, learn_inflation, shift_block
-from .cusum import NOTHING, Cusum, Finding, siegmund_threshold, update_cusum
-from .naming import (
-    LEAD,
-    SWINGING,
-    blocks_since,
-    find_changes,
-    find_likelier,
-    is_contradicted,
-    make_event,
-    measure,
-    refine_size,
-)
+from .baseline import add_uncertainty, hold_baseline
+from .blocks import Vector, deviations_of, is_noise_known, shift_block
+from .cusum import NOTHING, PROVED, Cusum, Finding, siegmund_threshold, update_cusum
+from .naming import LEAD, SWINGING, explain, find_changes, find_likelier, is_contradicted, make_event, refine_size
 from .plan import FollowPlan
 from .prediction import WINDOWS, compare_errors
 from .state import CorrectorState, Event, IdentifierReport
@@ -73,39 +63,26 @@ def judge_block(state: CorrectorState, report: IdentifierReport, plan: FollowPla
         return state.enter("following"), []
     if state.mode in ("starting", "suspended"):
         return state, []
-    state = _learn_inflations(state)
+    if state.mode == "following" and len(state.tested) == PROVED + 3:  # the oldest have been proved
+        proved = zip(state.inflations, *state.tested[2::-1], strict=True)
+        learned = [one.learn(u, u_1, u_2, w) for one, (u, w), (u_1, _), (u_2, _) in proved]
+        state = state._replace(inflations=tuple(learned))
     if report.scores:
         counts = [n + 1 if abs(score) > _SCORE else 0 for n, score in zip(state.scored, report.scores, strict=True)]
         state = state._replace(scored=tuple(counts))
     if report.estimates:
         state = state._replace(heard=(*state.heard, report.estimates)[-_HEARD_BLOCKS:])
-    run = 0
-    if state.mode in ("following", "adopted"):
-        state, run = _update_cusums(state, plan)
     if state.mode == "following":
-        return look_for_change(state, run, plan)
+        return look_for_change(*_update_cusums(state, plan), plan)
     if state.mode == "alarmed":
         return name_change(state, report, plan)
     if state.mode == "on trial":
         return try_change(state, report, plan)
-    return watch_change(state, plan)
-
-
-def _learn_inflations(state: CorrectorState) -> CorrectorState:
-    """Learn from the block that has become old enough without an alarm."""
-    if len(state.tested) < PROVED + 3 or state.mode != "following":
-        return state
-    proved = zip(state.inflations, *state.tested[2::-1], strict=True)
-    return state._replace(
-        inflations=tuple([learn_inflation(c, u, u_1, u_2, w) for c, (u, w), (u_1, _), (u_2, _) in proved])
-    )
+    return watch_change(_update_cusums(state, plan)[0], plan)
 
 
 def _update_cusums(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorState, int]:
-    """Take the newest block into the CUSUMs; return the blocks since the one that raises an alarm was zero, else 0.
-
-    The longest time counts.
-    """
+    """Take in the newest block; return the blocks since the CUSUM that raises an alarm was zero, the most, else 0."""
     cusums: list[Cusum] = []
     alarm, longest = 0.0, 0
     for change, c, (response, information) in zip(plan.changes, state.inflations, state.tested[-1], strict=True):
@@ -124,16 +101,21 @@ def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Judged
 
     It waits while an encoder may be at fault.
     """
-    if _is_worse_than_alone(state, plan):
-        return take_back(state, plan.first_values, "worse than alone", plan)
+    used, alone = state.predictions.used.errors, state.predictions.alone.errors
+    if state.values.end != plan.alone.values and len(alone) == WINDOWS * plan.window:
+        mean, t = compare_errors(alone, used, (0, 1, 2))
+        if mean < -_WORSE and t < -_CLEARLY:
+            return take_back(state, plan.alone.values, "worse than alone", plan)
     if run > 0 and not is_doubtful(state.stream, deviations_of(state.noises), plan):
         found, _ = find_changes(state, run + SWINGING, plan)
         first = found[0] if found else NOTHING
-        state = state.enter("alarmed", finding=first, run=run, baseline=forget_latest(state.baseline))
+        baseline = hold_baseline(state.baseline.proved)
+        state = state.enter("alarmed", finding=first, run=run, baseline=baseline)
         return state, [make_event(state, "suspected", plan, first)]
     for slot, blocks in enumerate(state.scored):
         if blocks >= _SCORE_TIME:
-            one = measure(state, len(plan.changes) - len(state.scored) + slot, plan)
+            number = len(plan.changes) - len(state.scored) + slot
+            one = explain(state, number, len(state.blocks), plan)
             if one.change >= 0 and abs(one.z) >= _LEAST_Z:
                 state = state._replace(scored=(0,) * len(state.scored), finding=one)
                 return _put_on_trial(state, one, plan, make_event(state, "scored", plan, one))
@@ -142,7 +124,7 @@ def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Judged
 
 def name_change(state: CorrectorState, report: IdentifierReport, plan: FollowPlan) -> Judged:
     """Name the change as soon as it leads, or when patience is over."""
-    elapsed = blocks_since(state, plan)
+    elapsed = state.blocks_in_mode(plan)
     found, measured = find_changes(state, state.run + SWINGING + elapsed, plan)
     late = elapsed >= _PATIENCE
     if not found:
@@ -177,13 +159,18 @@ def _put_on_trial(state: CorrectorState, finding: Finding, plan: FollowPlan, *ev
     return state.with_rival(rival).enter("on trial", finding=finding), [*events]
 
 
+def _compare_rival(state: CorrectorState, plan: FollowPlan) -> tuple[int, float, float]:
+    """Return the comparisons of the rival, and how much worse it is on the axes of the change; 0 within a window."""
+    rival, used = state.predictions.copies[2].errors, state.predictions.used.errors
+    if len(rival) < plan.window:
+        return len(rival), 0.0, 0.0
+    return len(rival), *compare_errors(rival, used, plan.changes[state.finding.change].axes)
+
+
 def try_change(state: CorrectorState, report: IdentifierReport, plan: FollowPlan) -> Judged:
     """Adopt the change if the rival was better over the window, hold it if not; else wait for another window."""
-    rival = state.predictions.rival.errors
-    if len(rival) < plan.window:
-        return state, []
-    difference, t = compare_errors(rival, state.predictions.used.errors, plan.changes[state.finding.change].axes)
-    if abs(t) < _SURELY and len(rival) < _TRIAL_WINDOWS * plan.window:
+    compared, difference, t = _compare_rival(state, plan)
+    if compared < plan.window or (abs(t) < _SURELY and compared < _TRIAL_WINDOWS * plan.window):
         return state, []
     latest = refine_size(state, state.finding, plan)
     likelier = find_likelier(state, latest, plan)
@@ -201,62 +188,40 @@ def try_change(state: CorrectorState, report: IdentifierReport, plan: FollowPlan
 def _adopt(state: CorrectorState, finding: Finding, error: float, plan: FollowPlan) -> CorrectorState:
     """Return the state with the change ramped in; the values before are the rival from now on."""
     before, change = state.values, plan.changes[finding.change]
-    direction = change.direction(before.end)
+    direction, end = change.direction(before.end), change.applied(finding.size, before.end)
     errors = list(before.errors)
     for place in change.places:
         errors[place] = error
-    state = state._replace(
-        values=before._replace(
-            begin=before.now.values,
-            end=change.applied(finding.size, before.end),
-            ramp=state.samples,
-            errors=tuple(errors),
-        )
-    )
-    return (
-        state.without_alarm()
-        .with_rival(plan.twin(before.end))
-        .enter(
-            "adopted",
-            finding=finding,
-            blocks=tuple([shift_block(block, direction, finding.size) for block in state.blocks[-finding.blocks :]]),
-            baseline=add_uncertainty(state.baseline, direction, finding.standard_error, change.size),
-            tested=(),
-        )
+    state = state.ramp_to(end, tuple(errors)).without_alarm().with_rival(plan.twin(before.end))
+    return state.enter(
+        "adopted",
+        finding=finding,
+        blocks=tuple([shift_block(block, direction, finding.size) for block in state.blocks[-finding.blocks :]]),
+        baseline=add_uncertainty(state.baseline, direction, finding.standard_error, change.size),
+        tested=(),
     )
 
 
 def watch_change(state: CorrectorState, plan: FollowPlan) -> Judged:
     """Watch what was adopted: take it back if the values before predict better, refine it when the watch is over."""
-    number, rival = state.finding.change, state.predictions.rival.errors
-    if len(rival) >= plan.window:
-        mean, t = compare_errors(rival, state.predictions.used.errors, plan.changes[number].axes)
-        if mean < 0.0 and t < -_ROLL_BACK:
-            return take_back(state, state.values.rival[0].values, "worse", plan)
-    if len(rival) < _WATCH_WINDOWS * plan.window:
+    compared, mean, t = _compare_rival(state, plan)
+    if mean < 0.0 and t < -_ROLL_BACK:
+        return take_back(state, state.values.rival[0].values, "worse", plan)
+    if compared < _WATCH_WINDOWS * plan.window:
         return state, []
-    left = measure(state, number, plan)
+    number, count = state.finding.change, len(state.blocks)
+    left = explain(state, number, count, plan)
     if left.change < 0 or abs(left.z) < _REFINING:
         # of a slow change the last part tells most
-        left = measure(state, number, plan, whole=False)
+        left = explain(state, number, count, plan, whole=False)
         if left.evidence < LEAD:
             left = NOTHING
     state = state.follow_again()._replace(cusums=state.cusums, cusums_before=state.cusums_before)
     return _put_on_trial(state, left, plan) if left.change >= 0 else (state, [])
 
 
-def _is_worse_than_alone(state: CorrectorState, plan: FollowPlan) -> bool:
-    """Return whether the twin in use has clearly been worse over the last windows than the one left alone."""
-    used, alone = state.predictions.used.errors, state.predictions.alone.errors
-    if state.values.end == plan.first_values or len(alone) < WINDOWS * plan.window:
-        return False
-    mean, t = compare_errors(alone, used, (0, 1, 2))
-    return mean < -_WORSE and t < -_CLEARLY
-
-
 def take_back(state: CorrectorState, end: Vector, why: str, plan: FollowPlan) -> Judged:
     """Ramp the values ``end`` in again."""
-    values = state.values._replace(begin=state.values.now.values, end=end, ramp=state.samples)
-    state = state._replace(values=values, blocks=(), tested=())
+    state = state.ramp_to(end, state.values.errors)._replace(blocks=(), tested=())
     event = make_event(state, why, plan, Finding(state.finding.change))
     return state.follow_again(), [event._replace(since=event.time)]

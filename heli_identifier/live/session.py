@@ -319,7 +319,7 @@ def _values(state: FollowState, plan: Follower) -> list[dict[str, Any]]:
     """Return the identified parameters, and whatever else the twin has changed."""
     corrector, estimates = plan.corrector, state.estimates
     used = dict(zip(corrector.changeable, state.corrector.values.now.values, strict=True))
-    first = dict(zip(corrector.changeable, corrector.first_values, strict=True))
+    first = dict(zip(corrector.changeable, corrector.alone.values, strict=True))
     units = {row.name: unit_text(row.unit) or "1" for row in PARAMETERS}
     known: dict[str, tuple[float | None, float | None]] = {}
     for field, estimate in estimates.parameters._asdict().items():
