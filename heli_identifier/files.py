@@ -5,7 +5,10 @@ followed. What is no regular file (a device, a pipe), or is standard output, can
 it is written through.
 
 A draft exists only while its block runs. SIGKILL and a loss of power leave one. Whoever makes the next draft in the
-same folder removes those to which nothing was added for a week.
+same folder removes those in which nothing was written for a week.
+
+A few kilobytes of zip can hold a petabyte, and an entry's name can lead out of the folder that it is unpacked into. So
+the directory of a stranger's archive is read before it is unpacked.
 """
 
 import errno
@@ -14,20 +17,24 @@ import secrets
 import shutil
 import stat
 import tempfile
+import zipfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from os import PathLike
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from time import time
 
-from heli_identifier.platform import NO_WAIT
-from heli_identifier.signals import undone
+from heli_identifier.processes import NO_WAIT, undone
 
 PREFIX = ".heli-draft-"
 """Beginning of the name of every draft."""
 
-_ABANDONED = 7 * 86400.0  # age of a draft from which no process works in it [s]
+LARGEST_ARCHIVE = 2_000_000_000
+"""Bytes that an archive may hold unpacked. The largest FMUs, with tables in them, have some hundred megabytes."""
+
+_BLOCK = 4096  # bytes of a disk that an entry takes at least
+_ABANDONED = 7 * 86400.0  # age of a draft in which no process works [s]
 
 _kept: ContextVar[tuple[Path, ...]] = ContextVar("_kept", default=())
 
@@ -71,25 +78,45 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
         present = None
         with suppress(FileNotFoundError, NotADirectoryError):
             present = target.stat()  # what stands at the end of all links; a link to itself is an error
-        if present is None or (stat.S_ISREG(present.st_mode) and not _is_standard_output(present)):
+        out = None  # standard output: what `-o /dev/stdout >> FILE` finds in FILE must stay
+        with suppress(OSError):  # it is closed
+            out = os.fstat(1)
+        if present is None:
+            _replace(Path(os.path.realpath(target)), None, data)
+        elif out is not None and os.path.samestat(present, out):
+            _write_all(os.dup(1), data)
+        elif stat.S_ISREG(present.st_mode):
             _replace(Path(os.path.realpath(target)), present, data)
-        else:
-            _write_through(target, present, data)
+        elif stat.S_ISDIR(present.st_mode):
+            raise IsADirectoryError(errno.EISDIR, "it is a folder, a file is needed")
+        else:  # without NO_WAIT a pipe that nobody reads would be waited for without end
+            _write_all(os.open(target, os.O_WRONLY | NO_WAIT), data, blocking=bool(NO_WAIT))
     except OSError as error:
         # An error of a write, such as a full disk, names no file, and one of the draft names the draft.
         raise OSError(error.errno, error.strerror, str(path)) from error
     return target
 
 
-def regular_bytes(path: Path, largest: float) -> bytes:
-    """Read a file that may be anything.
+def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
+    """Write a draft in the same folder, because a rename is atomic only within one file system, and rename it."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with draft_folder(target.parent) as folder:
+        draft = folder / "draft"
+        draft.write_bytes(data)
+        if present is not None:
+            draft.chmod(stat.S_IMODE(present.st_mode))
+        draft.replace(target)
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    largest : float
-        Size up to which it is read [MB].
+
+def _write_all(descriptor: int, data: bytes, blocking: bool = False) -> None:
+    with open(descriptor, "wb") as file:
+        if blocking:
+            os.set_blocking(descriptor, True)
+        file.write(data)
+
+
+def regular_bytes(path: Path, largest: float) -> bytes:
+    """Read a file that may be anything, up to a size of ``largest`` [MB].
 
     Raises
     ------
@@ -135,39 +162,30 @@ def sweep(folder: Path) -> None:
     with suppress(OSError):  # it does not exist or cannot be listed; whoever writes there will say so
         for draft in folder.glob(f"{PREFIX}*"):
             with suppress(FileNotFoundError):  # its process ends at this moment
-                if time() - draft.stat().st_mtime > _ABANDONED:
+                written = max(path.lstat().st_mtime for path in (draft, *draft.rglob("*")))
+                if time() - written > _ABANDONED:
                     shutil.rmtree(draft, ignore_errors=True)  # it may be somebody else's
 
 
-def _is_standard_output(present: os.stat_result) -> bool:
-    """Whether ``-o /dev/stdout >> FILE`` names this file: what FILE already holds must stay."""
+def check_zip(path: Path) -> None:
+    """Refuse a zip that cannot be unpacked safely; zipfile refuses what is encrypted, and makes a file of a link.
+
+    Raises
+    ------
+    ValueError
+        It is no zip, holds more than `LARGEST_ARCHIVE`, or has an entry that lies outside of its folder.
+    OSError
+        The file cannot be read.
+    """
     try:
-        return os.path.samestat(present, os.fstat(1))
-    except OSError:  # standard output is closed
-        return False
-
-
-def _write_through(target: Path, present: os.stat_result, data: bytes) -> None:
-    """Write to what cannot be replaced."""
-    if stat.S_ISDIR(present.st_mode):
-        raise IsADirectoryError(errno.EISDIR, "it is a folder, a file is needed", str(target))
-    if _is_standard_output(present):
-        descriptor = os.dup(1)
-    else:
-        # Without NO_WAIT a pipe that nobody reads would be waited for without end.
-        descriptor = os.open(target, os.O_WRONLY | NO_WAIT)
-        if NO_WAIT:
-            os.set_blocking(descriptor, True)
-    with open(descriptor, "wb") as file:
-        file.write(data)
-
-
-def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
-    """Write a draft in the same folder, because a rename is atomic only within one file system, and rename it."""
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with draft_folder(target.parent) as folder:
-        draft = folder / "draft"
-        draft.write_bytes(data)
-        if present is not None:
-            draft.chmod(stat.S_IMODE(present.st_mode))
-        draft.replace(target)
+        with zipfile.ZipFile(path) as archive:
+            entries = archive.infolist()
+    except (zipfile.BadZipFile, NotImplementedError, ValueError) as error:
+        raise ValueError(f"it is no zip archive ({error})") from error
+    for entry in entries:
+        name = PurePosixPath(entry.filename.replace("\\", "/"))
+        if name.is_absolute() or ".." in name.parts or ":" in (name.parts or ("",))[0]:
+            raise ValueError(f"its entry {entry.filename!r} lies outside of the archive")
+    if (unpacked := sum(max(entry.file_size, _BLOCK) for entry in entries)) > LARGEST_ARCHIVE:
+        most = f"at most {LARGEST_ARCHIVE / 1e9:g} GB are unpacked"
+        raise ValueError(f"it holds {unpacked / 1e9:.3g} GB unpacked, {most}")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from heli_identifier import files, signals
+from heli_identifier import files, processes
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.results.folder import whole_folder
@@ -134,7 +134,7 @@ def test_a_move_that_fails_or_is_ended_by_a_signal_takes_back_those_before_it(tm
     def replace(self, target):
         # the disk fails when the last file is moved to its place
         if self.name == "c" and Path(target) == tmp_path / "c" and ".replaced" not in str(self):
-            for _, undo in reversed(signals._to_undo if signalled else []):  # what the handler of a signal does
+            for _, undo in reversed(processes._to_undo if signalled else []):  # what the handler of a signal does
                 undo()
             raise OSError(28, "No space left on device")
         return original(self, target)

@@ -30,7 +30,7 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from lxml import etree
 
-from heli_identifier.archives import check_zip
+from heli_identifier.files import check_zip
 from heli_plant.errors import did_you_mean
 
 from ..errors import MasterError

@@ -20,8 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from heli_identifier.files import draft_folder
-from heli_identifier.platform import NEW_GROUP, end_process, end_with_parent
-from heli_identifier.signals import undone
+from heli_identifier.processes import NEW_GROUP, end_process, end_with_parent, undone
 
 from ..errors import FmuError, MasterError
 from ..variables import Value

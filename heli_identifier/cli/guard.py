@@ -18,8 +18,7 @@ import typer
 from fmu_src.errors import FmuError
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.files import keeping
-from heli_identifier.platform import memory_limits
-from heli_identifier.signals import handled_here
+from heli_identifier.processes import handled_here, memory_limits
 from heli_plant.errors import PlantError
 
 BAD_INPUT = 2

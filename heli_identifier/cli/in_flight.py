@@ -20,9 +20,8 @@ from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.terminal import note, note_written, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, IdentifierError, require_range
 from heli_identifier.files import write_atomically
-from heli_identifier.platform import end_with_parent, unheard
+from heli_identifier.processes import end_with_parent, undone, unheard
 from heli_identifier.provenance import from_command_line
-from heli_identifier.signals import undone
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor

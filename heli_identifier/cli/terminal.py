@@ -20,7 +20,7 @@ import typer
 import heli_identifier as hi
 from heli_identifier import records, results
 from heli_identifier.errors import printable
-from heli_identifier.signals import undone
+from heli_identifier.processes import undone
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done, 0 to 1."""

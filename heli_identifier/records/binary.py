@@ -17,6 +17,7 @@ A name in MATLAB holds no brackets; ``time_s``, ``v_front_V``, ``pitch_rad`` or 
 headers, and `find_columns` splits them. Files of version 7.3 (HDF5) and objects (tables) are read by mat-io.
 """
 
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -24,8 +25,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.archives import check_zip
 from heli_identifier.errors import HELI_TOML, LogError
+from heli_identifier.files import check_zip
 from heli_identifier.records.columns import Table, as_numbers
 from heli_identifier.records.configuration import LogFormat
 from heli_identifier.records.text import read_text
@@ -40,8 +41,31 @@ _FEWEST_SAMPLES = 100  # in a matrix; one that has fewer rows and columns holds 
 _Columns = dict[str, NDArray[Any]]
 
 
-def need(module: str, package: str, file: str, what: str) -> Any:
-    """Import a package that reads a format; a LogError says how to get it if it is not installed."""
+def read_binary(path: Path, file: str, format: LogFormat) -> Table:
+    """Read a file whose ending is one of `READERS`; messages call it ``file``.
+
+    Raises
+    ------
+    LogError
+        It is damaged, holds no table, or needs a package that is not installed.
+    """
+    what, module, package, read = READERS[path.suffix]
+    library = _need(module, package, file, what)
+    try:
+        found = read(library, path, file, format)
+    except (LogError, MemoryError):
+        raise
+    except Exception as error:  # each library raises what its parser does on a damaged file
+        said = str(error).replace(str(path), file).strip().splitlines() or [type(error).__name__]
+        raise LogError(f"{file} is not readable as {what} ({said[0][:200]}); save it again.") from error
+    if isinstance(found, Table):
+        return found
+    if len(found) < 2 and path.suffix != ".mat":
+        raise LogError(f"{file} holds {len(found)} columns, a log has six.")
+    return Table(file, tuple(found), tuple(found.values()))
+
+
+def _need(module: str, package: str, file: str, what: str) -> Any:
     try:
         return import_module(module)
     except ImportError as error:
@@ -50,7 +74,7 @@ def need(module: str, package: str, file: str, what: str) -> Any:
         ) from error
 
 
-def read_parquet(library: Any, path: Path, file: str, format: LogFormat) -> Table:
+def _read_parquet(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:
     """Read a Parquet file; columns that hold no numbers are objects."""
     with library.ParquetFile(path) as source:
         schema, rows = source.schema_arrow, source.metadata.num_rows
@@ -64,10 +88,10 @@ def read_parquet(library: Any, path: Path, file: str, format: LogFormat) -> Tabl
         table = source.read(use_threads=False)
     decimals = {field.name: "float64" for field in schema if str(field.type).startswith("decimal")}
     found = {name: table[name].cast(decimals.get(name, table[name].type)).to_pandas() for name in schema.names}
-    return _table(file, {name: as_numbers(values.to_numpy()) for name, values in found.items()})
+    return {name: as_numbers(values.to_numpy()) for name, values in found.items()}
 
 
-def read_tdms(library: Any, path: Path, file: str, format: LogFormat) -> Table:
+def _read_tdms(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:
     """Read the channels of all groups; a time from the waveform's increment where no channel is one."""
     found: _Columns = {}
     with library.TdmsFile.open(path) as source:
@@ -75,16 +99,16 @@ def read_tdms(library: Any, path: Path, file: str, format: LogFormat) -> Table:
         for group in groups:
             prefix = "" if len(groups) == 1 else f"{group.name}."
             for channel in group.channels():
-                unit = str(channel.properties.get("unit_string", "")).strip()
-                found[_named(prefix + channel.name, unit)] = as_numbers(channel[:])
+                unit = str(channel.properties.get("unit_string", ""))
+                found[_with_unit(prefix + channel.name, unit)] = as_numbers(channel[:])
             first = group.channels()[0]
             is_timed = any("time" in channel.name.lower() for channel in group.channels())
             if not is_timed and "wf_increment" in first.properties:
                 found[f"{prefix}time [s]"] = np.asarray(first.time_track(), dtype=float)
-    return _table(file, found)
+    return found
 
 
-def read_mdf(library: Any, path: Path, file: str, format: LogFormat) -> Table:
+def _read_mdf(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:
     """Read the group with the most channels, its master as the time; an invalid sample is not a number."""
     with library.MDF(path) as source:
         groups = [list(source.virtual_groups[index].groups) for index in source.virtual_groups]
@@ -94,17 +118,16 @@ def read_mdf(library: Any, path: Path, file: str, format: LogFormat) -> Table:
             for number, channel in enumerate(source.groups[index].channels):
                 if number == source.masters_db.get(index):
                     continue
-                found.setdefault("time [s]", np.array(source.get_master(index), dtype=float))
-                unit = source.get(group=index, index=number, record_offset=0, record_count=1).unit
-                samples, invalid = source.get(group=index, index=number, samples_only=True)
-                values = as_numbers(samples)
+                signal = source.get(group=index, index=number, ignore_invalidation_bits=True)
+                values, invalid = as_numbers(signal.samples), signal.invalidation_bits
                 if invalid is not None:
                     values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
-                found[_named(channel.name, unit.strip())] = values
-    return _table(file, found)
+                found.setdefault("time [s]", np.array(signal.timestamps, dtype=float))
+                found[_with_unit(channel.name, signal.unit)] = values
+    return found
 
 
-def read_workbook(library: Any, path: Path, file: str, format: LogFormat) -> Table:
+def _read_workbook(library: Any, path: Path, file: str, format: LogFormat) -> Table:
     """Read the first sheet of an Excel workbook that holds a table."""
     import pandas
 
@@ -121,49 +144,41 @@ def read_workbook(library: Any, path: Path, file: str, format: LogFormat) -> Tab
     raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, sheets))}).")
 
 
-def _table(file: str, columns: _Columns) -> Table:
-    if len(columns) < 2:
-        raise LogError(f"{file} holds {len(columns)} columns, a log has six.")
-    return Table(file, tuple(columns), tuple(columns.values()))
+def _with_unit(name: str, unit: str) -> str:
+    return f"{name} [{unit.strip()}]" if unit.strip() and "[" not in name else name
 
 
-def _named(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if unit and "[" not in name else name
-
-
-def read_matlab(library: Any, path: Path, file: str, format: LogFormat) -> Table:
-    """Read a MATLAB file by scipy.io, or by mat-io where it has to be; its vectors may differ in length.
-
-    Raises
-    ------
-    LogError
-        If the file holds no vector, or needs a package that is not installed.
-    """
+def _read_matlab(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:
+    """Read a MATLAB file by scipy.io, or by mat-io where it has to be; its vectors may differ in length."""
     with open(path, "rb") as stream:
         head = stream.read(516)
     hdf5 = _HDF5 in (head[:4], head[512:])  # MATLAB puts a header of its own before it
     variables = {} if hdf5 else library.loadmat(path, squeeze_me=True, appendmat=False)
     if hdf5 or "__function_workspace__" in variables:
         what = "a MATLAB 7.3 file" if hdf5 else "a MATLAB file with objects"
-        variables = need("matio", "mat-io", file, what).load_from_mat(str(path))
-    found = {str(name): value for name, value in variables.items() if not str(name).startswith("__")}
-    vectors, objects = _Columns(), list[str]()
-    for name, value in found.items():
-        _collect(name, value, vectors, objects)
+        variables = _need("matio", "mat-io", file, what).load_from_mat(str(path))
+    named = {str(name): value for name, value in variables.items() if not str(name).startswith("__")}
+    objects = list[str]()
+    vectors = {place: values for name, value in named.items() for place, values in _vectors(name, value, objects)}
     if not vectors:
         those = f"the MATLAB object{'s' if len(objects) > 1 else ''} {', '.join(objects)}" if objects else None
         raise LogError(
-            f"{file} holds no vector of numbers, found {those or ', '.join(found) or 'nothing'}; save "
+            f"{file} holds no vector of numbers, found {those or ', '.join(named) or 'nothing'}; save "
             "time_s, v_front_V, v_rear_V, pitch_rad, elevation_rad and travel_rad as vectors or as fields of a struct "
             "(table2struct with ToScalar makes one of a table, struct(ts) one of a timeseries)."
         )
-    return Table(file, tuple(vectors), tuple(vectors.values()))
+    return vectors
 
 
-def _collect(name: str, value: Any, vectors: _Columns, objects: list[str]) -> None:
-    """Add the columns of a variable under its name."""
+def _vectors(name: str, value: Any, objects: list[str]) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Give the columns of a variable, each under its name; note the objects."""
     if hasattr(value, "columns") and hasattr(value, "index"):  # a table, which mat-io gives as a data frame
-        _collect_table(name, value, vectors)
+        times = {"time": value.index.to_series()} if value.index.dtype.kind == "m" else {}
+        for column, series in (times | dict(value.items())).items():
+            if series.dtype.kind == "m":
+                yield f"{name}.{column}_s", series.dt.total_seconds().to_numpy()
+            elif series.dtype.kind in "iufb":
+                yield f"{name}.{column}", as_numbers(series.to_numpy())
         return
     properties = getattr(value, "properties", None)
     if isinstance(properties, dict) and properties:  # an object, such as a timeseries with its Time and Data
@@ -175,19 +190,19 @@ def _collect(name: str, value: Any, vectors: _Columns, objects: list[str]) -> No
     if structs := _structs(value):
         for index, struct in enumerate(structs[:_MOST_ROWS], start=1):
             place = name if len(structs) == 1 else f"{name}({index})"
-            for field, content in (_labelled(struct) or struct).items():
-                _collect(f"{place}.{field}", content, vectors, objects)
+            for field, content in _labelled(struct).items():
+                yield from _vectors(f"{place}.{field}", content, objects)
         return
     array = np.squeeze(np.asarray(value))
     if array.dtype.kind in "iufcb" and array.ndim == 1 and array.size > 1:
-        vectors[name] = as_numbers(array)
+        yield name, as_numbers(array)
     elif (
         array.dtype.kind in "iuf" and array.ndim == 2
         and min(array.shape) <= _MOST_ROWS and max(array.shape) >= _FEWEST_SAMPLES
     ):  # fmt: skip
         rows = array.shape[0] < array.shape[1]
         for index, row in enumerate(array if rows else array.T, start=1):
-            vectors[f"{name}({index},:)" if rows else f"{name}(:,{index})"] = as_numbers(row)
+            yield f"{name}({index},:)" if rows else f"{name}(:,{index})", as_numbers(row)
 
 
 def _structs(value: Any) -> list[dict[str, Any]]:
@@ -201,28 +216,29 @@ def _structs(value: Any) -> list[dict[str, Any]]:
     return [dict(zip(names, row, strict=True)) for row in np.atleast_1d(array).ravel()] if names else []
 
 
-def _labelled(fields: dict[str, Any]) -> dict[str, Any] | None:
-    """Fields of a structure with time, or of dSPACE's structure, by the labels of their signals; None of any other."""
+def _labelled(fields: dict[str, Any]) -> dict[str, Any]:
+    """Fields of a structure with time, or of dSPACE's structure, by the labels of their signals; others as they are."""
     if {"time", "signals"} <= fields.keys():
         found, signals, label, content = {"time": fields["time"]}, _structs(fields["signals"]), "label", "values"
     elif {"X", "Y"} <= fields.keys():
         signals, label, content = _structs(fields["Y"]), "Name", "Data"
         found = {"X": _structs(fields["X"])[0].get("Data") if _structs(fields["X"]) else fields["X"]}
     else:
-        return None
+        return fields
     if not signals or content not in signals[0]:
-        return None
+        return fields
     for index, signal in enumerate(signals, start=1):
         name = str(np.squeeze(signal.get(label, ""))).strip("[]'\" ") or f"signals({index})"
         found[name if name not in found else f"{name}({index})"] = signal[content]
     return found
 
 
-def _collect_table(name: str, frame: Any, vectors: _Columns) -> None:
-    """Columns of a table, and the row times of a timetable [s]."""
-    columns = {"time": frame.index.to_series()} if frame.index.dtype.kind == "m" else {}
-    for column, series in (columns | dict(frame.items())).items():
-        if series.dtype.kind == "m":
-            vectors[f"{name}.{column}_s"] = series.dt.total_seconds().to_numpy()
-        elif series.dtype.kind in "iufb":
-            vectors[f"{name}.{column}"] = as_numbers(series.to_numpy())
+READERS: dict[str, tuple[str, str, str, Callable[[Any, Path, str, LogFormat], _Columns | Table]]] = {
+    ".mat": ("a MATLAB file", "scipy.io", "scipy", _read_matlab),
+    ".xlsx": ("an Excel workbook", "openpyxl", "openpyxl", _read_workbook),
+    ".parquet": ("a Parquet file", "pyarrow.parquet", "pyarrow", _read_parquet),
+    ".tdms": ("a TDMS file", "nptdms", "npTDMS", _read_tdms),
+    ".mf4": ("an MDF file", "asammdf", "asammdf", _read_mdf),
+    ".mdf": ("an MDF file", "asammdf", "asammdf", _read_mdf),
+}
+"""By the ending of a name: what the file is, the module and the package that read it, and how."""

@@ -6,6 +6,7 @@ hands over what it found.
 """
 
 import errno
+import faulthandler
 import gzip
 import hashlib
 import io
@@ -17,41 +18,22 @@ import tempfile
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from heli_identifier.errors import LogError
 from heli_identifier.files import draft_folder, regular_bytes
-from heli_identifier.platform import bound_memory, end_with_parent
-from heli_identifier.records.binary import LARGER, need, read_matlab, read_mdf, read_parquet, read_tdms, read_workbook
+from heli_identifier.processes import bound_memory
+from heli_identifier.records.binary import LARGER, READERS, read_binary
 from heli_identifier.records.columns import Table
 from heli_identifier.records.configuration import LogFormat
 from heli_identifier.records.text import read_text
 
-PATIENCE, PATIENCE_PER_MB = 300.0, 3.0
-"""Longest time that a parser may take [s], and its growth with the size [s/MB]: 300 times what readers need, because a
-machine that does other things, or a slow disk, is no defect."""
+PATIENCE, PATIENCE_PER_MB = 30.0, 3.0
+"""Longest time that a reader may take [s], and its growth with the size of the file [s/MB]: some 30 times what readers
+need, because a machine that does other things, or a slow disk, is no defect."""
 
 MEMORY = 8_000_000_000
-"""Memory that a parser may take beyond what its process has [bytes]; Windows sets no bound."""
-
-
-class _Reader(NamedTuple):
-    """Who reads a binary format."""
-
-    what: str
-    module: str
-    package: str
-    read: Callable[[Any, Path, str, LogFormat], Table]
-
-
-_READERS = {
-    ".mat": _Reader("a MATLAB file", "scipy.io", "scipy", read_matlab),
-    ".xlsx": _Reader("an Excel workbook", "openpyxl", "openpyxl", read_workbook),
-    ".parquet": _Reader("a Parquet file", "pyarrow.parquet", "pyarrow", read_parquet),
-    ".tdms": _Reader("a TDMS file", "nptdms", "npTDMS", read_tdms),
-    ".mf4": _Reader("an MDF file", "asammdf", "asammdf", read_mdf),
-    ".mdf": _Reader("an MDF file", "asammdf", "asammdf", read_mdf),
-}
+"""Memory that a reader may take beyond what its process has [bytes]; Windows sets no bound."""
 
 
 def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
@@ -69,29 +51,27 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
     except FileNotFoundError:
         raise LogError(f"{path} does not exist; check the path.") from None
     except OSError as error:
-        advice = {
-            errno.EFBIG: LARGER,
-            errno.EINVAL: "; save the log as a file and name that",
-        }.get(error.errno or 0, "")
-        raise LogError(f"{path} cannot be read: {error.strerror or error}{advice}.") from error
+        advice = {errno.EFBIG: LARGER, errno.EINVAL: "; save the log as a file and name that"}
+        said = f"{error.strerror or error}{advice.get(error.errno or 0, '')}"
+        raise LogError(f"{path} cannot be read: {said}.") from error
     digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
     if name.endswith(".gz"):
         data, name = _unpacked(data, path, format.largest_file), name.removesuffix(".gz")
-    reader = _READERS.get(Path(name).suffix)
-    if reader is None:
+    ending = Path(name).suffix
+    if ending not in READERS:
         return read_text(data, str(path), format), digest
     with draft_folder() as folder:  # what is read is what was hashed, whatever happens to the file
-        copy = folder / f"log{Path(name).suffix}"
+        copy = folder / f"log{ending}"
         copy.write_bytes(data)
         size = len(data)
         del data
-        return apart(_read, (reader, copy, str(path), format), size, str(path)), digest
+        return apart(read_binary, (copy, str(path), format), size, str(path)), digest
 
 
 def _unpacked(data: bytes, path: Path, largest: float) -> bytes:
     """Give the content of a gzip file of at most ``largest`` MB."""
+    content = bytearray()
     try:
-        content = bytearray()
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
             while len(content) <= 1e6 * largest and (piece := file.read(1 << 20)):
                 content += piece
@@ -102,17 +82,6 @@ def _unpacked(data: bytes, path: Path, largest: float) -> bytes:
     return bytes(content)
 
 
-def _read(reader: _Reader, path: Path, file: str, format: LogFormat) -> Table:
-    library = need(reader.module, reader.package, file, reader.what)
-    try:
-        return reader.read(library, path, file, format)
-    except (LogError, MemoryError):
-        raise
-    except Exception as error:  # each library raises what its parser does on a damaged file
-        said = str(error).replace(str(path), file).strip().splitlines() or [type(error).__name__]
-        raise LogError(f"{file} is not readable as {reader.what} ({said[0][:200]}); save it again.") from error
-
-
 def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
     """Call ``read`` with ``arguments`` in a process of its own, and raise the error that it raises.
 
@@ -120,7 +89,7 @@ def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file:
     """
     patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
     code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import _answer; _answer()"
-    command, task = [sys.executable, "-c", code], pickle.dumps((read, arguments, os.getpid(), MEMORY))
+    command, task = [sys.executable, "-c", code], pickle.dumps((read, arguments, patience, MEMORY))
     with tempfile.TemporaryFile() as out:
         try:
             subprocess.run(command, input=task, stdout=out, stderr=subprocess.DEVNULL, timeout=patience, check=True)
@@ -140,17 +109,15 @@ def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file:
 
 
 def _answer() -> None:
-    """Read in the process apart; what libraries print goes nowhere."""
-    read, arguments, parent, memory = pickle.load(sys.stdin.buffer)
+    """Read in the process apart, which ends even if its parent cannot end it; what libraries print goes nowhere."""
+    read, arguments, patience, memory = pickle.load(sys.stdin.buffer)
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)
-        end_with_parent(parent)
+        faulthandler.dump_traceback_later(patience + 1.0, exit=True)
         bound_memory(memory)
         answer: tuple[Any, Exception | None]
         try:
             answer = read(*arguments), None
-        except MemoryError:
-            answer = None, MemoryError()
         except Exception as error:
             answer = None, error
         pickle.dump(answer, out, protocol=pickle.HIGHEST_PROTOCOL)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import PREFIX, draft_folder, is_kept, sweep
-from heli_identifier.signals import undone
+from heli_identifier.processes import undone
 
 _SWEPT = 4
 """Folders from the target upwards in which an earlier run may have left a draft, before the target was there."""
