@@ -86,7 +86,7 @@ docs: $(VENV)/.test
 # Some quarter of an hour on a machine that has nothing else to do; writes docs/benchmarks.md. One section alone:
 # .venv/bin/python -m benchmarks NAME.
 bench: $(VENV)/.bench
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks all
 
 # The blind battery takes more than an hour and is no part of bench. It continues where it stopped unless code that a
 # diagnosis depends on has changed since.

@@ -1,7 +1,7 @@
-"""Run benchmarks by name: ``python -m benchmarks [NAME [OPTION...]]``.
+"""Run benchmarks by name: ``python -m benchmarks NAME [OPTION...]``; without a name they are listed.
 
-Those of `SECTIONS` measure times and numbers and write their section of docs/benchmarks.md; without a name all of them
-run, in about a quarter of an hour, on a machine that does nothing else. The others judge results by rigs whose truth is
+Those of `SECTIONS` measure times and numbers and write their section of docs/benchmarks.md; ``all`` runs each of them,
+in about a quarter of an hour, on a machine that does nothing else. The others judge results by rigs whose truth is
 known, or by measured rigs; they take options (``NAME --help``) and print tables.
 """
 
@@ -18,7 +18,6 @@ SECTIONS = {
     "native": "masters",
     "fit": "fit",
     "memory": "units",
-    "lockstep": "units",
     "runs": "units",
     "soak": "soak",
     "numbers": "numbers",
@@ -41,28 +40,28 @@ PRINTED = {
     "paper": "paper",
     "figures": "figures",
     "freeze": "freeze",
-    "mutants": "mutants.main",
+    "mutants": "mutants",
 }
-"""Module of each benchmark that prints; its function, by default of the benchmark's name, takes the options."""
+"""Module of each benchmark that prints; its function of the benchmark's name takes the options."""
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Run the benchmark that is named first, or every section."""
+    """Run the benchmark that is named first, or list all."""
     name, *options = arguments or ("",)
     if name in PRINTED:
         function_of(name)(options)
-        return
-    if name not in ("", *SECTIONS):
-        sys.exit(f"{name} is no benchmark; choose from {', '.join((*SECTIONS, *PRINTED))}")
-    for section in (name, *options) if name else SECTIONS:
-        print(f"{section} ...", file=sys.stderr, flush=True)
-        write_section(PAGE, section, f"{function_of(section)()}\n\n`python -m benchmarks {section}`")
+    elif name in ("all", *SECTIONS):
+        for section in SECTIONS if name == "all" else (name, *options):
+            print(f"{section} ...", file=sys.stderr, flush=True)
+            write_section(PAGE, section, f"{function_of(section)()}\n\n`python -m benchmarks {section}`")
+    else:
+        told = f"{name} is no benchmark.\n" if name else ""
+        sys.exit(f"{told}{__doc__}\nall, or {', '.join(SECTIONS)}\n{', '.join(PRINTED)}")
 
 
 def function_of(name: str) -> Callable[..., Any]:
     """Give the function of a benchmark."""
-    module, _, function = (SECTIONS | PRINTED)[name].partition(".")
-    found: Callable[..., Any] = getattr(import_module(f"benchmarks.{module}"), function or name)
+    found: Callable[..., Any] = getattr(import_module(f"benchmarks.{(SECTIONS | PRINTED)[name]}"), name)
     return found
 
 

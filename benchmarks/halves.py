@@ -24,22 +24,22 @@ Printed is a line for each half, then for each kind of rig a table with its bars
 * log-likelihood of a second controller's logs under the true plant less that under the delivered one [nats] (6).
 """
 
-import csv
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from time import process_time
 
 import numpy as np
+import pandas
 
 from benchmarks.harness import in_parallel, options, span, table
 from benchmarks.measured import DownloadError, download
 from benchmarks.rigs import DETECTABLE, likelihood_of, told_scores, windy_logs, windy_plant
 from heli_identifier.errors import IdentifierError
-from heli_identifier.online import PREDICTION_ERROR
+from heli_identifier.online import GAINS, PREDICTION_ERROR
 from heli_identifier.records import Log, LogFormat, read_logs
 from heli_identifier.tools.identification import identify
 from heli_identifier.tracing import Determination, Diagnosis, diagnose, fit, identify_plant
@@ -49,27 +49,29 @@ from heli_plant.parameters import PlantParameters
 from tests.blind.air import COLOURS
 from tests.blind.windy import windy_rig
 
-GAINS = ("k_x", "k_z", "k_y")
-
 FAR = 0.15
 """A gain that is stated as determined and outside its interval counts as wrong from this error on [1]."""
 
 WINDY_LOGS = {"a": 5, "b": 5, "t": 2, "c": 4}
 """Logs of a windy rig by letter: two halves, held out, of the second controller."""
 
+MARKS = {Determination.OUTSIDE: "", Determination.NOISE_MODEL: "*", Determination.NOT_DETERMINED: "?"}
+"""Behind a gain in a line, by what it rests on."""
+
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of a generated rig.
-
-    ``effects`` by field; ``slopes`` of the gains, ``plant`` and ``other``, logs of a second controller, where given.
-    """
+    """What is known of a windy rig: effects by field, slopes of the gains, plant, logs of a second controller."""
 
     effects: tuple[str, ...]
-    families: frozenset[str]
-    slopes: Mapping[str, float] = field(default_factory=dict)
-    plant: PlantParameters | None = None
-    other: Sequence[Log] = ()
+    slopes: Mapping[str, float]
+    plant: PlantParameters
+    other: Sequence[Log]
+
+    @property
+    def families(self) -> set[str]:
+        """Families of its effects."""
+        return set(map(family_of, self.effects))
 
 
 @dataclass(frozen=True)
@@ -79,64 +81,58 @@ class Half:
     kind: str
     rig: str
     name: str
-    truth: Known | None
     found: Diagnosis | None
     refused: str = ""
+    truth: Known | None = None
     detectable: frozenset[str] = frozenset()
     loss: float = float("nan")
     seconds: float = 0.0
 
     @property
-    def shown(self) -> frozenset[str]:
+    def shown(self) -> set[str]:
         """Families of the effects that are shown."""
-        return frozenset(effect.family for effect in self.found.effects) if self.found else frozenset()
-
-    def gain(self, name: str) -> tuple[float, float, Determination]:
-        """Give a gain, half its 95 % interval, and what it rests on."""
-        assert self.found is not None
-        report = self.found.parameters[name]
-        return report.estimate.value, 1.96 * (report.estimate.standard_error or 0.0), report.determination
+        return {effect.family for effect in self.found.effects} if self.found else set()
 
     @property
-    def false(self) -> frozenset[str]:
+    def false(self) -> set[str]:
         """Families shown that the rig lacks."""
-        return self.shown - self.truth.families if self.truth else frozenset()
+        return self.shown - self.truth.families if self.truth else set()
+
+    @property
+    def gains(self) -> list[tuple[str, float, float, Determination]]:
+        """Each gain and half its 95 % interval, over the size of a known truth, and what it rests on."""
+        reports = [(name, self.found.parameters[name]) for name in GAINS] if self.found else []
+        slopes = self.truth.slopes if self.truth else dict.fromkeys(GAINS, 1.0)
+        return [
+            (name, own.estimate.value / slopes[name], 1.96 * (own.estimate.standard_error or 0.0) / abs(slopes[name]),
+             own.determination)
+            for name, own in reports
+        ]  # fmt: skip
 
     def line(self) -> str:
         """Say it in a line; ``*`` behind a gain that rests on the noise model, ``?`` behind one not determined."""
         if self.found is None:
             return f"{self.rig} {self.name}: refused: {self.refused}"
-        marks = {Determination.OUTSIDE: "", Determination.NOISE_MODEL: "*", Determination.NOT_DETERMINED: "?"}
-        slopes = self.truth.slopes if self.truth else {}
-        gains = [
-            f"{name} {value / slopes.get(name, 1.0):.3g}±{half / abs(slopes.get(name, 1.0)):.2g}{marks[rests]}"
-            for name, (value, half, rests) in ((name, self.gain(name)) for name in GAINS)
+        missed = self.detectable - self.shown
+        words = [
+            *(f"{name} {value:.3g}±{half:.2g}{MARKS[rests]}" for name, value, half, rests in self.gains),
+            f"shown {', '.join(sorted(self.shown)) or 'nothing'}",
+            f"FALSE {', '.join(sorted(self.false))}" if self.false else "",
+            f"missed {', '.join(sorted(missed))}" if missed else "",
+            f"loss {self.loss:.1f}" if np.isfinite(self.loss) else "",
+            f"held out {self.found.held_out.gain.value:.0f} nats",
+            f"{self.seconds:.1f} s",
         ]
-        said = [f"FALSE {', '.join(sorted(self.false))}"] if self.false else []
-        said += [f"missed {', '.join(sorted(self.detectable - self.shown))}"] if self.detectable - self.shown else []
-        said += [f"loss {self.loss:.1f}"] if np.isfinite(self.loss) else []
-        words = (*gains, f"shown {', '.join(sorted(self.shown)) or 'nothing'}", *said,
-                 f"held out {self.found.held_out.gain.value:.0f} nats", f"{self.seconds:.1f} s")  # fmt: skip
-        return f"{self.rig} {self.name}: {'; '.join(words)}"
+        return f"{self.rig} {self.name}: {'; '.join(filter(None, words))}"
 
 
-def half_of(
-    kind: str, rig: str, name: str, training: Sequence[Log], held_out: Sequence[Log], truth: Known | None
-) -> Half:
-    """Diagnose one half and hold it against the truth."""
+def half_of(kind: str, rig: str, name: str, training: Sequence[Log], held_out: Sequence[Log]) -> Half:
+    """Diagnose one half."""
     began = process_time()
     try:
-        found = diagnose(training, held_out=held_out)
+        return Half(kind, rig, name, diagnose(training, held_out=held_out), seconds=process_time() - began)
     except IdentifierError as error:
-        return Half(kind, rig, name, truth, None, str(error))
-    half = Half(kind, rig, name, truth, found, seconds=process_time() - began)
-    if truth is None:
-        return half
-    scores = told_scores(training, truth.effects)
-    half = replace(half, detectable=frozenset(family_of(f) for f, score in scores.items() if score > DETECTABLE))
-    if truth.plant is None:
-        return half
-    return replace(half, loss=nats_under(truth.plant, truth.other) - nats_under(found.plant_after, truth.other))
+        return Half(kind, rig, name, None, str(error))
 
 
 def nats_under(plant: PlantParameters, logs: Sequence[Log]) -> float:
@@ -146,11 +142,8 @@ def nats_under(plant: PlantParameters, logs: Sequence[Log]) -> float:
     return -fit(type(likelihood)(rig, likelihood.records), ()).value
 
 
-# --- where the rigs come from ------------------------------------------------------------------------------------
-
-
 def windy_halves(colour: str, quiet: bool, rate: float, effects: str | None, logged: bool, seed: int) -> list[Half]:
-    """Make a windy rig and diagnose its halves."""
+    """Make a windy rig, diagnose its halves, and hold them against the truth."""
     rig = windy_rig(seed, colour, quiet, rate, effects, logged, WINDY_LOGS)
     fields = tuple(name.replace("/", "_") for name in rig.truth.effects)
     plant, held_out, other = windy_plant(rig), windy_logs(rig, "t"), windy_logs(rig, "c")
@@ -158,9 +151,16 @@ def windy_halves(colour: str, quiet: bool, rate: float, effects: str | None, log
     kind, halves = " ".join(filter(None, words)), []
     for letter in "ab":
         training = windy_logs(rig, letter)
-        slopes = rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in training]))))
-        known = Known(fields, frozenset(map(family_of, fields)), slopes, plant, other)
-        halves.append(half_of(kind, f"{colour} {seed}", letter, training, held_out, known))
+        half = half_of(kind, f"{colour} {seed}", letter, training, held_out)
+        if half.found:
+            slopes = rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in training]))))
+            scores = told_scores(training, fields)
+            half = replace(
+                half, truth=Known(fields, slopes, plant, other),
+                detectable=frozenset(family_of(name) for name, score in scores.items() if score > DETECTABLE),
+                loss=nats_under(plant, other) - nats_under(half.found.plant_after, other),
+            )  # fmt: skip
+        halves.append(half)
     return halves
 
 
@@ -174,11 +174,11 @@ def rig_logs(rig: str, start: float) -> list[Log]:
 def measured_halves(rig: str, start: float) -> list[Half]:
     """Diagnose each half of a measured rig's logs, the other half held out."""
     logs, name = rig_logs(rig, start), Path(rig.partition(":")[0]).name
-    return [half_of("measured", name, "ab"[k], logs[k::2], logs[1 - k :: 2], None) for k in (0, 1)]
+    return [half_of("measured", name, "ab"[k], logs[k::2], logs[1 - k :: 2]) for k in (0, 1)]
 
 
-def online(rig: str, start: float) -> tuple[str, int, int, str]:
-    """Count the parameters whose intervals overlap on line and off line; give rig, overlapping, all, and the others."""
+def online(rig: str, start: float) -> str:
+    """Count the parameters whose intervals overlap on line and off line, and name the others."""
     logs = rig_logs(rig, start)
     found = identify(logs, method=PREDICTION_ERROR).estimates
     plant = {name: report.estimate for name, report in identify_plant(logs).parameters.items() if name in found}
@@ -187,129 +187,91 @@ def online(rig: str, start: float) -> tuple[str, int, int, str]:
         for name, own in plant.items()
         if max(own.interval[0], found[name].interval[0]) > min(own.interval[1], found[name].interval[1])
     ]
-    return Path(rig).name, len(plant) - len(apart), len(plant), "; ".join(apart)
+    overlapping = f"{len(plant) - len(apart)} of {len(plant)} intervals on line and off line overlap"
+    return f"{Path(rig).name}: {overlapping}; not {'; '.join(apart) or 'one'}"
 
 
 # --- tables ------------------------------------------------------------------------------------------------------
 
 
+def gains_of(halves: Sequence[Half]) -> pandas.DataFrame:
+    """Give a row per half and gain, over the truth where that is known."""
+    rows = [(half.kind, half.rig, half.name, *gain[:-1], gain[-1].value) for half in halves for gain in half.gains]
+    return pandas.DataFrame(rows, columns=["kind", "rig", "half", "gain", "ratio", "half_width", "rests"])
+
+
+def errors_of(halves: Sequence[Half]) -> pandas.DataFrame:
+    """Give a row per half and axis: errors [mrad] 1 s ahead and of the closed loop over 3 s on the held-out logs."""
+    rows = []
+    for half, axis in product(halves, AXES):
+        if half.found:
+            report = half.found.axes[axis]
+            stages = (report.before, report.after, report.noise_floor)
+            ahead = [1e3 * own.prediction_1s.value or np.nan for own in stages]
+            loops = [own.closed_loop_3s for own in stages[:2]]
+            loop = [1e3 * own.value if own else np.nan for own in loops]
+            rows.append((half.rig, half.name, axis, *ahead, *loop))
+    return pandas.DataFrame(
+        rows, columns=["rig", "half", "axis", "before", "after", "floor", "closed loop before", "closed loop after"]
+    )
+
+
 def summary(halves: Sequence[Half]) -> str:
     """Give the table of one kind of rig."""
     done = [half for half in halves if half.found]
-    rows = [("diagnosed, s each", f"{len(done)} of {len(halves)}, {np.median([half.seconds for half in done]):.1f}")]
     known = [half for half in done if half.truth]
-    rows += _of_gains([half for half in known if half.truth and half.truth.slopes]) + _of_names(known)
-    pairs = [(a, b) for a, b in zip(done[:-1], done[1:], strict=True) if a.rig == b.rig]
+    rows = [("diagnosed, s each", f"{len(done)} of {len(halves)}, {np.median([half.seconds for half in done]):.1f}")]
+    gains = gains_of(done)
+    if known:
+        rows += _against_the_truth(known, gains)
+    pairs = [(a, b) for a, b in pairwise(done) if a.rig == b.rig]
     either = [(a, b) for a, b in pairs if a.shown | b.shown]
     if either:
         index = np.mean([len(a.shown & b.shown) / len(a.shown | b.shown) for a, b in either])
         expected = [half.found.agreement.expected for half in done if half.found and half.found.agreement]
         said = f"{index:.2f}; {np.mean(expected or [np.nan]):.2f} ({len(either)} rigs)"
         rows.append(("halves agree; expected", said))
-    agree = [
-        abs(a.gain(name)[0] - b.gain(name)[0]) <= np.hypot(a.gain(name)[1], b.gain(name)[1])
-        for (a, b), name in product(pairs, GAINS)
-        if Determination.NOT_DETERMINED not in (a.gain(name)[2], b.gain(name)[2])
-    ]
-    rows.append(("gains within their joint interval", f"{sum(agree)} of {len(agree)}"))
+    sure = gains[gains.rests != Determination.NOT_DETERMINED.value].groupby(["rig", "gain"])
+    both = [(own.ratio.to_numpy(), own.half_width.to_numpy()) for _, own in sure if len(own) == 2]
+    agree = sum(abs(a - b) <= np.hypot(*halves) for (a, b), halves in both)
+    rows.append(("gains within their joint interval", f"{agree} of {len(both)}"))
     nats = [half.found.held_out.gain.value for half in done if half.found]
     count = f"{sum(n > -3.0 for n in nats)} of {len(nats)}; {np.median(nats):.0f}"
     rows.append(("held-out gain above -3 nats; median", count))
     return table(("what", halves[0].kind), rows)
 
 
-def _of_gains(halves: Sequence[Half]) -> list[tuple[str, str]]:
-    if not halves:
-        return []
-    slopes = np.array([[half.truth.slopes[name] for name in GAINS] for half in halves if half.truth])
-    gains = np.array([[half.gain(name)[:2] for name in GAINS] for half in halves]) / np.abs(slopes)[..., None]
-    ratio, width = gains[..., 0] * np.sign(slopes), gains[..., 1]
-    rests = np.array([[half.gain(name)[2].value for name in GAINS] for half in halves])
-    missed = np.abs(ratio - 1.0) > width
-    wrong = missed & (np.abs(ratio - 1.0) > FAR)
-    medians, widths = (" ".join(f"{m:.3f}" for m in np.median(values, axis=0)) for values in (ratio, width))
-    stated = "; ".join(f"{wrong[rests == d].sum()} of {(rests == d).sum()} {d.value}" for d in Determination)
+def _against_the_truth(halves: Sequence[Half], gains: pandas.DataFrame) -> list[tuple[str, str]]:
+    """Give the rows of gains over the truth and of effects shown."""
+    off = (gains.ratio - 1.0).abs()
+    missed, rests = off > gains.half_width, gains.rests
+    wrong = missed & (off > FAR)
+    medians = gains.groupby("gain", sort=False)[["ratio", "half_width"]].median().map("{:.3f}".format)
+    stated = [f"{wrong[rests == d.value].sum()} of {(rests == d.value).sum()} {d.value}" for d in Determination]
     loss = [half.loss for half in halves]
+    detectable, found = (sum(map(len, own)) for own in zip(
+        *((half.detectable, half.shown & half.detectable) for half in halves), strict=True))  # fmt: skip
+    ratios = f"{' '.join(medians.ratio)}; {gains.ratio.min():.2f} to {gains.ratio.max():.2f}"
+    covers = f"{1.0 - missed.mean():.3f} of {missed.size}; {' '.join(medians.half_width)}"
     return [
-        ("gains over the truth; range", f"{medians}; {ratio.min():.2f} to {ratio.max():.2f}"),
-        ("intervals cover; half-widths", f"{1.0 - missed.mean():.3f} of {missed.size}; {widths}"),
-        ("wrong gains", stated),
+        ("gains over the truth; range", ratios),
+        ("intervals cover; half-widths", covers),
+        ("wrong gains", "; ".join(stated)),
         ("loss, median; largest [nats]", f"{np.median(loss):.1f}; {np.max(loss):.1f}"),
-    ]
-
-
-def _of_names(halves: Sequence[Half]) -> list[tuple[str, str]]:
-    if not halves:
-        return []
-    found, detectable = (sum(len(names) for names in own) for own in zip(
-        *((half.shown & half.detectable, half.detectable) for half in halves), strict=True))  # fmt: skip
-    return [
         ("halves with something false", f"{sum(bool(half.false) for half in halves)} of {len(halves)}"),
         ("detectable effects shown", f"{found} of {detectable}"),
     ]
 
 
-def errors(half: Half, axis: str) -> tuple[float, float, float]:
-    """Give the errors 1 s ahead on the held-out logs [mrad]: before, after, noise floor; NaN if that is not known."""
-    assert half.found is not None
-    report = half.found.axes[axis]
-    found = [1e3 * own.prediction_1s.value for own in (report.before, report.after, report.noise_floor)]
-    return found[0], found[1], found[2] or float("nan")
-
-
-def errors_table(halves: Sequence[Half]) -> str:
-    """Give these errors as a table [mrad]."""
-    cell = "{:.3g}, {:.3g} ({:.3g})"
-    rows = [(f"{half.rig} {half.name}", *(cell.format(*errors(half, axis)) for axis in AXES)) for half in halves]
-    return table(("half", *(f"{axis}, before, after (floor) [mrad]" for axis in AXES)), rows)
-
-
-def closed_loop_table(halves: Sequence[Half]) -> str:
-    """Give the closed-loop errors over 3 s before and after [mrad], where the controller's laws were recovered."""
-    rows = []
-    for half in halves:
-        assert half.found is not None
-        pairs = [
-            (half.found.axes[axis].before.closed_loop_3s, half.found.axes[axis].after.closed_loop_3s) for axis in AXES
-        ]
-        cells = [f"{1e3 * old.value:.3g}, {1e3 * new.value:.3g}" if old and new else "" for old, new in pairs]
-        rows.append((f"{half.rig} {half.name}", *cells))
-    return table(("half", *(f"{axis}, closed loop over 3 s, before, after [mrad]" for axis in AXES)), rows)
-
-
-def write_gains(path: Path, halves: Sequence[Half]) -> None:
-    """Write the gains over the truth."""
-    rows = []
-    for half, name in product(halves, GAINS):
-        assert half.truth is not None
-        (value, width, rests), slope = half.gain(name), half.truth.slopes[name]
-        cells = (f"{value / slope:.4f}", f"{width / abs(slope):.4f}", rests.value)
-        rows.append((half.kind, half.rig, half.name, name, *cells))
-    _write(path, ("kind", "rig", "half", "gain", "ratio", "half_width", "rests"), rows)
-
-
-def write_errors(path: Path, halves: Sequence[Half]) -> None:
-    """Write the errors 1 s ahead [mrad]."""
-    rows = [
-        (half.rig, half.name, axis, *(f"{value:.4g}" for value in errors(half, axis)))
-        for half, axis in product(halves, AXES)
-    ]
-    _write(path, ("rig", "half", "axis", "before", "after", "floor"), rows)
-
-
-def _write(path: Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file, lineterminator="\n").writerows([head, *rows])
-
-
-def _run(jobs: Sequence[partial[list[Half]]], workers: int) -> dict[str, list[Half]]:
-    kinds: dict[str, list[Half]] = {}
+def diagnosed(jobs: Sequence[partial[list[Half]]], workers: int) -> list[Half]:
+    """Diagnose; print a line for each half and a table for each kind."""
+    done: list[Half] = []
     for halves in in_parallel(partial.__call__, jobs, workers):
-        for half in halves:
-            kinds.setdefault(half.kind, []).append(half)
-            print(half.line(), flush=True)
-    print(*("\n" + summary(halves) for halves in kinds.values()), sep="\n")
-    return kinds
+        done += halves
+        print(*(half.line() for half in halves), sep="\n", flush=True)
+    for kind in dict.fromkeys(half.kind for half in done):
+        print("\n" + summary([half for half in done if half.kind == kind]))
+    return done
 
 
 # --- commands ----------------------------------------------------------------------------------------------------
@@ -333,9 +295,9 @@ def windy(arguments: Sequence[str]) -> None:
     kinds = product(asked.colours.split(","), (False, True)[: 1 + asked.quiet], (True, False)[: 1 + asked.unlogged])
     jobs = [partial(windy_halves, colour, quiet, asked.rate, asked.effects, logged, seed)
             for colour, quiet, logged in kinds for seed in seeds]  # fmt: skip
-    done = [half for halves in _run(jobs, asked.workers).values() for half in halves]
+    done = diagnosed(jobs, asked.workers)
     if asked.csv:
-        write_gains(asked.csv, [half for half in done if half.found])
+        gains_of(done).to_csv(asked.csv, index=False, float_format="%.4f")
 
 
 def measured(arguments: Sequence[str]) -> None:
@@ -352,11 +314,11 @@ def measured(arguments: Sequence[str]) -> None:
         rigs = [*asked.rigs, *(map(str, download(asked.download)) if asked.download else ())]
     except DownloadError as error:
         sys.exit(str(error))
-    done = _run([partial(measured_halves, rig, asked.from_) for rig in rigs], asked.workers).get("measured", [])
-    for own in (errors_table, closed_loop_table):
-        print("\n" + own([half for half in done if half.found]))
+    errors = errors_of(diagnosed([partial(measured_halves, rig, asked.from_) for rig in rigs], asked.workers))
+    rows = errors.map(lambda cell: f"{cell:.3g}" if isinstance(cell, float) else cell)
+    print("\nErrors on the other half, 1 s ahead and of the closed loop over 3 s [mrad]\n")
+    print(table([*errors.columns], rows.to_numpy().tolist()))
     if asked.csv:
-        write_errors(asked.csv, [half for half in done if half.found])
+        errors.iloc[:, :6].to_csv(asked.csv, index=False, float_format="%.4g", na_rep="nan")
     if asked.online:
-        for name, overlapping, count, apart in in_parallel(partial(online, start=asked.from_), rigs, asked.workers):
-            print(f"{name}: {overlapping} of {count} intervals on line and off line overlap; not {apart or 'one'}")
+        print(*in_parallel(partial(online, start=asked.from_), rigs, asked.workers), sep="\n")

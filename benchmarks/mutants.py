@@ -1,12 +1,11 @@
 """Mutants: how many wrong laws, signs, units, bounds and checks the tests notice.
 
 Each mutant changes one place of the program: a comparison, a sign, a product, a number, min or max, or it drops a
-``raise``. Test files are run in a copy of the tree, those first that import the changed module most directly, until one
-of them fails. With ``--against COMMIT`` the same mutants are made in that commit as well and meet its tests; only
-places that both have, letter by letter, are drawn.
+``raise``. Test files are run in a copy of the tree, those first that name the changed module, until one of them fails.
+With ``--against COMMIT`` the same mutants are made in that commit as well and meet its tests; only places that both
+have, letter by letter, are drawn.
 """
 
-import argparse
 import ast
 import os
 import random
@@ -17,8 +16,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
-from benchmarks.harness import ROOT, table
+from benchmarks.harness import ROOT, options, table
 
 PACKAGES = ("heli_plant", "heli_identifier", "fmu_src")
 SWAPS = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==", "+": "-", "-": "+", "*": "/", "/": "*"}
@@ -47,7 +47,7 @@ class Mutant:
         return before.decode()
 
 
-def mutants(root: Path) -> Iterator[Mutant]:
+def mutants_below(root: Path) -> Iterator[Mutant]:
     """Give all mutants of the packages below ``root``."""
     for path in sorted(path for package in PACKAGES for path in (root / package).rglob("*.py")):
         yield from mutants_of(path.relative_to(root).as_posix(), path.read_bytes())
@@ -105,66 +105,34 @@ def mutants_of(path: str, source: bytes) -> Iterator[Mutant]:
 # --- which tests, and what they say --------------------------------------------------------------------------------
 
 
-def imports(path: Path, root: Path) -> set[Path]:
-    """Give the files that a file imports, through the doors of the rooms (their stubs) to what defines a name."""
-    found = set()
-    for node in ast.walk(ast.parse(path.read_bytes())):
-        if isinstance(node, ast.ImportFrom):
-            base = path.parents[node.level - 1] if node.level else root
-            module = base.joinpath(*(node.module or "").split("."))
-            for alias in node.names:
-                found |= files_of(module / alias.name) or files_of(defining(module, alias.name))
-        elif isinstance(node, ast.Import):
-            for alias in node.names:
-                found |= files_of(root.joinpath(*alias.name.split(".")))
-    return found
-
-
-def files_of(module: Path) -> set[Path]:
-    """Give the file of a module or package, if there is one."""
-    return {path for path in (module.with_name(module.name + ".py"), module / "__init__.py") if path.is_file()}
-
-
-def defining(package: Path, name: str) -> Path:
-    """Give the module behind a package's door that defines a name, or the package itself."""
-    for door in (package / "__init__.pyi", package / "__init__.py"):
-        for node in ast.walk(ast.parse(door.read_bytes())) if door.is_file() else ():
-            if isinstance(node, ast.ImportFrom) and any(alias.name == name for alias in node.names):
-                return (package if node.level else package.parent) / (node.module or "").replace(".", "/")
-    return package
-
-
 @dataclass
 class Tree:
-    """Copy of a commit, with the imports of its files and what its tests say unchanged."""
+    """Copy of a commit, and whether its test files pass unchanged."""
 
     root: Path
-    graph: dict[Path, set[Path]]
     sound: dict[Path, bool] = field(default_factory=dict)
 
     def tests_of(self, path: str) -> list[Path]:
-        """Give the test files that reach a module: those named after it, then the nearest, the most special first."""
-        near, order = {self.root / path}, []
-        words = set(path.removesuffix(".py").replace("/", "_").split("_")[2:])
-        for _ in range(4):
-            near |= {file for file, imported in self.graph.items() if imported & near}
-            reached = [file for file in near if file.name.startswith("test_") and file not in order]
-            order += sorted(reached, key=lambda file: (len(self.graph[file]), file.name))
-        return sorted(order, key=lambda file: -len(words & set(file.stem.split("_"))))
+        """Give the test files that name a module, then those that name its room or package; the shortest come first."""
+        module = path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+        levels = (module, module.rpartition(".")[0] or module, module.partition(".")[0])
+        words, ranks = set(module.replace(".", "_").split("_")[2:]), {}
+        for file in (self.root / "tests").glob("test_*.py"):
+            text = file.read_text(encoding="utf-8")
+            if named := [level for level, name in enumerate(levels) if name in text]:
+                ranks[file] = (-len(words & set(file.stem.split("_"))), named[0], len(text))
+        return sorted(ranks, key=ranks.__getitem__)
 
     def passes(self, test: Path) -> bool:
         """Whether a test file passes, and ends in time."""
         command = [sys.executable, "-m", "pytest", "-x", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow"]
         told = {**os.environ, "PYTHONPATH": str(self.root), "PYTHONDONTWRITEBYTECODE": "1"}
-        run = subprocess.Popen(
-            [*command, str(test)], cwd=self.root, env=told, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+        quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         try:
-            return run.wait(HANGS) in (0, 5)  # 5: all of its tests are slow
+            done = subprocess.run([*command, str(test)], cwd=self.root, env=told, check=False, timeout=HANGS, **quiet)
         except subprocess.TimeoutExpired:
-            run.kill()
-            run.wait()
             return False
+        return done.returncode in (0, 5)  # 5: all of its tests are slow
 
     def answer(self, mutant: Mutant, budget: float) -> str:
         """Say which test file kills a mutant, or how many did not within ``budget`` [s]."""
@@ -187,25 +155,24 @@ def tree(commit: str, folder: Path) -> Tree:
     """Unpack a commit."""
     root = folder / commit
     root.mkdir()
-    archive = subprocess.run(["git", "archive", commit], cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout
-    subprocess.run(["tar", "-x"], cwd=root, input=archive, check=True)
-    files = [path for package in (*PACKAGES, "tests", "benchmarks") for path in (root / package).rglob("*.py")]
-    return Tree(root, {path: imports(path, root) for path in files})
+    subprocess.run(f"git archive {commit} | tar -x -C {root}", shell=True, cwd=ROOT, check=True)
+    return Tree(root)
 
 
-def main(arguments: Sequence[str]) -> None:
+def mutants(arguments: Sequence[str]) -> None:
     """Draw mutants, as many of each kind, and print which tests kill them."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks mutants", description=__doc__)
-    parser.add_argument("--sample", type=int, default=40, help="how many mutants")
-    parser.add_argument("--seed", type=int, default=26)
-    parser.add_argument("--below", default="", help="change only what lies below this folder, as heli_plant/effects")
-    parser.add_argument("--commit", default="HEAD")
-    parser.add_argument("--against", help="a commit whose tests meet the same mutants")
-    parser.add_argument("--budget", type=float, default=120.0, help="seconds for the tests of one mutant")
-    told = parser.parse_args(arguments)
+    told = options(
+        arguments, "mutants", __doc__,
+        sample=(40, "how many mutants"),
+        seed=(26, "of the draw"),
+        below=("", "change only what lies below this folder, as heli_plant/effects"),
+        commit=("HEAD", "whose tests meet them"),
+        against=(str, "a commit whose tests meet the same mutants"),
+        budget=(120.0, "seconds for the tests of one mutant"),
+    )  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         trees = [tree(commit, Path(folder)) for commit in (told.commit, told.against) if commit]
-        own = [{(m.path, m.place): m for m in mutants(one.root)} for one in trees]
+        own = [{(m.path, m.place): m for m in mutants_below(one.root)} for one in trees]
         common = [key for key in own[0] if key[0].startswith(told.below) and all(key in others for others in own)]
         rng, drawn, kinds = random.Random(told.seed), [], sorted({own[0][key].kind for key in common})
         rng.shuffle(common)

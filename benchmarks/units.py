@@ -1,21 +1,18 @@
-"""Many runs of units: memory of a host, aborts of the master, lockstep with native units, closed loops a minute.
+"""Many runs of units: memory of a host, aborts of the master, closed loops a minute.
 
-Bars: 5 MB over 1000 instances of a unit; no abort and the same bits in 50 processes of the master; no step of 100 000
-in which a bit of a native unit differs from the pythonfmu unit's; 2000 closed loops a minute.
+Bars: 5 MB over 1000 instances of a unit; no abort and the same bits in 50 processes of the master; 2000 closed loops a
+minute. That native units have the bits of those in Python is tested (tests/test_native_units.py).
 """
 
-import json
 import os
 import resource
-import subprocess
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
-from benchmarks.harness import ROOT, Bar, apart, bar_table, section, table
+from benchmarks.harness import ROOT, Bar, apart, bar_table, section
 
 HOSTS = ROOT / "tests" / "hosts"
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
@@ -67,65 +64,6 @@ def memory() -> str:
         Bar("of these with other results than the first", float(differing), 0.0, ""),
     ]
     return section("Many runs", bar_table(bars), packages=("fmpy", "pythonfmu"))
-
-
-ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
-VOLTAGES = {"v_front": [-5.0, 6.0], "v_rear": [-5.0, 6.0]}
-
-Case = tuple[str, str, dict[str, Any], dict[str, list[float]]]
-"""Unit, what is special, parameters, and inputs with their ranges."""
-
-
-def lockstep_cases(log: Path) -> tuple[Case, ...]:
-    """Give the cases that are stepped side by side."""
-    from heli_plant.effects import CATALOGUE
-
-    off = ("moving_mass", "thrust_fade")
-    every = {f"effects.{e.name}.{e.axis}": min(0.02, e.upper) for e in CATALOGUE if e.name not in off}
-    watched = {"watch.pitch": "dry_friction,quadratic_drag", "watch.elevation": "quadratic_thrust"}
-    errors = {"method": "prediction_error", "report.interval": 0.5}
-    return (
-        ("HelicopterPlant", "no effect", {}, VOLTAGES),
-        ("HelicopterPlant", "every effect, encoders", {**every, "encoder.enabled": True}, VOLTAGES),
-        ("HelicopterPlant", "every effect, general model", {**every, "general.enabled": 1.0}, VOLTAGES),
-        ("AdaptiveIdentifier", "adaptation, three effects watched", {**watched, "report.interval": 0.5},
-         {**VOLTAGES, **ANGLES}),
-        ("AdaptiveIdentifier", "prediction errors", errors, {**VOLTAGES, **ANGLES}),
-        ("PidController", "travel loop", {"travel.enabled": True, "reference.step_pitch": 0.2}, ANGLES),
-        ("Exciter", "experiment 2", {"excitation.experiment": 2}, {}),
-        ("Exciter", "multisines", {"excitation.experiment": 3}, {}),
-        ("LogPlayer", "a log of 1000 s", {"log.path": str(log)}, {}),
-    )  # fmt: skip
-
-
-def lockstep(steps: int = 100_000) -> str:
-    """Step every pythonfmu unit and its native twin side by side: random inputs, states saved and restored."""
-    from fmu_src import build
-    from fmu_src.native import NATIVE_UNITS, build_native
-
-    rows = []
-    with TemporaryDirectory(prefix="heli-lockstep-") as name:
-        folder = Path(name)
-        log, order = folder / "log.csv", folder / "order.json"
-        lines = (f"{0.01 * k:.2f},{k % 7},{-k % 5},{k / 1e5!r},.2,-{k / 3e4!r}\n" for k in range(100_000))
-        log.write_text(HEADER + "".join(lines))
-        pairs = {unit: (build(unit, folder / "python"), build_native(unit, folder / "native")) for unit in NATIVE_UNITS}
-        span = {"steps": steps, "seed": 14, "longest": 0.01, "shortest": 0.001}
-        for unit, what, parameters, inputs in lockstep_cases(log):
-            order.write_text(json.dumps([{"parameters": parameters, "inputs": inputs, **span}]))
-            done = subprocess.run(
-                [sys.executable, str(HOSTS / "lockstep.py"), *map(str, pairs[unit]), str(order)],
-                capture_output=True, text=True, check=True, env={**os.environ, "PYTHONPATH": str(HOSTS)},
-            )  # fmt: skip
-            (found,) = json.loads(done.stdout.strip().splitlines()[-1])
-            rows.append((unit, what, str(found["steps"]), str(found["different"])))
-    return section(
-        "Native units in lockstep",
-        table(("unit", "case", "steps", "different"), rows),
-        "Random inputs, steps of 1 to 10 ms, states saved, serialised and restored in between; a step counts as "
-        "different if its status or any bit of any output differs from the pythonfmu unit's.",
-        packages=("pythonfmu", "ziglang"),
-    )
 
 
 def runs(count: int = 1000, duration: float = 30.0, step: float = 0.01) -> str:
