@@ -10,7 +10,6 @@ from .corrector import (
     follow,
     parameters_in_use,
     prepare_follower,
-    standard_errors_in_use,
     start_correcting,
     start_following,
 )
@@ -36,7 +35,6 @@ __all__ = [
     "parameters_in_use",
     "prepare_follower",
     "prepare_following",
-    "standard_errors_in_use",
     "start_correcting",
     "start_following",
 ]

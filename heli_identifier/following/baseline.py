@@ -1,8 +1,7 @@
 """What the values of a twin are off by while nothing changes: learned in flight, and allowed for by every test.
 
-No twin is exact; in large motions its errors are as much as a change that matters. The coefficients theta that the
-regressors of an axis lack are therefore no zero but N(m, P), with the prior N(0, P_0). In a block with R and b
-(:mod:`.blocks`), given everything before,
+The coefficients theta that the regressors of an axis lack are N(m, P), with the prior N(0, P_0). In a block with R and
+b (:mod:`.blocks`), given everything before,
 
     b ~ N(R m, R + R P R)   without a change,     b ~ N(R (m + delta D), R + R P R)   with one.
 
@@ -16,8 +15,7 @@ Afterwards
     m <- m + P u,   P <- P - P W P     (Kalman filter),    then   m <- a m,   P <- a^2 P + (1 - a^2) P_0,
 
 the last because values wander within P_0 over a time of _WANDERING: a baseline never becomes certain. It is learned
-while the twin follows. A change is far larger than P_0 allows, so that little of it is learned before the alarm: with
-z^2 = 28 needed for an alarm and values that err by a tenth of nu, at most 28/(100 + 28) of it.
+while the twin follows. A change is far larger than P_0 allows, so that little of it is learned before the alarm.
 """
 
 from math import exp, sqrt

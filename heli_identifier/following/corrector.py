@@ -8,31 +8,14 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles
 from heli_plant.state import start_state
 
-from ..online import (
-    PREDICTION_ERROR,
-    IdentifierOutput,
-    IdentifierSettings,
-    IdentifierState,
-    Plan,
-    before_samples,
-    prepare,
-    start,
-    step,
-)
+from ..online import PREDICTION_ERROR, IdentifierOutput, IdentifierSettings, IdentifierState, Plan
+from ..online import before_samples as before_identifier
+from ..online import prepare as prepare_identifier
+from ..online import start as start_identifier
+from ..online import step as step_identifier
+from . import blocks
 from .baseline import allow_for_baseline, hold_baseline, learn_baseline, start_baseline
-from .blocks import (
-    Noise,
-    Sums,
-    Vector,
-    add_products,
-    add_sample,
-    close_block,
-    deviations_of,
-    is_noise_known,
-    learn_noise,
-    project_block,
-    start_sums,
-)
+from .blocks import Sums, Vector
 from .cusum import PROVED, Cusum, Inflation
 from .naming import make_event
 from .observer import (
@@ -83,7 +66,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         values=Values(twin, twin.values, twin.values, (0.0,) * len(twin.values)),
         predictions=Predictions((Copies(predicted=angles),) * 2),
         sums=_no_sums(plan),
-        noises=(Noise(),) * 3,
+        noises=(blocks.Noise(),) * 3,
         baseline=start_baseline(plan.deviations),
         inflations=(Inflation(),) * changes,
         cusums=(Cusum(),) * (2 * changes),
@@ -93,7 +76,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
 
 
 def _no_sums(plan: FollowPlan) -> tuple[Sums, ...]:
-    return tuple([start_sums(len(own)) for own in plan.deviations])
+    return tuple([blocks.start_sums(len(own)) for own in plan.deviations])
 
 
 def correct(
@@ -118,7 +101,7 @@ def correct(
     """
     k, suspended = state.samples + 1, state.mode == "suspended"
     voltages, angles = (now.v_front, now.v_rear), (now.pitch, now.elevation, now.travel)
-    values, noise, fresh = _ramp(state.values, k, plan), deviations_of(state.noises), now.fresh > 0.5
+    values, noise, fresh = _ramp(state.values, k, plan), blocks.deviations_of(state.noises), now.fresh > 0.5
     unseen = 0 if suspended else state.observer.unseen
     observer, arrived = advance_observer(state.observer, voltages, k, fresh and unseen > 0, values.now, plan)
     weight = weigh_sample(observer, unseen, noise, values.now.parameters, plan) if fresh else Weight(plan.gains)
@@ -180,7 +163,7 @@ def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> tuple[Co
     instant = start_instant(first, parameters, plan)
     instant = instant._replace(memory=PlantMemory(instant.memory.state, since, held))
     return state.enter(
-        "following" if is_noise_known(state.noises) else "starting",
+        "following" if blocks.is_noise_known(state.noises) else "starting",
         settled=state.samples + plan.settling,
         observer=state.observer._replace(instant=instant),
     ), [make_event(state, "back", plan)]
@@ -191,7 +174,7 @@ def _withdraw_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
 
     An encoder has just stood for half a second, and in the last block too, which is seen only now.
     """
-    nothing = close_block(_no_sums(plan), state.noises)
+    nothing = blocks.close_block(_no_sums(plan), state.noises)
     return state._replace(
         blocks=(*state.blocks[:-1], *[nothing for _ in state.blocks[-1:]]),
         tested=(*state.tested[:-1], *[((0.0, 0.0),) * len(plan.changes) for _ in state.tested[-1:]]),
@@ -217,7 +200,7 @@ def _take_innovations(
             if state.mode != "starting":
                 innovation = saturate(innovation, _LARGEST_INNOVATION * noise[axis])
             psi = tuple([share * x for x, _, _ in instant.sensitivities[axis]])
-            total = add_sample(total, psi, innovation)
+            total = blocks.add_sample(total, psi, innovation)
         result.append(total)
     return tuple(result)
 
@@ -231,14 +214,14 @@ def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: Follo
             predictions = launch_copies(predictions, state.observer.instant.memory.state, angles, fresh, plan)
         else:
             predictions = predictions.drop_running()
-    return state._replace(predictions=predictions, sums=tuple([add_products(one) for one in state.sums]))
+    return state._replace(predictions=predictions, sums=tuple([blocks.add_products(one) for one in state.sums]))
 
 
 def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Return the state with the block that is complete taken in, and noise and baseline learned from it."""
-    block = close_block(state.sums, state.noises)
+    block = blocks.close_block(state.sums, state.noises)
     if state.mode in ("starting", "following", "adopted", "on trial"):
-        learned = [learn_noise(*own) for own in zip(state.noises, state.sums, strict=True)]
+        learned = [blocks.learn_noise(*own) for own in zip(state.noises, state.sums, strict=True)]
         state = state._replace(noises=tuple(learned))
     state = state._replace(sums=_no_sums(plan))
     if state.mode == "starting":
@@ -246,7 +229,7 @@ def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     seen = allow_for_baseline(block, state.baseline)
     if state.mode == "following":
         state = state._replace(baseline=learn_baseline(seen, state.baseline, plan.deviations))
-    tested = tuple([project_block(seen, change.direction(state.values.end)) for change in plan.changes])
+    tested = tuple([blocks.project_block(seen, change.direction(state.values.end)) for change in plan.changes])
     return state._replace(blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_TESTED:])
 
 
@@ -276,13 +259,13 @@ def prepare_follower(settings: FollowSettings) -> Follower:
         report_interval=2.0,
         watched=settings.effects,
     )
-    return Follower(prepare(beside), prepare_following(settings))
+    return Follower(prepare_identifier(beside), prepare_following(settings))
 
 
 def start_following(plan: Follower, now: Sample) -> FollowState:
     """Return the state at sample 0."""
-    state = start(plan.identifier, now[:5])
-    return FollowState(state, start_correcting(plan.corrector, now), before_samples(plan.identifier))
+    state = start_identifier(plan.identifier, now[:5])
+    return FollowState(state, start_correcting(plan.corrector, now), before_identifier(plan.identifier))
 
 
 def follow(state: FollowState, now: Sample, plan: Follower) -> tuple[FollowState, tuple[Event, ...]]:
@@ -299,27 +282,22 @@ def follow(state: FollowState, now: Sample, plan: Follower) -> tuple[FollowState
         tuple([getattr(said.standard_errors, field) for field in HEARD]),
     )
     corrector, events = correct(state.corrector, now, report, plan.corrector)
-    identifier, estimates = step(state.identifier, now[:5], plan.identifier)
+    identifier, estimates = step_identifier(state.identifier, now[:5], plan.identifier)
     return FollowState(identifier, corrector, estimates), events
 
 
-def parameters_in_use(state: CorrectorState, plan: FollowPlan) -> PlantParameters:
-    """Return the plant's parameters that the twin uses, the rotors' shares folded in.
+def parameters_in_use(state: CorrectorState, plan: FollowPlan) -> tuple[PlantParameters, dict[str, float]]:
+    """Return the plant's parameters that the twin uses, and the standard errors of those that were adopted, by name.
 
     Rotors with the shares f and r of their thrust have mu_d = f nu_f - r nu_r = a (nu_f - nu_r) + b (nu_f + nu_r) with
     a = (f + r)/2, b = (f - r)/2: on the pitch k_x becomes a k_x, and the rotors' sum turns it by b k_x (rotor
     mismatch); k_z and k_y become a k_z and a k_y, where b (nu_f - nu_r) is left out.
     """
     p, (front, rear) = plan.twin(state.values.end).parameters, state.values.end[-2:]
+    names = plan.changeable[: len(plan.fields)]
+    errors = {name: error for name, error in zip(names, state.values.errors, strict=False) if error > 0.0}
     if front == 1.0 and rear == 1.0:
-        return p
+        return p, errors
     a, b = 0.5 * (front + rear), 0.5 * (front - rear)
-    return p._replace(
-        k_x=a * p.k_x, k_z=a * p.k_z, k_y=a * p.k_y, rotor_mismatch_pitch=p.rotor_mismatch_pitch + b * p.k_x
-    )
-
-
-def standard_errors_in_use(state: CorrectorState, plan: FollowPlan) -> dict[str, float]:
-    """Return the standard errors of the values that were adopted, by name."""
-    pairs = zip(plan.changeable, state.values.errors, strict=True)
-    return {name: error for name, error in pairs if error > 0.0}
+    gains = {"k_x": a * p.k_x, "k_z": a * p.k_z, "k_y": a * p.k_y}
+    return p._replace(**gains, rotor_mismatch_pitch=p.rotor_mismatch_pitch + b * p.k_x), errors

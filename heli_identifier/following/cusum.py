@@ -9,19 +9,14 @@ Page's CUSUM sums it for delta = +-nu, the smallest change that matters, and res
 
     S_k = max(0, S_(k-1) + s_k(+-nu)),    alarm as soon as one S exceeds b = ln(M T / 1 s) + ln(s/2) - 1.166 sqrt(s)
 
-for M tests and a mean time T between false alarms. The first term is Lorden's bound. The others are what Siegmund's
-mean time of a test, 2 exp(b + 1.166 sqrt(s))/s, says for one of which a block holds the information s = nu^2 D^T R D.
-
-Where the innovations are not white, sums along D vary by more than R says. With u_k = D^T b of block k the variance
-inflation factor is
+for M tests and a mean time T between false alarms: Lorden's bound, and what Siegmund's mean time of a test,
+2 exp(b + 1.166 sqrt(s))/s, says for one of which a block holds the information s = nu^2 D^T R D. Where the innovations
+are not white, D^T b and D^T R D are divided by the variance inflation factor: with u_k = D^T b of block k
 
     kappa = sum (u_k^2 + 2 u_k u_(k-1) + 2 u_k u_(k-2)) / sum D^T R D,    at least 1
 
-a long-run variance over its value for white innovations. It is learned from blocks that have become PROVED blocks old
-without an alarm. D^T b and D^T R D are divided by it.
-
-After an alarm the size is estimated for every change, delta = D^T b / D^T R D with sums from a block on to now, and
-judged by its Bayes factor against no change, for a size with the prior N(0, (3 nu)^2):
+learned from blocks that have become PROVED blocks old without an alarm. After an alarm the size is estimated for every
+change, delta = D^T b / D^T R D, and judged by its Bayes factor for a size with the prior N(0, (3 nu)^2):
 
     ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
 

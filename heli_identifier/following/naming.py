@@ -4,14 +4,12 @@ psi is what a change makes of the innovations that has always acted; right after
 name are therefore taken from the blocks that begin two after the change, the same ones for every change, along the
 direction of each and divided by the variance inflation factor along it; changes are compared under one mean factor.
 
-The on-line identifier must not contradict a change. It estimates gains, offset and dampings by another method, without
-the twin, with a memory of 50 s. Its estimate lags, so that it cannot confirm a change of a few seconds ago. It can
-contradict one: since the change it has moved the other way, by more than _SURELY standard errors of the difference,
+The on-line identifier estimates gains, offset and dampings without the twin, with a memory of 50 s. It cannot confirm a
+change of a few seconds ago, but contradict one: since the change it has moved the other way,
 
     (theta - theta_0) sign(change) < -_SURELY sqrt(2) sigma,
 
-theta_0 the estimate two blocks before the change and sigma the present standard error. The identifier errs as well,
-where the rig has what its model lacks; only the difference in time counts, in which most of that cancels.
+theta_0 the estimate two blocks before the change and sigma the present standard error.
 """
 
 from math import copysign, sqrt

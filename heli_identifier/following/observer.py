@@ -9,29 +9,24 @@ With (x, w, d) what g makes of them per unit, and the axis' own stiffness a and 
 
 so that e = delta psi + white noise for a change of size delta along g. psi is known before the sample is.
 
-**Gaps.** While no sample comes in, the twin goes on under the last voltages; what a controller wanted instead goes
-along with the rate, as a friction does. With the next sample the voltages V at both ends of the gap are known. The twin
-goes back to the gap's begin and through it once more, under voltages on a straight line between them,
+**Gaps.** Under the last voltages the twin errs along with the rate, as a friction does. With the next sample it goes
+back to the gap's begin and through it once more, under voltages on a straight line between both ends,
 
     V_j = V_0 + (V_n - V_0) j/n,     j = 0 .. n - 1  of  n  sampling intervals
 
-After a gap the state is known less well than in the steady state. With P the covariance of the errors (x, w, d), in
-units of the variance r of the encoder's noise, and s that of the innovation,
+The state is then known less well. With P the covariance of the errors (x, w, d), in units of the variance r of the
+encoder's noise, and s that of the innovation,
 
     P <- F P F^T + diag(0, q_w, q_d),    F = [[1, h, h^2/2], [0, 1, h], [0, 0, exp(-gamma h)]]
     s = P_xx + 1,    l = P_(.x)/s,    P <- P - l P_(x.)
 
 q_d = omega_o^6 h^2 is what the observer's bandwidth stands for, and q_w = (k h sigma)^2/r for each lost voltage, k the
-gain of the axis. The straight line misses by sigma. It is learned where no sample is missing: of three in a row the
-middle one is taken for lost,
+gain of the axis. sigma is by how much the line misses, learned where no sample is missing, over two minutes:
 
-    sigma^2 = mean of (V_(k-1) - (V_(k-2) + V_k)/2)^2
-
-for the difference (front - rear) and the sum of the voltages, over two minutes.
+    sigma^2 = mean of (V_(k-1) - (V_(k-2) + V_k)/2)^2    for difference (front - rear) and sum of the voltages
 
 Sources: Anderson and Moore, Optimal Filtering, 1979, chapter 3; Gustafsson, Adaptive Filtering and Change Detection,
-2000, section 8.3; Sinopoli and others, Kalman filtering with intermittent observations, IEEE Transactions on Automatic
-Control 49 (2004).
+2000, section 8.3; Sinopoli and others, IEEE Transactions on Automatic Control 49 (2004).
 """
 
 from functools import lru_cache

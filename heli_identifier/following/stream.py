@@ -1,16 +1,12 @@
 """How the samples come in: a stream that stopped, an encoder that stands still although the rig moves.
 
-An encoder that stands at one count is usual where an axis turns back or rests. It is at fault
-
-* if at the rate that the axis had the rig would have gone much further than a count and the noise meanwhile,
-* if after half a second the observer holds the axis by an acceleration that no bearing has,
-* if after half a second it jumps by more than the noise: it stood while the rig moved slowly.
-
-All three are seen only after a while, and an encoder that stood while the rig moved by a few counts cannot be told from
-one that rested. What an encoder says therefore does not count while it stands for half a second or more. It does not
-count afterwards either, until the observer has settled, because the observer took that angle for the rig's. An alarm
-waits while an encoder stands that should have moved already, if only a little: at the rate that the axis had, or by the
-rates that the observer has seen since, which a rig that set off from rest has.
+An encoder is at fault if at the rate that the axis had the rig would have gone much further than a count and the noise
+meanwhile, or if after half a second the observer holds the axis by an acceleration that no bearing has, or the encoder
+jumps by more than the noise. All three are seen only after a while, and an encoder that stood while the rig moved by a
+few counts cannot be told from one that rested. What an encoder says therefore does not count while it stands for half a
+second or more, and afterwards until the observer has settled, which took that angle for the rig's. An alarm waits while
+an encoder stands that should have moved already, if only a little: at the rate that the axis had, or by the rates that
+the observer has seen since, which a rig that set off from rest has.
 """
 
 from typing import NamedTuple

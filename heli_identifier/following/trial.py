@@ -5,13 +5,10 @@
                             +-----held---------+--------held--------+--worse: rolled back--> following
 
 What is named is put on trial if it is significant (z of at least 4), excited (its standard error is at most the
-smallest change that matters, and the identifier sees its axes move) and physically possible; else it is held.
-
-On trial a rival twin that has the change flies beside the one in use over the window, which begins after the change was
-estimated, so that its errors 1 s ahead are out of sample for both. It must have been better, and the on-line identifier
-must not contradict it. Name and size are then judged again from everything since the change. Another change that
-explains it 100 times better goes on trial instead; else the size is ramped in. The values before go on as the rival; as
-soon as they predict better with t > 3, they are taken again.
+smallest change that matters, and the identifier sees its axes move) and physically possible; else it is held. On trial
+a rival twin that has the change flies beside the one in use over the window, which begins after the change was
+estimated, so that its errors 1 s ahead are out of sample for both. Name and size are then judged again from everything
+since the change. The values before go on as the rival after an adoption.
 """
 
 from .baseline import add_uncertainty, hold_baseline

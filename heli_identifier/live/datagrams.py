@@ -200,22 +200,12 @@ def is_every(host: str) -> bool:
 class Port:
     """A UDP socket that hears one sender.
 
-    Parameters
-    ----------
-    address : str
-        Numeric address of this machine on which datagrams come in; one of its own, not 0.0.0.0.
-    number : int
-        Port, 0 for a free one.
-    sender : str
-        ``HOST:PORT`` or ``HOST`` of the rig; empty for the first that sends a good datagram.
-    layout : Layout
-
     Attributes
     ----------
     address : tuple of (str, int)
-        Where it listens.
+        Numeric address and port of this machine where it listens; not 0.0.0.0. Port 0 stands for a free one.
     sender : tuple of (str, int) or None
-        Where the rig is; port -1 for any.
+        Where the rig is, given as ``HOST:PORT`` or ``HOST`` (port -1, any); without, the first good sender.
     refused, foreign, elections : int
         Datagrams that held no sample, datagrams of other senders, and senders that were taken for the rig.
     reason, note : str

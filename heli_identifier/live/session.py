@@ -11,20 +11,10 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
+from heli_identifier import following
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
-from heli_identifier.following import (
-    Event,
-    Follower,
-    FollowSettings,
-    FollowState,
-    Sample,
-    follow,
-    parameters_in_use,
-    prepare_follower,
-    standard_errors_in_use,
-    start_following,
-)
+from heli_identifier.following import Event, Follower, FollowState, Sample
 from heli_identifier.live.sources import Status
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
@@ -44,18 +34,13 @@ SYNCED_EVERY, WRITTEN_EVERY, SHOWN_EVERY = 1.0, 0.05, 0.2
 _EVENTS_SHOWN = 50  # that a view holds, the latest ones
 _DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
+_IS_THERE = "is there already and is not replaced, it holds what was recorded before; name another folder."
+
 Changed = Callable[[PlantParameters, Mapping[str, float], float], None]
 
 
 class Journal:
-    """A CSV file that only grows, by whole rows.
-
-    Parameters
-    ----------
-    path : Path
-        File to make.
-    columns : sequence of str
-        Its header.
+    """A CSV file that is made with its header and only grows, by whole rows.
 
     Raises
     ------
@@ -68,9 +53,7 @@ class Journal:
         try:
             self._file = path.open("xb", buffering=0)
         except FileExistsError as error:
-            raise ConfigurationError(
-                f"{path} is there already and is not replaced, it holds what was recorded before; name another folder."
-            ) from error
+            raise ConfigurationError(f"{path} {_IS_THERE}") from error
         self._pending = [",".join(columns) + "\n"]
         self.flush()
 
@@ -127,10 +110,7 @@ def check_unused(folder: Path) -> None:
     """
     for name in (RECORDED, PREDICTIONS, DIAGNOSED):
         if (folder / name).exists():
-            raise ConfigurationError(
-                f"{folder / name} is there already and is not replaced, it is of an earlier flight or diagnosis; name "
-                "another folder."
-            )
+            raise ConfigurationError(f"{folder / name} {_IS_THERE}")
 
 
 class Session:
@@ -158,7 +138,13 @@ class Session:
         declared = {axis: expected.prediction_1s_rad.value for axis, expected in parameters.expected.items()}
         self.declared = tuple(declared.get(axis) for axis in AXES)
         self.errors = {name: value.standard_error or 0.0 for name, value in parameters.values.items()}
-        _make(folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except (FileExistsError, NotADirectoryError) as error:
+            said = f"{folder} is a file, a folder is needed there; name another output folder."
+            raise ConfigurationError(said) from error
+        except OSError as error:
+            raise ConfigurationError(f"{folder} cannot be made: {error.strerror}; name another folder.") from error
         self.events: list[dict[str, Any]] = []  # as they stand in their file
         angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
         with ExitStack() as undo:
@@ -168,7 +154,7 @@ class Session:
             undo.callback(self.predictions.remove)
             self._write_events()
             undo.pop_all()
-        self.plan: Follower | None = None
+        self.plan: Follower | None = None  # until the first instant
         self.state: FollowState | None = None
         self.due: list[dict[str, Any]] = []  # since the last view
         self.last: dict[str, Any] | None = None
@@ -227,10 +213,11 @@ class Session:
 
     def _step(self, sample: Sample, sample_time: Callable[[], float]) -> None:
         if self.plan is None or self.state is None:
-            self.plan = prepare_follower(FollowSettings(sample_time=sample_time(), parameters=self.plant))
-            self.state = start_following(self.plan, sample)
+            settings = following.FollowSettings(sample_time=sample_time(), parameters=self.plant)
+            self.plan = following.prepare_follower(settings)
+            self.state = following.start_following(self.plan, sample)
             return
-        self.state, events = follow(self.state, sample, self.plan)
+        self.state, events = following.follow(self.state, sample, self.plan)
         self._elevation = sample.elevation
         twins, window = self.state.corrector.predictions, self.plan.corrector.window
         if twins.compared:
@@ -250,8 +237,8 @@ class Session:
         self._write_events()
         if event.what in ("adopted", "rolled back"):
             self.in_use().write(self.folder / IN_USE)
-            plant, errors = self._used()
-            self.changed(plant, {**self.errors, **errors}, self._elevation)
+            plant, adopted = self._used()
+            self.changed(plant, {**self.errors, **adopted}, self._elevation)
 
     def _write_events(self) -> None:
         write_atomically(self.folder / EVENTS, document_text(self.events))
@@ -296,11 +283,10 @@ class Session:
 
     def in_use(self) -> ParameterSet:
         """Return the parameters that the twin uses; what was adopted has the standard error of its adoption."""
-        plant, errors = self._used()
-        known = {}
+        plant, adopted = self._used()
+        errors, known = {**self.errors, **adopted}, {}
         for row in PARAMETERS:
-            error = errors.get(row.name) or self.errors.get(row.name)
-            if error:
+            if error := errors.get(row.name):
                 known[row.field] = Estimate(getattr(plant, row.field), error, row.unit)
         return ParameterSet(PLANT, plant_values(plant, known), {}, self.provenance)
 
@@ -308,11 +294,7 @@ class Session:
         """Return the plant in use, and the standard errors of the parameters that were adopted."""
         if self.plan is None or self.state is None:
             return self.plant, {}
-        plant = parameters_in_use(self.state.corrector, self.plan.corrector)
-        errors = standard_errors_in_use(self.state.corrector, self.plan.corrector)
-        names = {row.name for row in PARAMETERS}
-        # A rotor's share is no parameter of the plant; its gains have it.
-        return plant, {name: error for name, error in errors.items() if name in names}
+        return following.parameters_in_use(self.state.corrector, self.plan.corrector)
 
 
 def _values(state: FollowState, plan: Follower) -> list[dict[str, Any]]:
@@ -335,15 +317,3 @@ def _values(state: FollowState, plan: Follower) -> list[dict[str, Any]]:
          "estimate": estimate, "band": band}
         for name, estimate, band in rows
     ]  # fmt: skip
-
-
-def _make(folder: Path) -> None:
-    """Make the folder of the results."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError) as error:
-        raise ConfigurationError(
-            f"{folder} is a file, a folder is needed there; name another output folder."
-        ) from error
-    except OSError as error:
-        raise ConfigurationError(f"{folder} cannot be made: {error.strerror}; name another folder.") from error
