@@ -287,7 +287,7 @@ def test_all_logs_are_read_first_and_a_bad_rig_is_lost_alone(tmp_path, monkeypat
             raise ZeroDivisionError("odd")
         return rig({FRICTION: 0.2}, [FRICTION])
 
-    monkeypatch.setattr("heli_identifier.tools.fleet.diagnose", diagnose)
+    monkeypatch.setattr("heli_identifier.tools.rigs.diagnose", diagnose)
     done = run(*folders, "--output", tmp_path / "out", "--json")
     assert (done.exit_code, len(begun)) == (1, 3)
     document = json.loads(done.stdout)

@@ -41,7 +41,8 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
         A file cannot be written in the block, as on a full disk; it names the file in the target.
     """
     folder = Path(os.path.realpath(target))
-    existing = next(path for path in (folder, *folder.parents) if path.exists())
+    # what is still a link after realpath is a link to itself
+    existing = next(path for path in (folder, *folder.parents) if path.exists() or path.is_symlink())
     if not existing.is_dir():
         raise ConfigurationError(f"{existing} is a file, a folder is needed there; name another output folder.")
     for above in (folder, *folder.parents)[:_SWEPT]:

@@ -27,6 +27,7 @@ from distributed import Client, LocalCluster, as_completed
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import draft_folder
+from heli_identifier.results import whole_folder
 from heli_identifier.tools.campaign_rows import (
     Row,
     complete,
@@ -36,16 +37,11 @@ from heli_identifier.tools.campaign_rows import (
     write_rows,
 )
 from heli_identifier.tools.rigs import Source, error_text, named_function, source_digest
-from heli_identifier.tracing import DiagnosisSettings, diagnose
+from heli_identifier.tracing import DiagnosisSettings
 
 CONSOLIDATED = "campaign.parquet"
 
-CODE = (
-    "heli_plant",
-    "heli_identifier.online",
-    "heli_identifier.records",
-    "heli_identifier.tracing",
-)
+CODE = ("heli_plant", "heli_identifier.online", "heli_identifier.records", "heli_identifier.tracing")
 """Packages that a diagnosis runs."""
 
 ONE_THREAD = dict.fromkeys(
@@ -67,9 +63,6 @@ machine, where a start takes seconds, it may find it between two deaths; without
 Should there be none for a long time all the same, the rigs that wait for one fail, with a row that says so.
 """
 
-Work = Callable[..., Row]
-"""Called with a source, and by name with ``settings`` and ``measure``."""
-
 Progress = Callable[[int, int, Row | None], None]
 """Called with the number of rigs done, the number in all, and the row that has just arrived, if any."""
 
@@ -82,7 +75,7 @@ def run_campaign(
     scheduler: str | None = None,
     workers: int | None = None,
     progress: Progress = lambda done, total, row: None,
-    work: Work | None = None,
+    work: Callable[..., Row] | None = None,
 ) -> list[Row]:
     """Diagnose every rig that has no result yet.
 
@@ -120,36 +113,21 @@ def run_campaign(
         raise ConfigurationError(f"workers = {workers} is for processes on this machine; {scheduler} has its own.")
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise ConfigurationError(f"workers = {workers} must lie in [1, {MOST_WORKERS}].")
-    settings, folder = settings or DiagnosisSettings(), Path(folder)
-    by_key, rows = _keyed(sources, settings, measure), folder / "rows"
-    known = {key: row for key in by_key if (row := read_row(rows, key)) and row["error"] is None}
-    progress(len(known), len(by_key), None)
-    if waiting := {key: source for key, source in by_key.items() if key not in known}:
-        with connected(scheduler, workers) as client:
-            _make(rows)
-            for row in _arriving(client, waiting, partial(work or diagnosed, settings=settings, measure=measure)):
-                write_rows([row], rows / f"{row['key']}.parquet")
-                known[row["key"]] = complete(row)
-                progress(len(known), len(by_key), row)
-    _make(rows)
-    found = [known[key] for key in by_key]
-    write_rows(found, folder / CONSOLIDATED)
+    settings = settings or DiagnosisSettings()
+    with whole_folder(folder) as draft:
+        by_key, files = _keyed(sources, settings, measure), Path(folder) / "rows"
+        earlier = (row for key in by_key if (file := files / f"{key}.parquet").exists() for row in read_rows(file))
+        known = {row["key"]: row for row in earlier if row["error"] is None}
+        progress(len(known), len(by_key), None)
+        if waiting := {key: source for key, source in by_key.items() if key not in known}:
+            with connected(scheduler, workers) as client:
+                for row in _arriving(client, waiting, partial(work or diagnosed, settings=settings, measure=measure)):
+                    write_rows([row], files / f"{row['key']}.parquet")
+                    known[row["key"]] = complete(row)
+                    progress(len(known), len(by_key), row)
+        found = [known[key] for key in by_key]
+        write_rows(found, draft / CONSOLIDATED)
     return found
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigurationError(
-            f"{folder.parent} cannot hold results: {error.strerror}; name another output folder."
-        ) from error
-
-
-def read_row(folder: Path, key: str) -> Row | None:
-    """Return the row of a key, None if there is none."""
-    path = folder / f"{key}.parquet"
-    return next(iter(read_rows(path)), None) if path.exists() else None
 
 
 def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None = None) -> Row:
@@ -165,8 +143,7 @@ def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None =
     try:
         rig = source.load()
         row |= truth_columns(rig.truth)
-        own = settings if rig.configuration is None else DiagnosisSettings.from_rig(rig.configuration)
-        diagnosis = diagnose(rig.training, held_out=rig.held_out, settings=own)
+        diagnosis = rig.diagnose(settings)
         row |= diagnosis_columns(diagnosis)
         if measure:
             row["measures"] = dict(named_function(measure)(rig, diagnosis))

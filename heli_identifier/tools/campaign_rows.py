@@ -219,6 +219,18 @@ def coverage(row: Row) -> dict[str, bool]:
     return held
 
 
+COUNTED: tuple[tuple[str, str, bool, Callable[[Row], object]], ...] = (
+    ("shown", "effects shown", False, lambda row: row["verdict"] == RigVerdict.EFFECTS_SHOWN),
+    ("adequate", "model adequate", False, lambda row: row["verdict"] == RigVerdict.MODEL_ADEQUATE),
+    ("unknown", "unknown effect", False, lambda row: row["verdict"] == RigVerdict.UNKNOWN_EFFECT),
+    ("named_first", "named first", True, named_first),
+    ("false", "with a false one", True, false_entries),
+    ("recognised", "unknown recognised", True, unknown_recognised),
+    ("right", "found as it is", True, right),
+)
+"""What is counted: key, title, whether the truth has to be known, and which rows."""
+
+
 def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     """Return the figures of rows.
 
@@ -226,17 +238,23 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     -------
     dict
         ``kinds``: in the order of their first rig, the number of diagnosed ``rigs`` of the ``kind`` (empty where the
-        truth is not known), of those with each verdict (``shown``, ``adequate``, ``unknown``), of those whose strongest
-        entry is true (``named_first``), with a ``false`` entry, with their unknown torque ``recognised``, found
-        ``right``. ``effects``: entries "name axis" and the number of rigs on which each was found, most frequent first.
-        ``failures``: rig and error text. ``covered`` of so many ``intervals`` of known true value hold it, and their
-        share ``coverage``. ``seconds``: median, 95 % quantile and largest of the times of one diagnosis [s], or None.
+        truth is not known), and of what is :data:`COUNTED`. ``effects``: entries "name axis" and the number of rigs on
+        which each was found, most frequent first. ``failures``: rig and error text. ``covered`` of so many
+        ``intervals`` of known true value hold it, and their share ``coverage``. ``seconds``: median, 95 % quantile and
+        largest of the times of one diagnosis [s], or None.
     """
     done = [row for row in rows if row["error"] is None]
     held = [hit for row in done for hit in coverage(row).values()]
-    kinds = dict.fromkeys(row["true_kind"] for row in done)
+    kinds = []
+    for kind in dict.fromkeys(row["true_kind"] for row in done):
+        own = [row for row in done if row["true_kind"] == kind]
+        counts = {
+            key: sum(bool(hit(row)) for row in own if kind is not None or not judged)
+            for key, _, judged, hit in COUNTED
+        }
+        kinds.append({"kind": kind or "", "rigs": len(own), **counts})
     return {
-        "kinds": [_counts(kind, [row for row in done if row["true_kind"] == kind]) for kind in kinds],
+        "kinds": kinds,
         "effects": Counter(" ".join(entry) for row in done for entry in found_entries(row)).most_common(),
         "failures": [(row["rig"], row["error"]) for row in rows if row["error"] is not None],
         "covered": sum(held),
@@ -246,44 +264,24 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-_VERDICTS: dict[str, tuple[str, RigVerdict]] = {
-    "shown": ("effects shown", RigVerdict.EFFECTS_SHOWN),
-    "adequate": ("model adequate", RigVerdict.MODEL_ADEQUATE),
-    "unknown": ("unknown effect", RigVerdict.UNKNOWN_EFFECT),
-}
-_JUDGED: dict[str, tuple[str, Callable[[Row], object]]] = {
-    "named_first": ("named first", named_first),
-    "false": ("with a false one", false_entries),
-    "recognised": ("unknown recognised", unknown_recognised),
-    "right": ("found as it is", right),
-}
-"""Titles of what is counted, and what counts."""
-
-
-def _counts(kind: str | None, rows: Sequence[Row]) -> dict[str, Any]:
-    judged = rows if kind is not None else []
-    return {
-        "kind": kind or "",
-        "rigs": len(rows),
-        **{key: sum(row["verdict"] == verdict for row in rows) for key, (_, verdict) in _VERDICTS.items()},
-        **{key: sum(bool(hit(row)) for row in judged) for key, (_, hit) in _JUDGED.items()},
-    }
-
-
 def campaign_tables(summary: dict[str, Any]) -> tuple[list[Table], list[str]]:
     """Give tables and sentences of a summary: what was found, and how much of it is true where that is known."""
     kinds, said = summary["kinds"], []
-    judged = any(kind["kind"] for kind in kinds)
-    titles = {"rigs": "rigs"} | {key: title for key, (title, _) in (_VERDICTS | (_JUDGED if judged else {})).items()}
-    rows = []
-    for kind in kinds:
-        counts = ("–" if key in _JUDGED and not kind["kind"] else str(kind[key]) for key in titles)
-        rows.append((kind["kind"] or "truth not known", *counts))
-    first = 0 if judged else 1
-    tables = [Table("Campaign", ("kind", *titles.values())[first:], [row[first:] for row in rows])]
+    known = any(kind["kind"] for kind in kinds)
+    counted = [own for own in COUNTED if known or not own[2]]
+    rows = [
+        (
+            *([kind["kind"] or "truth not known"] if known else []),
+            str(kind["rigs"]),
+            *("–" if judged and not kind["kind"] else str(kind[key]) for key, _, judged, _ in counted),
+        )
+        for kind in kinds
+    ]
+    tables = [Table("Campaign", (*(["kind"] if known else []), "rigs", *(title for _, title, _, _ in counted)), rows)]
     if summary["effects"]:
-        rows = [(name, str(count)) for name, count in summary["effects"]]
-        tables.append(Table("Effects found", ("effect", "rigs"), rows))
+        tables.append(
+            Table("Effects found", ("effect", "rigs"), [(name, str(count)) for name, count in summary["effects"]])
+        )
     if summary["coverage"] is not None:
         share = f"{100.0 * summary['coverage']:.1f} %"
         said.append(f"{share} of {summary['intervals']} intervals of 95 % hold the true value")

@@ -15,10 +15,10 @@ catalogue's plausible range: no loss of thrust is negative. Where the rigs' coef
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from itertools import combinations, product
-from math import isfinite
+from math import inf
 from typing import Any, NamedTuple
 
 from scipy.stats import false_discovery_control
@@ -29,7 +29,7 @@ from heli_identifier.records import shared_flight
 from heli_identifier.results import effect_name, plain, with_ends
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
 from heli_identifier.tools.rigs import Rig, error_text
-from heli_identifier.tracing import CatalogueVerdict, Diagnosis, DiagnosisSettings, Verdict, diagnose
+from heli_identifier.tracing import CatalogueVerdict, Diagnosis, Verdict
 from heli_plant.effects import effect
 
 FALSE_DISCOVERY_RATE = 0.005
@@ -67,10 +67,14 @@ class Coefficient(NamedTuple):
 
     name: str
     axis: str
-    unit: str
     rigs: tuple[RigEstimate, ...]
     mean: Pooled | None
     finding: Finding | None = None
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coefficient."""
+        return self.rigs[0].estimate.unit
 
     @property
     def named(self) -> tuple[str, ...]:
@@ -94,8 +98,7 @@ class Coefficient(NamedTuple):
             {"rig": o.rig, **with_ends(o.estimate), "verdict": o.verdict, "left_out": o.left_out}
             for o in self.rigs
         ]
-        pooled = asdict(self.mean) if self.mean else None
-        return {"unit": self.unit, "alike": self.mean and self.mean.alike, "pooled": pooled, "rigs": rigs}
+        return {"unit": self.unit, "alike": self.mean and self.mean.alike, "pooled": self.mean, "rigs": rigs}
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +115,7 @@ class Fleet:
     failures: Mapping[str, str]
     """Why a rig has no diagnosis, by rig."""
 
-    def found(self, *findings: Finding) -> tuple[Coefficient, ...]:
+    def found(self, *findings: str) -> tuple[Coefficient, ...]:
         """Effects with one of these findings."""
         return tuple(entry for entry in self.effects if entry.finding in findings)
 
@@ -175,17 +178,15 @@ def diagnose_rigs(
     diagnoses: dict[str, Diagnosis] = {}
     lost = dict(failures or {}) | _sharing(rigs)
     for number, (name, rig) in enumerate(rigs.items() if len(rigs) > 1 else ()):
-        if name in lost:
-            continue
 
         def within(what: str, share: float, name: str = name, number: int = number) -> None:
             progress(f"{name}: {what}", (number + share) / len(rigs))
 
-        settings = DiagnosisSettings.from_rig(rig.configuration) if rig.configuration else DiagnosisSettings()
-        try:
-            diagnoses[name] = diagnose(rig.training, held_out=rig.held_out, settings=settings, progress=within)
-        except Exception as error:
-            lost[name] = error_text(error)
+        if name not in lost:
+            try:
+                diagnoses[name] = rig.diagnose(progress=within)
+            except Exception as error:
+                lost[name] = error_text(error)
     if lost and len(diagnoses) < 2:
         raise IdentifierError("; ".join(f"rig {name}: {error}" for name, error in lost.items()))
     return fleet_of(diagnoses, lost)
@@ -213,26 +214,27 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
     if len(diagnoses) < 2:
         raise IdentifierError(f"a fleet needs the diagnoses of two rigs or more, {len(diagnoses)} given.")
     estimates: dict[tuple[str, str], list[RigEstimate]] = {}
-    symbols: dict[str, list[RigEstimate]] = {}
     for rig, found in diagnoses.items():
         for entry in found.catalogue:
             estimates.setdefault((entry.name, entry.axis), []).append(_of_effect(rig, found, entry))
         for symbol, estimate in found.parameters_after.items():
             left_out = "" if _determined(estimate) else "given"
-            symbols.setdefault(symbol, []).append(RigEstimate(rig, estimate, left_out=left_out))
-    means = {key: _mean(rigs) for key, rigs in estimates.items()}
-    refuted = _refuted(means)
-    effects = [
-        Coefficient(*key, rigs[0].estimate.unit, tuple(rigs), means[key], _finding(key, rigs, means[key], refuted))
-        for key, rigs in estimates.items()
-    ]
+            estimates.setdefault((symbol, ""), []).append(RigEstimate(rig, estimate, left_out=left_out))
+    every = [Coefficient(*key, tuple(rigs), _mean(rigs)) for key, rigs in estimates.items()]
+    effects, parameters = ([own for own in every if bool(own.axis) == is_effect] for is_effect in (True, False))
+    # Benjamini and Hochberg: p of every effect after correction over the catalogue
+    tested = [own for own in effects if own.mean]
+    corrected = false_discovery_control([own.mean.none_p for own in tested if own.mean]) if tested else ()
+    refuted = {own[:2] for own, p in zip(tested, corrected, strict=True) if p <= FALSE_DISCOVERY_RATE}
+    effects = [own._replace(finding=_finding(own, own[:2] in refuted)) for own in effects]
     order = list(Finding)
     effects.sort(
-        key=lambda e: (order.index(e.finding or Finding.NOT_SHOWN), -len(e.named), e.mean.p if e.mean else 1.0)
-    )
-    parameters = [Coefficient(s, "", rigs[0].estimate.unit, tuple(rigs), _mean(rigs)) for s, rigs in symbols.items()]
-    determined = tuple(parameter for parameter in parameters if parameter.mean is not None)
-    return Fleet(dict(diagnoses), tuple(effects), determined, dict(failures or {}))
+        key=lambda own: (
+            order.index(own.finding or Finding.NOT_SHOWN), -len(own.named), own.mean.p if own.mean else 1.0
+        )
+    )  # fmt: skip
+    known = tuple(own for own in parameters if own.mean is not None)
+    return Fleet(dict(diagnoses), tuple(effects), known, dict(failures or {}))
 
 
 def _of_effect(rig: str, diagnosis: Diagnosis, entry: CatalogueVerdict) -> RigEstimate:
@@ -254,8 +256,7 @@ def _of_effect(rig: str, diagnosis: Diagnosis, entry: CatalogueVerdict) -> RigEs
 
 
 def _determined(estimate: Estimate) -> bool:
-    error = estimate.standard_error
-    return error is not None and isfinite(estimate.value) and isfinite(error) and error > 0.0
+    return abs(estimate.value) < inf and 0.0 < (estimate.standard_error or 0.0) < inf
 
 
 def _mean(entries: Sequence[RigEstimate]) -> Pooled | None:
@@ -265,22 +266,13 @@ def _mean(entries: Sequence[RigEstimate]) -> Pooled | None:
     return pooled([e.value for e in estimates], [e.standard_error or 0.0 for e in estimates])
 
 
-def _refuted(means: Mapping[tuple[str, str], Pooled | None]) -> set[tuple[str, str]]:
-    """Effects of which it is refuted, after correction over the catalogue, that no rig has them."""
-    tested = {key: mean.none_p for key, mean in means.items() if mean is not None}
-    corrected = false_discovery_control(list(tested.values())) if tested else ()
-    return {key for key, p in zip(tested, corrected, strict=True) if p <= FALSE_DISCOVERY_RATE}
-
-
-def _finding(
-    key: tuple[str, str], entries: Sequence[RigEstimate], mean: Pooled | None, refuted: set[tuple[str, str]]
-) -> Finding:
-    named, entry = sum(one.named for one in entries), effect(*key)
+def _finding(own: Coefficient, is_refuted: bool) -> Finding:
+    """Find out of an effect, once it is known whether it is refuted that no rig has it."""
+    named, mean, entry = len(own.named), own.mean, effect(own.name, own.axis)
     if mean is None:
         return Finding.OPEN if named else Finding.NOT_SHOWN
-    shown = key in refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper
-    if named >= 2 or shown:
+    if named >= 2 or (is_refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper):
         if not mean.alike:
             return Finding.DIFFERS
-        return Finding.REPEATS if key in refuted else Finding.UNCONFIRMED
+        return Finding.REPEATS if is_refuted else Finding.UNCONFIRMED
     return Finding.OWN if named else Finding.NOT_SHOWN

@@ -14,7 +14,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
 from heli_identifier.records import (
@@ -27,6 +27,7 @@ from heli_identifier.records import (
     read_log,
     read_logs,
 )
+from heli_identifier.tracing import Diagnosis, DiagnosisSettings, diagnose
 from heli_plant.effects import CATALOGUE
 
 ENDINGS = (".csv", ".mat")
@@ -91,7 +92,7 @@ class Rig:
     truth: Truth | None = None
     """Not given to the diagnosis; a result row compares it with what was found."""
     configuration: RigConfiguration | None = None
-    """What else is known of the rig; with None the campaign's settings apply."""
+    """What else is known of the rig; with None the settings of the campaign or the fleet apply."""
     note: str = ""
     """What was held out where no log is named so."""
 
@@ -101,6 +102,11 @@ class Rig:
             if not logs or not all(isinstance(log, Log) for log in logs):
                 raise ConfigurationError(f"rig.{name} = {logs!r} must hold one or more logs.")
             object.__setattr__(self, name, logs)
+
+    def diagnose(self, settings: DiagnosisSettings | None = None, **options: Any) -> Diagnosis:
+        """Diagnose it; its own configuration overrides the settings."""
+        own = settings if self.configuration is None else DiagnosisSettings.from_rig(self.configuration)
+        return diagnose(self.training, held_out=self.held_out, settings=own or DiagnosisSettings(), **options)
 
 
 @dataclass(frozen=True)
@@ -127,6 +133,37 @@ class RigFolder:
         form = (configuration or RigConfiguration()).format
         training, held_out, note = read_split(self.training, self.held_out, form, start, end)
         return Rig(training, held_out, configuration=configuration, note=note)
+
+
+@dataclass(frozen=True)
+class GeneratedRig:
+    """A rig that the function ``generator``, "module:function", makes of its ``arguments``, for instance one seed.
+
+    ``ingredients`` are further modules and packages on whose source the logs depend.
+    """
+
+    rig: str
+    generator: str
+    arguments: tuple[str | int | float, ...]
+    ingredients: tuple[str, ...] = ()
+
+    def content(self) -> str:
+        """Return the digest of the generator's source and arguments, so that a finished rig is skipped unmade."""
+        modules = (self.generator.partition(":")[0], *self.ingredients)
+        return f"{self.generator} {self.arguments!r} {source_digest(modules)}"
+
+    def load(self) -> Rig:
+        """Make its logs; ConfigurationError if the generator cannot be found or does not return a :class:`Rig`."""
+        rig = named_function(self.generator)(*self.arguments)
+        if not isinstance(rig, Rig):
+            raise ConfigurationError(
+                f"{self.generator} returned a {type(rig).__name__}, a heli_identifier.tools.Rig is needed."
+            )
+        return rig
+
+
+Source = RigFolder | GeneratedRig
+"""One rig of a unique name before its logs are loaded, with a digest of these or of what makes them."""
 
 
 def read_split(
@@ -235,37 +272,6 @@ def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = Non
 
 def _logs(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.suffix.lower() in ENDINGS and path.is_file())
-
-
-@dataclass(frozen=True)
-class GeneratedRig:
-    """A rig that the function ``generator``, "module:function", makes of its ``arguments``, for instance one seed.
-
-    ``ingredients`` are further modules and packages on whose source the logs depend.
-    """
-
-    rig: str
-    generator: str
-    arguments: tuple[str | int | float, ...]
-    ingredients: tuple[str, ...] = ()
-
-    def content(self) -> str:
-        """Return the digest of the generator's source and arguments, so that a finished rig is skipped unmade."""
-        modules = (self.generator.partition(":")[0], *self.ingredients)
-        return f"{self.generator} {self.arguments!r} {source_digest(modules)}"
-
-    def load(self) -> Rig:
-        """Make its logs; ConfigurationError if the generator cannot be found or does not return a :class:`Rig`."""
-        rig = named_function(self.generator)(*self.arguments)
-        if not isinstance(rig, Rig):
-            raise ConfigurationError(
-                f"{self.generator} returned a {type(rig).__name__}, a heli_identifier.tools.Rig is needed."
-            )
-        return rig
-
-
-Source = RigFolder | GeneratedRig
-"""One rig of a unique name before its logs are loaded, with a digest of these or of what makes them."""
 
 
 def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[GeneratedRig]:

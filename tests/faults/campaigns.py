@@ -37,7 +37,7 @@ CAMPAIGNS = (
     Fault("a campaign of a billion workers", campaigned, f"{CAMPAIGN} --workers 1000000000", "workers = 1000000000 must lie in [1, 1000]"),
     Fault("a scheduler that is none", campaigned, f"{CAMPAIGN} --scheduler nonsense", "no Dask scheduler answers at nonsense"),
     Fault("rigs in a folder that is a link to itself", lambda f: (f / "rigs").symlink_to("rigs"), CAMPAIGN, "rigs is no folder"),
-    Fault("results in a folder that is a link to itself", lambda f: (campaigned(f), (f / "out").symlink_to("out")), CAMPAIGN, "out cannot hold results"),
+    Fault("results in a folder that is a link to itself", lambda f: (campaigned(f), (f / "out").symlink_to("out")), CAMPAIGN, "out is a file, a folder is needed there"),
     Fault("a generator with a mistake in its file", generator("def make(:\n"), GENERATE, "module gen cannot be imported: SyntaxError", shell=True),
     Fault("a generator whose file ends the process", generator("import sys\nsys.exit(0)\n"), GENERATE, "module gen cannot be imported: SystemExit", shell=True),
     Fault("a generator whose file divides by zero", generator("1 / 0\n"), GENERATE, "module gen cannot be imported: ZeroDivisionError", shell=True),
