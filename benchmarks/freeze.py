@@ -1,6 +1,6 @@
 """What the program says, recorded by one commit and compared with another: what a move leaves, and what it changes.
 
-    python -m benchmarks freeze record FOLDER [--only KIND] [--most N]      what is there already is kept
+    python -m benchmarks freeze record FOLDER [--only KIND,...] [--most N]      what is there already is kept
     python -m benchmarks freeze compare OLD NEW
 
 A kind is a folder, an entry a JSON file in it. A long array is kept as the hash of its bytes and every so many of its
@@ -9,7 +9,6 @@ largest relative difference of a number, and names what has come, gone or anothe
 differs.
 """
 
-import argparse
 import hashlib
 import json
 import math
@@ -27,7 +26,7 @@ import numpy as np
 
 import heli_identifier as hi
 from benchmarks.follow import flown
-from benchmarks.harness import ROOT
+from benchmarks.harness import ROOT, options
 from benchmarks.reading import FORMATS, write
 from benchmarks.rigs import log_of
 from heli_identifier.errors import IdentifierError
@@ -68,24 +67,16 @@ def steady(document: Any) -> Any:
 # --- what is recorded --------------------------------------------------------------------------------------------
 
 
-def diagnosis(rate: float, training: Sequence[np.ndarray], held_out: Sequence[np.ndarray]) -> Any:
-    """Give diagnosis.json of a rig's logs."""
-    logs, held = (
-        [log_of(f"{name}{number}", rate, samples) for number, samples in enumerate(own, 1)]
-        for name, own in (("train", training), ("held", held_out))
-    )
-    return steady(hi.diagnose(logs, held_out=held).to_dict())
-
-
 def battery(most: int) -> Entries:
-    """Rigs of the blind battery, spread evenly over its cases."""
+    """Documents of rigs of the blind battery, spread evenly over its cases."""
+
+    def made(case: Any) -> Any:
+        rig = case.rig(0)
+        logs = [log_of(f"train{number}", 100.0, samples) for number, samples in enumerate(rig.train, 1)]
+        return steady(hi.diagnose(logs, held_out=[log_of("held1", 100.0, rig.held)]).to_dict())
+
     for case in [BATTERY[int(k * len(BATTERY) / most)] for k in range(min(most, len(BATTERY)))]:
-
-        def made(case: Any = case) -> Any:
-            rig = case.rig(0)
-            return diagnosis(100.0, rig.train, [rig.held])
-
-        yield f"{case.group} {case.kind} {case.scale:g}", made
+        yield f"{case.group} {case.kind} {case.scale:g}", partial(made, case)
 
 
 def flights(most: int) -> Entries:
@@ -194,7 +185,7 @@ KINDS: dict[str, tuple[Callable[[int], Entries], int]] = {
 
 def record(folder: Path, only: Sequence[str], most: int | None) -> None:
     """Write the entries that are not there yet."""
-    for kind in only or KINDS:
+    for kind in only:
         entries, usual = KINDS[kind]
         for name, made in entries(min(usual, most or usual)):
             path = folder / kind / f"{re.sub(r'[^A-Za-z0-9_.+-]+', '-', name)[:120]}.json"
@@ -207,69 +198,65 @@ def record(folder: Path, only: Sequence[str], most: int | None) -> None:
 # --- comparison --------------------------------------------------------------------------------------------------
 
 
-def differences(old: Any, new: Any, place: str = "") -> Iterator[tuple[float, str]]:
+def leaves(document: Any, place: str = "") -> Iterator[tuple[str, Any]]:
+    """Give every value of a document that holds no others, behind its place."""
+    entries = dict(enumerate(document)) if isinstance(document, list) else document
+    if not entries or not isinstance(entries, dict):
+        yield place, document
+        return
+    for key, value in entries.items():
+        yield from leaves(value, f"{place}.{key}")
+
+
+def differences(old: Any, new: Any) -> Iterator[tuple[float, str]]:
     """Give what differs: the relative difference of two numbers, infinite for everything else, and its place."""
-    if isinstance(old, dict) and isinstance(new, dict):
-        for key in [*old, *(key for key in new if key not in old)]:
-            if key not in new or key not in old:
-                yield math.inf, f"{place}.{key} {'is new' if key in new else 'has gone'}"
-            elif key != "hash" or len(old.get("numbers", ())) == 0:
-                yield from differences(old[key], new[key], f"{place}.{key}")
-            elif old[key] != new[key]:
-                yield 0.0, f"{place}: other bits"
-    elif isinstance(old, list) and isinstance(new, list):
-        if len(old) != len(new):
-            yield math.inf, f"{place}: {len(old)} became {len(new)} values"
-        for index, (one, other) in enumerate(zip(old, new, strict=False)):
-            yield from differences(one, other, f"{place}[{index}]")
-    elif isinstance(old, int | float) and isinstance(new, int | float) and not isinstance(old, bool):
-        if old != new and not (math.isnan(old) and math.isnan(new)):
-            yield abs(old - new) / max(abs(old), abs(new)), place
-    elif old != new:
-        yield math.inf, f"{place}: {old!r} became {new!r}"
+    olds, news = dict(leaves(old)), dict(leaves(new))
+    for place in {**olds, **news}:
+        one, other = olds.get(place, "nothing"), news.get(place, "nothing")
+        if one == other or (one != one and other != other):
+            continue
+        if place.endswith(".hash"):
+            yield 0.0, f"{place}: other bits"
+        elif all(isinstance(own, int | float) and not isinstance(own, bool) for own in (one, other)):
+            yield abs(one - other) / max(abs(one), abs(other)), place
+        else:
+            yield math.inf, f"{place}: {one!r} became {other!r}"
 
 
 def compare(old: Path, new: Path) -> bool:
     """Print what differs between two folders; give whether nothing does."""
     same = True
     for kind in sorted({path.parent.name for folder in (old, new) for path in folder.glob("*/*.json")}):
-        names = [{path.name for path in (folder / kind).glob("*.json")} for folder in (old, new)]
+        olds, news = ({path.name for path in (folder / kind).glob("*.json")} for folder in (old, new))
+        apart = {old: sorted(olds - news), new: sorted(news - olds)}
+        lines = [f"  only in {folder}: {', '.join(own)}" for folder, own in apart.items() if own]
         equal, largest, where = 0, 0.0, ""
-        lines = [
-            f"  only in {folder}: {len(own - other)}, as {', '.join(sorted(own - other)[:3])}"
-            for own, other, folder in ((names[0], names[1], old), (names[1], names[0], new))
-            if own - other
-        ]
-        for name in sorted(names[0] & names[1]):
+        for name in sorted(olds & news):
             pair = [json.loads((folder / kind / name).read_text(encoding="utf-8")) for folder in (old, new)]
             found = list(differences(*pair))
             equal += not found
-            numbers = [one for one in found if one[0] < math.inf]
-            if numbers and max(numbers)[0] >= largest:
-                largest, where = max(numbers)[0], f"{name}{max(numbers)[1]}"
-            others = [text for size, text in found if size == math.inf]
-            lines += [f"  {name}{text[:300]}" for text in others[:3]]
-            lines += [f"  {name}: {len(others) - 3} more"] if len(others) > 3 else []
-        count = len(names[0] & names[1])
-        said = f"; largest relative difference {largest:.1e} ({where})" if where else ""
-        print(f"{kind}: {equal} of {count} with the same bits{said}", *lines, sep="\n")
-        same = same and equal == count and not lines
+            size, place = max((one for one in found if one[0] < math.inf), default=(0.0, ""))
+            if place and size >= largest:
+                largest, where = size, f"; largest relative difference {size:.1e} ({name}{place})"
+            others = [f"  {name}{text[:300]}" for size, text in found if size == math.inf]
+            lines += others[:3] + ([f"  {name}: {len(others) - 3} more"] if len(others) > 3 else [])
+        print(f"{kind}: {equal} of {len(olds & news)} with the same bits{where}", *lines, sep="\n")
+        same = same and equal == len(olds & news) and not lines
     return same
 
 
 def freeze(arguments: Sequence[str]) -> None:
     """Record or compare."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks freeze", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("task", choices=("record", "compare"))
-    parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
-    parser.add_argument("--only", action="append", default=[], choices=KINDS, metavar="KIND", help=", ".join(KINDS))
-    parser.add_argument("--most", type=int, help="entries of a kind at most")
-    asked = parser.parse_args(arguments)
-    wanted = 1 if asked.task == "record" else 2
-    if len(asked.folders) != wanted:
-        parser.error(f"{asked.task} takes {wanted} folder{'s' * (wanted - 1)}, got {len(asked.folders)}")
-    if asked.task == "record":
-        record(asked.folders[0], asked.only, asked.most)
-    else:
-        with suppress(BrokenPipeError):
-            sys.exit(not compare(*asked.folders))
+    asked = options(
+        arguments, "freeze", __doc__, "words",
+        only=(",".join(KINDS), "kinds that are recorded"),
+        most=(int, "entries of a kind at most"),
+    )  # fmt: skip
+    match asked.words:
+        case ["record", folder]:
+            record(Path(folder), asked.only.split(","), asked.most)
+        case ["compare", old, new]:
+            with suppress(BrokenPipeError):
+                sys.exit(not compare(Path(old), Path(new)))
+        case _:
+            sys.exit(__doc__)

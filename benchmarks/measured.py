@@ -9,11 +9,10 @@ V_rear = (V_s - V_d) / 2, clipped to the converter's +-5 V. One rig has the oppo
 """
 
 import csv
-import io
-from dataclasses import dataclass
 from hashlib import sha256
 from http.client import HTTPException
 from pathlib import Path
+from typing import NamedTuple
 from urllib.parse import quote
 from urllib.request import urlopen
 
@@ -35,21 +34,7 @@ class DownloadError(Exception):
     """A file cannot be fetched, or is not the one that was cited."""
 
 
-@dataclass(frozen=True)
-class Source:
-    """One published file: where it is, and what it has to be."""
-
-    bytes: int
-    rig: str
-    log: str
-    repository: str
-    commit: str
-    path: str
-    sha256: str
-
-
-@dataclass(frozen=True)
-class Layout:
+class Layout(NamedTuple):
     """How a rig's files are laid out: rows of V_d and V_s, unit of the angles [rad], sign of pitch and V_d."""
 
     difference: int
@@ -66,60 +51,43 @@ LAYOUTS = {
 TIME, TRAVEL, PITCH, ELEVATION = 0, 1, 3, 5
 
 
-def sources() -> tuple[Source, ...]:
-    """Give every published file."""
-    with SOURCES.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    names = ("rig", "log", "repository", "commit", "path", "sha256")
-    return tuple(Source(int(row["bytes"]), *(row[name] for name in names)) for row in rows)
-
-
-def download(folder: Path, template: str = PUBLIC) -> list[Path]:
+def download(folder: Path) -> list[Path]:
     """Fetch every file that is not there yet into ``folder``/raw, and give the folders of the rigs' logs.
 
-    ``template`` is an address with {repository}, {commit} and {path}. Raises DownloadError if a file cannot be fetched
-    or is not the one that was cited; what was fetched before stays and is not fetched again.
+    Raises DownloadError if a file cannot be fetched or is not the one that was cited; what was fetched before stays and
+    is not fetched again.
     """
     rigs = {}
-    for source in sources():
-        raw = folder / "raw" / f"{source.rig}-{source.log}.mat"
-        if not raw.is_file() or sha256(raw.read_bytes()).hexdigest() != source.sha256:
-            write_atomically(raw, fetched(source, template))
-        rigs[source.rig] = folder / source.rig
-        write_log(converted(raw.read_bytes(), source), rigs[source.rig] / f"{source.log}.csv")
-    return list(rigs.values())
+    with SOURCES.open(encoding="utf-8", newline="") as file:
+        sources = list(csv.DictReader(file))
+    for source in sources:
+        raw, rig = folder / "raw" / f"{source['rig']}-{source['log']}.mat", folder / source["rig"]
+        if not raw.is_file() or sha256(raw.read_bytes()).hexdigest() != source["sha256"]:
+            write_atomically(raw, fetched(source))
+        rigs[rig] = write_log(converted(raw, source), rig / f"{source['log']}.csv")
+    return list(rigs)
 
 
-def fetched(source: Source, template: str = PUBLIC) -> bytes:
+def fetched(source: dict[str, str]) -> bytes:
     """Give the content of one published file, if it is the one that was cited; DownloadError otherwise."""
-    address = template.format(repository=source.repository, commit=source.commit, path=quote(source.path))
+    address = PUBLIC.format(**{**source, "path": quote(source["path"])})
     try:
         with urlopen(address, timeout=60.0) as answer:
-            content = answer.read(source.bytes + 1)  # no more than shows that it is too long
+            content: bytes = answer.read(int(source["bytes"]) + 1)  # no more than shows that it is too long
     except (OSError, HTTPException) as error:
         raise DownloadError(f"{address} cannot be fetched: {error}.") from error
-    found = sha256(content).hexdigest()
-    if found != source.sha256:
-        raise DownloadError(
-            f"{address} is not the file that was cited: {len(content)} bytes with SHA-256 {found}, "
-            f"{source.bytes} with {source.sha256} are expected; nothing of it was kept."
-        )
+    if sha256(content).hexdigest() != source["sha256"]:
+        raise DownloadError(f"{address} is not the file that was cited; nothing of it was kept.")
     return content
 
 
-def converted(content: bytes, source: Source) -> Log:
-    """Give a published file as a log with the contract's signals and signs; DownloadError if its layout is another."""
+def converted(raw: Path, source: dict[str, str]) -> Log:
+    """Give a published file as a log with the contract's signals and signs."""
     from scipy.io import loadmat
 
-    layout = LAYOUTS[source.rig]
-    matrices = [value for name, value in loadmat(io.BytesIO(content)).items() if not name.startswith("__")]
-    if len(matrices) != 1 or matrices[0].ndim != 2 or len(matrices[0]) <= layout.sum:
-        shapes = [matrix.shape for matrix in matrices]
-        raise DownloadError(f"{source.path} holds {shapes}, one matrix of {layout.sum + 1} rows or more is needed.")
-    rows = matrices[0]
-    if not np.allclose(rows[TIME], np.arange(rows.shape[1]) / RATE, rtol=0.0, atol=1e-9):
-        raise DownloadError(f"{source.path} is not sampled at {RATE:g} Hz from 0 s on.")
+    layout = LAYOUTS[source["rig"]]
+    (rows,) = [value for name, value in loadmat(raw).items() if not name.startswith("__")]
     V_d, V_s = layout.sign * rows[layout.difference], rows[layout.sum]
     voltages = np.clip(np.column_stack((V_s + V_d, V_s - V_d)) / 2.0, -CONVERTER_LIMIT, CONVERTER_LIMIT)
     angles = layout.unit * np.column_stack((layout.sign * rows[PITCH], rows[ELEVATION], rows[TRAVEL]))
-    return Log(source.log, RATE, voltages, angles)
+    return Log(source["log"], RATE, voltages, angles)
