@@ -2,15 +2,13 @@
 
 Sections ``loop`` (pythonfmu units) and ``native`` (units in C). The contenders run in turn in each round, each in a
 process of its own. Times are those of the fastest round, because their bars are for idle cores; ratios are of medians.
-The FMI boundary is what FMI adds to a step: the master's step less that of the same four units as Python objects, their
-connections copied value by value and ``advance`` called directly.
 """
 
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from statistics import median
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, mkdtemp
 from typing import Any
 
 from benchmarks.harness import Bar, apart, bar_table, figure, section, table
@@ -35,59 +33,23 @@ def ours(order: Order, steps: int) -> float:
     return run("closed_loop", steps * STEP, STEP, GIVEN, order["fmus"], record=()).seconds
 
 
-def models_alone(order: Order, steps: int) -> float:
-    """Run the four units' Python code in the same loop without FMI."""
-    from fmu_src import CLOSED_LOOP, unit_class
-
-    units: dict[str, Any] = {}
-    for name, kind in CLOSED_LOOP.units:
-        unit: Any = unit_class(kind)(instance_name=name, resources="")
-        for parameter, value in CLOSED_LOOP.parameters_by_unit(GIVEN).get(name, {}).items():
-            unit.set_real([unit.references[parameter]], [value])
-        unit.setup_experiment(0.0)
-        unit.enter_initialization_mode()
-        unit.exit_initialization_mode()
-        units[name] = unit
-    wires = [
-        (units[w.source_unit].values, units[w.source_unit].references[w.source],
-         units[w.target_unit].values, units[w.target_unit].references[w.target])
-        for w in CLOSED_LOOP.connections
-    ]  # fmt: skip
-    began = time.perf_counter()
-    for k in range(steps):
-        values = [shown[output] for shown, output, _, _ in wires]
-        for (_, _, fed, input_), value in zip(wires, values, strict=True):
-            fed[input_] = value
-        for unit in units.values():
-            unit.advance(k * STEP, STEP)
-    return time.perf_counter() - began
-
-
 def fmpy_calls(order: Order, steps: int) -> float:
     """Step the same units by fmpy's own methods, one get and one set per connection, nothing recorded."""
-    import fmpy
-    from fmpy.fmi2 import FMU2Slave
-
     from fmu_src import CLOSED_LOOP
+    from fmu_src.master.instance import Instance
 
-    slaves, references = {}, {}
+    def reference(unit: str, name: str) -> list[int]:
+        return [units[unit].variable(name).valueReference]
+
+    units, given = {}, CLOSED_LOOP.parameters_by_unit(GIVEN)
     for name, fmu in order["fmus"].items():
-        description = fmpy.read_model_description(fmu)
-        references[name] = {v.name: v.valueReference for v in description.modelVariables}
-        identifier = description.coSimulation.modelIdentifier
-        slave = FMU2Slave(guid=description.guid, unzipDirectory=fmpy.extract(fmu), modelIdentifier=identifier,
-                          instanceName=name)  # fmt: skip
-        slave.instantiate()
-        slave.setupExperiment(startTime=0.0)
-        for parameter, value in CLOSED_LOOP.parameters_by_unit(GIVEN).get(name, {}).items():
-            kind = next(v.type for v in description.modelVariables if v.name == parameter)
-            getattr(slave, f"set{kind}")([references[name][parameter]], [value])
-        slave.enterInitializationMode()
-        slave.exitInitializationMode()
-        slaves[name] = slave
+        units[name] = Instance(name, Path(fmu), Path(mkdtemp(dir=Path(fmu).parent)))
+        units[name].initialise(given[name], 0.0, 1e6)
+        units[name].finish_initialisation(0.0)
+    slaves = {name: unit.slave for name, unit in units.items()}
     wires = [
-        (slaves[w.source_unit], [references[w.source_unit][w.source]],
-         slaves[w.target_unit], [references[w.target_unit][w.target]])
+        (slaves[w.source_unit], reference(w.source_unit, w.source),
+         slaves[w.target_unit], reference(w.target_unit, w.target))
         for w in CLOSED_LOOP.connections
     ]  # fmt: skip
     began = time.perf_counter()
@@ -153,15 +115,13 @@ def identifier(order: Order, steps: int) -> float:
 
 def prediction(order: Order, steps: int) -> float:
     """Step AdaptiveIdentifier, prediction errors with the lag estimated."""
-    given = {"method": "prediction_error", "adaptation.hold_time": 0.0}
-    return _alone(order, steps, "AdaptiveIdentifier", given)
+    return _alone(order, steps, "AdaptiveIdentifier", {"method": "prediction_error", "adaptation.hold_time": 0.0})
 
 
 CASES: tuple[Callable[[Order, int], float], ...] = (
-    ours, models_alone, fmpy_calls, libcosim, ecos, plant_off, plant_on, identifier, prediction,
+    ours, fmpy_calls, libcosim, ecos, plant_off, plant_on, identifier, prediction,
 )  # fmt: skip
 TITLES = {case.__name__: (case.__doc__ or "").rstrip(".") for case in CASES}
-IN_PYTHON_ONLY = (models_alone, fmpy_calls)
 PEERS = {"fmpy_calls": ("fmpy, one call per connection", 3.0), "libcosim": ("libcosim", 1.0), "ecos": ("Ecos", 1.0)}
 """Other masters, and how many times as fast ours has to be."""
 
@@ -214,9 +174,8 @@ def loop(steps: int = 1500, rounds: int = 12) -> str:
 
     with TemporaryDirectory(prefix="heli-bench-") as name:
         times = timed(CASES, order_of(build_all(name), Path(name)), steps, rounds)
-    boundary = min(times["ours"]) - min(times["models_alone"])
     bounds = {"ours": 100.0, "plant_off": 15.0, "plant_on": 30.0, "identifier": 40.0, "prediction": 80.0}
-    bars = [*loop_bars(times, bounds, 100.0), Bar("the FMI boundary of the loop", boundary, 25.0, "us")]
+    bars = loop_bars(times, bounds, 100.0)
     return _loop_section("The four-unit loop and its units", times, bars, steps, rounds, "pythonfmu")
 
 
@@ -226,7 +185,7 @@ def native(steps: int = 100_000, rounds: int = 5) -> str:
 
     with TemporaryDirectory(prefix="heli-bench-") as name:
         files = {unit: build_native(unit, Path(name)) for unit in NATIVE_UNITS}
-        cases = [case for case in CASES if case not in IN_PYTHON_ONLY]
+        cases = [case for case in CASES if case is not fmpy_calls]
         times = timed(cases, order_of(files, Path(name)), steps, rounds)
     bounds = {"ours": 5.0, "plant_off": 0.3, "plant_on": 1.0, "identifier": 1.0, "prediction": 3.0}
     return _loop_section("Native units", times, loop_bars(times, bounds, 2000.0), steps, rounds, "ziglang", "numba")
