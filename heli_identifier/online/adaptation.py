@@ -226,9 +226,11 @@ def initial_axis(own: AxisPlan, plan: Plan) -> AxisState:
 
 def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, plan: Plan) -> AxisState:
     """Return ``axis`` after one step of (7) on ``z`` = (phi, candidates, y); ``count`` numbers the steps."""
-    factor, omega, settings = list(axis.factor), list(axis.omega), plan.settings
+    before, omega_before, _, sums, moments, errors, excitation, scores = axis
+    factor, omega, settings = list(before), list(omega_before), plan.settings
     sigma = adapt(factor, omega, z, z[-1], count, settings.forgetting, plan.sample_time, settings.gain_limit)
-    return axis._replace(factor=tuple(factor), omega=tuple(omega), sigma=sigma, sums=tuple(map(add, axis.sums, z)))
+    sums = tuple(map(add, sums, z))
+    return AxisState(tuple(factor), tuple(omega), sigma, sums, moments, errors, excitation, scores)
 
 
 def observe_axis(axis: AxisState, count: int, plan: Plan) -> AxisState:

@@ -243,5 +243,5 @@ def take_samples(
     output: IdentifierOutput | None = None
     while is_due(sampled, time, plan):
         state, output = take_sample(sampled, time, now, plan, references)
-        sampled = sampled._replace(state=state)
-    return sampled._replace(before=time, previous=now), output
+        sampled = Sampled(state, *sampled[1:])
+    return Sampled(sampled.state, sampled.first, time, now), output

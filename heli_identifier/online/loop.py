@@ -82,8 +82,8 @@ def first_feedback(voltage: float, w: Whitening) -> Feedback:
 
 def watch_error(f: Feedback, sigma: float, voltage: float, count: int, h: float, w: Whitening) -> Feedback:
     """Return ``f`` after a sample with adaptation error ``sigma``; the rest as for :func:`watch_innovation`."""
-    memory, e = whiten((f.memory,), (sigma,), w)
-    return watch_innovation(f._replace(memory=memory[0]), e[0], voltage, count, h)
+    memory, e = whiten(f[:1], (sigma,), w)
+    return watch_innovation(Feedback(memory[0], *f[1:]), e[0], voltage, count, h)
 
 
 def watch_innovation(f: Feedback, e: float, voltage: float, count: int, h: float) -> Feedback:
@@ -91,15 +91,13 @@ def watch_innovation(f: Feedback, e: float, voltage: float, count: int, h: float
 
     ``count`` numbers the samples, ``h`` [s] apart, from 0.
     """
-    block, filled = f.block, f.filled
+    memory, before, e1, e2, block, filled, total, squares = f
     if count >= round(_REST_TIME / h):
-        block, filled = block + (e - f.e2) * (voltage - f.voltage), filled + 1
-    f = f._replace(voltage=voltage, e1=e, e2=f.e1, block=block, filled=filled)
-    if filled < max(1, round(_BLOCK_TIME / h)):
-        return f
-    return f._replace(
-        block=0.0, filled=0, total=_KEPT * f.total + block, squares=_KEPT * _KEPT * f.squares + block * block
-    )
+        block, filled = block + (e - e2) * (voltage - before), filled + 1
+    if filled >= max(1, round(_BLOCK_TIME / h)):
+        total, squares = _KEPT * total + block, _KEPT * _KEPT * squares + block * block
+        block, filled = 0.0, 0
+    return Feedback(memory, voltage, e, e1, block, filled, total, squares)
 
 
 def is_closed(scores: tuple[float, float, float]) -> bool:

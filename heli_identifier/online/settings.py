@@ -12,7 +12,18 @@ from heli_plant.effects import AXES
 from ..errors import ConfigurationError, require_positive, require_range
 from .state_filter import FilterCoefficients, discretise
 from .watch import Candidate, candidate, discretised_rates
-from .whitening import ANY_ROOM, BANDWIDTHS, CORNERS, Noise, Whitening, bounded_noise, whitening
+from .whitening import (
+    ANY_ROOM,
+    BANDWIDTHS,
+    CORNERS,
+    Bounds,
+    Noise,
+    Whitening,
+    angle_slopes,
+    bounded_noise,
+    noise_bounds,
+    whitening,
+)
 
 OFFSETS = (("rad", 0.05), ("rad/s^2", 0.1))
 """Half widths of an interval that are narrow enough for an offset, which may be zero, by its unit."""
@@ -202,7 +213,8 @@ _MOMENT_SPACING = 0.2
 """omega_f times the time between two samples of the moments: filtered by F, signals change little in it."""
 
 
-class AxisPlan(NamedTuple):
+@dataclass(frozen=True)
+class AxisPlan:
     """One axis.
 
     ``first``: Omega(0), with k Delta where the motors' lag is estimated and with nu for prediction errors; ``prior``:
@@ -217,13 +229,15 @@ class AxisPlan(NamedTuple):
     watched: tuple[int, ...]
 
 
-class Plan(NamedTuple):
+@dataclass(frozen=True)
+class Plan:
     """What a step computes with; :func:`prepare` makes it once from the settings.
 
     Of the samples every ``every``-th is taken, ``sample_time`` [s] apart, and the voltages between two of them are
     averaged. ``hold_samples``, ``moment_samples`` and ``report_samples`` are the beginning of the estimation and the
     spacings of moments, ``moment_interval`` [s], and of evaluations. ``usual`` whitens adaptation errors with the noise
-    model of a calm room; ``rate_filter`` gives rates to the laws of the ``candidates``.
+    model of a calm room, ``angle_slopes`` and ``noise_bounds`` are its module's; ``rate_filter`` gives rates
+    to the laws of the ``candidates``.
     """
 
     settings: IdentifierSettings
@@ -236,6 +250,8 @@ class Plan(NamedTuple):
     moment_interval: float
     report_samples: int
     filter: FilterCoefficients
+    angle_slopes: tuple[float, float, float]
+    noise_bounds: Bounds
     usual: Whitening
     rate_filter: FilterCoefficients
     candidates: tuple[Candidate, ...]
@@ -260,7 +276,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
         widths = (w.a_wx, w.a_th, w.a_th * w.theta0, w.k_x)
     lag_1, lag_2 = (PITCH_LAG, ELEVATION_LAG) if estimates_lag else (0.0, 0.0)
     noise_1, noise_2, noise_3 = settings.noise
-    f, calm = discretise(omega, settings.filter_damping, h, lag), Noise()
+    f, calm, bounds = discretise(omega, settings.filter_damping, h, lag), Noise(), noise_bounds(h)
     return Plan(
         settings=settings,
         predicting=predicting,
@@ -272,20 +288,22 @@ def prepare(settings: IdentifierSettings) -> Plan:
         moment_interval=spacing * h,
         report_samples=max(3, round(settings.report_interval / h)),
         filter=f,
+        angle_slopes=angle_slopes(f),
+        noise_bounds=bounds,
         usual=whitening(log(calm.bandwidth), log(calm.corner), f, h),
         rate_filter=discretised_rates(h, predicting),
         candidates=tuple([candidate(name, axis) for name, axis in settings.watched]),
         axes=(
-            _axis_plan("pitch", pitch, widths, lag_1, noise_1, settings, h),
-            _axis_plan("elevation", at[4:9], w[4:9], lag_2, noise_2, settings, h),
-            _axis_plan("travel", at[9:], w[9:], 0.0, noise_3, settings, h),
+            _axis_plan("pitch", pitch, widths, lag_1, noise_1, settings, bounds),
+            _axis_plan("elevation", at[4:9], w[4:9], lag_2, noise_2, settings, bounds),
+            _axis_plan("travel", at[9:], w[9:], 0.0, noise_3, settings, bounds),
         ),
     )
 
 
 def _axis_plan(
     axis: str, first: tuple[float, ...], widths: tuple[float, ...], lag_width: float, noise: Noise,
-    settings: IdentifierSettings, h: float,
+    settings: IdentifierSettings, bounds: Bounds,
 ) -> AxisPlan:  # fmt: skip
     """Return the plan of an axis; ``lag_width`` is that of k Delta, 0 where the lag is not estimated."""
     gain = len(first) - 1
@@ -294,7 +312,7 @@ def _axis_plan(
     reported, most = len(first), settings.initial_gain
     prior = tuple([most for _ in first])
     if settings.method == PREDICTION_ERROR:
-        bandwidth, corner = bounded_noise(log(noise.bandwidth), log(noise.corner), h)
+        bandwidth, corner = bounded_noise(log(noise.bandwidth), log(noise.corner), bounds)
         first = (*first, bandwidth, corner)
         variances = [min(most, width * width) for width in widths]
         prior = (*variances, BANDWIDTH_PRIOR * BANDWIDTH_PRIOR, CORNER_PRIOR * CORNER_PRIOR)

@@ -92,7 +92,12 @@ def advance_signals(s: Signals, now: Sample, h: float, lag: float, limit: float,
     ``h`` and the motors' ``lag`` T [s]; the voltages' bound ``limit`` [V].
     """
     v_front, v_rear, pitch, elevation, travel = now
-    (front, rear), (nu_front, nu_rear), (pitch_0, elevation_0, travel_0) = s.voltages, s.lagged, s.angles
+    # taken apart once: the interpreter reads a local ten times faster than a named tuple's field
+    (
+        (front, rear), (nu_front, nu_rear), angles, angles_1, _, pitch_f, elevation_f, travel_f, sine_f, cosine_f,
+        difference_f, rate_product_f, lift_f, thrust_f,
+    ) = s  # fmt: skip
+    pitch_0, elevation_0, travel_0 = angles
     sine_0, cosine_0, sine, cosine = sin(pitch_0), cos(pitch_0), sin(pitch), cos(pitch)
     total, lagged_total = front + rear, nu_front + nu_rear
     rate_product = (pitch - pitch_0) * (travel - travel_0) / (h * h)
@@ -100,17 +105,17 @@ def advance_signals(s: Signals, now: Sample, h: float, lag: float, limit: float,
         (saturate(v_front, limit), saturate(v_rear, limit)),
         (lagged(nu_front, front, h, lag), lagged(nu_rear, rear, h, lag)),
         (pitch, elevation, travel),
-        s.angles,
-        s.angles_1,
-        filter_line(s.pitch_f, pitch_0, pitch, f),
-        filter_line(s.elevation_f, elevation_0, elevation, f),
-        filter_line(s.travel_f, travel_0, travel, f),
-        filter_line(s.sine_f, sine_0, sine, f),
-        filter_line(s.cosine_f, cosine_0, cosine, f),
-        filter_lagged(s.difference_f, front - rear, nu_front - nu_rear, 1.0, 1.0, f),
-        filter_line(s.rate_product_f, rate_product, rate_product, f),
-        filter_lagged(s.lift_f, total, lagged_total, cosine_0, cosine, f),
-        filter_lagged(s.thrust_f, total, lagged_total, sine_0, sine, f),
+        angles,
+        angles_1,
+        filter_line(pitch_f, pitch_0, pitch, f),
+        filter_line(elevation_f, elevation_0, elevation, f),
+        filter_line(travel_f, travel_0, travel, f),
+        filter_line(sine_f, sine_0, sine, f),
+        filter_line(cosine_f, cosine_0, cosine, f),
+        filter_lagged(difference_f, front - rear, nu_front - nu_rear, 1.0, 1.0, f),
+        filter_line(rate_product_f, rate_product, rate_product, f),
+        filter_lagged(lift_f, total, lagged_total, cosine_0, cosine, f),
+        filter_lagged(thrust_f, total, lagged_total, sine_0, sine, f),
     )
 
 

@@ -111,7 +111,7 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         instrument_errors,
         contradicted,
         state.samples // plan.every >= plan.hold_samples,
-        _scores_in_order(state, gains, plan),
+        _scores_in_order(state, gains, plan) if plan.candidates else (),
     )
 
 

@@ -30,8 +30,8 @@ compute the exponential of a matrix, SIAM Review 45 (2003), method 3): exp(M) = 
 largest row sum of abs(M / 2^s) is at most 1/2. The remainder of 14 terms is below .5^15 / 15! = 2e-17.
 """
 
+from dataclasses import dataclass
 from math import ceil, log2
-from typing import NamedTuple
 
 from .linear_algebra import Rows, dot, total
 
@@ -41,7 +41,8 @@ Pair = tuple[float, float]
 _TERMS = 14
 
 
-class FilterCoefficients(NamedTuple):
+@dataclass(frozen=True)
+class FilterCoefficients:
     """Exact discretisation of (11) for one sampling period h.
 
     ``a11 .. a22`` is the transition matrix; the pairs are the responses of (xi_1, xi_2) after h to the input shapes

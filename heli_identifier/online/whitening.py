@@ -135,12 +135,13 @@ def settled_memory(value: float, w: Whitening) -> Memory:
 
 def whiten(memory: Sequence[Memory], z: Sequence[float], w: Whitening) -> tuple[list[Memory], list[float]]:
     """Return the new memories and the whitened values of the signals ``z``; ``memory`` has one entry per signal."""
+    f1, f2, q1, q2, r, _, _, _, _, _, _, kept, slope, _, _ = w
     memories: list[Memory] = []
     whitened: list[float] = []
     for (u1, u2, t1, t2, t3, g), x in zip(memory, z, strict=True):
         u = x + _M1 * u1 - _M2 * u2
-        v = u + w.f1 * u1 + w.f2 * u2 - t1
-        memories.append(Memory(u, u1, t2 + w.q1 * v, t3 + w.q2 * v, w.kept * t3 + w.r * v, w.kept * g + w.slope * v))
+        v = u + f1 * u1 + f2 * u2 - t1
+        memories.append(Memory(u, u1, t2 + q1 * v, t3 + q2 * v, kept * t3 + r * v, kept * g + slope * v))
         whitened.append(v)
     return memories, whitened
 
@@ -191,10 +192,20 @@ ANY_ROOM = Noise(10.0, 1.6)
 """Where every axis begins: between the air of a calm room (7 and 1 rad/s) and that of measured rigs (15 and 2.5)."""
 
 
-def bounded_noise(log_bandwidth: float, log_corner: float, h: float) -> tuple[float, float]:
-    """Return ln omega_o and ln gamma within their bounds at the period ``h`` [s]."""
+Bounds = tuple[float, float, float, float]
+"""Least and most ln omega_o, least and most ln gamma."""
+
+
+def noise_bounds(h: float) -> Bounds:
+    """Return the bounds at the period ``h`` [s]."""
     least, most = [log(min(bound, _MOST_RADIANS / h)) for bound in BANDWIDTHS]
-    return min(max(log_bandwidth, least), most), min(max(log_corner, log(CORNERS[0])), log(CORNERS[1]))
+    return least, most, log(CORNERS[0]), log(CORNERS[1])
+
+
+def bounded_noise(log_bandwidth: float, log_corner: float, bounds: Bounds) -> tuple[float, float]:
+    """Return ln omega_o and ln gamma within their bounds."""
+    least, most, lowest, highest = bounds
+    return min(max(log_bandwidth, least), most), min(max(log_corner, lowest), highest)
 
 
 class NoiseModel(NamedTuple):
@@ -227,7 +238,9 @@ def noise_rests(n: NoiseModel, h: float) -> bool:
 
 def bandwidth_slope(n: NoiseModel, w: Whitening) -> float:
     """Return d of the innovation to come."""
-    return -(w.s1 * n.e1 + w.s2 * n.e2 + w.s3 * n.e3) - w.o1 * n.d1 - w.o2 * n.d2 - w.o3 * n.d3
+    _, _, e1, e2, e3, d1, d2, d3 = n
+    _, _, _, _, _, o1, o2, o3, s1, s2, s3, _, _, _, _ = w
+    return -(s1 * e1 + s2 * e2 + s3 * e3) - o1 * d1 - o2 * d2 - o3 * d3
 
 
 def remember(n: NoiseModel, e: float, certain: float, d: float, h: float, newest: float) -> NoiseModel:
@@ -236,8 +249,8 @@ def remember(n: NoiseModel, e: float, certain: float, d: float, h: float, newest
     ``certain`` is the share of its variance that is not due to the uncertainty of Omega, r / (r + phi^T Gamma phi);
     ``d`` its derivative by :func:`bandwidth_slope`, 0 while nu rests; ``newest`` [1/s^2] that by the newest angle.
     """
-    e *= sqrt(certain)
-    seen = n.seen + 1.0
-    variance = n.variance + max(1.0 / seen, h / _VARIANCE_MEMORY) * (e * e - n.variance)
+    variance, seen, e1, e2, _, d1, d2, _ = n
+    e, seen = e * sqrt(certain), seen + 1.0
+    variance = variance + max(1.0 / seen, h / _VARIANCE_MEMORY) * (e * e - variance)
     least = newest * _LEAST_DEVIATION
-    return NoiseModel(max(variance, least * least), seen, e, n.e1, n.e2, d, n.d1, n.d2)
+    return NoiseModel(max(variance, least * least), seen, e, e1, e2, d, d1, d2)
