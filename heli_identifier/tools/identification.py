@@ -2,10 +2,10 @@
 
 In open loop the identifier is the paper's adaptation, eq. (7). Where a controller flew, least squares is wrong and
 prediction errors with a noise model are minimised (:mod:`heli_identifier.online.prediction_error`). These pass every
-log three times. A pass finds the noise model and the motors' lag of all logs together (:mod:`.joint`), which are the
-same for all logs of a rig, and the next one begins with them. Nothing is counted twice: Gamma(0) is the same in all
-passes. In rough air the first pass takes the air for far slower than it is, which makes k_x too large; the second finds
-it to a third. References of a log are instruments.
+log twice. The first pass finds the noise model and the motors' lag of all logs together (:mod:`.joint`), which are the
+same for all logs of a rig, and the second begins with them. Nothing is counted twice: Gamma(0) is the same in both. In
+rough air the first pass takes the air for far slower than it is, which makes k_x too large; a third pass makes k_z
+worse by as much as it makes k_x better. References of a log are instruments.
 
 Whether a controller flew is asked of prediction errors, which hold in both cases and give a score of a closed loop on
 each axis (:mod:`heli_identifier.online.loop`), roughly normal in open loop. With n logs the loop is closed if one
@@ -63,9 +63,6 @@ from heli_identifier.tools.joint import Together, joint, weighted
 from heli_identifier.tracing import sign_notes
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
-
-PASSES = 3
-"""Times that prediction errors pass every log; the adaptation does twice, once with a longer lag."""
 
 FALSE_ALARMS = 0.01
 """Share of sets of logs in open loop in which one score is beyond the quantile by chance."""
@@ -246,10 +243,10 @@ def identify(
     report = progress or (lambda what, share: None)
 
     def histories_of(own: Sequence[IdentifierSettings], number: int) -> list[EstimateHistory]:
-        """Pass all logs once."""
+        """Pass all logs once, as the last of three passes if ``number`` is 2."""
         histories = []
         for k, (log, one) in enumerate(zip(logs, own, strict=True)):
-            report(f"identifying from {log.name}", (number + k / len(logs)) / PASSES)
+            report(f"identifying from {log.name}", (number + k / len(logs)) / 3.0)
             histories.append(identify_log(log, one))
         return histories
 
@@ -270,10 +267,8 @@ def identify(
     choice, given_lag = choose([output_of(one.state, one.plan).feedback for one in histories], method), None
     if choice.method == PREDICTION_ERROR:
         together = combined(histories)
-        for number in range(1, PASSES):
-            own = [begun_at(one, together) for one in own]
-            histories = histories_of(own, number)
-            together = combined(histories)
+        histories = histories_of([begun_at(one, together) for one in own], 2)
+        together = combined(histories)
     else:
         own = [replace(one, method=ADAPTATION) for one in own]
         histories = histories_of(own, 1)
