@@ -162,3 +162,11 @@ def test_what_was_asked_of_an_axis_is_found_by_its_name(tmp_path):
     read = read_log(path, found.format).references
     # a column without a unit has that of its axis
     np.testing.assert_allclose(read["elevation"], read["pitch"], atol=1e-9)
+
+
+def test_columns_of_one_name_are_refused_because_no_configuration_tells_them_apart(tmp_path):
+    values = (TRUE.time, *TRUE.voltages.T, *TRUE.angles.T, TRUE.angles[:, 0])
+    header = "time [s],v_front [V],v_rear [V],theta,elevation [rad],travel [rad],theta"
+    np.savetxt(tmp_path / "log.csv", np.column_stack(values), delimiter=",", header=header, comments="")
+    with pytest.raises(LogError, match="2 columns are called 'theta', which no configuration can tell apart"):
+        guess(tmp_path / "log.csv")

@@ -17,7 +17,6 @@ from heli_identifier.records import (
     check_excitation,
     check_moving,
     demo_logs,
-    named_apart,
     read_data_set,
     read_log,
     read_logs,
@@ -96,7 +95,7 @@ def test_logs_of_one_name_are_told_apart_by_their_folders_or_numbered(tmp_path):
     _, (b_held,) = demo_logs("rig-b")
     assert [log.name for log in read_logs([a_held, b_held, a_train])] == ["rig-a/held", "rig-b/held", "train1"]
     assert [log.name for log in read_logs([a_train, a_train])] == ["train1", "train1 (2)"]
-    assert [log.name for log in named_apart([some_log(), some_log()])] == ["some", "some (2)"]
+    assert [log.name for log in read_logs([some_log(), some_log()])] == ["some", "some (2)"]
     for folder, log in (("monday", a_train), ("tuesday", a_held)):
         (tmp_path / folder / "logs").mkdir(parents=True)
         shutil.copy(log, tmp_path / folder / "logs" / "run.csv")

@@ -13,10 +13,8 @@ from .data_set import common_configuration as common_configuration
 from .data_set import counted_once as counted_once
 from .data_set import demo_logs as demo_logs
 from .data_set import excitation_notes as excitation_notes
-from .data_set import named_apart as named_apart
 from .data_set import read_data_set as read_data_set
 from .data_set import read_logs as read_logs
-from .data_set import several as several
 from .guess import guess as guess
 from .heli_toml import CONFIGURATION_NAME as CONFIGURATION_NAME
 from .heli_toml import read_configuration as read_configuration

@@ -8,7 +8,7 @@ a row of an unnamed matrix is called as MATLAB calls it: ``ans(4,:)``.
 
 import csv
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -187,22 +187,15 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
     """
     file, headers = table.file, table.headers
     named = {**format.columns, **{f"{axis}_reference": name for axis, name in format.references.items()}}
-    places = {
-        signal: _called(named[signal].strip(), headers) if signal in named else _alike(signal, headers)
-        for signal in (*NAMED, *REFERENCES)
-    }
+    places = {signal: _places(signal, named.get(signal), headers) for signal in (*NAMED, *REFERENCES)}
     summed = any(signal in named for signal in COMBINED) or (
         all(places[signal] for signal in COMBINED) and not any(places[signal] for signal in VOLTAGES)
     )
-    signals = ("time", *(COMBINED if summed else VOLTAGES), *ANGLES)
-    wanted = (*signals, *(signal for signal in REFERENCES if signal in named))
+    wanted = ["time", *(COMBINED if summed else VOLTAGES), *ANGLES, *(axis for axis in REFERENCES if axis in named)]
     if missing := [signal for signal in wanted if not places[signal]]:
-        taken = {index for signal in wanted for index in places[signal]}
-        unused = [text for index, text in enumerate(headers) if index not in taken]
-        section = "[log.columns]" if missing[0] in signals else "[log.references]"
-        raise LogError(_missing(file, [named.get(one, header(one)) for one in missing], headers, unused, section))
+        raise LogError(_missing(file, missing, named, headers, {i for signal in wanted for i in places[signal]}))
     columns, unknown = list[Column](), dict[str, str]()
-    for signal in (*wanted, *(signal for signal in REFERENCES if signal not in named and len(places[signal]) == 1)):
+    for signal in (*wanted, *(axis for axis in REFERENCES if axis not in named and len(places[axis]) == 1)):
         index, *others = places[signal]
         if others:
             both = ", ".join(repr(headers[place]) for place in places[signal])
@@ -219,8 +212,7 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
         stated = format.units.get(signal) or name_and_unit(headers[index])[1]
         if stated is None:
             stated = STAMP if signal == "time" and table.holds_stamps(index) else format.units.get(axis)
-        unit = understood(signal, stated or "")
-        if unit is not None:
+        if unit := understood(signal, stated or ""):
             columns.append(Column(signal, index, unit, factor_to_si(signal, unit, format.counts_per_turn(axis))))
         elif signal in wanted:
             said = f"unit {stated!r} is unknown" if stated else "the unit is missing"
@@ -230,14 +222,43 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
             f"{file}, {'; '.join(unknown.values())}; set {', '.join(unknown)} under [log.units] of {HELI_TOML} to the "
             f"unit in which the file holds {'it' if len(unknown) == 1 else 'them'}."
         )
-    lengths = {headers[column.index]: len(table.columns[column.index]) for column in columns}
-    (time, count), *_ = lengths.items()
-    for text, length in lengths.items():
-        if length != count:
+    time, count = headers[columns[0].index], len(table.columns[columns[0].index])
+    for column in columns:
+        if (length := len(table.columns[column.index])) != count:
+            text = headers[column.index]
             raise LogError(
                 f"{file}: {text!r} has {length} samples, {time!r} has {count}; save vectors of one length."
             )
     return columns
+
+
+def _places(signal: str, name: str | None, headers: Sequence[str]) -> list[int]:
+    """Find the columns of the name that a configuration states, to the letter or else alike; by default the signal's.
+
+    Names are alike but for their units, in any case, and with blanks or hyphens for underscores.
+    """
+    exact = [index for index, text in enumerate(headers) if name is not None and text == name.strip()]
+    wanted = plain(name_and_unit(signal if name is None else name)[0])
+    return exact or [index for index, text in enumerate(headers) if plain(name_and_unit(text)[0]) == wanted]
+
+
+def _missing(
+    file: str, missing: Sequence[str], named: Mapping[str, str], headers: Sequence[str], taken: set[int]
+) -> str:
+    """Say which columns of the wanted signals are missing, what was found in their place, and the way out."""
+    texts = [named.get(signal, header(signal)) for signal in missing]
+    columns, them = ("column", "it") if len(missing) == 1 else ("columns", "them")
+    section = "[log.references]" if missing[0] in REFERENCES else "[log.columns]"
+    unused = [text for index, text in enumerate(headers) if index not in taken]
+    proposal = (did_you_mean(texts[0], unused) if len(missing) == 1 else "") or "."
+    if len(missing) == len(SIGNALS):
+        proposal = f"; `heli init {file}` looks into the log and writes one."
+    shown = ", ".join(repr(text[:60]) for text in headers[:_LISTED])
+    more = f" and {len(headers) - _LISTED} more" if len(headers) > _LISTED else ""
+    return (
+        f"{file}: {columns} {', '.join(map(repr, texts))} missing, found {shown}{more}; rename the {columns} or map "
+        f"{them} under {section} of {HELI_TOML}{proposal}"
+    )
 
 
 def name_and_unit(text: str) -> tuple[str, str | None]:
@@ -257,35 +278,3 @@ def name_and_unit(text: str) -> tuple[str, str | None]:
 def plain(name: str) -> str:
     """Give a name without the path of a struct, in small letters, with underscores for blanks and hyphens."""
     return re.sub(r"[\s-]+", "_", name.strip().rpartition(".")[2].lower())
-
-
-def _alike(signal: str, headers: Sequence[str]) -> list[int]:
-    return [index for index, text in enumerate(headers) if plain(name_and_unit(text)[0]) == signal]
-
-
-def _called(name: str, headers: Sequence[str]) -> list[int]:
-    """Columns of a name: to the letter, without its unit, then in any case and with blanks for underscores."""
-    for alike in (
-        lambda text: text == name,
-        lambda text: name_and_unit(text)[0] == name,
-        lambda text: plain(text) == plain(name),
-        lambda text: plain(name_and_unit(text)[0]) == plain(name),
-    ):
-        if found := [index for index, text in enumerate(headers) if alike(text)]:
-            return found
-    return []
-
-
-def _missing(
-    file: str, missing: Sequence[str], headers: Sequence[str], unused: Sequence[str], section: str
-) -> str:
-    columns, them = ("column", "it") if len(missing) == 1 else ("columns", "them")
-    proposal = (did_you_mean(missing[0], unused) if len(missing) == 1 else "") or "."
-    if len(missing) == len(SIGNALS):
-        proposal = f"; `heli init {file}` looks into the log and writes one."
-    shown = ", ".join(repr(text[:60]) for text in headers[:_LISTED])
-    more = f" and {len(headers) - _LISTED} more" if len(headers) > _LISTED else ""
-    return (
-        f"{file}: {columns} {', '.join(map(repr, missing))} missing, found {shown}{more}; rename the {columns} or map "
-        f"{them} under {section} of {HELI_TOML}{proposal}"
-    )

@@ -6,7 +6,6 @@ Each value checks its own bounds when it is made; messages name the keys of the 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from itertools import combinations
-from math import isfinite
 from typing import Any
 
 from heli_identifier.errors import ConfigurationError, require_range
@@ -80,14 +79,13 @@ class LogFormat:
 
     def __post_init__(self) -> None:
         check_bounds("rig.", self)
-        for name in ("columns", "units", "signs"):
-            for signal in getattr(self, name):
-                _require(signal in NAMED, f"log.{name}.{signal} is not a signal; choose one of {', '.join(NAMED)}")
-        for axis in self.references:
-            _require(axis in ANGLES, f"log.references.{axis} is no axis; choose one of {', '.join(ANGLES)}")
+        for name, known in (("columns", NAMED), ("units", NAMED), ("signs", NAMED), ("references", ANGLES)):
+            for key in getattr(self, name):
+                what = "is no axis" if known is ANGLES else "is not a signal"
+                _require(key in known, f"log.{name}.{key} {what}; choose one of {', '.join(known)}")
         for signal, unit in self.units.items():
-            known = ", ".join(known_units(signal))
-            _require(understood(signal, unit), f"log.units.{signal} = {unit!r} is unknown; choose one of {known}")
+            said = f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}"
+            _require(understood(signal, unit), said)
         for one, other in combinations(self.columns, 2):
             _require(
                 self.columns[one] != self.columns[other],
@@ -97,11 +95,6 @@ class LogFormat:
         for signal, sign in self.signs.items():
             said = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign"
             _require(signal != "time" and sign in (-1, 1), said)
-        for name in ("start", "end"):
-            _require(isfinite(getattr(self, name) or 0.0), f"log.{name} = {getattr(self, name)} s must be finite")
-        if self.start is not None and self.end is not None:
-            said = f"log.end = {self.end:g} s must come after log.start = {self.start:g} s"
-            _require(self.end > self.start, said)
         _require(self.decimal in (".", ","), f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','")
         counts = self.encoder_counts
         _require(

@@ -30,17 +30,12 @@ STILL_SHARE = 0.1
 
 
 def read_logs(
-    paths: Sequence[str | PathLike[str]],
+    logs: LogSource | Sequence[LogSource],
     format: LogFormat | RigConfiguration = CONTRACT,
     start: float | None = None,
     end: float | None = None,
 ) -> tuple[Log, ...]:
-    """Read several logs of one rig, each as `read_log` does, and make their names unique as `named_apart` does."""
-    return named_apart([read_log(path, format, start, end) for path in paths])
-
-
-def several(logs: LogSource | Sequence[LogSource]) -> tuple[Log, ...]:
-    """Give one log or several, read where a path is given, as a tuple.
+    """Give one log or several of one rig with unique names; a path is read as `read_log` does.
 
     Raises
     ------
@@ -51,8 +46,7 @@ def several(logs: LogSource | Sequence[LogSource]) -> tuple[Log, ...]:
     for one in given:
         if not isinstance(one, Log | str | PathLike):
             raise LogError(f"a log is of type {type(one).__name__}; a Log, the path of one, or several are needed.")
-    own = tuple(one if isinstance(one, Log) else read_log(one) for one in given)
-    return own if all(isinstance(one, Log) for one in given) else named_apart(own)
+    return _named_apart([one if isinstance(one, Log) else read_log(one, format, start, end) for one in given])
 
 
 def read_data_set(
@@ -105,7 +99,7 @@ def demo_logs(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     return training, held_out
 
 
-def named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
+def _named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
     """Give the logs with unique names.
 
     A name that files in several folders share is preceded by as many folders as make it unique. Names that are still

@@ -78,16 +78,17 @@ def guess(path: str | PathLike[str]) -> Guess:
     Raises
     ------
     LogError
-        It is no table, or too little of it is understood to guess.
+        It is no table, too little of it is understood to guess, or columns of one name could not be told apart.
     """
     table, decimal = _table(Path(path))
+    headers = table.headers
+    # a name to the letter outranks those that are alike
+    known = _find_names(headers, _NAMES) | _find_names(headers, {signal: signal for signal in _NAMES})
+    known = {signal: known[signal] for signal in _NAMES if signal in known}
+    reasons = {f"columns.{signal}": f"called {headers[index]!r}" for signal, index in known.items()}
     numbers = {
         i: v for i, v in enumerate(table.columns) if v.dtype.kind == "f" and len(v) > 1 and np.isfinite(v).mean() > 0.99
     }
-    # a name to the letter outranks those that are alike
-    known = _find_names(table.headers, _NAMES) | _find_names(table.headers, {signal: signal for signal in _NAMES})
-    known = {signal: known[signal] for signal in _NAMES if signal in known}
-    reasons = {f"columns.{signal}": f"called {table.headers[index]!r}" for signal, index in known.items()}
     time, unit, seconds, why = _time_column(table, numbers, known)
     reasons |= why
     rate_hz = 1.0 / float(np.median(np.diff(seconds)))
@@ -98,61 +99,60 @@ def guess(path: str | PathLike[str]) -> Guess:
         if i != time and len(v) == len(seconds) and not _is_clock(v)
     }
     chosen = _choose(table, candidates, known, rate_hz)
-    values = {signal: candidates[index] for signal, index in chosen.items()}
+    columns = {signal: headers[index] for signal, index in ({"time": time} | chosen).items()}
+    if twice := [text for text in columns.values() if headers.count(text) > 1]:
+        raise LogError(
+            f"{table.file}: {headers.count(twice[0])} columns are called {twice[0]!r}, which no configuration can tell "
+            "apart; give each a name of its own."
+        )
 
-    units, counts, why_units = {"time": unit}, dict(zip(ANGLES, CONTRACT.encoder_counts, strict=True)), {}
-    for signal, column in values.items():
-        stated = name_and_unit(table.headers[chosen[signal]])[1]
-        if known_unit := understood(signal, stated or ""):
-            units[signal], why_units[signal] = known_unit, f"its header says [{stated}]"
-        elif signal in ANGLES:
-            units[signal], why_units[signal], turn = angle_unit(column)
-            counts[signal] = turn or counts[signal]
-        else:
-            most = float(np.abs(column).max())
-            units[signal] = "mV" if 200.0 < most < 5e4 and np.median(np.abs(column)) > 100.0 else "V"
-            why_units[signal] = f"reaches {most:.3g}"
-
-    one, other, *angles = (
-        values[signal] * factor_to_si(signal, units[signal], counts.get(signal, 1)) for signal in values
-    )
-    voltages = np.stack((one, other) if "v_front" in values else (0.5 * (one + other), 0.5 * (one - other)))
+    units, counts, values = {"time": unit}, dict(zip(ANGLES, CONTRACT.encoder_counts, strict=True)), []
+    for signal, index in chosen.items():
+        units[signal], reasons[f"units.{signal}"], turn = _unit(signal, headers[index], candidates[index])
+        counts[signal] = turn or counts.get(signal, 1)
+        values.append(candidates[index] * factor_to_si(signal, units[signal], counts[signal]))
+    one, other, *angles = values
+    voltages = np.stack((one, other) if "v_front" in chosen else (0.5 * (one + other), 0.5 * (one - other)))
     limit = CONTRACT.voltage_limit
     clip = bool(np.abs(voltages).max() > 1.001 * limit)
-    lifted, start = (None, None) if unit == STAMP else _take_off(seconds, values["elevation"])
+    lifted, start = (None, None) if unit == STAMP else _take_off(seconds, candidates[chosen["elevation"]])
     flying = 0 if start is None else int((seconds >= start).argmax())
     flown = np.column_stack((*np.clip(voltages, -limit, limit), *angles))[flying:]
     found = find_responses(*coarse(flown, rate_hz))
-    for signal in values:
+    signs, swap, why = _signs("v_front" in chosen, found)
+    reasons |= why
+    for signal in chosen:
         axis = signal if signal in ANGLES else "pitch" if signal == "v_difference" else "travel"
         share = f"{100.0 * found.share[ANGLES.index(axis)]:.0f} %"
         of_angle = f"the voltages explain {share} of its acceleration"
         of_voltage = f"explains {share} of the {axis}'s acceleration"
         reasons.setdefault(f"columns.{signal}", of_angle if signal in ANGLES else of_voltage)
-    signs, swap, why_signs = _signs("v_front" in values, found)
-    reasons |= {f"units.{signal}": why for signal, why in why_units.items()} | why_signs
     if clip:
         reasons["clip"] = f"the voltages exceed {limit:g} V, so they are commands before the amplifiers limit them"
     if start is not None:
         reasons["start"] = f"the arm rests until {lifted:.3g} s and is then given 4 s to take off"
     if decimal == ",":
         reasons["decimal"] = "cells hold decimal commas"
-    free = [text if i in candidates and i not in chosen.values() else "" for i, text in enumerate(table.headers)]
+    free = [text if i in candidates and i not in chosen.values() else "" for i, text in enumerate(headers)]
     asked = {axis: rf"({_ASKED})_?({_NAMES[axis]})|({_NAMES[axis]})_?({_ASKED})" for axis in ANGLES}
-    references = {axis: table.headers[index] for axis, index in _find_names(free, asked).items()}
+    references = {axis: headers[index] for axis, index in _find_names(free, asked).items()}
     reasons |= {f"references.{axis}": f"called {text!r}" for axis, text in references.items()}
+    encoders = (counts["pitch"], counts["elevation"], counts["travel"])
     format = LogFormat(
-        columns={signal: table.headers[index] for signal, index in ({"time": time} | chosen).items()},
-        references=references,
-        units=units,
-        signs=signs,
-        swap_rotors=swap,
-        start=start,
-        decimal=decimal,
-        clip=clip,
-        encoder_counts=(counts["pitch"], counts["elevation"], counts["travel"]),
+        columns, units, signs, references, swap, start, decimal=decimal, encoder_counts=encoders, clip=clip
     )
     return Guess(format, reasons, _doubts(known, found))
+
+
+def _unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None]:
+    """Give the unit of a column, why, and the counts of its encoder if its steps tell them."""
+    stated = name_and_unit(header)[1]
+    if unit := understood(signal, stated or ""):
+        return unit, f"its header says [{stated}]", None
+    if signal in ANGLES:
+        return angle_unit(values)
+    sizes = np.abs(values)
+    return "mV" if 200.0 < sizes.max() < 5e4 and np.median(sizes) > 100.0 else "V", f"reaches {sizes.max():.3g}", None
 
 
 def _table(path: Path) -> tuple[Table, str]:

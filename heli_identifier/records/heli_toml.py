@@ -1,8 +1,8 @@
 """The file ``heli.toml``: read, and written with every key explained.
 
 It has the sections ``[rig]``, ``[log]``, ``[controller]`` and ``[geometry]``; every key is optional. Keys, types and
-defaults are those of the values in `configuration`: msgspec refuses unknown keys and wrong types, and the values check
-their bounds. `heli init` writes the template beside this module: the defaults, and an example of every other key.
+defaults are those of the values in `configuration`, which check their bounds. `heli init` writes the template beside
+this module: the defaults, and an example of every other key.
 """
 
 import json
@@ -10,8 +10,6 @@ import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import fields
-from functools import reduce
-from operator import getitem
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_type_hints
@@ -53,7 +51,7 @@ def _keys(kind: Any, *without: str, **others: Any) -> dict[str, Any]:
 KEYS: dict[str, Any] = {
     "rig": _keys(
         RigConfiguration, "format", "controller", "geometry",
-        voltage_limit=float, encoder_counts=dict.fromkeys(ANGLES, int), effects=dict[str, Any],
+        voltage_limit=float, encoder_counts=dict.fromkeys(ANGLES, int), effects=dict,
     ),
     "log": _keys(
         LogFormat, "encoder_counts", "voltage_limit",
@@ -69,20 +67,13 @@ KEYS: dict[str, Any] = {
 """Of the file, with their types."""
 
 
-def _section(name: str, keys: Mapping[str, Any]) -> Any:
-    """Make the type of a section, which refuses keys that it does not know; a key that is not given stays unset."""
-    types = {key: _section(key, entry) if isinstance(entry, dict) else entry for key, entry in keys.items()}
-    entries = [(key, kind | msgspec.UnsetType, msgspec.UNSET) for key, kind in types.items()]
-    return msgspec.defstruct(name, entries, frozen=True, forbid_unknown_fields=True)
-
-
-_FILE = _section("File", KEYS)
-
-
-def _given(section: msgspec.Struct) -> dict[str, Any]:
-    """Give what a section states, without what is unset."""
-    found = ((key, getattr(section, key)) for key in section.__struct_fields__)
-    return {key: _given(v) if isinstance(v, msgspec.Struct) else v for key, v in found if v is not msgspec.UNSET}
+_WANTED: dict[Any, str] = {
+    str: "a text in quotes", int: "a whole number", bool: "true or false",
+    **dict.fromkeys((float, float | None), "a number"),
+    **dict.fromkeys((tuple[float, float, float], AxisGains), "a list of three numbers"),
+    tuple[float, float]: "the coefficient and its standard deviation, as [1.0, 0.1]",
+}  # fmt: skip
+"""What a value of a type is called."""
 
 
 def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
@@ -102,36 +93,68 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     advice = f"`heli init` writes a {CONFIGURATION_NAME} with every key explained"
     try:
         content = tomllib.loads(regular_bytes(Path(path), _LARGEST_MB).decode("utf-8-sig"))
-    except (OSError, ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError as well
-        said = f"is not TOML: {error}"
-        if isinstance(error, OSError):
-            missing = isinstance(error, FileNotFoundError)
-            said = "does not exist" if missing else f"cannot be read: {error.strerror}"
-        elif isinstance(error, UnicodeDecodeError | RecursionError):
-            nested = isinstance(error, RecursionError)
-            said = "is nested too deeply for a configuration" if nested else "is not UTF-8 text"
-        raise ConfigurationError(f"{path} {said}; {advice}.") from error
+    except FileNotFoundError as error:
+        raise ConfigurationError(f"{path} does not exist; {advice}.") from error
+    except OSError as error:
+        raise ConfigurationError(f"{path} cannot be read: {error.strerror}; {advice}.") from error
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(f"{path} is not UTF-8 text; {advice}.") from error
+    except RecursionError as error:
+        raise ConfigurationError(f"{path} is nested too deeply for a configuration; {advice}.") from error
+    except ValueError as error:  # a number of more than 4300 digits is one as well
+        raise ConfigurationError(f"{path} is not TOML: {error}; {advice}.") from error
     try:
-        found = _given(msgspec.convert(content, _FILE))
-    except msgspec.ValidationError as error:
-        raise ConfigurationError(f"{path}: {_explained(str(error), content)}") from error
-    rig, log, controller, geometry = (found.get(section, {}) for section in KEYS)
-    counts = rig.pop("encoder_counts", {})
-    try:
-        log |= {"voltage_limit": rig.pop("voltage_limit")} if "voltage_limit" in rig else {}
-        format = LogFormat(**log, encoder_counts=tuple(counts.get(a, CONTRACT.counts_per_turn(a)) for a in ANGLES))
-        effects = {name: _expected(name, given) for name, given in rig.pop("effects", {}).items()}
-        weights, pid = Weights(**controller.pop("weights", {})), _pid(controller.pop("pid", {}), format.voltage_limit)
-        aim = ControllerConfiguration(**controller, weights=weights, pid=pid)
-        return RigConfiguration(**rig, effects=effects, format=format, controller=aim, geometry=_geometry(geometry))
+        return _configuration(_values(dict.fromkeys(KEYS, {}) | content, KEYS))
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
 
-_TYPES = {
-    "str": "a text in quotes", "float": "a number", "int": "a whole number", "bool": "true or false",
-    "array": "a list of three numbers",
-}  # fmt: skip
+def _values(content: Mapping[str, Any], keys: Mapping[str, Any], place: str = "") -> dict[str, Any]:
+    """Give the values of a section, each of the type of its key."""
+    found = {}
+    for name, given in content.items():
+        if name not in keys:
+            written = name if re.fullmatch(r"[\w-]+", name) else repr(name)
+            advice = did_you_mean(name, keys) or f"; choose one of {', '.join(keys)}."
+            raise ConfigurationError(f"key {place}{written} is unknown{advice}")
+        key, kind = f"{place}{name}", keys[name]
+        if isinstance(kind, dict) or kind is dict:
+            if not isinstance(given, dict):
+                raise ConfigurationError(f"{key} = {given!r} must be a section that begins with [{key}].")
+            found[name] = _values(given, kind, f"{key}.") if isinstance(kind, dict) else given
+        else:
+            found[name] = _value(key, given, kind)
+    return found
+
+
+def _value(key: str, given: Any, kind: Any) -> Any:
+    try:
+        return msgspec.convert(given, kind)
+    except msgspec.ValidationError:
+        raise ConfigurationError(f"{key} = {given!r} must be {_WANTED[kind]}.") from None
+
+
+def _configuration(content: Mapping[str, dict[str, Any]]) -> RigConfiguration:
+    """Make the configuration of the values of the sections."""
+    rig, log, controller, geometry = (content[section] for section in KEYS)
+    counts, limit = rig.get("encoder_counts", {}), rig.get("voltage_limit", CONTRACT.voltage_limit)
+    encoders = tuple(counts.get(axis, CONTRACT.counts_per_turn(axis)) for axis in ANGLES)
+    format = LogFormat(**log, voltage_limit=limit, encoder_counts=encoders)
+    units, effects = {effect.field: effect.unit for effect in CATALOGUE}, {}
+    for name, given in rig.get("effects", {}).items():  # the name is checked where the value is
+        coefficient, deviation = _value(f"rig.effects.{name}", given, tuple[float, float])
+        effects[name] = Estimate(coefficient, deviation, units.get(name, ""))
+    for name, value in geometry.items():
+        unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
+        require_range(f"geometry.{name}", value, unit, 1e-3, most)
+    aim = {"weights": Weights(**controller.get("weights", {})), "pid": _pid(controller.get("pid", {}), limit)}
+    return RigConfiguration(
+        **{key: value for key, value in rig.items() if key not in ("encoder_counts", "voltage_limit", "effects")},
+        effects=effects,
+        format=format,
+        controller=ControllerConfiguration(**(controller | aim)),
+        geometry=Geometry(**geometry),
+    )
 
 
 def _pid(given: Mapping[str, Any], voltage_limit: float) -> PidSettings | None:
@@ -144,41 +167,6 @@ def _pid(given: Mapping[str, Any], voltage_limit: float) -> PidSettings | None:
     pitch, elevation, travel = (loops.get(axis, AxisGains(0.0, 0.0, 0.0)) for axis in ANGLES)
     own = PidSettings(pitch, elevation, travel, "travel" in loops, trim, voltage_limit=voltage_limit)
     return own if loops else None
-
-
-def _geometry(given: Mapping[str, float]) -> Geometry:
-    for name, value in given.items():
-        unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
-        require_range(f"geometry.{name}", value, unit, 1e-3, most)
-    return Geometry(**given)
-
-
-def _expected(name: str, given: Any) -> Estimate:
-    """Give an effect's coefficient in its unit; the name is checked where the value is."""
-    unit = next((effect.unit for effect in CATALOGUE if effect.field == name), "")
-    try:
-        coefficient, standard_deviation = msgspec.convert(given, tuple[float, float])
-    except msgspec.ValidationError:
-        raise ConfigurationError(
-            f"rig.effects.{name} = {given!r} must be the coefficient and its standard deviation, as [1.0, 0.1]."
-        ) from None
-    return Estimate(coefficient, standard_deviation, unit)
-
-
-def _explained(problem: str, content: Mapping[str, Any]) -> str:
-    """Say in the file's words what msgspec found, such as "Expected `float`, got `str` - at `$.rig.rest_pitch`"."""
-    what, _, place = problem.partition(" - at ")
-    key = place.strip("`").removeprefix("$.").partition("[")[0]  # a list is named as a whole
-    section = key.split(".") if key else []
-    if "unknown field" in what:
-        name = what.partition("`")[2].removesuffix("`")
-        known = reduce(getitem, section, KEYS)
-        advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
-        written = name if re.fullmatch(r"[\w-]+", name) else repr(name)
-        return f"key {'.'.join([*section, written])} is unknown{advice}"
-    expected = "array" if "[" in place else what.split("`")[1].split()[0]
-    wanted = _TYPES.get(expected, f"a section that begins with [{key}]")
-    return f"{key} = {reduce(getitem, section, content)!r} must be {wanted}."
 
 
 def write_template(path: str | PathLike[str], found: "Guess | None" = None) -> Path:

@@ -50,32 +50,29 @@ def read_log(
     """
     configuration = format if isinstance(format, RigConfiguration) else None
     format = format.format if isinstance(format, RigConfiguration) else format
-    file = Path(path)
-    table, sha256 = open_table(file, format)
+    table, sha256 = open_table(Path(path), format)
     columns = find_columns(table, format)
-    start, end = (format.start if start is None else start), (format.end if end is None else end)
-    kept, notes = _cut(table, columns[0], start, end)
+    kept, notes = _cut(table, columns[0], format.start if start is None else start, format.end if end is None else end)
     values = {column.signal: table.numbers(column, kept) for column in columns}
     time = values.pop("time")
     extra, left_out = _further_columns(table, columns, kept)
     notes = [*table.notes, *notes]
-    name, place = table.file, table.places(kept.start)
+    file, place = table.file, table.places(kept.start)
     del table  # a large one is let go of when its columns have been taken over
 
-    sampling = find_sampling(time, place, name)
+    sampling = find_sampling(time, place, file)
     turns = []
     for signal in ANGLES:
         values[signal], note = unwrap_angle(values[signal], signal, place)
         turns += note
     if time[0] != 0.0:
         notes.append(f"time counts from 0, which the file calls {time[0]:g} s")
-    values, converted = _with_signs(values, columns, format)
-    notes += [*converted, *left_out, *turns, *sampling.notes]
-    check_plausible(columns[1:6], values, sampling.rate_hz, name)
+    notes += [*_in_project_signs(values, columns, format), *left_out, *turns, *sampling.notes]
+    check_plausible(columns[1:6], values, sampling.rate_hz, file)
     uniform = {signal: sampling.resampled(time, own, signal not in ANGLES) for signal, own in values.items()}
     voltages, angles = (np.stack([uniform[signal] for signal in signals], axis=1) for signals in (VOLTAGES, ANGLES))
     return Log(
-        name=printable(os.fsencode(file.stem).decode("utf-8", "replace")),  # one that is no UTF-8 cannot be drawn
+        name=printable(os.fsencode(Path(path).stem).decode("utf-8", "replace")),  # what is no UTF-8 cannot be drawn
         path=str(path),
         sha256=sha256,
         rate_hz=sampling.rate_hz,
@@ -97,18 +94,19 @@ def _cut(table: Table, column: Column, start: float | None, end: float | None) -
     for option, instant in (("start", start), ("end", end)):
         if instant is not None and not np.isfinite(instant):
             raise LogError(f"{table.file}: {option} = {instant:g} s must be finite.")
-    if start is not None and end is not None and end <= start:
-        raise LogError(f"{table.file}: end = {end:g} s must come after start = {start:g} s.")
+    first_s, last_s = -np.inf if start is None else start, np.inf if end is None else end
+    if last_s <= first_s:
+        raise LogError(f"{table.file}: end = {last_s:g} s must come after start = {first_s:g} s.")
     time = table.instants(column)
     if not np.isfinite(time).any():
         return slice(0, count), []  # there is no instant to cut at; reading the cells reports what they hold
     # A printed instant may miss the wanted one by the last bit; that must not cost a sample.
     slack = max(1e-9, 8.0 * float(np.finfo(float).eps * np.abs(time[np.isfinite(time)]).max()))
-    late_enough = time >= (-np.inf if start is None else start - slack)
+    late_enough = time >= first_s - slack
     if not late_enough.any():
         raise LogError(f"{table.file}: start = {start:g} s lies after the log's end, {np.nanmax(time):g} s.")
     first = int(late_enough.argmax())
-    too_late = time[first:] > (np.inf if end is None else end + slack)
+    too_late = time[first:] > last_s + slack
     last = first + int(too_late.argmax()) if too_late.any() else count
     if last == first:
         raise LogError(f"{table.file}: end = {end:g} s lies before the log's start at {time[first]:g} s.")
@@ -126,31 +124,33 @@ def _further_columns(table: Table, columns: Sequence[Column], kept: slice) -> tu
     return extra, [f"left out {dropped}: not one number per sample"] if dropped else []
 
 
-def _with_signs(values: _Signals, columns: Sequence[Column], format: LogFormat) -> tuple[_Signals, list[str]]:
-    """Give the signals the project's signs, front and rear voltage for sum and difference, within the limit if asked.
+def _in_project_signs(values: _Signals, columns: Sequence[Column], format: LogFormat) -> list[str]:
+    """Give the signals the project's signs in place, front and rear voltage for sum and difference; say what was done.
 
-    The list says all conversions.
+    Voltages are limited where that is asked for.
     """
     notes = [
         f"{column.signal} converted from {column.unit} to {SI_UNIT[column.signal]}"
         for column in columns
         if column.unit != SI_UNIT[column.signal]
     ]
-    signs = {signal: format.sign(signal.removesuffix("_reference")) for signal in values}
-    found = {signal: -own if signs[signal] < 0 else own for signal, own in values.items()}
-    flipped = ", ".join(signal for signal, sign in format.signs.items() if sign < 0)
-    notes += [f"sign of {flipped} flipped"] if flipped else []
-    notes += ["front and rear voltage swapped"] if format.swap_rotors else []
-    if COMBINED[0] in found:
-        total, difference = (found.pop(signal) for signal in COMBINED)
-        found["v_front"], found["v_rear"] = 0.5 * (total + difference), 0.5 * (total - difference)
+    for signal, own in values.items():
+        if format.sign(signal.removesuffix("_reference")) < 0:
+            values[signal] = -own
+    if flipped := ", ".join(signal for signal, sign in format.signs.items() if sign < 0):
+        notes.append(f"sign of {flipped} flipped")
+    if format.swap_rotors:
+        notes.append("front and rear voltage swapped")
+    if COMBINED[0] in values:
+        total, difference = (values.pop(signal) for signal in COMBINED)
+        values["v_front"], values["v_rear"] = 0.5 * (total + difference), 0.5 * (total - difference)
         notes.append("front and rear voltage taken from their sum and difference")
     if format.swap_rotors:
-        found["v_front"], found["v_rear"] = found["v_rear"], found["v_front"]
+        values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
     limit = format.voltage_limit
     for signal in VOLTAGES if format.clip else ():
-        beyond = np.abs(found[signal]) > limit
+        beyond = np.abs(values[signal]) > limit
         if beyond.any():
             notes.append(f"{signal} clipped to +-{limit:g} V in {beyond.sum()} samples")
-            found[signal] = np.clip(found[signal], -limit, limit)
-    return found, notes
+            values[signal] = np.clip(values[signal], -limit, limit)
+    return notes

@@ -5,7 +5,6 @@ __all__ = [
     "RESULTS",
     "Check",
     "Comparison",
-    "LogSource",
     "Look",
     "ParameterSet",
     "PlantSource",
@@ -39,7 +38,6 @@ __all__ = [
     "read_parameters",
     "rendered",
     "run_figure",
-    "several",
     "side_by_side",
     "significant",
     "simulate",
@@ -70,7 +68,7 @@ from .parameters import (
     read_parameters,
 )
 from .report import RESULTS, notebook_view, rendered, write_results
-from .simulation import LogSource, Simulation, several, simulate, started
+from .simulation import Simulation, simulate, started
 from .svg import COLOURS, Axes, figure, run_figure, side_by_side, thinned, write_figure
 from .tables import (
     Table,

@@ -6,8 +6,8 @@ from os import PathLike
 from typing import Any
 from xml.etree import ElementTree
 
+from heli_identifier.records import LogSource, read_logs
 from heli_identifier.results.parameters import ParameterSet, parameter_set
-from heli_identifier.results.simulation import LogSource, several
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import angle_text, significant
 from heli_identifier.tracing import Diagnosis, Outcome, Use, hold_to
@@ -108,5 +108,5 @@ def check(
         factor is not positive.
     """
     own = parameter_set(parameters)
-    outcomes = hold_to(own.plant(), own.limits(factor), several(logs))
+    outcomes = hold_to(own.plant(), own.limits(factor), read_logs(logs))
     return Check(tuple(outcomes), own.axes_for(Use.NOTHING))

@@ -13,10 +13,9 @@ from typing import Any
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
-from heli_identifier.records import Log
+from heli_identifier.records import Log, LogSource, read_logs
 from heli_identifier.results.documents import plain, read_document, with_ends
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters, read_parameters
-from heli_identifier.results.simulation import LogSource, several
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import angle_text, effect_name, with_interval
 from heli_identifier.tracing import Diagnosis, DiagnosisFile, ErrorFigure, hold_to
@@ -183,7 +182,7 @@ def compare(
         parameters,
         effects,
         uses,
-        tuple(_errors(plants, several(logs), any(own.closed_loop for own in documents))),
+        tuple(_errors(plants, read_logs(logs), any(own.closed_loop for own in documents))),
         tuple(files[0][key] for key in files[0] if key in files[1]),
     )
 

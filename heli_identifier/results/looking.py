@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from heli_identifier.online import GAINS
-from heli_identifier.records import Log, RigConfiguration, common_configuration
+from heli_identifier.records import Log, LogSource, RigConfiguration, common_configuration, read_logs
 from heli_identifier.results.documents import plain
 from heli_identifier.results.report import ranked_experiments
-from heli_identifier.results.simulation import LogSource, several
 from heli_identifier.results.tables import Table, Tabular, gain_cells
 from heli_identifier.results.words import listed, significant
 from heli_identifier.tracing import (
@@ -163,7 +162,7 @@ def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfigurati
     LogError
         Nothing is excited, or an axis stands still in a log.
     """
-    used = several(logs)
+    used = read_logs(logs)
     known = configuration or common_configuration(used) or RigConfiguration()
     found = identify_plant(used, DiagnosisSettings.from_rig(known))
     return Look(found, _movement(used, found.plant.likelihood.rig.resolution))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.errors import ConfigurationError, require_positive
-from heli_identifier.records import Log, LogSource, several
+from heli_identifier.records import Log, LogSource, read_logs
 from heli_identifier.results.documents import plain
 from heli_identifier.results.parameters import PlantSource, plant_of
 from heli_identifier.results.tables import Table, Tabular
@@ -102,7 +102,7 @@ def simulate(
     """
     plant = plant_of(parameters)
     if isinstance(inputs, Log | str | PathLike):
-        (log,) = several(inputs)
+        (log,) = read_logs(inputs)
         voltages, step, start = log.voltages, log.step, start or started(log)
     else:
         voltages = np.asarray(inputs, dtype=np.float64)

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.records import Log
-from heli_identifier.results import LogSource, PlantSource, Table, Tabular, plant_of, several, significant
+from heli_identifier.records import Log, LogSource, read_logs
+from heli_identifier.results import PlantSource, Table, Tabular, plant_of, significant
 from heli_identifier.tools.loop import Memory, Settings, answered, begun, fly, read_controller
 from heli_identifier.tracing import record_start
 from heli_plant.effects import AXES
@@ -98,7 +98,7 @@ def closed_loop_errors(
     """
     plant = plant_of(parameters)
     settings = read_controller(controller, plant.v_max) if isinstance(controller, str | PathLike) else controller
-    found = {log.name: _flown_again(log, plant, settings) for log in several(logs)}
+    found = {log.name: _flown_again(log, plant, settings) for log in read_logs(logs)}
     errors = {log: dict(zip(AXES, own.tolist(), strict=True)) for log, (own, _) in found.items()}
     return ClosedLoopErrors(errors, {log: differ for log, (_, differ) in found.items()}, _followed(settings), limit)
 

@@ -43,7 +43,7 @@ from heli_identifier.records import (
     check_apart,
     check_excitation,
     common_configuration,
-    named_apart,
+    read_logs,
 )
 from heli_identifier.results import (
     PLANT,
@@ -52,7 +52,6 @@ from heli_identifier.results import (
     Tabular,
     meaning_of,
     plant_values,
-    several,
     unit_text,
     whole_folder,
     with_interval,
@@ -236,7 +235,7 @@ def identify(
     """
     if method is not None and method not in METHODS:
         raise ConfigurationError(f"method {method!r} must be one of {', '.join(METHODS)}")
-    logs = named_apart(several(logs))
+    logs = read_logs(logs)
     rig = configuration or common_configuration(logs) or RigConfiguration()
     check_excitation(logs)
     check_apart(logs)

@@ -21,7 +21,7 @@ from heli_identifier.records import (
     common_configuration,
     counted_once,
     excitation_notes,
-    several,
+    read_logs,
 )
 
 from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect, log_faults
@@ -69,7 +69,7 @@ def diagnose(
         short.
     """
     began = perf_counter()
-    training, kept = several(logs), several(held_out)
+    training, kept = read_logs(logs), read_logs(held_out)
     rig_of_logs = common_configuration(training)
     of_logs = DiagnosisSettings.from_rig(rig_of_logs) if rig_of_logs else DiagnosisSettings()
     settings, tell = settings or of_logs, progress or (lambda what, share: None)

@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from heli_identifier.chain import FAULTS, Defect, Event, find_events, inspected, passages, unslipped
 from heli_identifier.errors import LogError
-from heli_identifier.records import Log, check_excitation, check_moving, named_apart
+from heli_identifier.records import Log, check_excitation, check_moving, read_logs
 
 from .findings import parameter_reports
 from .fit import Fit, covariance, fit, with_own_spread
@@ -95,7 +95,7 @@ def identify_plant(
         Nothing is excited, or an axis stands still in a log.
     """
     count = 1 if isinstance(logs, Log) else len(logs)
-    used = named_apart((*((logs,) if isinstance(logs, Log) else logs), *beside))
+    used = read_logs((*((logs,) if isinstance(logs, Log) else logs), *beside))
     check_excitation(used[:count])
     check_moving(used)
     given, tell = settings or DiagnosisSettings(), progress or (lambda what, share: None)
