@@ -7,7 +7,7 @@ import heli_identifier as hi
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, gain_matrix
 from heli_identifier.records import RigConfiguration
-from heli_identifier.tools.identification import LONGER, choose, loop_is_closed
+from heli_identifier.tools.identification import LONGER, choose
 from heli_plant.parameters import TABLE_2
 from tests.simulated import closed_loop, drive, noisy
 
@@ -61,13 +61,13 @@ def test_logs_in_open_loop_are_identified_by_the_papers_adaptation(in_open_loop)
 def test_what_a_given_lag_means_for_the_parameters_is_said(in_open_loop, flown):
     """A lag T in front of a motion of frequency w costs the gain a factor 1/sqrt(1 + (w T)^2); a longer one, more."""
     found = in_open_loop
-    longer = RigConfiguration(motor_time_constant=found.given_lag.lag + LONGER)
+    longer = RigConfiguration(motor_time_constant=found.parameters.values["motor.time_constant"].value + LONGER)
     again = hi.identify(noisy(TABLE_2, drive(30.0), 1), configuration=longer, method=ADAPTATION)
-    for name, change in found.given_lag.changes.items():
+    for name, change in found.lag_changes.items():
         assert again.estimates[name].value == pytest.approx(found.estimates[name].value * (1.0 + change), rel=1e-12)
-    assert found.given_lag.changes["k_x"] > 0.0
+    assert found.lag_changes["k_x"] > 0.0
     assert "the motors' lag was taken for 0.08 s" in " ".join(found.notes)
-    assert flown.given_lag is None  # estimated along
+    assert not flown.lag_changes  # estimated along
 
 
 def test_the_adaptation_in_closed_loop_is_a_warning():
@@ -82,9 +82,9 @@ def test_what_the_logs_do_not_determine_is_named(flown):
 
 
 def test_one_closed_loop_among_several_open_ones_is_found():
-    assert loop_is_closed([(0.3, -0.2, 1.0), (5.1, 4.0, 0.1), (-1.0, 0.4, 0.2)])[0]
-    assert not loop_is_closed([(0.3, -0.2, 1.0), (2.9, 0.0, 0.1), (-1.0, 0.4, 0.2)])[0]
-    assert loop_is_closed([(2.5, 0.0, 0.0)] * 4)[0]  # together 5
+    assert choose([(0.3, -0.2, 1.0), (5.1, 4.0, 0.1), (-1.0, 0.4, 0.2)]).closed_loop
+    assert not choose([(0.3, -0.2, 1.0), (2.9, 0.0, 0.1), (-1.0, 0.4, 0.2)]).closed_loop
+    assert choose([(2.5, 0.0, 0.0)] * 4).closed_loop  # together 5
 
 
 def test_a_method_asked_for_is_taken():

@@ -1,11 +1,10 @@
 """The on-line identifier over one log: its estimates over time, as a table and as a figure."""
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from heli_identifier.online import (
@@ -49,10 +48,8 @@ class EstimateHistory(NamedTuple):
     @property
     def last(self) -> dict[str, Estimate]:
         """The last estimates by symbol, with the motors' lag ``T_m`` where it was estimated."""
-        found = {
-            name: Estimate(float(value), float(error), BY_FIELD[name].unit)
-            for name, value, error in zip(NAMES, self.parameters[-1], self.standard_errors[-1], strict=True)
-        }
+        final = zip(NAMES, self.parameters[-1].tolist(), self.standard_errors[-1].tolist(), strict=True)
+        found = {name: Estimate(value, error, BY_FIELD[name].unit) for name, value, error in final}
         if self.plan.estimates_lag:
             found["T_m"] = Estimate(*output_of(self.state, self.plan).lag, BY_FIELD["T_m"].unit)
         return found
@@ -64,32 +61,29 @@ def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
     The history has a row for every evaluation of the standard errors.
     """
     plan = prepare(settings)
-    samples = list(zip(*np.column_stack((log.voltages, log.angles)).T.tolist(), strict=True))
+    samples = list(map(tuple, np.column_stack((log.voltages, log.angles)).tolist()))
     rest = np.zeros(len(samples))
-    asked = list(zip(*(log.references.get(axis, rest).tolist() for axis in AXES), strict=True))
+    asked = list(map(tuple, np.column_stack([log.references.get(axis, rest) for axis in AXES]).tolist()))
     state = start(plan, samples[0], asked[0])
-    every = max(1, round(settings.report_interval / settings.sample_time))
-    time, parameters, errors = [], [], []
-    output = output_of(state, plan)
-    for k, now in enumerate(samples[1:], start=1):
-        state, output = step(state, now, plan, asked[k])
-        if (k % every == 0 and output.adapting) or k == len(samples) - 1:
-            time.append(k * settings.sample_time)
-            parameters.append(tuple(output.parameters))
-            errors.append(tuple(output.standard_errors))
-    return EstimateHistory(log.name, np.array(time), np.array(parameters), np.array(errors), state, plan)
+    every, last = max(1, round(settings.report_interval / settings.sample_time)), len(samples) - 1
+    rows = []
+    for k in range(1, len(samples)):
+        state, output = step(state, samples[k], plan, asked[k])
+        if (k % every == 0 and output.adapting) or k == last:
+            rows.append((k * settings.sample_time, *output.parameters, *output.standard_errors))
+    time, parameters, errors = np.split(np.array(rows), (1, 1 + len(NAMES)), axis=1)
+    return EstimateHistory(log.name, time[:, 0], parameters, errors, state, plan)
 
 
 def history_text(histories: Sequence[EstimateHistory]) -> str:
     """Return histories as CSV: log, time, every parameter and every standard error."""
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
     columns = [f"{name} [{BY_FIELD[name].unit}]" for name in NAMES]
-    rows.writerow(["log", "time [s]", *columns, *(f"standard_error.{column}" for column in columns)])
-    for history in histories:
-        table = np.column_stack((history.time, history.parameters, history.standard_errors))
-        rows.writerows([history.name, *row] for row in table.tolist())
-    return text.getvalue()
+    heads = ["time [s]", *columns, *(f"standard_error.{column}" for column in columns)]
+    tables = [
+        pd.DataFrame(np.column_stack((one.time, one.parameters, one.standard_errors)), columns=heads)
+        for one in histories
+    ]
+    return pd.concat(tables, keys=[one.name for one in histories], names=["log"]).droplevel(1).to_csv()
 
 
 def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, Estimate], voltage_limit: float) -> str:
@@ -100,28 +94,18 @@ def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, 
     """
     drawn = []
     for column, name in enumerate(NAMES):
-        final = together[name].value
-        limits = history_limits(histories, column, final, plausible_range(name, voltage_limit))
-        panel = Axes(f"{name} [{unit_text(BY_FIELD[name].unit) or '1'}]", 130.0, limits)
+        final, (low, high) = together[name].value, plausible_range(name, voltage_limit)
+        panel, ends = Axes(f"{name} [{unit_text(BY_FIELD[name].unit) or '1'}]", 130.0), [final]
         for number, history in enumerate(histories):
             value, half = history.parameters[:, column], 1.96 * history.standard_errors[:, column]
             role, label = ROLES[number % len(ROLES)], history.name if column == 0 else ""
             panel.band(history.time, value - half, value + half, role=role)
             panel.line(history.time, value, role, label, 1.1)
+            late = history.time >= 0.5 * history.time[-1]
+            ends += [*(value - half)[late], *(value + half)[late]]
         panel.level(final, "ink", "together" if column == 0 else "")
+        bottom, top = min(final, max(min(ends), low)), max(final, min(max(ends), high))
+        room = 0.25 * max(top - bottom, 1e-6)
+        panel.limits = (bottom - room, top + room)
         drawn.append(figure([panel], f"time [s]: {meaning(name)}", meaning(name), 320.0))
     return side_by_side(drawn, 3, (320.0, 194.0), "Estimates over time")
-
-
-def history_limits(
-    histories: Sequence[EstimateHistory], column: int, final: float, plausible: tuple[float, float]
-) -> tuple[float, float]:
-    """Range of the ordinate: what is plausible of every history's second half and its band, with room around it."""
-    low = high = final
-    for history in histories:
-        late = history.time >= 0.5 * history.time[-1]
-        value, half = history.parameters[late, column], 1.96 * history.standard_errors[late, column]
-        low, high = min(low, float(np.min(value - half))), max(high, float(np.max(value + half)))
-    low, high = min(final, max(low, plausible[0])), max(final, min(high, plausible[1]))
-    room = 0.25 * max(high - low, 1e-6)
-    return low - room, high + room

@@ -81,23 +81,6 @@ class Choice(NamedTuple):
     closed_loop: bool
 
 
-class GivenLag(NamedTuple):
-    """The ``lag`` that was given [s], and relative changes of parameters by symbol with one longer by `LONGER`."""
-
-    lag: float
-    changes: Mapping[str, float]
-
-    @property
-    def sentence(self) -> str:
-        """What to keep in mind."""
-        large = [f"{name} by {100.0 * change:+.1f} %" for name, change in self.changes.items() if abs(change) >= LEAST]
-        effect = f"the estimates change, {', '.join(large)}" if large else f"no estimate changes by {100.0 * LEAST:g} %"
-        return (
-            f"the motors' lag was taken for {self.lag:g} s, which the intervals do not allow for: "
-            f"with a lag longer by {LONGER:g} s {effect}"
-        )
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(Tabular):
     """Parameters that the identifier found."""
@@ -111,8 +94,8 @@ class Identification(Tabular):
     """The plant with these estimates."""
     choice: Choice
     """The method that was taken, why, and whether a controller flew."""
-    given_lag: GivenLag | None
-    """What the motors' lag means for the parameters, where it was given and not estimated."""
+    lag_changes: Mapping[str, float]
+    """Relative changes of parameters by symbol with a motors' lag longer by `LONGER`; none where it was estimated."""
 
     files: ClassVar = ("parameters.json", "history.csv", "history.svg")
     """What :meth:`write` leaves in a folder."""
@@ -132,8 +115,15 @@ class Identification(Tabular):
                 "not determined by these logs, half the 95 % interval exceeds a tenth of the value: "
                 f"{', '.join(hidden)}; `heli design` says what to add to the voltages"
             )
-        if self.given_lag is not None and self.given_lag.changes:
-            said.append(self.given_lag.sentence)
+        if self.lag_changes:
+            large = [f"{name} by {100.0 * d:+.1f} %" for name, d in self.lag_changes.items() if abs(d) >= LEAST]
+            same = f"no estimate changes by {100.0 * LEAST:g} %"
+            moved = f"the estimates change, {', '.join(large)}" if large else same
+            lag = self.histories[0].plan.settings.motor_time_constant
+            said.append(
+                f"the motors' lag was taken for {lag:g} s, which the intervals do not allow for: with a lag longer by "
+                f"{LONGER:g} s {moved}"
+            )
         return (*said, *self.together.notes)
 
     @property
@@ -200,7 +190,7 @@ def identify(
     filter_frequency: float = 1.0,
     forgetting: float = 0.001,
     method: str | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Identification:
     """Estimate the eleven parameters of the simplified model, by the method that suits the logs.
 
@@ -239,13 +229,12 @@ def identify(
     rig = configuration or common_configuration(logs) or RigConfiguration()
     check_excitation(logs)
     check_apart(logs)
-    report = progress or (lambda what, share: None)
 
     def histories_of(own: Sequence[IdentifierSettings], number: int) -> list[EstimateHistory]:
         """Pass all logs once, as the last of three passes if ``number`` is 2."""
         histories = []
         for k, (log, one) in enumerate(zip(logs, own, strict=True)):
-            report(f"identifying from {log.name}", (number + k / len(logs)) / 3.0)
+            progress(f"identifying from {log.name}", (number + k / len(logs)) / 3.0)
             histories.append(identify_log(log, one))
         return histories
 
@@ -262,27 +251,27 @@ def identify(
         )
         for log in logs
     ]
-    histories = histories_of(own, 0)
-    choice, given_lag = choose([output_of(one.state, one.plan).feedback for one in histories], method), None
+    histories, changes = histories_of(own, 0), {}
+    choice = choose([output_of(one.state, one.plan).feedback for one in histories], method)
     if choice.method == PREDICTION_ERROR:
-        together = combined(histories)
+        together = joint(histories)
         histories = histories_of([begun_at(one, together) for one in own], 2)
-        together = combined(histories)
+        together = joint(histories)
     else:
         own = [replace(one, method=ADAPTATION) for one in own]
         histories = histories_of(own, 1)
-        together = combined(histories)
+        together = weighted([history.last for history in histories])
         longer = [replace(one, motor_time_constant=rig.motor_time_constant + LONGER) for one in own]
-        others = combined(histories_of(longer, 2)).estimates
-        given_lag = GivenLag(rig.motor_time_constant, {
+        others = weighted([history.last for history in histories_of(longer, 2)]).estimates
+        changes = {
             name: others[name].value / estimate.value - 1.0
             for name, estimate in together.estimates.items()
             if estimate.is_determined and estimate.standard_error is not None and estimate.value != 0.0
-        })  # fmt: skip
+        }
     values = {"T_m": rig.motor_time_constant} | {name: one.value for name, one in together.estimates.items()}
     plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
     parameters = ParameterSet(PLANT, plant_values(plant, together.estimates), provenance=from_python("identify"))
-    return Identification(tuple(histories), together, parameters, choice, given_lag)
+    return Identification(tuple(histories), together, parameters, choice, changes)
 
 
 def begun_at(settings: IdentifierSettings, together: Together) -> IdentifierSettings:
@@ -293,8 +282,8 @@ def begun_at(settings: IdentifierSettings, together: Together) -> IdentifierSett
     return replace(settings, noise=(pitch, elevation, travel), motor_time_constant=known)
 
 
-def loop_is_closed(scores: Sequence[Sequence[float]]) -> tuple[bool, str]:
-    """Return whether a controller flew, by the scores (n, 3) of n logs on three axes, and the evidence in words."""
+def choose(scores: Sequence[Sequence[float]], wanted: str | None = None) -> Choice:
+    """Return the method for n logs with these ``scores`` (n, 3) of a closed loop, or the ``wanted`` one."""
     table = np.atleast_2d(np.array(scores, dtype=float))
     limit = max(CLOSED, float(norm.isf(FALSE_ALARMS / (2.0 * table.size))))
     log, axis = np.unravel_index(np.abs(table).argmax(), table.shape)
@@ -302,23 +291,9 @@ def loop_is_closed(scores: Sequence[Sequence[float]]) -> tuple[bool, str]:
     if abs(value) <= limit and np.abs(together).max() > CLOSED:
         axis, limit = np.abs(together).argmax(), CLOSED
         value = together[axis]
-    evidence = f"the voltages follow the {AXES[int(axis)]}'s innovations with a score of {abs(value):.1f}"
-    return bool(abs(value) > limit), f"{evidence} (limit {limit:.1f})"
-
-
-def choose(scores: Sequence[Sequence[float]], wanted: str | None) -> Choice:
-    """Return the method for logs with these ``scores``, or the ``wanted`` one."""
-    closed, evidence = loop_is_closed(scores)
+    closed = bool(abs(value) > limit)
     if wanted is not None:
         return Choice(wanted, f"{wanted}, as asked for", closed)
-    if closed:
-        return Choice(PREDICTION_ERROR, f"{PREDICTION_ERROR}: a controller flew the rig, since {evidence}", True)
-    return Choice(ADAPTATION, f"{ADAPTATION}: no controller flew the rig, since {evidence}", False)
-
-
-def combined(histories: Sequence[EstimateHistory]) -> Together:
-    """Combine the last estimates of several logs, as :mod:`.joint` says."""
-    plan = histories[-1].plan
-    if plan.predicting:
-        return joint([history.state for history in histories], plan)
-    return weighted([history.last for history in histories])
+    method, flew = (PREDICTION_ERROR, "a controller") if closed else (ADAPTATION, "no controller")
+    evidence = f"follow the {AXES[int(axis)]}'s innovations with a score of {abs(value):.1f} (limit {limit:.1f})"
+    return Choice(method, f"{method}: {flew} flew the rig, since the voltages {evidence}", closed)

@@ -36,6 +36,7 @@ from heli_identifier.online import (
     output_of,
     shares,
 )
+from heli_identifier.tools.history import EstimateHistory
 from heli_plant.parameters import BY_FIELD
 
 Array = NDArray[np.float64]
@@ -62,12 +63,11 @@ class Together(NamedTuple):
     noise: tuple[Noise, ...] = ()
 
 
-def joint(states: Sequence[IdentifierState], plan: Plan) -> Together:
-    """Combine prediction errors: final ``states``, standard errors evaluated there, of one prior, that of ``plan``."""
-    omegas, informations = zip(*(_together(states, axis, plan) for axis in range(3)), strict=True)
-    state = _with(states[-1], "omega", omegas)
-    rows = [np.array(combinations(a, state.axes[a].estimate, plan)) for a in range(3)]
-    errors, ratios = zip(*(_errors(states, a, omegas[a], informations[a], rows[a]) for a in range(3)), strict=True)
+def joint(histories: Sequence[EstimateHistory]) -> Together:
+    """Combine prediction errors of logs that began with one prior; their sampling periods may differ."""
+    state, plan = histories[-1].state, histories[-1].plan
+    omegas, errors, ratios = zip(*(_of_axis([one.state for one in histories], a, plan) for a in range(3)), strict=True)
+    state = _with(state, "omega", omegas)
     output = output_of(_with(state, "standard_errors", errors), plan)
     scatter = output_of(_with(state, "standard_errors", ratios), plan).standard_errors._asdict()
     found = {
@@ -76,8 +76,46 @@ def joint(states: Sequence[IdentifierState], plan: Plan) -> Together:
     }
     if plan.estimates_lag:
         found["T_m"] = Estimate(*output.lag, BY_FIELD["T_m"].unit)
-    notes = (*_disagreement(scatter), *_contradictions(found, [output_of(one, plan) for one in states]))
+    notes = (*_disagreement(scatter), *_contradictions(found, [output_of(one.state, one.plan) for one in histories]))
     return Together(found, notes, tuple(noise_of(axis.estimate) for axis in state.axes))
+
+
+def _of_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array, Array]:
+    """Omega of an axis, the standard errors of what is reported of it, and their Birge ratios; the prior is the plan's.
+
+    What a log gives enters by its time constants, not by its samples, so the plan of any log serves.
+    """
+    own, others, estimates = plan.axes[axis], len(states) - 1, [state.axes[axis].estimate for state in states]
+    omegas = np.array([one.omega for one in estimates])
+    gammas = np.array([gain_matrix(one.factor, len(one.omega)) for one in estimates])
+    spread = gammas.copy()
+    if others and own.gain > _TORQUE:
+        spread[:, _TORQUE, _TORQUE] += (ZERO * np.median(np.abs(omegas[:, _STIFFNESS]))) ** 2
+    informations, prior = np.linalg.inv(spread), np.diag(1.0 / np.array(own.prior))
+    H = informations.sum(axis=0) - others * prior
+    g = np.einsum("lij,lj->i", informations, omegas) - others * prior @ np.array(own.first)
+    omega = np.linalg.solve(H, g)
+    rows = np.array(combinations(axis, estimates[-1]._replace(omega=tuple(omega.tolist())), plan))
+    if not others:
+        return omega, np.array(estimates[0].standard_errors), np.zeros(len(rows))
+    outside = [p.outside for state in states if (p := state.axes[axis].predictor) is not None]
+    products = tuple(np.sum([one.products for one in outside], axis=0).tolist())
+    counted = np.array(shares(outside[0]._replace(products=products), tuple(map(tuple, rows.tolist()))))
+    rows = np.pad(rows, ((0, 0), (0, len(omega) - rows.shape[1])))  # of nu nothing is reported
+    scatter = ((omegas - omega) @ rows.T) ** 2 / np.einsum("mi,lij,mj->lm", rows, gammas, rows)
+    ratios = np.sqrt(scatter.sum(axis=0) / others)
+    variance = np.einsum("ij,ji->i", rows, np.linalg.solve(H, rows.T))
+    return omega, np.sqrt(variance / counted) * np.maximum(1.0, ratios), ratios
+
+
+def _with(state: IdentifierState, field: str, values: Sequence[Array]) -> IdentifierState:
+    """Return ``state`` with a ``field`` of the estimates of its three axes replaced."""
+    changes: list[dict[str, Any]] = [{field: tuple(own.tolist())} for own in values]
+    pitch, elevation, travel = (
+        axis._replace(estimate=axis.estimate._replace(**change))
+        for axis, change in zip(state.axes, changes, strict=True)
+    )
+    return state._replace(axes=(pitch, elevation, travel))
 
 
 def weighted(logs: Sequence[Mapping[str, Estimate]]) -> Together:
@@ -132,46 +170,3 @@ def _disagreement(ratios: Mapping[str, float]) -> tuple[str, ...]:
             "run `heli diagnose`"
         )
     return tuple(notes)
-
-
-def _with(state: IdentifierState, field: str, values: Sequence[Array]) -> IdentifierState:
-    """Return ``state`` with a ``field`` of the estimates of its three axes replaced."""
-    changes: list[dict[str, Any]] = [{field: tuple(own.tolist())} for own in values]
-    pitch, elevation, travel = (
-        axis._replace(estimate=axis.estimate._replace(**change))
-        for axis, change in zip(state.axes, changes, strict=True)
-    )
-    return state._replace(axes=(pitch, elevation, travel))
-
-
-def _known(states: Sequence[IdentifierState], axis: int) -> tuple[Array, Array]:
-    """Return Omega, shape (L, n), and Gamma, (L, n, n), of an axis in all logs."""
-    own = [state.axes[axis].estimate for state in states]
-    return np.array([one.omega for one in own]), np.array([gain_matrix(one.factor, len(one.omega)) for one in own])
-
-
-def _together(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array]:
-    """Return Omega and H of an axis."""
-    own, others = plan.axes[axis], len(states) - 1
-    omegas, gammas = _known(states, axis)
-    if others and own.gain > _TORQUE:
-        gammas[:, _TORQUE, _TORQUE] += (ZERO * np.median(np.abs(omegas[:, _STIFFNESS]))) ** 2
-    informations, prior = np.linalg.inv(gammas), np.diag(1.0 / np.array(own.prior))
-    H = informations.sum(axis=0) - others * prior
-    g = np.einsum("lij,lj->i", informations, omegas) - others * prior @ np.array(own.first)
-    return np.linalg.solve(H, g), H
-
-
-def _errors(states: Sequence[IdentifierState], axis: int, omega: Array, H: Array, rows: Array) -> tuple[Array, Array]:
-    """Return the standard errors of the combinations ``rows`` (m, n) and the Birge ratios, each of shape (m,)."""
-    if len(states) == 1:
-        return np.array(states[0].axes[axis].estimate.standard_errors), np.zeros(len(rows))
-    outside = [p.outside for state in states if (p := state.axes[axis].predictor) is not None]
-    products = tuple(np.sum([own.products for own in outside], axis=0).tolist())
-    counted = np.array(shares(outside[0]._replace(products=products), tuple(map(tuple, rows.tolist()))))
-    rows = np.pad(rows, ((0, 0), (0, len(omega) - rows.shape[1])))  # of nu nothing is reported
-    omegas, gammas = _known(states, axis)
-    scatter = ((omegas - omega) @ rows.T) ** 2 / np.einsum("mi,lij,mj->lm", rows, gammas, rows)
-    ratios = np.sqrt(scatter.sum(axis=0) / (len(states) - 1))
-    variance = np.einsum("ij,ji->i", rows, np.linalg.solve(H, rows.T))
-    return np.sqrt(variance / counted) * np.maximum(1.0, ratios), ratios
