@@ -1,13 +1,13 @@
 """The following twin on generated rigs that change in flight: noticed, named, how well it predicts afterwards.
 
-    python -m benchmarks follow [--tuning] [--seeds N] [--first N] [--hours H] [--rows FILE] [KIND]...
+    python -m benchmarks follow [--tuning] [--seeds N] [--first N] [--hours H] [--workers N] [KIND]...
     python -m benchmarks follow --step          processor time of a step of the scenario follow, pythonfmu units
 
-``--tuning`` takes the rigs that the rules and their constants were chosen on; ``--rows`` keeps a line per flight and
-goes on there. Every seed is a rig (:mod:`benchmarks.flown`), in turn in closed and in open loop, and flies once for
-every kind of change, which comes between 35 and 50 s; the flight ends 90 s after it. The twin begins with values that
-err as those of a diagnosis do. Kinds with a stream at fault have the change of one gain as well. Unchanged rigs fly for
-600 s, with a stream in order (none) and with every fault of it (faulty).
+``--tuning`` takes the rigs that the rules and their constants were chosen on. Every seed is a rig
+(:mod:`benchmarks.flown`), in turn in closed and in open loop, and flies once for every kind of change, which comes
+between 35 and 50 s; the flight ends 90 s after it. The twin begins with values that err as those of a diagnosis do.
+Kinds with a stream at fault have the change of one gain as well. Unchanged rigs fly for 600 s, with a stream in order
+(none) and with every fault of it (faulty).
 
 noticed: an alarm within 20 s by the clock (a slow change: before it is over); the bar counts excited flight (below) and
 asks for 95 %. named: the first change put on trial is the true one (90 %). error: rms over the three axes of errors 1 s
@@ -23,9 +23,9 @@ that does not know which of M changes took place notices this one in 95 % from J
 reaches J*, whichever is later.
 """
 
-import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -38,43 +38,36 @@ from scipy.signal import lfilter
 from scipy.stats import norm
 
 from benchmarks.flown import SHAKE, TORQUE_STD, TORQUE_TIME, Rig, Stage, draw_rig, flight
-from benchmarks.harness import options, table
-from heli_identifier.following import (
-    CorrectorState,
-    FollowPlan,
-    FollowSettings,
-    IdentifierReport,
-    Sample,
-    correct,
-    prepare_following,
-    start_correcting,
-)
+from benchmarks.harness import in_parallel, options, table
+from heli_identifier import following
+from heli_identifier.following import Event, FollowSettings, Sample
 from heli_identifier.live import Clock, Datagram, tick
+from heli_identifier.records import Log, write_log
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters, to_names
 from tests.blind.coefficients import Coefficients
 from tests.blind.plant import COUNTS_PER_TURN
 
 Array = NDArray[np.float64]
-REPORTED, TUNING = 2, 1
-"""Seeds of the two halves."""
-
+Row = dict[str, Any]
+Flown = tuple[int, following.CorrectorState, tuple[Event, ...]]
+REPORTED, TUNING = 2, 1  # seeds of the two halves
 H, RATE = 0.01, 100
 AFTER, UNCHANGED, SETTLED = 90.5, 600.0, 6.0
 """Flight after the last change, of an unchanged rig, and of an observer before its errors count [s]."""
 
 # --- what changes ------------------------------------------------------------------------------------------------
 
-GAIN, MASS, SHARE, WARM, SLOW = 0.2, 0.08, 0.8, 0.85, 60.0
-"""Change of a gain [1], of the offset [rad/s^2], thrust left of a rotor and of warm motors [1], time of warming [s]."""
+GAIN, MASS, FRICTION, CABLE, SLOW = 0.2, 0.08, 0.03, 0.06, 60.0
+"""Change of a gain [1], of the offset, an added dry friction [rad/s^2], stiffness of a cable that is hung on [1/s^2],
+time in which motors warm up [s]."""
 
-FRICTION, CABLE = 0.03, 0.06
-"""Added dry friction [rad/s^2], stiffness of a cable that is hung on [1/s^2]."""
+SHARES = {"front": (0.8, 1.0), "rear": (1.0, 0.8), "warming": (0.85, 0.85)}
+"""Thrust that is left of the front and the rear rotor [1]."""
 
+GAINS, FRICTIONS = ("k_x", "k_z", "k_y"), tuple(f"dry_friction_{axis}" for axis in AXES)
 NAMES = {
-    "k_x": "pitch.gain",
-    "k_z": "elevation.gain",
-    "k_y": "travel.gain",
+    **{gain: f"{axis}.gain" for gain, axis in zip(GAINS, AXES, strict=True)},
     **{f"friction_{axis}": f"effects.dry_friction.{axis}" for axis in AXES},
     "mass": "elevation.offset",
     "front": "rotor.front",
@@ -118,31 +111,26 @@ def known(rig: Rig, rng: np.random.Generator) -> PlantParameters:
 
 def changed(kind: str, stage: Stage, start: float, sign: float) -> Stage:
     """Return the stage that follows after a change of one kind at ``start`` [s]."""
-    c, (front, rear) = stage.coefficients, stage.shares
-    friction = f"dry_friction_{kind.removeprefix('friction_')}"
-    match kind:
-        case "k_x" | "k_z" | "k_y":
-            return Stage(start, c._replace(**{kind: getattr(c, kind) * (1.0 + sign * GAIN)}), stage.shares)
-        case "mass":
-            return Stage(start, c._replace(a_1=c.a_1 + sign * MASS), stage.shares)
-        case "cable":
-            return Stage(start, c._replace(cable_stiffness=CABLE), stage.shares)
-        case "front":
-            return Stage(start, c, (SHARE * front, rear))
-        case "rear":
-            return Stage(start, c, (front, SHARE * rear))
-        case "warming":
-            return Stage(start, c, (WARM * front, WARM * rear), SLOW)
-    return Stage(start, c._replace(**{friction: getattr(c, friction) + FRICTION}), stage.shares)
+    c, after = stage.coefficients, {}
+    if kind in GAINS:
+        after = {kind: getattr(c, kind) * (1.0 + sign * GAIN)}
+    elif kind == "mass":
+        after = {"a_1": c.a_1 + sign * MASS}
+    elif kind == "cable":
+        after = {"cable_stiffness": CABLE}
+    elif kind not in SHARES:
+        after = {f"dry_{kind}": getattr(c, f"dry_{kind}") + FRICTION}
+    (front, rear), (front_left, rear_left) = stage.shares, SHARES.get(kind, (1.0, 1.0))
+    shares = front_left * front, rear_left * rear
+    return Stage(start, c._replace(**after), shares, SLOW if kind == "warming" else 0.0)
 
 
-def told(values: PlantParameters, before: Coefficients, stage: Stage) -> tuple[PlantParameters, tuple[float, float]]:
-    """Return the values of a twin that is given the change, and the rotors' shares."""
+def told(values: PlantParameters, before: Coefficients, stage: Stage) -> PlantParameters:
+    """Return the values of a twin that is given the change, without the rotors' shares."""
     c = stage.coefficients
-    same = {name: getattr(values, name) * getattr(c, name) / getattr(before, name) for name in ("k_x", "k_z", "k_y")}
-    same |= {name: getattr(c, name) for name in (f"dry_friction_{axis}" for axis in AXES)}
-    same["cable_stiffness_travel"] = c.cable_stiffness
-    return values._replace(a_1=values.a_1 + c.a_1 - before.a_1, **same), stage.shares
+    same = {name: getattr(values, name) * getattr(c, name) / getattr(before, name) for name in GAINS}
+    same |= {name: getattr(c, name) for name in FRICTIONS}
+    return values._replace(a_1=values.a_1 + c.a_1 - before.a_1, cable_stiffness_travel=c.cable_stiffness, **same)
 
 
 # --- faults of a stream ------------------------------------------------------------------------------------------
@@ -176,14 +164,14 @@ def broken(kind: str, rows: Array, start: float, rng: np.random.Generator) -> li
         silent = round(RATE * time)
         fresh[silent : silent + round(RATE * STOPPED)] = [0.0] * round(RATE * STOPPED)
     if kind in ("jitter", "all", FAULTY):
-        return _late(rows, fresh, rng)
+        return late(rows, fresh, rng)
     for k in range(1, len(rows)):
         if not fresh[k]:
             rows[k] = rows[k - 1]
     return fresh
 
 
-def _late(rows: Array, fresh: list[float], rng: np.random.Generator) -> list[float]:
+def late(rows: Array, fresh: list[float], rng: np.random.Generator) -> list[float]:
     """Let the samples that are ``fresh`` travel for a random time, and put into ``rows`` what the units' link shows."""
     travelled = np.maximum(0.0, JITTER * (1.0 + rng.standard_normal(len(rows))))
     travelled[0] = 0.0
@@ -207,70 +195,44 @@ LIMIT, POWER, TESTS = 20.0, 0.95, 32
 
 
 def excited_until(kind: str, rows: Array, c: Coefficients, start: float, false_alarm_time: float) -> float | None:
-    """Return when 20 s of excited flight are over after a change at ``start`` [s]; None for kinds without a bar.
+    """Return when 20 s of excited flight are over after a change at ``start`` [s]; None for no bar, or not flown.
 
     ``rows`` (N, 5) has voltages [V] and angles [rad], ``c`` the rig before the change, ``false_alarm_time`` is T [s].
-    The time is after the change, inf if longer than flown.
     """
-    found = _added(kind, rows, c)
-    if found is None:
+    if kind not in ASKED:
         return None
-    axis, g = found
-    # what acted before the change did not act: the filter's error begins there
-    total = np.cumsum(_information(g[round(start / H) :], axis, c))
-    needed = (norm.ppf(1.0 - LIMIT / false_alarm_time / TESTS) + norm.ppf(POWER)) ** 2
-    enough = np.flatnonzero(total > needed)
-    return max(LIMIT, H * (int(enough[0]) + 1)) if len(enough) else math.inf
-
-
-def _added(kind: str, rows: Array, c: Coefficients) -> tuple[int, Array] | None:
-    """Return the axis on which a change acts, and the acceleration that it adds there [rad/s^2]."""
-    pitch = rows[:, 2]
-    if kind == "k_x":
-        return 0, GAIN * c.k_x * _turned(rows[:, 0] - rows[:, 1], c)
-    if kind == "k_z":
-        return 1, GAIN * c.k_z * _turned(rows[:, 0] + rows[:, 1], c) * np.cos(pitch)
-    if kind == "k_y":
-        return 2, GAIN * c.k_y * _turned(rows[:, 0] + rows[:, 1], c) * np.sin(pitch)
-    if kind == "mass":
-        return 1, np.full(len(rows), MASS)
-    if kind.startswith("friction_"):
-        axis = AXES.index(kind.removeprefix("friction_"))
-        # the sign of the rate over .2 s, in which a count of the encoder is 8 mrad/s
-        rate = np.gradient(np.convolve(np.pad(rows[:, 2 + axis], 10, "edge"), np.ones(21) / 21.0, "valid"))
-        return axis, -FRICTION * np.sign(rate)
-    return None
-
-
-def _turned(voltage: Array, c: Coefficients) -> Array:
-    """Return a sum of voltages [V] as the rotors follow it."""
-    stay = math.exp(-H / c.t_m)
-    return lfilter([0.0, 1.0 - stay], [1.0, -stay], voltage - voltage[0]) + voltage[0]
-
-
-def _information(g: Array, axis: int, c: Coefficients) -> Array:
-    """Return psi^2/S of every sample."""
+    axis, pitch, stay = ASKED.index(kind) % 3, rows[:, 2], math.exp(-H / c.t_m)
+    if kind in GAINS:
+        voltage = rows[:, 0] - rows[:, 1] if kind == "k_x" else rows[:, 0] + rows[:, 1]
+        turned = lfilter([0.0, 1.0 - stay], [1.0, -stay], voltage - voltage[0]) + voltage[0]  # as the rotors follow
+        g = GAIN * getattr(c, kind) * turned * (np.ones(len(rows)), np.cos(pitch), np.sin(pitch))[axis]
+    elif kind == "mass":
+        axis, g = 1, np.full(len(rows), MASS)
+    else:  # the sign of the rate over .2 s, in which a count of the encoder is 8 mrad/s
+        angle = np.pad(rows[:, 2 + axis], 10, "edge")
+        g = -FRICTION * np.sign(np.gradient(np.convolve(angle, np.ones(21) / 21.0, "valid")))
     fade = math.exp(-H / TORQUE_TIME)
-    stiffness = (c.a_th, c.a_e, 0.0)[axis]
-    damping = (c.a_wx, c.a_wz, c.a_wy)[axis]
+    stiffness, damping = (c.a_th, c.a_e, 0.0)[axis], (c.a_wx, c.a_wz, c.a_wy)[axis]
     F = np.array([[1.0, H, 0.5 * H * H], [-stiffness * H, 1.0 - damping * H, H], [0.0, 0.0, fade]])
     Q = np.diag([0.0, 0.0, TORQUE_STD**2 * (1.0 - fade * fade)])
-    count = 2.0 * math.pi / COUNTS_PER_TURN[axis]
-    r = count * count * (1.0 / 12.0 + SHAKE * SHAKE)
+    r = (2.0 * math.pi / COUNTS_PER_TURN[axis]) ** 2 * (1.0 / 12.0 + SHAKE * SHAKE)
     P = solve_discrete_are(F.T, np.array([[1.0], [0.0], [0.0]]), Q, np.array([[r]]))
     S = P[0, 0] + r
-    gain, made, found = P[:, 0] / S, np.zeros(3), np.empty(len(g))
-    for k in range(len(g)):
+    needed = (norm.ppf(1.0 - LIMIT / false_alarm_time / TESTS) + norm.ppf(POWER)) ** 2
+    made, J, first = np.zeros(3), 0.0, round(start / H)
+    for k in range(first, len(g)):  # what acted before the change did not act: the filter's error begins there
         made = F @ made + np.array([0.5 * H * H, H, 0.0]) * g[k]
-        found[k] = made[0] ** 2 / S
-        made = made - gain * made[0]
-    return found
+        J += made[0] ** 2 / S
+        if needed < J:
+            return max(LIMIT, H * (k - first + 1))
+        made = made - P[:, 0] / S * made[0]
+    return None
 
 
 # --- one flight --------------------------------------------------------------------------------------------------
 
 
-def flown(half: int, seed: int, kind: str) -> dict[str, Any]:
+def flown(half: int, seed: int, kind: str) -> Row:
     """Fly one rig with one kind of change and follow it."""
     rng = np.random.default_rng([15, half, seed, (*KINDS, *UNCHANGED_KINDS).index(kind)])
     rig = draw_rig(rng)
@@ -290,93 +252,74 @@ def flown(half: int, seed: int, kind: str) -> dict[str, Any]:
     measured = rows.copy()
     fresh = broken(kind, rows, stages[-1].start, rng)
     settings = FollowSettings(parameters=values)
-    events, adoptions, errors = followed(rows, fresh, settings)
-    row: dict[str, Any] = {"half": half, "seed": seed, "kind": kind, "events": events, "changes": [], "wrong": []}
-    for name, stage in zip(kinds, stages[1:], strict=True):
-        excited = excited_until(name, measured, rig.coefficients, stage.start, settings.false_alarm_time)
-        row["changes"].append(
-            {"kind": name, "name": NAMES[name], "start": stage.start, "slow": stage.slow,
-             "excited": excited if excited is not None and math.isfinite(excited) else None}
-        )  # fmt: skip
-    plan = prepare_following(FollowSettings(parameters=values, correcting=False))
+    plan, events, adoptions, errors = following.prepare_following(settings), [], [], []
+    before = plan.alone.values
+    for k, state, said in steps(rows, fresh, plan):
+        events += [event.document() for event in said]
+        adoptions += [(event.name, event.time, before) for event in said if event.what == "adopted"]
+        before = state.values.end
+        errors += [(H * k, *used, *alone) for used, alone in errors_ahead(rows[k], state)]
+    keys = ("time_s", "what", "name", "value", "since_s", "why")
+    row: Row = {"half": half, "seed": seed, "kind": kind, "hours": duration / 3600.0}
+    row["events"] = [{key: event[key] for key in keys} for event in events]
+    row["changes"] = [
+        {"kind": name, "name": NAMES[name], "start": stage.start, "slow": stage.slow,
+         "excited": excited_until(name, measured, rig.coefficients, stage.start, settings.false_alarm_time)}
+        for name, stage in zip(kinds, stages[1:], strict=True)
+    ]  # fmt: skip
+
+    def rms(first: float, last: float, columns: slice, twin: tuple[float, ...] | None = None) -> float:
+        """Errors between two instants, of the twin that flew, or of one with fixed values from the same observer."""
+        own = np.array(errors)
+        if twin is not None:
+            fixed = plan._replace(settings=FollowSettings(parameters=values, correcting=False), alone=plan.twin(twin))
+            span = max(0, round(RATE * (first - SETTLED))), min(len(rows), round(RATE * last) + 1)
+            own = np.array([
+                (H * k, *used, *alone) for k, state, _ in steps(rows, fresh, fixed, *span)
+                if k >= round(RATE * first) for used, alone in errors_ahead(rows[k], state)
+            ]).reshape(-1, 7)  # fmt: skip
+        own = own[(own[:, 0] >= first) & (own[:, 0] <= last) | (twin is not None)][:, columns]
+        return float(np.sqrt((own**2).sum(axis=1).mean())) if len(own) else float("nan")
+
+    twin, alone = slice(1, 4), slice(4, 7)
     if kinds:
-        late = (errors[:, 0] >= end + 60.0) & (errors[:, 0] <= end + 90.0)
-        row["error"], row["alone"] = _rms(errors[late, 1:4]), _rms(errors[late, 4:7])
-        p, shares = told(values, rig.coefficients, stages[-1])
-        informed = tuple(getattr(p, field) for field in plan.fields) + shares
-        row["told"] = _rms(errors_ahead(rows, fresh, plan, end + 60.0, end + 90.0, informed))
-    row["hours"] = duration / 3600.0
-    for event, before in adoptions:
-        since = event["time_s"] + 2.0
-        during = (errors[:, 0] >= since) & (errors[:, 0] <= since + 60.0)
-        alone = before == plan.alone.values
-        old = errors[during, 4:7] if alone else errors_ahead(rows, fresh, plan, since, since + 60.0, before)
-        row["wrong"].append([event["name"], event["time_s"], _rms(old), _rms(errors[during, 1:4])])
+        span = end + 60.0, end + 90.0
+        row["error"], row["alone"] = rms(*span, twin), rms(*span, alone)
+        p = told(values, rig.coefficients, stages[-1])
+        row["told"] = rms(*span, twin, (*(getattr(p, field) for field in plan.fields), *stages[-1].shares))
+    row["wrong"] = []
+    for name, time, old in adoptions:
+        span = time + 2.0, time + 62.0
+        without = rms(*span, alone) if old == plan.alone.values else rms(*span, twin, old)
+        row["wrong"].append([name, time, without, rms(*span, twin)])
     return row
 
 
-def followed(
-    rows: Array, fresh: Sequence[float], settings: FollowSettings
-) -> tuple[list[dict[str, Any]], list[tuple[dict[str, Any], tuple[float, ...]]], Array]:
-    """Follow a record; return events, adoptions with the values before, and errors (M, 7): time, twin, alone."""
-    plan, samples = prepare_following(settings), rows.tolist()
-    state = start_correcting(plan, Sample(*samples[0]))
-    events: list[dict[str, Any]] = []
-    values, errors = [], []
-    for k in range(1, len(samples)):
-        before = state.values.end
-        state, said = correct(state, Sample(*(*samples[k], fresh[k])), IdentifierReport(), plan)
-        events.extend(event.document() for event in said)
-        if state.values.end != before:
-            values.append(before)
-        errors.extend(_errors(samples[k], state))
-    moved = [event for event in events if event["what"] in ("adopted", "rolled back")]
-    adoptions = [pair for pair in zip(moved, values, strict=True) if pair[0]["what"] == "adopted"]
-    keys = ("time_s", "what", "name", "value", "since_s", "why")
-    return [{key: event[key] for key in keys} for event in events], adoptions, np.array(errors)
-
-
-def _errors(row: Sequence[float], state: CorrectorState) -> list[tuple[float, ...]]:
-    twins = state.predictions
-    if not twins.compared:
-        return []
-    pairs = zip([*row[2:], *row[2:]], (*twins.used.predicted, *twins.alone.predicted), strict=True)
-    return [(H * state.samples, *[measured - predicted for measured, predicted in pairs])]
-
-
-def errors_ahead(
-    rows: Array, fresh: Sequence[float], plan: FollowPlan, first: float, last: float, values: tuple[float, ...]
-) -> Array:
-    """Return the errors 1 s ahead (M, 3) [rad] of a twin with fixed ``values``, from ``first`` to ``last`` [s].
-
-    It is a corrector that does not correct, so that it predicts from the same observer at the same samples.
-    """
-    begin, end = max(0, round(100 * (first - SETTLED))), min(len(rows), round(100 * last) + 1)
-    fixed = plan._replace(alone=plan.twin(values))
-    state = start_correcting(fixed, Sample(*rows[begin].tolist()))
-    # a cable hangs straight where the whole record begins
-    now = state.observer.instant
+def steps(
+    rows: Array, fresh: Sequence[float], plan: following.FollowPlan, begin: int = 0, end: int | None = None
+) -> Iterator[Flown]:
+    """Give number, state and events of every sample of a part of a record."""
+    state = following.start_correcting(plan, Sample(*rows[begin].tolist()))
+    now = state.observer.instant  # a cable hangs straight where the whole record begins
     rest = now.memory.state._replace(cable_rest=float(rows[0, 4]))
     now = now._replace(memory=now.memory._replace(state=rest))
     state = state._replace(observer=state.observer._replace(instant=now))
-    errors = []
-    for k in range(begin + 1, end):
-        row = rows[k].tolist()
-        state, _ = correct(state, Sample(*(*row, fresh[k])), IdentifierReport(), fixed)
-        if k >= round(100 * first):
-            errors.extend(_errors(row, state))
-    return np.array([error[1:4] for error in errors]).reshape(-1, 3)
+    for k in range(begin + 1, len(rows) if end is None else end):
+        sample = Sample(*(*rows[k].tolist(), fresh[k]))
+        state, said = following.correct(state, sample, following.IdentifierReport(), plan)
+        yield k, state, said
 
 
-def _rms(errors: Array) -> float:
-    """Return the rms over time of the length of the errors of the three axes [rad]."""
-    return float(np.sqrt((errors**2).sum(axis=1).mean())) if len(errors) else float("nan")
+def errors_ahead(row: Array, state: following.CorrectorState) -> list[tuple[list[float], list[float]]]:
+    """Return errors 1 s ahead [rad] of the twin in use and of the one left alone, if predictions fell due."""
+    twins, (a, b) = state.predictions, (row[2:] - one.predicted for one in state.predictions.copies[:2])
+    return [(a.tolist(), b.tolist())] if twins.compared else []
 
 
 # --- tables ------------------------------------------------------------------------------------------------------
 
 
-def judged(row: dict[str, Any]) -> list[dict[str, Any]]:
+def judged(row: Row) -> list[Row]:
     """Return for every change of a flight whether it was noticed, by the clock and in excited flight, and named."""
     found = []
     ends = [change["start"] for change in row["changes"][1:]] + [math.inf]
@@ -385,21 +328,20 @@ def judged(row: dict[str, Any]) -> list[dict[str, Any]]:
         tried = [event["name"] for event in alarms if not event["why"].startswith("the inno")]
         delay = alarms[0]["time_s"] - change["start"] if alarms else math.inf
         found.append(
-            {"kind": change["kind"], "delay": delay, "noticed": delay <= (change["slow"] or LIMIT),
-             "excited": None if change["excited"] is None else delay <= change["excited"],
-             "named": tried[:1] == [change["name"]]}
+            {"delay": delay, "noticed": delay <= (change["slow"] or LIMIT), "named": tried[:1] == [change["name"]],
+             "excited": None if change["excited"] is None else delay <= change["excited"]}
         )  # fmt: skip
     return found
 
 
-def false_alarms(row: dict[str, Any]) -> tuple[int, float]:
+def false_alarms(row: Row) -> tuple[int, float]:
     """Return the alarms of the detector before the first change, and the hours flown until then."""
     until = row["changes"][0]["start"] if row["changes"] else 3600.0 * row["hours"]
     alarms = [event for event in row["events"] if event["what"] == "alarm" and event["time_s"] < until]
     return sum("no longer" in event["why"] for event in alarms), until / 3600.0
 
 
-def summary(rows: Sequence[dict[str, Any]]) -> str:
+def summary(rows: Sequence[Row]) -> str:
     """Return the tables of a half."""
     head = ("change", "flights", "noticed", "after [s]", "named", "error/told: median, largest", "<= 1.15",
             "largest error/alone")  # fmt: skip
@@ -414,8 +356,7 @@ def summary(rows: Sequence[dict[str, Any]]) -> str:
         ("Unchanged rigs", ("none",)), ("Unchanged rigs, streams at fault", (FAULTY,)),
         ("Before a change", (*NAMES, "two")), ("Before a change, streams at fault", STREAMS),
     ):  # fmt: skip
-        alarms = [false_alarms(row) for row in rows if row["kind"] in kinds]
-        if alarms:
+        if alarms := [false_alarms(row) for row in rows if row["kind"] in kinds]:
             text.append(f"{name}: {sum(n for n, _ in alarms)} false alarms in {sum(h for _, h in alarms):.1f} h.")
     adoptions = [one for row in rows for one in row["wrong"] if math.isfinite(one[2]) and math.isfinite(one[3])]
     wrong = [one for one in adoptions if one[3] > one[2]]
@@ -423,7 +364,7 @@ def summary(rows: Sequence[dict[str, Any]]) -> str:
     return "\n\n".join(([table(head, lines)] if lines else []) + text)
 
 
-def _line(kind: str, rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
+def _line(kind: str, rows: Sequence[Row]) -> tuple[str, ...]:
     changes = [change for row in rows for change in judged(row)]
     ratio, alone = (np.array([row["error"] / row[other] for row in rows]) for other in ("told", "alone"))
     delays = [change["delay"] for change in changes if math.isfinite(change["delay"])]
@@ -446,18 +387,15 @@ def step_cost() -> str:
     rig = draw_rig(rng)
     first = Stage(0.0, rig.coefficients)
     rows = flight(rig, (first, changed("k_z", first, 15.0, -1.0)), 60.0, True, rng)
+    values = to_names(known(rig, rng))
+    parameters = {f"{unit}.{name}": value for unit in ("plant", "corrector") for name, value in values.items()}
     with TemporaryDirectory(prefix="heli-follow-") as folder:
-        path = Path(folder) / "log.csv"
-        head = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
-        np.savetxt(path, np.column_stack([np.arange(len(rows)) * H, rows]), "%.9g", ",", header=head, comments="")
-        values = to_names(known(rig, rng))
-        parameters = {f"{unit}.{name}": value for unit in ("plant", "corrector") for name, value in values.items()}
-        spent = []
+        path = write_log(Log("flown", 1.0 / H, rows[:, :2], rows[:, 2:]), Path(folder) / "log.csv")
+        spent = [process_time()]
         for seconds in (20.0, 59.0):
-            began = process_time()
             run("follow", seconds, H, {"player.log.path": str(path), **parameters})
-            spent.append(process_time() - began)
-    micro = 1e6 * (spent[1] - spent[0]) / 3900
+            spent.append(process_time())
+    micro = 1e6 * (spent[2] - 2.0 * spent[1] + spent[0]) / 3900
     return f"{micro:.0f} us of processor time a step (at most 250), with an alarm, a trial and an adoption"
 
 
@@ -472,22 +410,21 @@ def follow(arguments: Sequence[str]) -> None:
         seeds=(40, "number behind the last seed of flights with a change"),
         first=(0, "seed of the first flight"),
         hours=(20.0, "flight of unchanged rigs of each kind, from seed 0"),
-        rows=(Path, "file of the flights' results, which a later run goes on with"),
+        workers=(1, "processes"),
         step=(False, "time of a step alone"),
     )
     if asked.step:
         print(step_cost())
         return
-    half = TUNING if asked.tuning else REPORTED
-    kept = asked.rows.read_text(encoding="utf-8").splitlines() if asked.rows and asked.rows.exists() else []
-    rows = [row for row in map(json.loads, kept) if row["half"] == half]
-    done = {(row["seed"], row["kind"]) for row in rows}
-    still = round(asked.hours * 3600.0 / UNCHANGED)
-    for seed in range(asked.first, max(asked.seeds, still)):
-        for kind in asked.kind or (*KINDS, *UNCHANGED_KINDS):
-            if (seed, kind) not in done and seed < (still if kind in UNCHANGED_KINDS else asked.seeds):
-                rows.append(flown(half, seed, kind))
-                if asked.rows:
-                    with asked.rows.open("a", encoding="utf-8") as file:
-                        file.write(json.dumps(rows[-1]) + "\n")
-    print(summary(rows))
+    half, still = TUNING if asked.tuning else REPORTED, round(asked.hours * 3600.0 / UNCHANGED)
+    jobs = [
+        partial(flown, half, seed, kind)
+        for seed in range(asked.first, max(asked.seeds, still))
+        for kind in asked.kind or (*KINDS, *UNCHANGED_KINDS)
+        if seed < (still if kind in UNCHANGED_KINDS else asked.seeds)
+    ]
+    print(summary(list(in_parallel(_done, jobs, asked.workers))))
+
+
+def _done(job: partial[Row]) -> Row:
+    return job()
