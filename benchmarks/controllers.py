@@ -20,11 +20,11 @@ from statistics import median
 
 import numpy as np
 
-from benchmarks.harness import figure, in_parallel, options, span, table
+from benchmarks.harness import in_parallel, options, span, table
 from benchmarks.rigs import windy_logs, windy_plant
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
-from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, plant_values
+from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, plant_values, significant
 from heli_identifier.tools import Design, design_controller
 from heli_identifier.tools.judging import LONGEST, Judged
 from heli_identifier.tools.linearisation import linear_model, operating_point
@@ -151,4 +151,4 @@ def controllers(arguments: Sequence[str]) -> None:
         pairs = [(one["corrected"], one[name]) for one in done]
         ratios = [after.transfer / other.transfer for after, other in pairs if not (after.refused or other.refused)]
         if ratios:
-            print(f"step responses: error over that of {name}, median of {len(ratios)}: {figure(median(ratios))}")
+            print(f"step responses: error over that of {name}, median of {len(ratios)}: {significant(median(ratios))}")

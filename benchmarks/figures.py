@@ -5,10 +5,10 @@ They go to docs/figures: the two methods of the identifier in the scenario close
 the truth of windy rigs, as ``python -m benchmarks measured`` and ``windy`` wrote them with ``--csv`` to docs/results.
 """
 
-import csv
 from collections.abc import Sequence
 
 import numpy as np
+import pandas
 from numpy.typing import NDArray
 
 from benchmarks.harness import FIGURES, ROOT
@@ -50,33 +50,31 @@ def identifier(time: NDArray[np.float64], columns: dict[str, dict[str, NDArray[n
     return figure(panels, "time [s]", "Estimates of both methods over time", 640.0)
 
 
-def before_after(rows: Sequence[dict[str, str]]) -> str:
+def before_after(rows: pandas.DataFrame) -> str:
     """Draw errors 1 s ahead on held-out logs by axis: before, after, noise floor, where that is known."""
     panels = []
     for axis in AXES:
-        own = [row for row in rows if row["axis"] == axis and row["floor"] != "nan"]
-        names = [f"{axis}, {row['rig'].removeprefix('ntnu-')} {row['half']}" for row in own]
+        own = rows[(rows.axis == axis) & rows.floor.notna()]
+        names = [f"{axis}, {rig.removeprefix('ntnu-')} {half}" for rig, half in zip(own.rig, own.half, strict=True)]
         panel = Axes("", 16.0 * len(own), names=names)
         for role, word in (("before", "before"), ("after", "after"), ("measured", "floor")):
-            panel.points([float(row[word]) for row in own], np.arange(len(own)), role, word)
+            panel.points(own[word], np.arange(len(own)), role, word)
         panels.append(panel)
     return figure(panels, "error 1 s ahead [mrad]", "Errors before and after a diagnosis", 640.0)
 
 
-def gains(rows: Sequence[dict[str, str]]) -> str:
+def gains(rows: pandas.DataFrame) -> str:
     """Draw gains over the truth with their 95 % intervals, half by half, by kind of air."""
     panels = []
-    for kind in dict.fromkeys(row["kind"] for row in rows):
+    for kind in rows.kind.unique():
         panel = Axes(f"over the truth, {kind}", 150.0)
         panel.level(1.0, "muted")
         for number, (gain, role) in enumerate((("k_x", "before"), ("k_z", "after"), ("k_y", "measured"))):
-            own = [row for row in rows if (row["kind"], row["gain"]) == (kind, gain)]
+            own = rows[(rows.kind == kind) & (rows.gain == gain)]
             places = np.arange(len(own)) + 1.0 + 0.25 * (number - 1)
-            ratios = np.array([float(row["ratio"]) for row in own])
-            for place, ratio, row in zip(places, ratios, own, strict=True):
-                half = float(row["half_width"])
+            for place, ratio, half in zip(places, own.ratio, own.half_width, strict=True):
                 panel.line((place, place), (ratio - half, ratio + half), role, width=1.0)
-            panel.points(places, ratios, role, gain)
+            panel.points(places, own.ratio, role, gain)
         panels.append(panel)
     return figure(panels, "half of the logs of a rig", "Gains of windy rigs with their intervals", 760.0)
 
@@ -94,5 +92,4 @@ def figures(_: Sequence[str]) -> None:
         time = np.asarray(run.time)[late]
     write_figure(identifier(time, columns), FIGURES / "closed-loop-identifier.svg")
     for draw, name in ((before_after, "measured"), (gains, "windy")):
-        with (TABLES / f"{name}.csv").open(encoding="utf-8", newline="") as file:
-            write_figure(draw(list(csv.DictReader(file))), FIGURES / f"{name}.svg")
+        write_figure(draw(pandas.read_csv(TABLES / f"{name}.csv")), FIGURES / f"{name}.svg")

@@ -9,7 +9,6 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,8 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from heli_identifier.files import write_atomically
+from heli_identifier.provenance import installed
+from heli_identifier.results import significant
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "benchmarks.md"
@@ -113,7 +114,7 @@ def bar_table(bars: Iterable[Bar]) -> str:
     rows = [
         (
             bar.what,
-            f"{figure(bar.value)} {bar.unit}".strip(),
+            f"{significant(bar.value)} {bar.unit}".strip(),
             f"{'at least' if bar.at_least else 'at most'} {bar.bound:g} {bar.unit}".strip(),
             "yes" if bar.met else "**no**",
         )
@@ -132,22 +133,12 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(cell.replace('|', '&#124;') for cell in line)} |" for line in lines)
 
 
-def figure(value: float) -> str:
-    """Give three significant digits, without an exponent between a thousandth and a million."""
-    if value != value:
-        return "none"
-    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
-        digits = 2 if value == 0.0 else next(k for k in range(7) if abs(value) * 10**k >= 99.5 or k == 6)
-        return f"{value:.{digits}f}"
-    return f"{value:.2e}"
-
-
 def seconds(value: float) -> str:
     """Give a time in the unit that suits it."""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
         if value >= size:
-            return f"{figure(value / size)} {unit}"
-    return f"{figure(value / 1e-6)} us"
+            return f"{significant(value / size)} {unit}"
+    return f"{significant(value / 1e-6)} us"
 
 
 # --- page --------------------------------------------------------------------------------------------------------
@@ -164,7 +155,7 @@ def measured_at(*packages: str) -> str:
     return (
         f"{datetime.now(UTC):%Y-%m-%d}; {_processor()}, {os.cpu_count()} cores, {platform.system()} "
         f"{platform.machine()}, Python {platform.python_version()}; load {load:.1f}; "
-        f"{', '.join(f'{name} {_version(name)}' for name in packages)}."
+        f"{', '.join(f'{name} {installed(name)}' for name in packages)}."
     )
 
 
@@ -173,13 +164,6 @@ def _processor() -> str:
     lines = information.read_text().splitlines() if information.exists() else []
     named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     return next(named, platform.processor() or platform.machine())
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def write_section(page: Path, name: str, section: str) -> None:

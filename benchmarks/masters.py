@@ -11,7 +11,8 @@ from statistics import median
 from tempfile import TemporaryDirectory, mkdtemp
 from typing import Any
 
-from benchmarks.harness import Bar, apart, bar_table, figure, section, table
+from benchmarks.harness import Bar, apart, bar_table, section, table
+from heli_identifier.results import significant
 
 STEP = 0.01
 """Communication step [s]."""
@@ -193,7 +194,7 @@ def native(steps: int = 100_000, rounds: int = 5) -> str:
 
 def _loop_section(title: str, times: Times, bars: list[Bar], steps: int, rounds: int, *packages: str) -> str:
     rows = [
-        (TITLES[case.__name__], figure(median(seen)), figure(min(seen)))
+        (TITLES[case.__name__], significant(median(seen)), significant(min(seen)))
         for case in CASES
         if (seen := times.get(case.__name__))
     ]

@@ -14,6 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import pandas
 from numpy.typing import NDArray
 
 from benchmarks.harness import apart, table
@@ -36,19 +37,12 @@ def write_flight(path: str, rows: int) -> None:
 
 def write(path: str, columns: Sequence[NDArray[np.float64]]) -> None:
     """Write time [s], voltages [V] and angles [rad] in the format of the name's ending."""
-    import pyarrow
-
     parts = [name.rstrip("]").split(" [") for name in NAMES]
+    frame = pandas.DataFrame(dict(zip(NAMES, columns, strict=True)))
     if ".csv" in path:
-        import pyarrow.csv
-
-        with pyarrow.output_stream(path) as out:  # packed by the ending of its name
-            options = pyarrow.csv.WriteOptions(quoting_style="none")
-            pyarrow.csv.write_csv(pyarrow.table(columns, names=list(NAMES)), out, options)
+        frame.to_csv(path, index=False)  # packed by the ending of its name
     elif path.endswith("parquet"):
-        import pyarrow.parquet
-
-        pyarrow.parquet.write_table(pyarrow.table(columns, names=list(NAMES)), path)
+        frame.to_parquet(path)
     elif path.endswith("mat"):
         from scipy.io import savemat
 

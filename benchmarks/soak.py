@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness import Bar, apart, bar_table, figure, section, table
+from benchmarks.harness import Bar, apart, bar_table, section, table
 from benchmarks.native_unit import identifier_state
 from fmu_src import CLOSED_LOOP, build
 from fmu_src.master.instance import Instance
 from fmu_src.master.loop import Wired
 from fmu_src.native import build_native
 from heli_identifier.online.adaptation import gain_matrix
+from heli_identifier.results import significant
 
 DAY, SHORT = 24, 1
 """Hours of native units and of units in Python."""
@@ -271,8 +272,8 @@ def soak() -> str:
         "The loop of four units at 100 Hz, encoders on, excited for 40 minutes of each hour. In the tenth minute the "
         "plant jumps: its thrust by a fifth, or the mass by .15 m. Gamma is read from the unit's serialised state "
         "before and after each stretch without excitation. The last time at which a quarter of a jump is missing, or "
-        f"an estimate of a short memory strays by as much, is {figure(max(times))} s after it. The last columns count "
-        "the samples of k_x and k_z that the unit calls determined while they are wrong by more than half, two minutes "
-        "after a jump left out.",
+        f"an estimate of a short memory strays by as much, is {significant(max(times))} s after it. The last columns "
+        "count the samples of k_x and k_z that the unit calls determined while they are wrong by more than half, two "
+        "minutes after a jump left out.",
         packages=("fmpy", "pythonfmu", "numba"),
     )

@@ -17,25 +17,7 @@ from heli_identifier.results import tables, words
 from heli_identifier.results.documents import document_text
 from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.svg import Axes, figure
-from heli_identifier.results.tables import GAIN_OF
 from heli_identifier.results.unit import build, check_free_run
-from heli_identifier.results.words import (
-    AHEAD,
-    effect_name,
-    effect_title,
-    effect_words,
-    law_text,
-    leading,
-    listed,
-    meaning,
-    p_text,
-    percent,
-    significant,
-    unit_text,
-    variable_name,
-    verdict_line,
-    with_interval,
-)
 from heli_identifier.tracing import (
     AxisReport,
     Determination,
@@ -118,35 +100,37 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
     """Give what page and notebook show, without markup but for figures and tables."""
     return {
         "diagnosis": diagnosis,
-        "sentence": verdict_line(diagnosis),
+        "sentence": words.verdict_line(diagnosis),
         "cards": [_card(diagnosis, axis, report) for axis, report in diagnosis.axes.items()],
         "overlay": _overlay(diagnosis),
         "found": [_found(diagnosis, number) for number, own in enumerate(diagnosis.effects) if own.in_plant],
-        "experiments": [f"{text} It would settle: {listed(what)}." for what, text in ranked_experiments(diagnosis)],
+        "experiments": [
+            f"{text} It would settle: {words.listed(what)}." for what, text in ranked_experiments(diagnosis)
+        ],
     }
 
 
 def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
     """Give the card of an axis: its use in one word, the change of its error, its gain."""
-    name, field = GAIN_OF[axis], leading(diagnosis)
+    name, field = tables.GAIN_OF[axis], words.leading(diagnosis)
     change, kind, word = report.change.get(field), "same", "no clear change"
     if change is not None and change.high < 0.0:
         kind, word = "better", "better"
     elif change is not None and change.low > 0.0:
         kind, word = "worse", "worse"
-    said = "{} ({} to {})".format(*map(percent, (change.value, change.low, change.high))) if change else ""
+    said = "{} ({} to {})".format(*map(words.percent, (change.value, change.low, change.high))) if change else ""
     found, symbol = diagnosis.parameters.get(name), BY_FIELD[name].symbol
     if found is None:
-        gain = f"{symbol} = {with_interval(diagnosis.parameters_after[name])}, given"
+        gain = f"{symbol} = {words.with_interval(diagnosis.parameters_after[name])}, given"
     elif found.determination is Determination.NOT_DETERMINED:
         gain = f"{symbol} is not determined: {found.why}. {f'To fly: {found.experiment}' if found.experiment else ''}"
     else:
-        gain = f"{symbol} = {with_interval(found.estimate)}, {found.determination}"
-    errors = [significant(1e3 * getattr(stage, field).value) for stage in (report.before, report.after)]
+        gain = f"{symbol} = {words.with_interval(found.estimate)}, {found.determination}"
+    errors = [words.significant(1e3 * getattr(stage, field).value) for stage in (report.before, report.after)]
     return {
         "axis": axis, "use": USES[report.use], "fit": report.use.name.lower(), "kind": kind,
         "change": f"{word}: {said}" if change else word,
-        "errors": f"error {AHEAD[field]}: {errors[0]} to {errors[1]} mrad", "gain": gain.strip(),
+        "errors": f"error {words.AHEAD[field]}: {errors[0]} to {errors[1]} mrad", "gain": gain.strip(),
     }  # fmt: skip
 
 
@@ -180,24 +164,24 @@ def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
     facts = []
     if effect.coefficient is not None:
         entry = catalogue_effect(effect.name, effect.axis)
-        facts += [("coefficient", with_interval(effect.coefficient)), ("law", law_text(entry.law))]
+        facts += [("coefficient", words.with_interval(effect.coefficient)), ("law", words.law_text(entry.law))]
         facts.append(("source", entry.source))
     if isinstance(effect.shape, NamedShape):
-        facts += [(name.replace("_", " "), with_interval(own)) for name, own in effect.shape.parameters.items()]
+        facts += [(name.replace("_", " "), words.with_interval(own)) for name, own in effect.shape.parameters.items()]
     else:
         facts += [("description", effect.shape.description.replace("^2", "²")), ("plant", f"table.{effect.axis}.*")]
-    facts.append(("score", f"{significant(effect.score)} nats"))
+    facts.append(("score", f"{words.significant(effect.score)} nats"))
     if effect.together:
         facts.append(("together", effect.together))
     if effect.alternatives:
-        rivals = listed([effect_name(*other) for other in effect.alternatives], "or")
+        rivals = words.listed([words.effect_name(*other) for other in effect.alternatives], "or")
         facts.append(("as likely", f"{rivals}: explains these logs about as well"))
     earlier = sum((own.name, own.axis) == (effect.name, effect.axis) for own in diagnosis.effects[:number])
     curves = [own for own in diagnosis.curves if own.name == effect.name and effect.axis in (own.axis, "rotors")]
-    drawn = _law_figure(curves[earlier], effect_title(effect)) if earlier < len(curves) else ""
+    drawn = _law_figure(curves[earlier], words.effect_title(effect)) if earlier < len(curves) else ""
     return {
-        "title": effect_title(effect), "verdict": effect.verdict, "kind": effect.verdict.name.lower(), "facts": facts,
-        "figure": drawn,
+        "title": words.effect_title(effect), "verdict": effect.verdict, "kind": effect.verdict.name.lower(),
+        "facts": facts, "figure": drawn,
     }  # fmt: skip
 
 
@@ -209,7 +193,7 @@ def _law_figure(curve: EffectCurve, title: str) -> str:
     own.line(x, 1e3 * y, "after", "law", 2.0)
     if len(curve.points):
         own.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
-    label = f"{variable_name(curve.variable)} [{unit_text(curve.unit) or '1'}]"
+    label = f"{words.variable_name(curve.variable)} [{words.unit_text(curve.unit) or '1'}]"
     return figure([own], label, f"{title}: the law with its band over what the training logs show")
 
 
@@ -225,12 +209,12 @@ def ranked_experiments(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
 
     for name, report in diagnosis.parameters.items():
         if report.determination is not Determination.OUTSIDE:
-            ask(report.experiment, "gain" if name in GAIN_OF.values() else "effect", meaning(name))
+            ask(report.experiment, "gain" if name in tables.GAIN_OF.values() else "effect", words.meaning(name))
     for effect in (*diagnosis.effects, *diagnosis.possible):
-        ask(effect.experiment, "effect", effect_words(effect))
+        ask(effect.experiment, "effect", words.effect_words(effect))
     for entry in diagnosis.catalogue:
         if entry.verdict == Verdict.NOT_TESTABLE:
-            ask(entry.experiment, "bound", effect_name(entry.name, entry.axis))
+            ask(entry.experiment, "bound", words.effect_name(entry.name, entry.axis))
     return [(settles[text], text) for text in sorted(worth, key=lambda text: -worth[text])]
 
 
@@ -245,7 +229,7 @@ def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[st
             memory.line(lags * series.residual_step, autocorrelation(values, len(lags)), label, label)
         bound = np.full(2, 1.96 / np.sqrt(len(series.residual_after)))
         memory.band(np.array([0.0, 50 * series.residual_step]), -bound, bound, "95 % of white noise")
-        white = f"Ljung-Box test of white innovations: {p_text(diagnosis.axes[axis].whiteness_p['after'])}."
+        white = f"Ljung-Box test of white innovations: {words.p_text(diagnosis.axes[axis].whiteness_p['after'])}."
         said = f"of the innovations of the {axis} on {series.log.name}, before and after"
         drawn = [
             figure([spectrum], "frequency [Hz]", f"Power spectral density {said}", log_x=True),
@@ -263,7 +247,7 @@ def autocorrelation(values: np.ndarray, lags: int) -> np.ndarray:
 
 def _confused(diagnosis: Diagnosis) -> Iterator[str]:
     """Give pairs of effects whose signatures are alike, those that are most alike first."""
-    names = [effect_name(*entry) for entry in diagnosis.correlation_labels]
+    names = [words.effect_name(*entry) for entry in diagnosis.correlation_labels]
     rows, columns = np.nonzero(np.tril(np.abs(diagnosis.correlation), -1) >= CONFUSED)
     for i, j in sorted(zip(rows, columns, strict=True), key=lambda pair: -abs(diagnosis.correlation[pair])):
-        yield f"{names[i]} and {names[j]}: correlation {significant(float(diagnosis.correlation[i, j]), 2)}"
+        yield f"{names[i]} and {names[j]}: correlation {words.significant(float(diagnosis.correlation[i, j]), 2)}"

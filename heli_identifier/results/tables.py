@@ -7,18 +7,7 @@ from html import escape
 from typing import Any, NamedTuple
 
 from heli_identifier.online import GAINS, Estimate
-from heli_identifier.results.words import (
-    angle_text,
-    effect_name,
-    effect_title,
-    held_out_sentence,
-    listed,
-    meaning_of,
-    significant,
-    unit_text,
-    verdict_line,
-    with_interval,
-)
+from heli_identifier.results import words
 from heli_identifier.tracing import CurveShape, Diagnosis, FoundEffect, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -131,8 +120,8 @@ def error_table(diagnosis: Diagnosis) -> Table:
             before, after, floor = (getattr(own, field) for own in (report.before, report.after, report.noise_floor))
             if before or after:
                 plain = (report.angle_stays, report.rate_stays) if field == "prediction_1s" else (None, None)
-                marks = (significant(1e3 * own.value) if own and own.is_known else "–" for own in plain)
-                rows.append((axis, what, *marks, *map(angle_text, (before, after, floor))))
+                marks = (words.significant(1e3 * own.value) if own and own.is_known else "–" for own in plain)
+                rows.append((axis, what, *marks, *map(words.angle_text, (before, after, floor))))
     columns = ("axis", "error", "angle stays", "rate stays", "before", "after", "noise floor")
     return Table("Error on held-out logs", columns, rows)
 
@@ -140,9 +129,13 @@ def error_table(diagnosis: Diagnosis) -> Table:
 def gain_cells(report: ParameterReport | None, given: Estimate | None = None) -> tuple[str, str, str]:
     """Give a gain, what references alone say of it, and what it rests on; without a report it was given."""
     if report is None:
-        return with_interval(given) if given else "–", "–", "given"
-    outside = "–" if report.instrument is None else with_interval(report.instrument, unit=False)
-    return with_interval(report.estimate), outside, "contradicted" if report.contradicted else str(report.determination)
+        return words.with_interval(given) if given else "–", "–", "given"
+    outside = "–" if report.instrument is None else words.with_interval(report.instrument, unit=False)
+    return (
+        words.with_interval(report.estimate),
+        outside,
+        "contradicted" if report.contradicted else str(report.determination),
+    )
 
 
 def gain_table(diagnosis: Diagnosis) -> Table:
@@ -153,16 +146,16 @@ def gain_table(diagnosis: Diagnosis) -> Table:
         value, alone, rests = gain_cells(diagnosis.parameters.get(name), diagnosis.parameters_after[name])
         rows.append((axis, BY_FIELD[name].symbol, value, rests, alone, str(report.use)))
     columns = ("axis", "gain", "value", "it is", "references alone", "use the axis for")
-    return Table(f"Gains as slopes at {significant(diagnosis.settings['operating_point'])} V", columns, rows)
+    return Table(f"Gains as slopes at {words.significant(diagnosis.settings['operating_point'])} V", columns, rows)
 
 
 def parameter_table(diagnosis: Diagnosis) -> Table:
     """Give a row per parameter of the simplified model."""
     before, rows = diagnosis.parameters_before, []
     for name, value in diagnosis.parameters_after.items():
-        was = with_interval(before[name], unit=False) if name in before else "–"
-        now = with_interval(value, unit=False)
-        rows.append((name, meaning_of(name, value), was, now, unit_text(value.unit)))
+        was = words.with_interval(before[name], unit=False) if name in before else "–"
+        now = words.with_interval(value, unit=False)
+        rows.append((name, words.meaning_of(name, value), was, now, words.unit_text(value.unit)))
     columns = ("parameter", "meaning", "before", "after", "unit")
     return Table("Parameters (± the half-width of the 95 % interval: 1.96 standard errors)", columns, rows)
 
@@ -178,13 +171,13 @@ def _effect_row(effect: FoundEffect) -> tuple[str, ...]:
     gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+.1f}".replace("-", "−")
     place = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
     return (
-        effect_title(effect),
+        words.effect_title(effect),
         effect.verdict,
-        with_interval(effect.coefficient) if effect.coefficient else "–",
-        significant(effect.score),
+        words.with_interval(effect.coefficient) if effect.coefficient else "–",
+        words.significant(effect.score),
         gain,
         place if effect.in_plant else "no",
-        listed([effect_name(*other) for other in effect.alternatives], "or"),
+        words.listed([words.effect_name(*other) for other in effect.alternatives], "or"),
     )
 
 
@@ -195,10 +188,10 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
         (
             f"{entry.name.replace('_', ' ')}, {entry.axis}",
             entry.verdict,
-            with_interval(entry.estimate, unit=False),
-            unit_text(entry.estimate.unit),
-            "" if entry.upper_bound is None else significant(entry.upper_bound, 2),
-            significant(entry.score, 2),
+            words.with_interval(entry.estimate, unit=False),
+            words.unit_text(entry.estimate.unit),
+            "" if entry.upper_bound is None else words.significant(entry.upper_bound, 2),
+            words.significant(entry.score, 2),
             f"{100.0 * min(max(entry.visibility, 0.0), 1.0):.0f} %",
         )
         for entry in diagnosis.catalogue
@@ -209,7 +202,7 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
 def untestable(diagnosis: Diagnosis) -> list[str]:
     """Say of every effect that could not be tested why."""
     return [
-        f"{effect_name(entry.name, entry.axis)}: {entry.why}"
+        f"{words.effect_name(entry.name, entry.axis)}: {entry.why}"
         for entry in diagnosis.catalogue
         if entry.verdict == Verdict.NOT_TESTABLE
     ]
@@ -222,14 +215,14 @@ def event_table(diagnosis: Diagnosis) -> Table:
     for event in diagnosis.events:
         what, unit = kinds[event.kind]
         times = (f"{time:.2f}" for time in (event.start_in_file, event.end_in_file))
-        rows.append((event.log, event.axis, *times, what, f"{significant(abs(event.size), 2)} {unit}"))
+        rows.append((event.log, event.axis, *times, what, f"{words.significant(abs(event.size), 2)} {unit}"))
     return Table("Events", ("log", "axis", "from [s]", "to [s]", "what", "size"), rows)
 
 
 def log_table(diagnosis: Diagnosis) -> Table:
     """Give a row per log."""
     columns = ("file", "used for", "samples", "rate [Hz]", "SHA-256")
-    rows = [(e.file, e.used_for, str(e.samples), significant(e.rate_hz), e.sha256[:16]) for e in diagnosis.data]
+    rows = [(e.file, e.used_for, str(e.samples), words.significant(e.rate_hz), e.sha256[:16]) for e in diagnosis.data]
     return Table("Logs", columns, rows)
 
 
@@ -239,7 +232,7 @@ def _said(value: object) -> str:
         return "yes" if value else "no"
     if isinstance(value, Mapping):
         return f"{_said(value['value'])} with a standard error of {_said(value['standard_error'])}"
-    return significant(value) if isinstance(value, float) else str(value)
+    return words.significant(value) if isinstance(value, float) else str(value)
 
 
 def setting_table(diagnosis: Diagnosis) -> Table:
@@ -250,11 +243,11 @@ def setting_table(diagnosis: Diagnosis) -> Table:
             value = [f"{own} {_said(of)}" for own, of in value.items() if of is not None]
         if value is None or value == []:
             continue
-        text = listed([_said(v) for v in (value if isinstance(value, list | tuple) else [value])])
+        text = words.listed([_said(v) for v in (value if isinstance(value, list | tuple) else [value])])
         rows.append((SETTINGS.get(name, name).replace("_", " "), f"{text} {UNITS.get(name, '')}".rstrip()))
     ran = diagnosis.provenance
     rows.append(("command", str(ran.get("command", ""))))
-    rows.append(("date", f"{ran.get('date', '')}, {significant(diagnosis.seconds, 2)} s"))
+    rows.append(("date", f"{ran.get('date', '')}, {words.significant(diagnosis.seconds, 2)} s"))
     return Table("Settings", ("setting", "value"), [*rows, *ran.get("versions", {}).items()])
 
 
@@ -265,7 +258,7 @@ def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterable
         told = "or: explains these logs about as well; the report says what to measure to decide"
         yield found, [told] if any(row[-1] for row in found.rows) else []
     yield gain_table(diagnosis), []
-    yield parameter_table(diagnosis), [held_out_sentence(diagnosis)]
+    yield parameter_table(diagnosis), [words.held_out_sentence(diagnosis)]
     yield error_table(diagnosis), []
     if everything:
         share = "visibility: share of an effect's signature that no change of the fitted parameters could imitate"
@@ -275,5 +268,11 @@ def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterable
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
     """Give the verdict, the gains, the errors, and what has to be kept in mind, as plain text."""
     gains, errors = gain_table(diagnosis), error_table(diagnosis)
-    said = [verdict_line(diagnosis), gains.text(), held_out_sentence(diagnosis), errors.text(), *diagnosis.notes]
+    said = [
+        words.verdict_line(diagnosis),
+        gains.text(),
+        words.held_out_sentence(diagnosis),
+        errors.text(),
+        *diagnosis.notes,
+    ]
     return "\n".join(said)
