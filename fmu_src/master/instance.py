@@ -149,7 +149,7 @@ class Instance:
         if Path(self.folder, "resources", "slavemodule.txt").is_file():
             self._give_resources_as_they_are()
         # PyDLL keeps the interpreter's lock over a call: the unit needs it at once, and no other thread has to run.
-        self._library = PyDLL(None, handle=self.slave.dll._handle)
+        self._library = PyDLL(self.slave.dll._name, handle=self.slave.dll._handle)
         self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=id(self))
         addLoggerProxy(byref(self._callbacks))
         self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
