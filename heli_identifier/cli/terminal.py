@@ -2,10 +2,11 @@
 
 `heli check | head` ends the pipe before the command is done. The command then goes on without it: its files are
 written, and its exit code is its answer. The same holds for a stream that is closed from the start, and a character
-that the stream's encoding lacks becomes a question mark. Where the stream leads to a full disk the command goes on as
-well, and says so at its end.
+that the stream's encoding lacks becomes one like it, or a question mark. Where the stream leads to a full disk the
+command goes on as well, and says so at its end.
 """
 
+import codecs
 import io
 import os
 import re
@@ -24,6 +25,18 @@ from heli_identifier.processes import undone
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done, 0 to 1."""
+
+
+_ALIKE = {"−": "-", "–": "-", "→": "->", "²": "^2", "±": "+-", "Γ": "Gamma"}
+"""What stands for a character in an encoding without it: a minus that became a question mark would be a lost sign."""
+
+
+def _alike(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeEncodeError)
+    return "".join(_ALIKE.get(letter, "?") for letter in error.object[error.start : error.end]), error.end
+
+
+codecs.register_error("alike", _alike)
 
 
 class _Outlet(io.FileIO):
@@ -57,10 +70,12 @@ def open_streams() -> Callable[[], str | None]:
             _point_to_nothing(descriptor, os.O_WRONLY if descriptor else os.O_RDONLY)
     outlets = {name: _Outlet(descriptor, "w", closefd=False) for descriptor, name in ((1, "stdout"), (2, "stderr"))}
     for name, outlet in outlets.items():
+        if sys.platform == "win32" and outlet.isatty():
+            continue  # Windows' console takes text, not bytes; Python's own stream writes it
         encoding = getattr(getattr(sys, name), "encoding", "utf-8")
         lines = name == "stderr" or outlet.isatty()
         buffer = io.BufferedWriter(outlet)
-        setattr(sys, name, io.TextIOWrapper(buffer, encoding=encoding, errors="replace", line_buffering=lines))
+        setattr(sys, name, io.TextIOWrapper(buffer, encoding=encoding, errors="alike", line_buffering=lines))
 
     def flush() -> str | None:
         for stream in (sys.stdout, sys.stderr):
