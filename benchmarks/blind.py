@@ -18,16 +18,7 @@ from benchmarks.rigs import DETECTABLE, GROUPS, TOLD, blind_sources
 from heli_identifier.cli.on_logs import rigs_done
 from heli_identifier.online import ModelParameters
 from heli_identifier.tools.campaign import run_campaign
-from heli_identifier.tools.campaign_rows import (
-    UNKNOWN,
-    Row,
-    coverage,
-    false_entries,
-    found_entries,
-    named_first,
-    right,
-    unknown_recognised,
-)
+from heli_identifier.tools.campaign_rows import UNKNOWN, Judgement, Row, judged
 
 BASE = ModelParameters._fields
 
@@ -50,9 +41,9 @@ class Share:
         return f"{100 * self.hits / self.count:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
 
 
-def share(rows: Iterable[Row], hit: Callable[[Row], object]) -> Share:
-    """Share of rows for which ``hit`` is true."""
-    hits = [bool(hit(row)) for row in rows]
+def share(rows: Iterable[Row], hit: Callable[[Judgement], object]) -> Share:
+    """Share of rows for whose judgement ``hit`` is true."""
+    hits = [bool(hit(judged(row))) for row in rows]
     return Share(sum(hits), len(hits))
 
 
@@ -66,14 +57,14 @@ def testable(rows: Iterable[Row]) -> list[Row]:
     return [row for row in rows if told(row) > DETECTABLE]
 
 
-def wrongly_named(row: Row) -> bool:
+def wrongly_named(judgement: Judgement) -> bool:
     """Whether an entry of the catalogue was named that the rig does not have."""
-    return any(name != UNKNOWN for name, _ in false_entries(row))
+    return any(name != UNKNOWN for name, _ in judgement.false)
 
 
 def covered(rows: Iterable[Row], kept: Callable[[str], bool]) -> Share:
     """Share of the 95 % intervals of the quantities ``kept`` that hold the true value."""
-    held = [hit for row in rows for name, hit in coverage(row).items() if kept(name)]
+    held = [hit for row in rows for name, hit in judged(row).covered.items() if kept(name)]
     return Share(sum(held), len(held))
 
 
@@ -82,13 +73,13 @@ def bars(groups: Rows) -> list[tuple[str, Share, float, float]]:
     clean, single, weak, pair, unknown = (groups.get(n, []) for n in ("clean", "single", "weak", "pair", "unknown"))
     seen, everything = testable(weak), [row for rows in groups.values() for row in rows]
     found = [
-        ("clean rigs accused of anything", share(clean, found_entries), 0.0, 0.0),
-        ("single effects named first", share(single, named_first), 0.98, 1.0),
-        ("single effects without a false one", share(single, lambda row: not false_entries(row)), 0.98, 1.0),
-        (f"weak effects (told: above {DETECTABLE:g}) named first", share(seen, named_first), 0.95, 1.0),
-        ("weak effects with a false one", share(seen, false_entries), 0.0, 0.05),
-        ("pairs: both named, nothing else", share(pair, right), 0.97, 1.0),
-        ("unknown torques: right axis and variable", share(unknown, unknown_recognised), 0.95, 1.0),
+        ("clean rigs accused of anything", share(clean, lambda own: own.found), 0.0, 0.0),
+        ("single effects named first", share(single, lambda own: own.named_first), 0.98, 1.0),
+        ("single effects without a false one", share(single, lambda own: not own.false), 0.98, 1.0),
+        (f"weak effects (told: above {DETECTABLE:g}) named first", share(seen, lambda own: own.named_first), 0.95, 1.0),
+        ("weak effects with a false one", share(seen, lambda own: own.false), 0.0, 0.05),
+        ("pairs: both named, nothing else", share(pair, lambda own: own.right), 0.97, 1.0),
+        ("unknown torques: right axis and variable", share(unknown, lambda own: own.recognised), 0.95, 1.0),
         ("unknown torques wrongly named", share(unknown, wrongly_named), 0.0, 0.05),
         ("95 % intervals of parameters that hold the truth", covered(everything, BASE.__contains__), 0.93, 0.98),
         ("the same of coefficients", covered(everything, lambda name: name not in BASE), 0.93, 0.98),
@@ -101,10 +92,10 @@ def is_miss(group: str, row: Row) -> bool:
     if row["error"] is not None:
         return True
     if group in ("clean", "pair", "unknown"):
-        return not right(row)
+        return not judged(row).right
     if group == "weak" and not told(row) > DETECTABLE:
-        return bool(false_entries(row))
-    return not named_first(row) or bool(false_entries(row))
+        return bool(judged(row).false)
+    return not judged(row).named_first or bool(judged(row).false)
 
 
 def miss(row: Row) -> str:
@@ -134,8 +125,9 @@ def report(groups: Rows, command: str) -> str:
     for group, rows in groups.items():
         for kind in dict.fromkeys(row["true_kind"] for row in rows):
             own = [row for row in rows if row["true_kind"] == kind]
-            judged = testable(own) if group == "weak" else own
-            counts = (share(judged, named_first), share(judged, false_entries), share(judged, right))
+            seen = testable(own) if group == "weak" else own
+            hits = (lambda one: one.named_first, lambda one: one.false, lambda one: one.right)
+            counts = [share(seen, hit) for hit in hits]
             score = np.median([told(row) for row in own])
             kinds.append(
                 (group, str(kind), str(len(own)), f"{score:.1f}" if np.isfinite(score) else "")

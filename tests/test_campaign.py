@@ -32,18 +32,7 @@ from heli_identifier.tools import (
     run_campaign,
 )
 from heli_identifier.tools.campaign import diagnosed, result_key
-from heli_identifier.tools.campaign_rows import (
-    all_named,
-    complete,
-    coverage,
-    false_entries,
-    named_first,
-    right,
-    summarised,
-    truth_columns,
-    unknown_recognised,
-    write_rows,
-)
+from heli_identifier.tools.campaign_rows import complete, judged, summarised, truth_columns, write_rows
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
 
@@ -389,26 +378,27 @@ def test_what_is_no_result_and_no_folder_for_results_is_named(tmp_path):
     ],
 )
 def test_entries_are_judged_against_the_truth(truth, effects, first, every, false):
-    judged = row(truth, *(found(*entry) for entry in effects))
-    assert (named_first(judged), all_named(judged), false_entries(judged)) == (first, every, false)
-    assert right(judged) is (every and not false)
-    assert not right(judged | {"error": "unreadable"})
+    whole = row(truth, *(found(*entry) for entry in effects))
+    own = judged(whole)
+    assert (own.named_first, own.all_named, own.false) == (first, every, tuple(false))
+    assert own.right is (every and not false)
+    assert not judged(whole | {"error": "unreadable"}).right
 
 
 def test_unknown_torque_is_recognised_by_axis_variable_and_verdict():
     good = ("pitch", "pitch", "unknown effect")
     others = (("travel", *good[1:]), ("pitch", "time", good[2]), (*good[:2], "effects shown"))
     for axis, variable, verdict in (good, *others):
-        judged = row(DETENT, found("unknown", axis, None, None, variable), verdict=verdict)
-        assert unknown_recognised(judged) is right(judged) is ((axis, variable, verdict) == good)
-        assert false_entries(judged) == []
+        own = judged(row(DETENT, found("unknown", axis, None, None, variable), verdict=verdict))
+        assert own.recognised is own.right is ((axis, variable, verdict) == good)
+        assert own.false == ()
 
 
 def test_interval_covers_what_lies_within_1_96_standard_errors_and_is_not_counted_where_nothing_is_known():
     near, far = found("dry_friction", "pitch", 0.02 + 1.9e-3, 1e-3), {"a_wx": 0.060 + 2.0e-3, "a_wx_se": 1e-3}
-    assert coverage(row(FRICTION, near, **far)) == {"dry_friction pitch": True, "a_wx": False}
+    assert judged(row(FRICTION, near, **far)).covered == {"dry_friction pitch": True, "a_wx": False}
     truth = Truth("ground_effect", {}, (TrueEffect("ground_effect", "elevation", None),))
-    assert coverage(row(truth, found("ground_effect", "elevation"), a_wx=0.06, a_wx_se=0.01)) == {}
+    assert judged(row(truth, found("ground_effect", "elevation"), a_wx=0.06, a_wx_se=0.01)).covered == {}
 
 
 def test_summary_counts_each_kind_for_itself_and_failures_apart():

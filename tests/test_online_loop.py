@@ -17,7 +17,8 @@ from heli_identifier.online.loop import (
     products_every,
     shares,
 )
-from heli_identifier.tools.flight import Addition, flown
+from heli_identifier.tools.experiment import Proposal
+from heli_identifier.tools.flight import flown
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2, PlantParameters
 
@@ -66,7 +67,7 @@ def test_the_share_is_that_of_the_variance_with_the_filters_as_further_regressor
 
 def test_in_quiet_hover_nothing_is_called_determined():
     """60 s under the PID with a random torque and encoders: damping, stiffness and gain of the pitch."""
-    log = flown(Addition("nothing"), PlantParameters(), PidSettings(), 0.15, 60.0)
+    log = flown(Proposal("nothing"), PlantParameters(), PidSettings(), 0.15, 60.0)
     plan, rows = prepare(SETTINGS), np.column_stack((log.voltages, log.angles)).tolist()
     state = start_identifier(plan, rows[0])
     for k, row in enumerate(rows[1:], 1):
@@ -99,7 +100,7 @@ def test_after_long_rest_with_fast_forgetting_the_estimate_returns_and_gamma_kee
 
 def test_references_tell_the_gain_and_determine_it_and_agree_with_a_right_noise_model():
     """Steps of the references of 40 s as instruments; a copy of one adds nothing."""
-    log = flown(Addition("steps", 0.2, 0.1), PlantParameters(), PidSettings(), 0.15, 40.0)
+    log = flown(Proposal("steps", None, 0.2, 0.1), PlantParameters(), PidSettings(), 0.15, 40.0)
     rows = np.column_stack((log.voltages, log.angles)).tolist()
     asked = [0.2 * (k // 600 % 2) for k in range(len(rows))]
     plan = prepare(SETTINGS)

@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -156,77 +156,53 @@ def truth_columns(truth: Truth | None) -> Row:
     }
 
 
-# --- rows judged against the truth -------------------------------------------------------------------------------
+class Judgement(NamedTuple):
+    """What of a row is true, with the words of the module's head."""
 
-
-def true_entries(row: Row) -> set[Entry]:
-    """Return the effects that the rig has."""
-    return {(effect["name"], effect["axis"]) for effect in row["true_effects"] or ()}
-
-
-def found_entries(row: Row) -> list[Entry]:
-    """Return the entries found, unknown effects included, strongest evidence first."""
-    return [(effect["name"], effect["axis"]) for effect in row["effects"] or ()]
-
-
-def named_first(row: Row) -> bool:
-    """Whether the strongest entry is true."""
-    found = found_entries(row)
-    return bool(found) and found[0] in true_entries(row)
-
-
-def all_named(row: Row) -> bool:
+    found: tuple[Entry, ...]
+    """Entries found, unknown effects included, strongest evidence first."""
+    false: tuple[Entry, ...]
+    named_first: bool
+    all_named: bool
     """Whether every effect of the rig is named, on at least one of its axes."""
-    true = true_entries(row)
-    return {name for name, _ in true} == {name for name, axis in found_entries(row) if (name, axis) in true}
-
-
-def false_entries(row: Row) -> list[Entry]:
-    """Return the found entries that the rig does not have."""
-    true, holds_unknown = true_entries(row), row["true_unknown"] is not None
-    return [entry for entry in found_entries(row) if entry not in true and not (entry[0] == UNKNOWN and holds_unknown)]
-
-
-def unknown_recognised(row: Row) -> bool:
+    recognised: bool
     """Whether the verdict is an unknown effect, on the true axis and of the true variable."""
-    true = row["true_unknown"]
-    if true is None or row["verdict"] != RigVerdict.UNKNOWN_EFFECT:
-        return False
-    wanted = (UNKNOWN, true["axis"], true["variable"])
-    return any((found["name"], found["axis"], found["variable"]) == wanted for found in row["effects"])
+    right: bool
+    covered: dict[str, bool]
+    """Every parameter and coefficient of known true value."""
 
 
-def right(row: Row) -> bool:
-    """Whether everything that the rig has is found, and nothing else."""
-    if row["error"] is not None:
-        return False
-    found = all_named(row) if row["true_unknown"] is None else unknown_recognised(row)
-    return found and not false_entries(row)
-
-
-def coverage(row: Row) -> dict[str, bool]:
-    """Return for every parameter and coefficient of known true value whether its 95 % interval holds that value."""
-    figures = {symbol: (row[symbol], row[f"{symbol}_se"], row[f"true_{symbol}"]) for symbol in BASE}
-    strengths = {(effect["name"], effect["axis"]): effect["coefficient"] for effect in row["true_effects"] or ()}
-    for found in row["effects"] or ():
-        true = strengths.get((found["name"], found["axis"]))
-        figures[f"{found['name']} {found['axis']}"] = found["coefficient"], found["standard_error"], true
-    held = {}
-    for name, (value, error, true) in figures.items():
-        if None not in (value, error, true):
+def judged(row: Row) -> Judgement:
+    """Judge a row against the truth."""
+    true = {(own["name"], own["axis"]): own["coefficient"] for own in row["true_effects"] or ()}
+    effects, unknown = row["effects"] or (), row["true_unknown"]
+    found = tuple((own["name"], own["axis"]) for own in effects)
+    false = tuple(entry for entry in found if entry not in true and not (entry[0] == UNKNOWN and unknown))
+    all_named = {name for name, _ in true} == {entry[0] for entry in found if entry in true}
+    recognised = row["verdict"] == RigVerdict.UNKNOWN_EFFECT and unknown is not None and any(
+        (own["name"], own["axis"], own["variable"]) == (UNKNOWN, unknown["axis"], unknown["variable"])
+        for own in effects
+    )  # fmt: skip
+    right = row["error"] is None and (all_named if unknown is None else recognised) and not false
+    figures = [(symbol, row[symbol], row[f"{symbol}_se"], row[f"true_{symbol}"]) for symbol in BASE]
+    for own, entry in zip(effects, found, strict=True):
+        figures.append((" ".join(entry), own["coefficient"], own["standard_error"], true.get(entry)))
+    covered = {}
+    for name, value, error, truth in figures:
+        if None not in (value, error, truth):
             low, high = Estimate(value, error, "").interval
-            held[name] = low <= true <= high
-    return held
+            covered[name] = low <= truth <= high
+    return Judgement(found, false, found[:1] != () and found[0] in true, all_named, recognised, right, covered)
 
 
-COUNTED: tuple[tuple[str, str, bool, Callable[[Row], object]], ...] = (
-    ("shown", "effects shown", False, lambda row: row["verdict"] == RigVerdict.EFFECTS_SHOWN),
-    ("adequate", "model adequate", False, lambda row: row["verdict"] == RigVerdict.MODEL_ADEQUATE),
-    ("unknown", "unknown effect", False, lambda row: row["verdict"] == RigVerdict.UNKNOWN_EFFECT),
-    ("named_first", "named first", True, named_first),
-    ("false", "with a false one", True, false_entries),
-    ("recognised", "unknown recognised", True, unknown_recognised),
-    ("right", "found as it is", True, right),
+COUNTED: tuple[tuple[str, str, bool, Callable[[str | None, Judgement], object]], ...] = (
+    ("shown", "effects shown", False, lambda verdict, _: verdict == RigVerdict.EFFECTS_SHOWN),
+    ("adequate", "model adequate", False, lambda verdict, _: verdict == RigVerdict.MODEL_ADEQUATE),
+    ("unknown", "unknown effect", False, lambda verdict, _: verdict == RigVerdict.UNKNOWN_EFFECT),
+    ("named_first", "named first", True, lambda _, judgement: judgement.named_first),
+    ("false", "with a false one", True, lambda _, judgement: judgement.false),
+    ("recognised", "unknown recognised", True, lambda _, judgement: judgement.recognised),
+    ("right", "found as it is", True, lambda _, judgement: judgement.right),
 )
 """What is counted: key, title, whether the truth has to be known, and which rows."""
 
@@ -243,45 +219,39 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
         ``intervals`` of known true value hold it, and their share ``coverage``. ``seconds``: median, 95 % quantile and
         largest of the times of one diagnosis [s], or None.
     """
-    done = [row for row in rows if row["error"] is None]
-    held = [hit for row in done for hit in coverage(row).values()]
+    done = [(row, judged(row)) for row in rows if row["error"] is None]
+    held = [hit for _, judgement in done for hit in judgement.covered.values()]
     kinds = []
-    for kind in dict.fromkeys(row["true_kind"] for row in done):
-        own = [row for row in done if row["true_kind"] == kind]
-        counts = {
-            key: sum(bool(hit(row)) for row in own if kind is not None or not judged)
-            for key, _, judged, hit in COUNTED
-        }
-        kinds.append({"kind": kind or "", "rigs": len(own), **counts})
+    for kind in dict.fromkeys(row["true_kind"] for row, _ in done):
+        own = [(row["verdict"], judgement) for row, judgement in done if row["true_kind"] == kind]
+        known = {key: sum(bool(hit(*one)) for one in own) if kind or not asks else 0 for key, _, asks, hit in COUNTED}
+        kinds.append({"kind": kind or "", "rigs": len(own)} | known)
     return {
         "kinds": kinds,
-        "effects": Counter(" ".join(entry) for row in done for entry in found_entries(row)).most_common(),
+        "effects": Counter(" ".join(entry) for _, judgement in done for entry in judgement.found).most_common(),
         "failures": [(row["rig"], row["error"]) for row in rows if row["error"] is not None],
         "covered": sum(held),
         "intervals": len(held),
         "coverage": sum(held) / len(held) if held else None,
-        "seconds": np.quantile([row["seconds"] for row in done], (0.5, 0.95, 1.0)).tolist() if done else None,
+        "seconds": np.quantile([row["seconds"] for row, _ in done], (0.5, 0.95, 1.0)).tolist() if done else None,
     }
 
 
 def campaign_tables(summary: dict[str, Any]) -> tuple[list[Table], list[str]]:
     """Give tables and sentences of a summary: what was found, and how much of it is true where that is known."""
-    kinds, said = summary["kinds"], []
-    known = any(kind["kind"] for kind in kinds)
-    counted = [own for own in COUNTED if known or not own[2]]
-    rows = [
-        (
-            *([kind["kind"] or "truth not known"] if known else []),
-            str(kind["rigs"]),
-            *("–" if judged and not kind["kind"] else str(kind[key]) for key, _, judged, _ in counted),
-        )
-        for kind in kinds
-    ]
-    tables = [Table("Campaign", (*(["kind"] if known else []), "rigs", *(title for _, title, _, _ in counted)), rows)]
+    said, heads, rows = [], ["rigs"], [[str(kind["rigs"])] for kind in summary["kinds"]]
+    known = any(kind["kind"] for kind in summary["kinds"])
+    for key, title, asks, _ in COUNTED if known else COUNTED[:3]:
+        heads.append(title)
+        for row, kind in zip(rows, summary["kinds"], strict=True):
+            row.append("–" if asks and not kind["kind"] else str(kind[key]))
+    if known:
+        heads = ["kind", *heads]
+        rows = [[kind["kind"] or "truth not known", *row] for kind, row in zip(summary["kinds"], rows, strict=True)]
+    tables = [Table("Campaign", heads, rows)]
     if summary["effects"]:
-        tables.append(
-            Table("Effects found", ("effect", "rigs"), [(name, str(count)) for name, count in summary["effects"]])
-        )
+        found = [(name, str(count)) for name, count in summary["effects"]]
+        tables.append(Table("Effects found", ("effect", "rigs"), found))
     if summary["coverage"] is not None:
         share = f"{100.0 * summary['coverage']:.1f} %"
         said.append(f"{share} of {summary['intervals']} intervals of 95 % hold the true value")

@@ -40,6 +40,8 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import run_alone
 from heli_plant.state import rest_state
 
+Array = NDArray[np.float64]
+
 STEP = 0.01
 """Sampling period [s]."""
 
@@ -58,19 +60,18 @@ TYPICAL = 2.5
 INSEPARABLE = 0.95
 """Correlation rho above which two effects are not separated: sqrt(1 - rho^2) is below a third."""
 
-
 AIR, AIR_TIME = 0.003, 1.0
 """Standard deviation [rad/s^2] and correlation time [s] of the random torque on each axis."""
 
 
-def air_torque(count: int) -> NDArray[np.float64]:
+def air_torque(count: int) -> Array:
     """Draw ``count`` samples of the torque of the air, shape (count, 3), :data:`STEP` apart; the same in every call."""
     kept = float(np.exp(-STEP / AIR_TIME))
     white = np.random.default_rng(0).standard_normal((count, 3)) * AIR * np.sqrt(1.0 - kept * kept)
     return lfilter([1.0], [1.0, -kept], white, axis=0)
 
 
-def on_encoders(angles: ArrayLike) -> NDArray[np.float64]:
+def on_encoders(angles: ArrayLike) -> Array:
     """Round angles (..., 3) [rad] to the counts of the encoders."""
     widths = 2.0 * np.pi / np.array(EncoderCounts())
     return np.round(np.asarray(angles) / widths) * widths
@@ -91,14 +92,20 @@ class Limits:
 
 
 class Proposal(NamedTuple):
-    """An excitation and its description in words."""
+    """An excitation in words; in closed loop it is added to the controller's voltages, with steps of references [rad].
+
+    Without an excitation the voltages are zero.
+    """
 
     name: str
-    excitation: Excitation
+    excitation: Excitation | None = None
+    pitch_step: float = 0.0
+    elevation_step: float = 0.0
 
-    def voltages(self, duration: float) -> NDArray[np.float64]:
+    def voltages(self, duration: float) -> Array:
         """Return the voltages (N, 2) [V], sampled every :data:`STEP` for a ``duration`` [s]."""
-        return np.array([voltages(k * STEP, self.excitation) for k in range(round(duration / STEP))])
+        count, own = round(duration / STEP), self.excitation
+        return np.array([voltages(k * STEP, own) for k in range(count)]) if own else np.zeros((count, 2))
 
 
 class Outlook(NamedTuple):
@@ -139,9 +146,8 @@ class Outlook(NamedTuple):
 
     def write_voltages(self, path: Path) -> None:
         """Write time [s], v_front [V], v_rear [V] of the experiment as a CSV file that a rig can play."""
-        lines = ["time [s],v_front [V],v_rear [V]"]
-        rows = self.proposal.voltages(self.duration)
-        lines += [f"{k * STEP:.2f},{front:.5f},{rear:.5f}" for k, (front, rear) in enumerate(rows)]
+        rows = enumerate(self.proposal.voltages(self.duration))
+        lines = ["time [s],v_front [V],v_rear [V]", *(f"{k * STEP:.2f},{one:.5f},{two:.5f}" for k, (one, two) in rows)]
         write_atomically(path, "\n".join(lines) + "\n")
 
 
@@ -185,7 +191,7 @@ def proposals(limit: float) -> Iterator[Proposal]:
         yield Proposal(name, Excitation(base, *signals, limit))
 
 
-def rehearsed(parameters: PlantParameters, signal: NDArray[np.float64]) -> NDArray[np.float64]:
+def rehearsed(parameters: PlantParameters, signal: Array) -> Array:
     """Angles (N, 3) [rad] of a rig under ``signal`` (N, 2) [V], from its equilibrium under the first voltages."""
     start = np.array(rest_state(parameters, float(signal[0].sum())), dtype=float)
     return on_encoders(run_alone(signal, STEP, start, parameters, air_torque(len(signal))))
@@ -200,30 +206,24 @@ def outlook(
     pitch, elevation, _ = np.abs(angles).max(axis=0).tolist()
     if not np.isfinite(angles).all() or pitch > limits.pitch or elevation > limits.elevation:
         return None
-    scores = _scores(Log("rehearsal", 1.0 / STEP, signal, angles), parameters, effects)
-    found = scores.scores((), among=[effect.field for effect in effects])
-    own = [found[effect.field] for effect in effects]
+    fields = [effect.field for effect in effects]
+    scores = _scores(Log("rehearsal", 1.0 / STEP, signal, angles), parameters, fields)
+    found = scores.scores((), among=fields)
+    own = [found[field] for field in fields]
     G = scores.signatures([score.column for score in own], ())
-    rho = G[0, 1] / np.sqrt(G[0, 0] * G[1, 1]) if len(own) > 1 else 0.0
-    return Outlook(
-        proposal,
-        duration,
-        tuple(score.visibility for score in own),
-        tuple(score.standard_error if score.visibility > 0.0 else np.inf for score in own),
-        abs(float(rho)),
-        pitch,
-        elevation,
-    )
+    rho = abs(float(G[0, 1] / np.sqrt(G[0, 0] * G[1, 1]))) if len(own) > 1 else 0.0
+    errors = tuple(score.standard_error if score.visibility > 0.0 else np.inf for score in own)
+    return Outlook(proposal, duration, tuple(score.visibility for score in own), errors, rho, pitch, elevation)
 
 
-def _scores(log: Log, parameters: PlantParameters, effects: Sequence[Effect]) -> Scores:
+def _scores(log: Log, parameters: PlantParameters, fields: Sequence[str]) -> Scores:
     """Quadratic form of the likelihood of a rehearsal around the plant without the effects in question."""
-    fields = {effect.field for effect in effects}
     rig = helicopter(DiagnosisSettings(), [log.angles], [np.full((1, 2), TYPICAL)])
-    rho, c = AIR / (rig.resolution / np.sqrt(12.0)), np.full(len(rig.axes), 1.0 / AIR_TIME)
+    rounding = rig.resolution / np.sqrt(12.0)
     likelihood = Likelihood(rig, records_of((log,), rig, {}))
     off = parameters._replace(**dict.fromkeys(fields, 0.0))
-    model = Model(rig, off, coordinates_of(rho, c), rig.resolution / np.sqrt(12.0), likelihood.torque_width)
+    air = coordinates_of(AIR / rounding, np.full(len(rig.axes), 1.0 / AIR_TIME))
+    model = Model(rig, off, air, rounding, likelihood.torque_width)
     base = [name for name in rig.base if name not in fields]
     known = around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
     return Scores(known, [effect for effect in rig.effects if effect.field in fields])
@@ -243,9 +243,8 @@ def designs(
     every, found = list(proposals(limits.voltage)), []
     for count, proposal in enumerate(every):
         progress(f"simulating {count + 1} of {len(every)}", count / len(every))
-        if (one := outlook(proposal, parameters, effects, duration, limits)) is not None:
-            found.append(one)
-    return ranked(found)
+        found.append(outlook(proposal, parameters, effects, duration, limits))
+    return ranked([one for one in found if one is not None])
 
 
 def ranked(outlooks: Sequence[Outlook]) -> list[Outlook]:

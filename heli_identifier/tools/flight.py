@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import PREDICTION_ERROR, Estimate, IdentifierSettings, determined
-from heli_identifier.online.excitation import Excitation, Multisine, voltages
+from heli_identifier.online.excitation import Excitation, Multisine
 from heli_identifier.records import Log
 from heli_identifier.results import Table
-from heli_identifier.tools.experiment import STEP, air_torque, on_encoders
+from heli_identifier.tools.experiment import STEP, Proposal, air_torque, on_encoders
 from heli_identifier.tools.history import identify_log
 from heli_identifier.tools.loop import fly
 from heli_plant.control import PidSettings, start_pid
@@ -41,19 +41,10 @@ BAND = (0.1, 1.2)
 """Of the multisines [Hz]: around the crossover of the loops."""
 
 
-class Addition(NamedTuple):
-    """What is added: a ``name``, steps of the references [rad], multisines on the voltages."""
-
-    name: str
-    pitch_step: float = 0.0
-    elevation_step: float = 0.0
-    excitation: Excitation | None = None
-
-
 class FlightOutlook(NamedTuple):
     """The expected result: the ``addition``, ``estimates`` of one flight, and the largest departures [rad]."""
 
-    addition: Addition
+    addition: Proposal
     estimates: dict[str, Estimate]
     pitch_departure: float
     elevation_departure: float
@@ -75,21 +66,21 @@ class FlightOutlook(NamedTuple):
         }
 
 
-def additions() -> Iterator[Addition]:
+def additions() -> Iterator[Proposal]:
     """Yield what may be added, the gentlest first."""
-    yield Addition("nothing")
+    yield Proposal("nothing")
     for pitch, elevation in STEPS:
         words = f"reference steps of {pitch:g} rad (pitch) and {elevation:g} rad (elevation) every {PERIOD:g} s"
-        yield Addition(words, pitch, elevation)
+        yield Proposal(words, None, pitch, elevation)
     for rms in VOLTAGES:
         signals = Multisine(rms, *BAND, period=30.0, seed=1), Multisine(2.0 * rms, *BAND, period=45.0, seed=2)
-        yield Addition(
+        yield Proposal(
             f"multisines of {rms:g} V rms on v_f - v_r and {2.0 * rms:g} V on v_f + v_r, {BAND[0]:g} to {BAND[1]:g} Hz",
-            excitation=Excitation(0.0, *signals),
+            Excitation(0.0, *signals),
         )
 
 
-def flown(addition: Addition, plant: PlantParameters, pid: PidSettings, hover: float, duration: float) -> Log:
+def flown(addition: Proposal, plant: PlantParameters, pid: PidSettings, hover: float, duration: float) -> Log:
     """Return the log of one flight at the elevation ``hover`` [rad].
 
     Raises
@@ -105,18 +96,14 @@ def flown(addition: Addition, plant: PlantParameters, pid: PidSettings, hover: f
     # The thrust that holds the elevation: k_z mu_s = a_e hover + a_1.
     trim = (plant.a_e * hover + plant.a_1) / plant.k_z
     pid = pid._replace(trim=trim, travel_enabled=False)  # the references are those of pitch and elevation
-    state, added = rest_state(plant, trim), None
-    if addition.excitation is not None:
-        added = np.array([voltages(k * STEP, addition.excitation) for k in range(count)])
+    state, held = rest_state(plant, trim), (0.5 * trim, 0.5 * trim)
 
     def measure(state: PlantState) -> NDArray[np.float64]:
         return on_encoders(measured_angles(state))
 
-    memory = start_pid(*measure(state).tolist())
+    memory, added, air = start_pid(*measure(state).tolist()), addition.voltages(duration), air_torque(count)
     with np.errstate(over="ignore", invalid="ignore"):
-        angles, used = fly(
-            plant, pid, references, state, (0.5 * trim, 0.5 * trim), STEP, memory, added, air_torque(count), measure
-        )
+        angles, used = fly(plant, pid, references, state, held, STEP, memory, added, air, measure)
     if not np.isfinite(angles).all():
         raise ConfigurationError("the loop is unstable with these parameters; give the rig's own controller")
     return Log("rehearsal", 1.0 / STEP, used, angles)
