@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from benchmarks.rigs import blind_rig, true_structure
 from tests.blind.coefficients import Coefficients
 from tests.blind.generator import make_rig
 from tests.blind.plant import STEP, fly
+from tests.blind.rigs import STRENGTHS, draw_rig
 from tests.blind.signals import SAMPLE, square_and_chirp
 from tests.blind.windy import windy_rig
 
@@ -116,3 +118,13 @@ def test_dry_friction_takes_two_bands_from_the_amplitude_every_period_half_and_t
     assert np.diff(peaks) == pytest.approx(-2 * band, abs=3e-5)
     assert abs(angles[-1, 1]) <= band
     assert np.all(rates[-1000:, 1] == 0.0)
+
+
+def test_logs_of_a_rig_carry_no_word_of_its_truth_which_is_in_the_words_of_the_catalogue():
+    rig = blind_rig("single", "moving_mass", 20, 1.0, 0)
+    assert [log.name for log in (*rig.training, *rig.held_out)] == ["train1", "train2", "train3", "held"]
+    assert {(log.path, log.sha256, log.notes, len(log.extra)) for log in rig.training} == {("", "", (), 0)}
+    for kind in STRENGTHS:
+        drawn = draw_rig(3, kind)
+        told = true_structure(kind, drawn)
+        assert [(e.name, e.axis) for e in told.effects] == [(e.name, e.axis) for e in drawn.effects]

@@ -1,11 +1,177 @@
-"""Random damage to every kind of file, and the findings of longer runs, which stay here."""
+"""Files with random damage, given to every reader: each answers with a value or with one sentence.
 
+Findings of longer runs stay in tests/corpus.
+`python -m tests.test_fuzzing SECONDS [SEED]` runs on as long as is wanted and prints what was found.
+"""
+
+import gzip
+import io
+import json
+import sys
+import tempfile
+import time
+import traceback
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
+import numpy as np
+import openpyxl
 import pytest
+from scipy.io import savemat
 
-from tests.fuzzing import READERS, complaint, tried
+from fmu_src.errors import FmuError
+from fmu_src.master.instance import unpack
+from heli_identifier.errors import IdentifierError
+from heli_identifier.records import LogFormat, guess, read_configuration, read_log
+from heli_identifier.records.heli_toml import template_text
+from heli_identifier.results.parameters import read_parameters
+from tests.faults.material import HEADER, ROWS, as_struct, columns, document, plant_unit
+
+LOG = "\n".join([HEADER, *ROWS[:540:2], ""]).encode()
+"""5.4 seconds at 50 Hz: a fuzzer reads a small file often."""
+_NUMBERED = {
+    name: f"column {i}" for i, name in enumerate(("time", "v_front", "v_rear", "pitch", "elevation", "travel"), 1)
+}
+_UNITS = {"time": "s", "v_front": "V", "v_rear": "V", "pitch": "rad", "elevation": "deg", "travel": "rad"}
+_FORMATS = (LogFormat(), LogFormat(decimal=","), LogFormat(columns=_NUMBERED, units=_UNITS))
+TOKENS = (
+    b"nan", b"inf", b"-", b"1e308", b"1e-320", b"9" * 30, b"\0", b"\xff", b",", b";", b"\t", b"\n", b"\r", b'"', b"[",
+    b"]", b"(", b"#", b"deg", b"pitch", b"time", b" ", b"2026-01-01T00:00:00", b"true", b"{", b"}", b"=", b"'", b"\\",
+    b"<", b"&a;",
+)  # fmt: skip
+
+
+def _logged(path: Path, random: Random) -> None:
+    """Read a log; what is read has to be a record that a rig can give."""
+    log = read_log(path, random.choice(_FORMATS), *random.choice(((None, None), (1.0, None), (None, 4.0))))
+    assert np.isfinite(log.voltages).all() and np.abs(log.voltages).max() <= 100.0
+    assert np.isfinite(log.angles).all() and len(log.angles) == len(log.voltages)
+
+
+def _unit(path: Path, random: Random) -> None:
+    with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+        unpack("plant", path, Path(folder))
+
+
+def _description(path: Path, random: Random) -> None:
+    fmu = path.parent / "it.fmu"
+    fmu.write_bytes(_zipped({"modelDescription.xml": path.read_bytes()}))
+    _unit(fmu, random)
+
+
+def _guessed(path: Path, random: Random) -> None:
+    guess(path)
+
+
+def _matlab(variables: dict) -> bytes:
+    data = io.BytesIO()
+    savemat(data, variables)
+    return data.getvalue()
+
+
+def _spreadsheet() -> bytes:
+    data = io.BytesIO()
+    book = openpyxl.Workbook(write_only=True)
+    sheet = book.create_sheet()
+    for line in (HEADER, *ROWS[:540:2]):
+        sheet.append([cell if cell.endswith("]") else float(cell) for cell in line.split(",")])
+    book.save(data)
+    return data.getvalue()
+
+
+def _zipped(entries: dict[str, bytes]) -> bytes:
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w") as file:
+        for name, content in entries.items():
+            file.writestr(zipfile.ZipInfo(name), content)
+    return data.getvalue()
+
+
+def _entries() -> dict[str, bytes]:
+    """Give what an FMU's archive holds, without its binaries."""
+    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(plant_unit(Path(folder))) as file:
+        return {name: file.read(name) for name in file.namelist() if name.endswith((".xml", ".txt"))}
+
+
+Reader = tuple[str, Callable[[Path, Random], object], tuple[bytes, ...]]
+TEXTS = (
+    LOG,
+    LOG.replace(b",", b";"),
+    LOG.replace(b",", b" "),
+    b"# comment\n" + LOG,
+    b"sep=,\n" + LOG,
+    LOG.replace(b"\n", b"\r"),
+    LOG.partition(b"\n")[2],
+    LOG.decode().encode("utf-16"),
+    b"LabVIEW Measurement\t\n***End_of_Header***\n" + LOG.replace(b",", b"\t"),
+    b"time,v_front,v_rear,pitch,elevation,travel\ns,V,V,rad,rad,rad\n" + LOG.partition(b"\n")[2],
+)
+ENTRIES = _entries()
+READERS: dict[str, Reader] = {
+    "a text log": ("log.csv", _logged, TEXTS),
+    "a text log that is looked into": ("log.csv", _guessed, TEXTS),
+    "a spreadsheet": ("log.xlsx", _logged, (_spreadsheet(),)),
+    "a packed log": ("log.csv.gz", _logged, (gzip.compress(LOG),)),
+    "a MATLAB log": (
+        "log.mat",
+        _logged,
+        (
+            _matlab({name: values[:540:2] for name, values in as_struct().items()}),
+            _matlab({"ans": columns()[:, :540:2]}),
+        ),
+    ),
+    "heli.toml": ("heli.toml", lambda path, _: read_configuration(path), (template_text().encode(),)),
+    "parameters.json": ("p.json", lambda path, _: read_parameters(path), (json.dumps(document()).encode(),)),
+    "an FMU": ("it.fmu", _unit, (_zipped(ENTRIES),)),
+    "a model description": ("d.xml", _description, (ENTRIES["modelDescription.xml"],)),
+}
+
+
+def damaged(data: bytes, random: Random) -> bytes:
+    """Change some bytes, put tokens in, take pieces out, or copy them to other places; most at the beginning."""
+    out = bytearray(data)
+    for _ in range(random.choice((1, 1, 2, 3, 8, 30))):
+        kind, size = random.random(), len(out)
+        at = random.randrange(max(1, size if random.random() < 0.4 else min(size, 400)))
+        token = random.choice(TOKENS)
+        if kind < 0.25 and size:
+            out[at] = random.randrange(256)
+        elif kind < 0.5:
+            out[at:at] = token
+        elif kind < 0.65:
+            del out[at : at + random.choice((1, 2, 10, 100, 1000, size))]
+        elif kind < 0.8:
+            out[at : at + len(token)] = token
+        else:
+            source, length = random.randrange(size + 1), random.choice((4, 30, 200))
+            out[at : at + (length if kind < 0.9 else 0)] = out[source : source + length]
+    return bytes(out)
+
+
+def complaint(reader: str, path: Path, random: Random) -> Exception | None:
+    """Read a file; give what was raised if the answer is neither a value nor one sentence."""
+    try:
+        READERS[reader][1](path, random)
+    except (IdentifierError, FmuError) as problem:
+        return problem if "\n" in str(problem).strip() else None
+    except Exception as problem:
+        return problem
+    return None
+
+
+def tried(reader: str, folder: Path, random: Random) -> bytes | None:
+    """Damage a file and read it; give its bytes if the answer is neither a value nor one sentence."""
+    name, _, seeds = READERS[reader]
+    data = damaged(random.choice(seeds), random)
+    (folder / name).write_bytes(data)
+    problem = complaint(reader, folder / name, random)
+    if problem is None:
+        return None
+    traceback.print_exception(problem)
+    return data
+
 
 APART = ("a MATLAB log", "a spreadsheet")
 """Each file is read by a process of its own, which takes a second."""
@@ -30,3 +196,21 @@ def test_a_file_of_the_corpus_is_read_or_refused_in_one_sentence(tmp_path, file)
     path.write_bytes(file.read_bytes())
     for seed in range(6):
         assert complaint(reader, path, Random(seed)) is None
+
+
+def main(seconds: float, seed: int) -> None:
+    """Try until the time is over; keep what was found in the folder ``findings``."""
+    random, ends, count = Random(seed), time.monotonic() + seconds, 0
+    with tempfile.TemporaryDirectory() as folder:
+        while time.monotonic() < ends:
+            reader = random.choice(tuple(READERS))
+            found = tried(reader, Path(folder), random)
+            count += 1
+            if found is not None:
+                Path("findings").mkdir(exist_ok=True)
+                (Path("findings") / f"{count}-{READERS[reader][0]}").write_bytes(found)
+    print(f"{count} files tried")
+
+
+if __name__ == "__main__":
+    main(float(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0)
