@@ -2,22 +2,27 @@
 
 The loop below is the interpreted step with an acceleration d of its own, held over each sampling period h: angles
 move by d h^2/2 and rates by d h, exact for an axis that is free over the period and off by its damping and stiffness,
-of the order h, where it is not.
-"""
+of the order h, where it is not."""
 
 from collections.abc import Callable
+from math import cos, pi
 
 import numpy as np
 from scipy.signal import lfilter
 
+from heli_identifier.online import output_of, prepare, start, step
+from heli_identifier.online.excitation import Excitation, Multisine, voltages
 from heli_identifier.records import Log
+from heli_plant.communication import EncoderCounts
 from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.simulation import simulate
-from heli_plant.state import PlantState, rest_state
-from tests.blind.signals import multisines
-from tests.online_record import H, read
+from heli_plant.state import PlantState, rest_state, start_state
+from tests.blind.signals import multisines as blind_multisines
+
+H = 0.01
+"""Sampling period of every record [s]."""
 
 PROCESS_NOISE = 0.003
 """Standard deviation of the process noise on each axis [rad/s^2]; it is correlated over 1 s."""
@@ -27,19 +32,13 @@ Controller = Callable[[int, tuple[float, float, float]], tuple[float, float]]
 
 def drive(seconds, seed=0):
     """Multisines on both inputs, (N, 2) [V]."""
-    return multisines(seconds, np.random.default_rng(seed))
+    return blind_multisines(seconds, np.random.default_rng(seed))
 
 
 def rest(parameters, voltages):
     """State near rest under a record's first voltages; its elevation is what the encoder reads."""
     v_front, v_rear = (float(v) for v in voltages[0])
     return rest_state(parameters, v_front + v_rear)._replace(nu_front=v_front, nu_rear=v_rear)
-
-
-def exact(parameters, voltages, name="exact", h=H):
-    """Record without any noise, and its start."""
-    start = rest(parameters, voltages)
-    return Log(name, 1.0 / h, voltages, simulate(voltages, h, start, parameters)[1]), start
 
 
 def process_noise(count, seed, deviation=PROCESS_NOISE, correlation_time=1.0):
@@ -107,3 +106,40 @@ def closed_loop(parameters, seconds, seed, name="closed loop"):
 
 UNSTABLE = TABLE_2._replace(a_th=-0.4, theta0=0.1)
 """A pitch that tips over when it is left alone: the body's mass above its axis."""
+
+
+def multisines(seed, period, difference_rms=0.4, total_rms=0.9, base=1.0):
+    """Multisines over the resonances of pitch (.13 Hz) and elevation (.26 Hz)."""
+    return Excitation(
+        base=base,
+        difference=Multisine(difference_rms, 0.03, 0.6, 12, period, seed),
+        total=Multisine(total_rms, 0.15, 0.5, 12, period, seed + 1000),
+    )
+
+
+def record(seconds, excitation, parameters=TABLE_2, encoders=True, h=H):
+    """Voltages (N, 2) [V], angles (N, 3) [rad] and states (N, 12) of the plant, from its equilibrium on."""
+    count = round(seconds / h)
+    held = np.array([voltages(k * h, excitation) for k in range(count)])
+    total = held[0].sum()
+    elevation = (parameters.k_z * total * cos(parameters.theta0) - parameters.a_1) / parameters.a_e
+    rest = start_state(parameters.theta0, elevation, 0.0, 0.5 * total, 0.5 * total)
+    states, angles = simulate(held, h, rest, parameters)
+    return held, read(angles) if encoders else angles, states
+
+
+def read(angles):
+    """``angles`` (N, 3) as encoders give them [rad], by the formula of ``heli_plant.communication.quantise``."""
+    width = 2.0 * pi / np.array(EncoderCounts())
+    return np.floor(angles / width + 0.5) * width
+
+
+def identified(voltages, angles, settings, state=None):
+    """State and output of the identifier after a record; without ``state`` its first row is sample 0."""
+    plan, rows = prepare(settings), np.hstack([voltages, angles]).tolist()
+    if state is None:
+        state, rows = start(plan, rows[0]), rows[1:]
+    output = output_of(state, plan)
+    for row in rows:
+        state, output = step(state, row, plan)
+    return state, output

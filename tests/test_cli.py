@@ -17,7 +17,7 @@ from heli_identifier.cli.app import app
 from heli_identifier.cli.arguments import in_scenario, spread, unit_value
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.terminal import print_table
-from heli_identifier.errors import ConfigurationError, IdentifierError
+from heli_identifier.errors import IdentifierError
 from heli_identifier.records import demo_logs
 from heli_identifier.results import Table
 from heli_identifier.results.parameters import read_parameters
@@ -185,24 +185,6 @@ def test_a_command_that_is_asked_to_end_does_and_leaves_nothing_whatever_a_libra
     )
     assert (done.returncode, done.stdout, done.stderr) == (128 + signal.SIGTERM, "", "")
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("unit", "setting", "said"),
-    [
-        ("HelicopterPlant", "pitch.damping=abc", "pitch.damping = 'abc' must be a number in [-10, 10] 1/s."),
-        ("HelicopterPlant", "pitch.damping=", "pitch.damping = '' must be a number in [-10, 10] 1/s."),
-        ("HelicopterPlant", "pitch.damping=nan", "pitch.damping = nan 1/s must lie in [-10, 10] 1/s."),
-        ("HelicopterPlant", "encoder.enabled=yes", "encoder.enabled = 'yes' must be 0 or 1."),
-        ("HelicopterPlant", "pitch.dampin=1", "has no parameter 'pitch.dampin'; did you mean 'pitch.damping'?"),
-        ("HelicopterPlant", "v_front=1", "the HelicopterPlant has no parameter 'v_front'"),
-        ("Exciter", "excitation.experiment=1.5", "excitation.experiment = 1.5 must be a whole number in [0, 3]."),
-    ],
-)
-def test_a_wrong_setting_is_refused_in_one_sentence(unit, setting, said):
-    name, _, text = setting.partition("=")
-    with pytest.raises(ConfigurationError, match=re.escape(said)):
-        unit_value(unit, name, text, f"unit.{name}")
 
 
 def test_a_text_parameter_takes_a_text_that_looks_like_a_number():

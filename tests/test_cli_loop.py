@@ -197,13 +197,6 @@ def test_build_makes_every_unit_and_lists_them(tmp_path):
     assert sorted(files) == sorted(str(path) for path in tmp_path.iterdir())
 
 
-def test_a_scenario_goes_into_one_file_with_the_parameters_given(tmp_path):
-    file = tmp_path / "loop.ssp"
-    said = run("ssp", "closed_loop", "--output", file, "--set", "controller.reference.step_pitch=0.1")
-    assert said.exit_code == 0
-    assert file.stat().st_size > 100_000
-
-
 def test_effects_lists_every_entry_with_a_parameter_that_the_plant_has():
     listed = json.loads(run("effects", "--json").stdout)
     names = to_names(AFTER)

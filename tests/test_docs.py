@@ -1,15 +1,174 @@
-"""Commands and notebooks of the documentation do what they show: in order, in a fresh copy of a clone."""
+"""Pages of the documentation as shell sessions: what a reader types, run in a fresh copy of a clone.
+
+A block of ``bash`` is typed as it stands; in a block of ``console`` the lines behind ``$`` are. A block with a title is
+a file that the reader writes (``title="heli.toml"``); of a GitHub workflow the ``run: heli ...`` lines are typed as
+well. A block of ``text`` behind commands is what they print, but for lines of dots; figures may differ as little as
+:func:`near` says, and those of lines that :data:`VARYING` names as they like. A comment ``<!-- not run: reason -->``
+before a block keeps it from being typed, and ``<!-- continues: page.md -->`` at a page's beginning starts it where
+another page ended."""
 
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
+import textwrap
+from contextlib import suppress
+from decimal import Decimal
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
-from tests.docs_pages import DOCS, ROOT, SHELL, blocks, clone, predecessor, session, typed, unlike
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+CLONED = ("README.md", "pyproject.toml", "benchmarks", "docs", "fmu_src", "heli_identifier", "heli_plant", "tests")
+"""What a session finds in its folder, as somebody with a clone would."""
+
+SHELL = ("bash", "console")
+RELATIVE = Decimal("0.02")
+"""Share of itself by which a printed figure may differ from the one that a page shows."""
+
+VARYING = {
+    r"\d kB$": "size of an archive, which follows every change of its sources",
+    r" \d{4}-\d\d-\d\d ": "date and size in an archive's list of contents",
+    r"^one diagnosis on one core": "times",
+}
+"""Lines whose figures are not compared, and why."""
+
+PATIENCE = 1200.0
+"""Seconds that a page may take before it is given up: commands that hang must not hang the tests."""
+
+_FENCE = re.compile(
+    r"^(?P<indent> *)```(?P<language>\w+)?(?P<rest>[^\n]*)\n(?P<body>.*?)^(?P=indent)```\s*$", re.M | re.S
+)
+_NOT_RUN = re.compile(r"<!-- not run: (\S.*?) -->\s*\Z", re.S)
+_CONTINUES = re.compile(r"<!-- continues: (\S+) -->")
+_MARK = "\x1e"
+
+
+class Block(NamedTuple):
+    """One fenced block: its language, its title if it is a file, its text, its line, and why it is not run."""
+
+    language: str
+    title: str
+    text: str
+    line: int
+    reason: str
+
+
+def blocks(markdown):
+    """Every fenced block of a page, in order."""
+    found = []
+    for fence in _FENCE.finditer(markdown):
+        before, title = markdown[: fence.start()], re.search(r'title="([^"]+)"', fence["rest"])
+        reason = _NOT_RUN.search(before)
+        text = textwrap.dedent(fence["body"]) if fence["indent"] else fence["body"]
+        own = (fence["language"] or "", title[1] if title else "", text)
+        found.append(Block(*own, before.count("\n") + 1, reason[1] if reason else ""))
+    return found
+
+
+def typed(block):
+    """What a reader types for a block; nothing if it is no command, or is not run."""
+    if block.reason:
+        return ""
+    if block.title:
+        folder = os.path.dirname(block.title) or "."
+        runs = re.findall(r"^\s*(?:- )?run: (heli .*)$", block.text, re.M)
+        return "\n".join([f"mkdir -p {folder}", f"cat > {block.title} <<'END'\n{block.text}END", *runs]) + "\n"
+    if block.language == "console":
+        return "".join(f"{line[2:]}\n" for line in block.text.splitlines() if line.startswith("$ "))
+    return block.text if block.language == "bash" else ""
+
+
+def predecessor(markdown):
+    """The page that a page continues, or nothing."""
+    found = _CONTINUES.search(markdown)
+    return found[1] if found else ""
+
+
+def clone(folder):
+    """Make ``folder`` look like a clone: links to what is in the repository, nothing that was ever built."""
+    folder.mkdir()
+    for name in CLONED:
+        (folder / name).symlink_to(ROOT / name)
+    return folder
+
+
+def session(markdown, folder):
+    """Type a page's commands into one shell; returns what each block printed, by the block's line.
+
+    Whatever the page leaves running in the background ends with it. Raises AssertionError with the command's own words
+    where one fails.
+    """
+    script = ["set -euo pipefail"]
+    for block in blocks(markdown):
+        if text := typed(block):
+            script += [f"printf '{_MARK}{block.line}\\n'", text]
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    shell = subprocess.Popen(
+        ["bash", "-c", "\n".join(script)], cwd=folder, env=environment, text=True,
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
+    )  # fmt: skip
+    try:
+        printed, _ = shell.communicate(timeout=PATIENCE)
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(shell.pid, signal.SIGTERM)
+    parts = (part.partition("\n") for part in printed.split(_MARK)[1:])
+    outputs = {int(line): text for line, _, text in parts}
+    last = max(outputs, default=0)
+    assert shell.returncode == 0, (
+        f"the block at line {last} ended with {shell.returncode}:\n{outputs.get(last, printed)}"
+    )
+    return outputs
+
+
+def words(text):
+    """The words of a line, without figures and signs."""
+    return re.findall(r"[^\W\d][\w.]*", text)
+
+
+def figures(text):
+    """The figures of a line as they are written; digits within a word, as in ``train1.csv``, are no figure."""
+    return re.findall(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?", text.replace("−", "-"))
+
+
+def near(shown, printed):
+    """Whether a figure is what a page shows.
+
+    Every run is seeded, but an optimiser stops where its tolerance is met, and another processor or linear algebra
+    brings it there another way: estimates move by far less than their standard errors, which are a per cent and more of
+    them. A figure with a fraction may besides round to the digit next to the one that was shown; counts may not.
+    """
+    wanted, there = Decimal(shown), Decimal(printed)
+    digit = Decimal(1).scaleb(wanted.as_tuple().exponent) if wanted.as_tuple().exponent < 0 else 0
+    return abs(there - wanted) <= RELATIVE * abs(wanted) + digit
+
+
+def unlike(shown, printed):
+    """Lines of ``shown`` whose words, in order, and whose figures are in no line of ``printed``."""
+    actual = printed.splitlines()
+    return [line for line in shown.splitlines() if not any(_alike(line, there) for there in actual)]
+
+
+def _alike(shown, printed):
+    if not _within(words(shown), words(printed)):
+        return False
+    if any(re.search(pattern, shown) for pattern in VARYING):
+        return True
+    wanted, there = figures(shown), figures(printed)
+    if "..." in shown:  # of a line that is cut, figures are left out as well
+        return _within(wanted, there, near)
+    return len(wanted) == len(there) and all(map(near, wanted, there))
+
+
+def _within(wanted, there, same=str.__eq__):
+    rest = iter(there)
+    return all(any(same(one, other) for other in rest) for one in wanted)
+
 
 PAGES = {
     str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in (ROOT / "README.md", *DOCS.rglob("*.md"))

@@ -253,19 +253,6 @@ def folder_of(place, *logs):
     return place
 
 
-def test_logs_are_found_as_the_other_commands_hold_them_out(tmp_path):
-    (one, *more), (held,) = demo_logs("rig-a")
-    first = folder_of(tmp_path / "first", one, held)
-    second = folder_of(tmp_path / "second", one, *more)
-    (second / "notes.txt").write_text("not a log")
-    (second / "heli.toml").write_text("[rig]\n")
-    found = rig_folders([first, second], tmp_path / "shared.toml")
-    assert [rig.rig for rig in found] == ["first", "second"]
-    assert [len(rig.training) for rig in found] == [1, 3]
-    assert [len(rig.held_out) for rig in found] == [1, 0]
-    assert [rig.configuration.name for rig in found] == ["shared.toml", "heli.toml"]
-
-
 def test_folders_of_one_name_are_told_apart(tmp_path):
     log = demo_logs("rig-a")[0][0]
     (tmp_path / "a").mkdir()

@@ -9,12 +9,18 @@ from pathlib import Path
 import control
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import heli_identifier as hi
 from fmu_src.vendoring import needed_sources
+from heli_identifier import check
+from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError, LogError
+from heli_identifier.results import corrected_parameters
+from heli_identifier.tools import design_pid
+from heli_identifier.tracing import Use
 from heli_plant.parameters import TABLE_2
-from tests.diagnosis_example import adequate, example, made_log
+from tests.diagnosis_example import example, made_log
 from tests.test_report_page import Page
 
 
@@ -74,19 +80,6 @@ def test_every_result_is_frozen_and_shows_itself(parameters):
             result.new = 1
 
 
-@pytest.mark.parametrize("made", [example, adequate])
-def test_a_notebook_shows_every_effect_and_error_in_closed_tags(made):
-    diagnosis = made()
-    text = diagnosis._repr_html_()
-    page = Page(text)
-    assert page.open == []
-    assert page.addresses == [address for address in page.addresses if address.startswith("#")]
-    for effect in diagnosis.effects:
-        assert effect.verdict in text
-    for axis in diagnosis.axes:
-        assert f">{axis}<" in text
-
-
 def test_the_plant_under_a_log_repeats_the_free_run_that_the_diagnosis_reports(parameters):
     diagnosis = example()
     run = hi.simulate(parameters, made_log())
@@ -119,3 +112,39 @@ def test_a_unit_is_built_from_the_parameters_of_its_own(parameters, tmp_path):
     assert hi.build("HelicopterPlant", tmp_path, parameters) == tmp_path / "HelicopterPlant.fmu"
     with pytest.raises(ConfigurationError, match="parameters of the HelicopterPlant, those of the Exciter are needed"):
         hi.build("Exciter", tmp_path, parameters)
+
+
+def used(**uses):
+    """Parameters of the example, some of its axes with another word."""
+    made = corrected_parameters(example())
+    return replace(made, expected={a: replace(e, use=uses.get(a, Use.CONTROL)) for a, e in made.expected.items()})
+
+
+def test_an_axis_that_is_not_usable_is_not_judged_by_a_check():
+    found = check(made_log(), used(elevation=Use.NOTHING), factor=100.0)
+    assert {outcome.axis for outcome in found.outcomes} == {"pitch", "travel"} and found.passed
+    assert found.table.rows[-1][1] == "elevation" and found.table.rows[-1][-1] == "not usable"
+    assert found.to_dict()["not_judged"] == ["elevation"]
+
+
+def test_a_check_of_no_usable_axis_is_refused():
+    useless = used(pitch=Use.NOTHING, elevation=Use.NOTHING, travel=Use.NOTHING)
+    with pytest.raises(ConfigurationError, match="no axis of these parameters usable"):
+        check(made_log(), useless)
+
+
+@pytest.mark.parametrize("axis", ["pitch", "elevation"])
+def test_no_controller_is_retuned_around_an_axis_that_is_not_usable(axis):
+    with pytest.raises(ConfigurationError, match=f"does not call the {axis} of these parameters fit"):
+        design_pid(used(**{axis: Use.NOTHING}))
+
+
+def test_a_command_warns_of_what_is_not_fit_for_control(tmp_path):
+    given = used(elevation=Use.PREDICTION, travel=Use.NOTHING)
+    assert len(given.doubts) == 2 and not used().doubts
+    file = given.write(tmp_path / "parameters.json")
+    done = CliRunner().invoke(app, ["simulate", "open_loop", "-d", "0.1", "--parameters", str(file)])
+    said = " ".join(done.stderr.split())
+    assert done.exit_code == 0
+    assert "the elevation of this plant can be used for prediction only" in said
+    assert "the travel of this plant can be used for nothing" in said

@@ -35,7 +35,7 @@ from heli_identifier.online.state_filter import (
     second_derivative,
 )
 from heli_plant.parameters import TABLE_2
-from tests.online_record import H, record
+from tests.simulated import H, record
 
 LAG, LIMIT = 0.08, 5.0
 BANDWIDTHS, DAMPINGS, SEEDS = st.floats(0.3, 10.0), st.floats(0.2, 2.0), st.integers(0, 2**32 - 1)

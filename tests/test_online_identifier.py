@@ -19,7 +19,7 @@ from heli_identifier.online.excitation import paper_excitation
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import start_state
-from tests.online_record import identified, multisines, read, record
+from tests.simulated import identified, multisines, read, record
 
 TRUTH = ModelParameters(*(getattr(TABLE_2, name) for name in ModelParameters._fields))
 KNOWN = IdentifierSettings(rest_angle=TABLE_2.theta0)

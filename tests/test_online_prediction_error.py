@@ -36,8 +36,7 @@ from heli_identifier.online.whitening import (
     whitening,
 )
 from heli_plant.parameters import TABLE_2
-from tests.online_record import H, identified, multisines, record
-from tests.simulated import closed_loop
+from tests.simulated import H, closed_loop, identified, multisines, record
 
 FILTER = discretise(1.0, 0.7, H, 0.08)
 USUAL = whitening(log(7.0), log(0.8), FILTER, H)

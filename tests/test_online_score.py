@@ -29,7 +29,7 @@ from heli_plant.parameters import TABLE_2
 from heli_plant.plant import accelerations
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
-from tests.online_record import identified, multisines, read, record
+from tests.simulated import identified, multisines, read, record
 
 INTERVAL = 0.2
 LOGS = Path(heli_identifier.__file__).parent / "demo_logs"

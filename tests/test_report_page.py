@@ -101,18 +101,6 @@ def test_the_verdict_has_two_lines_at_most_and_the_numbers_of_the_delivered_plan
     assert verdict_line(adequate()).startswith("These logs do not refute the model; 2 of")
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "said", "kind"),
-    [(-0.3, -0.1, "falls by 20 %", "better"), (0.1, 0.3, "rises by 20 %", "worse"), (-0.1, 0.1, "no axis", "same")],
-)
-def test_a_change_is_called_real_only_where_its_interval_does_without_zero(low, high, said, kind):
-    whole = example()
-    change = {"prediction_1s": ErrorFigure(0.5 * (low + high), low, high)}
-    whole = replace(whole, axes={axis: replace(own, change=change) for axis, own in whole.axes.items()})
-    assert said in verdict_line(whole)
-    assert report_page(whole, "rig").count(f'<b class="{kind}">') == 3
-
-
 def test_an_effect_that_the_plant_does_not_have_is_left_out_with_its_reason():
     whole = example()
     alone = replace(whole, effects=tuple(replace(own, in_plant=False) for own in whole.effects), possible=())

@@ -23,8 +23,7 @@ from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
 from tests import simulated
-from tests.online_record import H
-from tests.simulated import UNSTABLE, drive, rest
+from tests.simulated import UNSTABLE, H, drive, rest
 
 LEVEL, RATE = np.array([0.1, 0.04, 0.015]), 2.5
 """Torque of windy air [rad/s^2] and its rate [1/s]."""

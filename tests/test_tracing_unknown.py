@@ -16,8 +16,7 @@ from heli_identifier.tracing.settings import UNKNOWN_TRIED, DiagnosisSettings
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
 from heli_plant.tabulated_torque import KNOTS, tabulated_torque
-from tests.online_record import H
-from tests.simulated import drive, noisy
+from tests.simulated import H, drive, noisy
 
 SECONDS = 45.0
 CENTRE, WIDTH, DEPTH = -0.1, 0.06, 0.06

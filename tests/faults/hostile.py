@@ -12,8 +12,9 @@ from pathlib import Path
 from random import Random
 from time import sleep
 
-AT_ONCE = 20
-"""Samples that are sent before those recorded are counted; the system keeps some hundred datagrams."""
+AT_ONCE, LEARNED = 20, 50
+"""Samples that are sent before those recorded are counted, the system keeps some hundred datagrams; and samples from
+which the rate is found, before which none is recorded."""
 
 
 def sample(k: int, *signals: float) -> bytes:
@@ -48,7 +49,7 @@ def main(port: int, recorded: Path) -> None:
             if k >= 100 and hostile:
                 rig.sendto(hostile.pop(), ("127.0.0.1", port))
                 stranger.sendto(sample(10 * k), ("127.0.0.1", port))
-            while k % AT_ONCE == AT_ONCE - 1 and _rows(recorded) <= k:
+            while k > LEARNED and k % AT_ONCE == AT_ONCE - 1 and _rows(recorded) <= k:
                 sleep(0.01)
 
 

@@ -4,7 +4,7 @@ import signal
 import tempfile
 from pathlib import Path
 
-from tests.faults import campaigns, flights, inputs, logs, outputs, units, usage
+from tests.faults import flights, inputs, logs, outputs, units, usage
 from tests.faults.case import ROOT, Answer, Fault, tried
 
 PAGE = ROOT / "docs" / "reliability.md"
@@ -14,7 +14,6 @@ SECTIONS: dict[str, tuple[Fault, ...]] = {
     **inputs.SECTIONS,
     **units.SECTIONS,
     **flights.SECTIONS,
-    **campaigns.SECTIONS,
     **usage.SECTIONS,
 }
 FAULTS = [(section, fault) for section, faults in SECTIONS.items() for fault in faults]
