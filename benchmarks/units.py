@@ -69,7 +69,7 @@ def memory() -> str:
 def runs(count: int = 1000, duration: float = 30.0, step: float = 0.01) -> str:
     """Count closed loops of four native units a minute of processor time, with start, bands and result."""
     from fmu_src import CLOSED_LOOP
-    from fmu_src.master import run_many_apart
+    from fmu_src.master import run_apart
     from fmu_src.native import build_native
     from heli_plant.parameters import TABLE_2
 
@@ -78,8 +78,9 @@ def runs(count: int = 1000, duration: float = 30.0, step: float = 0.01) -> str:
         gains = [{"plant.pitch.gain": TABLE_2.k_x * (0.9 + 0.2 * k / count)} for k in range(count)]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         record = ["plant.pitch", "plant.elevation"]
-        bands = run_many_apart(CLOSED_LOOP, duration, step, {}, fmus, variations=gains, record=record)
+        bands = run_apart(CLOSED_LOOP, duration, step, {}, fmus, variations=gains, record=record).bands
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    assert bands is not None
     busy = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     bars = [
         Bar("closed loops of four native units a minute", 60.0 * bands.runs / busy, 2000.0, "", True),

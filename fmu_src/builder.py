@@ -21,7 +21,7 @@ from uuid import UUID, uuid5
 from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
 
-from .description import AUTHOR, LICENSE, VERSION, model_description, rendered, xml_text
+from .description import model_description, rendered, xml_text
 from .errors import BuildError, WiringError
 from .slave_base import SlaveBase
 from .variables import TYPES, Value, problem_with
@@ -49,13 +49,7 @@ EARLIEST = (1980, 1, 1, 0, 0, 0)
 
 
 def unit_class(name: str) -> type[SlaveBase]:
-    """Return the class of a unit.
-
-    Raises
-    ------
-    BuildError
-        No unit has this name.
-    """
+    """Return the class of a unit, or raise BuildError if none has this name."""
     if name not in UNITS:
         raise BuildError(f"no unit is called {name!r}{did_you_mean(name, tuple(UNITS))}; there are {', '.join(UNITS)}")
     return getattr(import_module(UNITS[name]), name)
@@ -64,10 +58,7 @@ def unit_class(name: str) -> type[SlaveBase]:
 def checked_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value]) -> dict[str, Value]:
     """Return ``parameters`` as start values of ``unit``, each of the variable's type.
 
-    Raises
-    ------
-    BuildError
-        A name is no parameter of the unit, or a value is out of range: name, value, bounds and unit.
+    BuildError says which name is no parameter of the unit, or which value is out of range.
     """
     known = {variable.name: variable for variable in unit.variables if variable.causality == "parameter"}
     values: dict[str, Value] = {}
@@ -133,12 +124,7 @@ def scenario_fmus(
 ) -> dict[str, Path]:
     """Return the FMU of every unit of a scenario: the given file, or one that ``builder`` builds into ``directory``.
 
-    Raises
-    ------
-    WiringError
-        ``fmus`` names a unit that is not in the scenario.
-    BuildError
-        A given file does not exist, or a unit cannot be built.
+    WiringError says which name in ``fmus`` is no unit of the scenario, BuildError which file does not exist.
     """
     names = [name for name, _ in wiring.units]
     for name, file in fmus.items():
@@ -181,8 +167,7 @@ def index_html(
     ``start_values`` override those of its variables; ``host`` is the template of what a host needs to know, which is
     given ``about_host``.
     """
-    rows, project = _rows(unit, start_values), {"version": VERSION, "author": AUTHOR, "license": LICENSE}
-    return rendered(f"{unit.__name__}.html", unit=unit, rows=rows, host=host, **project, **about_host)
+    return rendered(f"{unit.__name__}.html", unit=unit, rows=_rows(unit, start_values), host=host, **about_host)
 
 
 def _rows(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> Iterator[tuple[str, ...]]:

@@ -55,98 +55,26 @@ def model_description(
     sources: Collection[str] = (),
     extra: Sequence[Variable] = (),
 ) -> Element:
-    """Return ``<fmiModelDescription>`` of a unit class.
+    """Return ``<fmiModelDescription>`` of a unit class in FMI 2.0 or 3.0; ``token`` is the GUID of its content.
 
-    Parameters
-    ----------
-    unit : type of SlaveBase
-    start_values : mapping
-        By name, in place of those of the unit's variables.
-    token : str
-        GUID of the content.
-    fmi : int
-        2 or 3.
-    tool : str
-        What made the FMU.
-    sources : collection of str
-        Files by which an importer of FMI 2.0 can compile it.
-    extra : sequence of Variable
-        States of Model Exchange and, behind them, their derivatives.
+    ``start_values`` stand in place of those of the unit's variables, ``tool`` is what made the FMU. By the files
+    ``sources`` an importer can compile it. ``extra`` are states of Model Exchange and behind them their derivatives.
     """
-    variables, states = (*unit.variables, *extra), len(extra) // 2
+    variables = (*unit.variables, *extra)
     first = 1 if fmi == 2 else 0  # FMI 2.0 counts variables from 1, FMI 3.0 has their references
-    rows = [
-        _variable(reference, variable, start_values.get(variable.name, variable.start), fmi)
-        for reference, variable in enumerate(variables)
-    ]
-    for place in range(len(variables) - states, len(variables)):
-        rows[place][2]["derivative"] = place - states + first
+    place = {variable.name: k for k, variable in enumerate(variables, first)}
     text = rendered(
-        "modelDescription.xml", unit=unit, name=unit.__name__, token=token, fmi=fmi, tool=tool, date=DATE,
-        author=AUTHOR, version=VERSION, license=LICENSE, states=states, sources=sources, variables=rows,
-        saves=value_text(unit.saves_state, "Boolean"), display=DISPLAY, structure=_structure(unit, states, fmi, first),
+        "modelDescription.xml", unit=unit, name=unit.__name__, token=token, fmi=fmi, tool=tool, sources=sources,
+        saves=value_text(unit.saves_state, "Boolean"), variables=variables, states=len(extra) // 2, types=_TYPES,
+        first=first, references=lambda names: [place[name] for name in names], display=DISPLAY,
+        start_values=start_values,
         units=base_units([variable.unit for variable in variables] + (["s"] if fmi == 3 else [])),
     )  # fmt: skip
     return element(text)
 
 
-def _variable(
-    reference: int, variable: Variable, start: Value | None, fmi: int
-) -> tuple[str, dict[str, Any], dict[str, Any], str | None]:
-    """Give type, attributes, attributes that depend on the type, and the text that FMI 3.0 has in a child."""
-    continuous = variable.type == "Real" or variable.causality == "parameter"
-    attributes = {
-        "name": variable.name,
-        "valueReference": reference,
-        "description": variable.description,
-        "causality": variable.causality,
-        "variability": variable.variability if continuous else "discrete",
-    }
-    if variable.causality != "input":  # FMI 2.0.4 forbids ``initial`` on inputs
-        attributes["initial"] = "exact" if variable.causality == "parameter" else "calculated"
-    typed: dict[str, Any] = {"unit": variable.unit, "displayUnit": DISPLAY.get(variable.unit or "", (None,))[0]}
-    for name, value in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal)):
-        typed[name] = value_text(value, variable.type) if value is not None and abs(value) < LARGEST else None
-    if variable.causality in ("input", "parameter") and start is not None:  # what is calculated has no start value
-        typed["start"] = value_text(start, variable.type)
-    apart = typed.pop("start", None) if fmi == 3 and variable.type == "String" else None
-    return variable.type if fmi == 2 else _TYPES[variable.type], attributes, typed, apart
-
-
-def _structure(unit: type[SlaveBase], states: int, fmi: int, first: int) -> list[tuple[str, str, list[dict[str, Any]]]]:
-    """Return the lists of ``<ModelStructure>``: their names in FMI 2.0 and 3.0 and the attributes of their entries.
-
-    Outputs depend on no input, in co-simulation because they change in doStep only. The ``states`` of Model Exchange
-    stand behind the variables, their derivatives behind them. Outputs depend on them and derivatives on everything that
-    is known, which goes without saying.
-    """
-    place = {variable.name: first + k for k, variable in enumerate(unit.variables)}
-    outputs, behind = [v for v in unit.variables if v.causality == "output"], first + len(unit.variables)
-    of_state, of_derivative = range(behind, behind + states), range(behind + states, behind + 2 * states)
-
-    def entry(number: int, known: Iterable[int] | None = None) -> dict[str, Any]:
-        dependencies = None if known is None else " ".join(map(str, known))
-        return {"index" if fmi == 2 else "valueReference": number, "dependencies": dependencies}
-
-    initial = []
-    for variable in outputs:
-        known = [place[name] for name in variable.initial_dependencies]
-        initial.append(entry(place[variable.name], sorted(known) if fmi == 2 else known))
-    return [
-        ("Outputs", "Output", [entry(place[variable.name], of_state) for variable in outputs]),
-        ("Derivatives", "ContinuousStateDerivative", [entry(number) for number in of_derivative]),
-        ("InitialUnknowns", "InitialUnknown", initial + [entry(number) for number in (*of_state, *of_derivative)]),
-    ]
-
-
 def base_exponents(name: str) -> dict[str, int]:
-    """Return the exponents of the SI base units in the unit ``name``.
-
-    Raises
-    ------
-    BuildError
-        A part of the name is no known unit.
-    """
+    """Return the exponents of the SI base units in the unit ``name``, or raise BuildError if a part is unknown."""
     total: Counter[str] = Counter()
     for index, part in enumerate(name.replace("(", "").replace(")", "").split("/")):
         sign = 1 if index == 0 else -1
@@ -178,7 +106,15 @@ def value_text(value: Value, kind: str) -> str:
 @cache
 def _templates() -> Environment:
     loader = PackageLoader("fmu_src", "templates")
-    return Environment(loader=loader, undefined=StrictUndefined, autoescape=True, trim_blocks=True)
+    made = Environment(loader=loader, undefined=StrictUndefined, autoescape=True, trim_blocks=True)
+    made.globals |= {"author": AUTHOR, "license": LICENSE, "version": VERSION, "date": DATE}
+    made.filters |= {"text": value_text, "bound": _bound}
+    return made
+
+
+def _bound(value: float | None, kind: str) -> str | None:
+    """Return a bound as XML text, if there is one."""
+    return value_text(value, kind) if value is not None and abs(value) < LARGEST else None
 
 
 def rendered(template: str, **given: Any) -> str:

@@ -25,9 +25,8 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Iterable, Mapping
-from functools import lru_cache, partialmethod
+from functools import partialmethod
 from math import isfinite
-from operator import itemgetter
 from traceback import format_exc
 from typing import Any, ClassVar
 
@@ -63,32 +62,21 @@ _BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}
 """Value that is returned for a variable that does not exist."""
 
 
-@lru_cache(maxsize=256)  # a host reads the same few sets of variables again and again
-def _reader(unit: type[SlaveBase], kind: str, references: tuple[int, ...]) -> Callable[[list[Any]], list[Any]]:
-    """Return a function that reads variables of a type out of all values; neighbours are read by a slice."""
-    for reference in references:
-        if not unit.has(kind, reference):
-            raise KeyError(_unknown(kind, reference))
-    first = references[0] if references else 0
-    beyond = first + len(references)
-    if references == (*range(first, beyond),):
-        return itemgetter(slice(first, beyond))
-    pick = itemgetter(*references)
-    return lambda values: list(pick(values))
-
-
 def _getter(kind: str) -> Callable[[SlaveBase, list[int]], list[Any]]:
     """Return the method that reads variables of a type."""
 
     def get(self: SlaveBase, vrs: list[int]) -> list[Any]:
         """Values of variables by reference; if one cannot be read, a blank, because the binary reads that many."""
+        values = self.values
         try:
             if self._outdated:
                 self._prepare()
-            return _reader(type(self), kind, tuple(vrs))(self.values)  # type: ignore[arg-type]
+            if self.of_type[kind].issuperset(vrs):
+                return [values[reference] for reference in vrs]
+            raise KeyError(_unknown(kind, next(one for one in vrs if one not in self.of_type[kind])))
         except BaseException as problem:
             self._report(f"get{kind}", problem)
-            return [self.values[reference] if self.has(kind, reference) else _BLANKS[kind] for reference in vrs]
+            return [values[one] if one in self.of_type[kind] else _BLANKS[kind] for one in vrs]
 
     return get
 
@@ -103,6 +91,8 @@ class SlaveBase(Fmi2Slave):
     variables: ClassVar[tuple[Variable, ...]] = ()
     start_values: ClassVar[Mapping[str, Value]] = {}
     references: ClassVar[dict[str, int]] = {}
+    of_type: ClassVar[dict[str, frozenset[int]]] = {}
+    """Value references of the variables of each type."""
     _first_output: ClassVar[int] = 0
     hidden: ClassVar[Mapping[str, Any]] = {}
     """Type of each attribute, or None in its place, that a step sets and a later one reads (:mod:`fmu_src.state`)."""
@@ -115,6 +105,7 @@ class SlaveBase(Fmi2Slave):
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls.references = {variable.name: reference for reference, variable in enumerate(cls.variables)}
+        cls.of_type = {kind: frozenset(k for k, v in enumerate(cls.variables) if v.type == kind) for kind in TYPES}
         causalities = [variable.causality for variable in cls.variables]
         cls._first_output = causalities.index("output") if "output" in causalities else 0
 
@@ -291,11 +282,6 @@ class SlaveBase(Fmi2Slave):
 
     # Reading and setting, thoroughly
 
-    @classmethod
-    def has(cls, kind: str, reference: int) -> bool:
-        """Whether a variable of this type has this value reference, which the binary hands over as a signed number."""
-        return 0 <= reference < len(cls.variables) and cls.variables[reference].type == kind
-
     def _set(self, kind: str, vrs: list[int], values: list[Any]) -> None:
         """Set variables of this type; log and ignore values out of range."""
         try:
@@ -317,7 +303,7 @@ class SlaveBase(Fmi2Slave):
 
     def _problem(self, kind: str, reference: int, value: Value) -> str | None:
         """Return why ``value`` is refused, or None; keep a refusal that a better value can end."""
-        if not self.has(kind, reference):
+        if reference not in self.of_type[kind]:
             return _unknown(kind, reference)
         variable = self.variables[reference]
         if reference not in self._open:

@@ -16,7 +16,7 @@ from xml.etree.ElementTree import register_namespace
 from heli_identifier.files import draft_folder, write_atomically
 
 from .builder import build, checked_start_values, scenario_fmus, unit_class, zip_bytes
-from .description import AUTHOR, DATE, LICENSE, base_units, element, rendered, value_text, xml_text
+from .description import base_units, element, rendered, value_text, xml_text
 from .errors import BuildError
 from .native import build_native
 from .slave_base import SlaveBase
@@ -28,13 +28,7 @@ for _prefix, _part in {"ssc": "Common", "ssd": "Description", "ssv": "ParameterV
 
 
 def parameter_set(unit: type[SlaveBase], parameters: Mapping[str, Value]) -> bytes:
-    """Return ``<ssv:ParameterSet>`` with all parameters of a unit; those that are not given have their start value.
-
-    Raises
-    ------
-    BuildError
-        A name is no parameter of the unit, or a value is out of range.
-    """
+    """Return ``<ssv:ParameterSet>`` with all parameters of a unit; those that are not given have their start value."""
     given = checked_start_values(unit, parameters)
     listed = [variable for variable in unit.variables if variable.causality == "parameter"]
     rows = []
@@ -97,7 +91,7 @@ def system_structure(scenario: Scenario, duration: float) -> bytes:
         for name, kind in scenario.units
     }
     text = rendered(
-        "SystemStructure.ssd", scenario=scenario, components=components, duration=repr(duration), author=AUTHOR,
-        license=LICENSE, date=DATE, units=base_units(v.unit for own in components.values() for v in own),
+        "SystemStructure.ssd", scenario=scenario, components=components, duration=repr(duration),
+        units=base_units(v.unit for own in components.values() for v in own),
     )  # fmt: skip
     return xml_text(element(text))

@@ -14,7 +14,7 @@ import json
 import re
 import sys
 from collections.abc import Iterable, Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from .errors import BuildError
 from .variables import Value
@@ -40,45 +40,34 @@ def _module_file(module: str) -> Path | None:
 
 def _imports(module: str, tree: ast.AST, is_package: bool) -> Iterable[str]:
     """Every absolute module name that ``module`` may import, also inside functions."""
-    parts = module.split(".") if is_package else module.split(".")[:-1]
+    package = module if is_package else module.rpartition(".")[0]
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            base = parts[: len(parts) - node.level + 1] if node.level else []
-            origin = ".".join([*base, *([node.module] if node.module else [])])
-            yield origin
-            yield from (f"{origin}.{alias.name}" for alias in node.names)
+            origin = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
+            yield from (origin, *(f"{origin}.{alias.name}" for alias in node.names))
 
 
 def needed_sources(module: str) -> dict[str, str]:
     """Return every source that ``module`` needs, by its path (``heli_plant/plant.py``).
 
     A package of which only a module is imported gets an empty ``__init__``, because its door offers more than a unit
-    needs (files, arrays, the builder).
-
-    Raises
-    ------
-    BuildError
-        A module imports something that is neither vendored nor in the standard library, or its syntax is newer than
-        :data:`OLDEST_PYTHON`.
+    needs (files, arrays, the builder). BuildError says which module imports something that is neither vendored nor in
+    the standard library, or has a syntax newer than :data:`OLDEST_PYTHON`.
     """
     found: dict[str, str] = {}
-    seen: set[str] = set()
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        if name in seen:
-            continue
-        seen.add(name)
         file = _module_file(name)
-        if file is None:
+        is_package = file is not None and file.name == "__init__.py"
+        path = name.replace(".", "/") + ("/__init__.py" if is_package else ".py")
+        if file is None or path in found:
             continue
-        is_package = file.name == "__init__.py"
-        text = file.read_text(encoding="utf-8")
-        found["/".join([*name.split("."), "__init__.py"]) if is_package else "/".join(name.split(".")) + ".py"] = text
+        found[path] = file.read_text(encoding="utf-8")
         try:
-            tree = ast.parse(text, feature_version=OLDEST_PYTHON)
+            tree = ast.parse(found[path], feature_version=OLDEST_PYTHON)
         except SyntaxError as problem:
             oldest = ".".join(map(str, OLDEST_PYTHON))
             raise BuildError(f"{name} must be valid in Python {oldest}, the oldest of a host: {problem}") from problem
@@ -89,9 +78,8 @@ def needed_sources(module: str) -> dict[str, str]:
             elif root not in sys.stdlib_module_names:
                 raise BuildError(f"{name} imports {root}, which is not in the standard library; a unit may not need it")
     for path in tuple(found):
-        *folders, _ = path.split("/")
-        for depth in range(1, len(folders) + 1):
-            found.setdefault("/".join([*folders[:depth], "__init__.py"]), "")
+        for folder in PurePosixPath(path).parents[:-1]:
+            found.setdefault(f"{folder}/__init__.py", "")
     return dict(sorted(found.items()))
 
 

@@ -83,10 +83,7 @@ class Scenario:
     def parameters_by_unit(self, parameters: Mapping[str, Value]) -> dict[str, dict[str, Value]]:
         """Return the scenario's own parameters and ``parameters`` (``unit.parameter``, they prevail) for each unit.
 
-        Raises
-        ------
-        WiringError
-            The scenario has no such unit.
+        WiringError names a unit that the scenario does not have.
         """
         names = tuple(name for name, _ in self.units)
         by_unit: dict[str, dict[str, Value]] = {name: {} for name in names}
@@ -214,13 +211,7 @@ SCENARIOS: dict[str, Scenario] = {
 
 
 def scenario(name: str | Scenario) -> Scenario:
-    """Return a scenario by its name in :data:`SCENARIOS`; a scenario of your own is returned as it is.
-
-    Raises
-    ------
-    WiringError
-        No scenario has this name.
-    """
+    """Return a scenario by its name in :data:`SCENARIOS`, or raise WiringError; your own is returned as it is."""
     if isinstance(name, Scenario):
         return name
     if name not in SCENARIOS:

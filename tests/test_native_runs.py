@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fmu_src import OPEN_LOOP, MasterError
-from fmu_src.master import run_apart, run_many_apart
+from fmu_src.master import run_apart
 from heli_identifier.cli.app import app
 from heli_identifier.online import Estimate
 from heli_identifier.results.parameters import ParameterSet, plant_values
@@ -23,34 +23,34 @@ def files(twins):
 
 
 def many(files, variations, **more):
-    return run_many_apart(OPEN_LOOP, DURATION, 0.01, {}, files, variations=variations, record=RECORD, **more)
+    return run_apart(OPEN_LOOP, DURATION, 0.01, {}, files, variations=variations, record=RECORD, **more)
 
 
 def test_every_run_begins_at_the_start_and_has_the_bits_of_a_run_alone(files):
     """With two equal variations both ends of the band are that run: nothing is left of the runs before."""
     variation = {"plant.pitch.gain": 0.25, "plant.effects.dry_friction.pitch": 0.02}
-    bands = many(files, [variation, variation])
-    for values, given in ((bands.values, {}), (bands.low, variation), (bands.high, variation)):
+    result = many(files, [variation, variation])
+    for values, given in ((result.values, {}), (result.bands.low, variation), (result.bands.high, variation)):
         alone = run_apart(OPEN_LOOP, DURATION, 0.01, given, files, record=RECORD)
-        assert alone.names == bands.names
+        assert alone.names == result.names
         assert np.array_equal(values, alone.values)
 
 
 def test_the_bands_lie_where_95_of_100_runs_do(files):
     """At one instant 5 of 100 runs lie outside; the ends are quantiles between neighbours, so at most one more does."""
     gains = np.linspace(0.2, 0.3, 100)
-    bands = many(files, [{"plant.pitch.gain": gain} for gain in gains])
-    column = bands.names.index("plant.pitch")
+    result = many(files, [{"plant.pitch.gain": gain} for gain in gains])
+    column = result.names.index("plant.pitch")
     last = [
         run_apart(OPEN_LOOP, DURATION, 0.01, {"plant.pitch.gain": gain}, files, record=RECORD).values[-1, column]
         for gain in (gains[1], gains[5], gains[94], gains[98])
     ]
-    low, high = bands.low[-1, column], bands.high[-1, column]
+    low, high = result.bands.low[-1, column], result.bands.high[-1, column]
     assert [low <= value <= high for value in last] == [False, True, True, False]
 
 
 def test_a_run_that_a_unit_refuses_is_counted_with_its_reason(files):
-    bands = many(files, [{"plant.pitch.gain": 0.25}, {"plant.pitch.gain": 1e9}])
+    bands = many(files, [{"plant.pitch.gain": 0.25}, {"plant.pitch.gain": 1e9}]).bands
     assert bands.runs == 1 and len(bands.refused) == 1
     assert "pitch.gain = 1000000000.0" in bands.refused[0]
     with pytest.raises(MasterError, match="every one of 1 varied runs was refused; the first: plant"):

@@ -1,5 +1,5 @@
 from .loop import run
-from .process import run_apart, run_many_apart
+from .process import run_apart
 from .result import Bands, Result
 
-__all__ = ["Bands", "Result", "run", "run_apart", "run_many_apart"]
+__all__ = ["Bands", "Result", "run", "run_apart"]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from ctypes import addressof
-from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,7 @@ COMPONENT, SET, STEP, GET, INPUTS, INPUTS_COUNT, FED, OUTPUTS, OUTPUTS_COUNT, SH
 """Columns of what the loop knows of a unit: addresses, and lengths."""
 
 _CALLS = ("setReal", "doStep", "getReal")
+Array = NDArray[np.float64]
 
 
 def _call(typing: Any, function: Any, arguments: Any) -> Any:
@@ -71,12 +71,6 @@ def _loop(units, sources, fed, shown, record, step, first):
     return -1, 0, 0, 0
 
 
-@cache
-def _kept_loop() -> Any:
-    """Give the loop, whose machine code is kept sealed on the disk."""
-    return kept_on_disk(_loop, sha256(Path(__file__).read_bytes()).hexdigest()[:16])
-
-
 def unit_row(place: Place) -> list[int]:
     """Return the loop's row of a unit; its arrays have to outlive it."""
     unit, inputs, fed, outputs, shown = place
@@ -87,23 +81,18 @@ def unit_row(place: Place) -> list[int]:
 
 
 def compiled_loop(
-    places: Sequence[Place],
-    sources: NDArray[np.intp],
-    fed: NDArray[np.float64],
-    shown: NDArray[np.float64],
-    step: float,
-) -> Callable[[NDArray[np.float64], int], None]:
+    places: Sequence[Place], sources: NDArray[np.intp], fed: Array, shown: Array, step: float
+) -> Callable[[Array, int], None]:
     """Prepare the loop for arrays as those of :class:`.loop.Wired`; return a function of a record and a step's number.
 
     It takes as many communication steps as ``record`` has rows, from t = ``first`` ``step`` on, and raises MasterError
-    where a unit answers worse than a warning: unit, call, time and reason. Row k receives the outputs at
-    (first + k + 1) ``step`` [s].
+    where a unit answers worse than a warning. Row k receives the outputs at (first + k + 1) ``step`` [s].
     """
     table = np.array([unit_row(place) for place in places], dtype=np.int64)
-    loop = _kept_loop()
+    loop = kept_on_disk(_loop, sha256(Path(__file__).read_bytes()).hexdigest()[:16])
     loop(table[:0], sources, fed, shown, np.empty((0, len(shown))), 1.0, 0)  # compiled, or loaded, here
 
-    def run(record: NDArray[np.float64], first: int) -> None:
+    def run(record: Array, first: int) -> None:
         k, u, name, status = loop(table, sources, fed, shown, record, step, first)
         if k >= 0:
             places[u].unit.check(_CALLS[name], k * step, status)

@@ -82,10 +82,7 @@ class Call(NamedTuple):
 def unpack(name: str, fmu: Path, folder: Path) -> Any:
     """Unpack an FMU from anywhere into ``folder`` and return its model description, as fmpy reads it.
 
-    Raises
-    ------
-    MasterError
-        The file is no FMU that can be run, or there is no room for it; names unit and file.
+    MasterError names unit and file if it is no FMU that can be run, or there is no room for it.
     """
     try:
         check_zip(fmu)
@@ -108,17 +105,7 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
 
 
 class Instance:
-    """An instantiated unit.
-
-    Parameters
-    ----------
-    name : str
-        Its name in the scenario.
-    fmu : Path
-        The FMU file.
-    folder : Path
-        Where the FMU is unpacked; it does not exist yet.
-    """
+    """An instantiated unit, with its name in the scenario; its FMU is unpacked into ``folder``, which is new."""
 
     def __init__(self, name: str, fmu: Path, folder: Path) -> None:
         alive()
@@ -169,13 +156,7 @@ class Instance:
         self.slave.fmi2Instantiate = instantiate
 
     def check(self, call: str, time: float, status: int = 0) -> None:
-        """Check the answer to ``call`` at ``time`` [s].
-
-        Raises
-        ------
-        MasterError
-            The status, or one in the log, is worse than a warning: unit, call, time, status and the unit's messages.
-        """
+        """Raise MasterError if the answer to ``call`` at ``time`` [s], or one in the log, is worse than a warning."""
         worst = status if status > WARNING else self.worst
         if worst > WARNING:
             word = _STATUSES[worst] if worst < len(_STATUSES) else f"status {worst}"
@@ -196,13 +177,7 @@ class Instance:
         return value
 
     def variable(self, name: str, causality: str | None = None) -> Any:
-        """Return a variable's description.
-
-        Raises
-        ------
-        MasterError
-            The unit has no such variable, or none of this ``causality``.
-        """
+        """Return a variable's description, or raise MasterError if there is none, or none of this ``causality``."""
         if name not in self.variables:
             raise MasterError(f"unit {self.name} has no variable {name!r}{did_you_mean(name, tuple(self.variables))}")
         variable = self.variables[name]

@@ -52,6 +52,7 @@ def run(
     progress: bool = False,
     record: Collection[str] | None = None,
     native: bool = False,
+    variations: Sequence[Mapping[str, Value]] = (),
 ) -> Result:
     """Run a scenario in this process.
 
@@ -73,6 +74,9 @@ def run(
         Outputs to record (``identifier.a_wx``); outputs that feed an input are recorded as well. All by default.
     native : bool
         Build units in C in place of units in Python; runs of 100 000 steps and more take them in a compiled loop.
+    variations : sequence of mapping
+        Parameters of further runs, on top of ``parameters``. Their units have to be native; they are loaded once and
+        reset before every run. Of these runs bands are kept; one that a unit refuses is counted, and its reason kept.
 
     Returns
     -------
@@ -82,97 +86,62 @@ def run(
     Raises
     ------
     WiringError, MasterError, BuildError
-        An unknown name, a value that a unit refuses, a status worse than a warning: with unit, call and time.
+        An unknown name, a value that a unit refuses, a status worse than a warning: with unit, call and time; every
+        varied run is refused.
     """
     wiring = scenario(scenario_name)
-    steps = whole_steps(duration, step)
-    given = wiring.parameters_by_unit(parameters or {})
-    with instances(wiring, fmus or {}, build_native if native else build) as units:
+    steps, parameters = whole_steps(duration, step), parameters or {}
+    given = wiring.parameters_by_unit(parameters)
+    with instances(wiring, fmus or {}, build_native if native or variations else build) as units:
+        in_python = [name for name, unit in units.items() if not unit.is_native]
+        if variations and in_python:
+            raise MasterError(f"many runs need native units; {in_python[0]} is none, build it with --native")
         wired = Wired(wiring, units, step, record)
         values = np.empty((steps + 1, len(wired.names)))
-        values[0] = wired.start(given, steps * step)
-        compiled = steps >= WORTH_COMPILING and all(unit.is_native for unit in units.values())
+        compiled = not in_python and (variations or steps >= WORTH_COMPILING)
         take = wired.compiled() if compiled else None
-        began = perf_counter()
-        if take is not None:
-            for first in range(0, steps, WORTH_COMPILING):
-                alive()
-                take(values[first + 1 : first + 1 + WORTH_COMPILING], first)
-        else:
-            counted = _counted(steps, progress, wiring.title)
-            wired.play(values[1:], _paced(counted, step) if wiring.in_real_time else counted)
-        seconds = perf_counter() - began
-    return Result(wired.names, wired.physical_units, np.arange(steps + 1, dtype=np.float64) * step, values, seconds)
 
-
-def run_many(
-    scenario_name: str | Scenario,
-    duration: float,
-    step: float,
-    parameters: Mapping[str, Value],
-    fmus: Mapping[str, str | Path] | None,
-    *,
-    variations: Sequence[Mapping[str, Value]],
-    record: Collection[str] | None = None,
-) -> Bands:
-    """Run a scenario once with ``parameters`` and once more with each of ``variations`` on top of them.
-
-    Native units are loaded once and reset before every run. The first run is the nominal one; of the others only bands
-    are kept, at every recorded instant the range in which 95 % of the runs lie. A run that a unit refuses is counted
-    and its reason kept; the others go on. The other parameters are those of :func:`run`; units that are not given as
-    files are built in C.
-
-    Raises
-    ------
-    WiringError, MasterError, BuildError
-        As ``run``, for the nominal run; MasterError also if a unit is not native, or every varied run is refused.
-    """
-    wiring = scenario(scenario_name)
-    steps = whole_steps(duration, step)
-    nominal = wiring.parameters_by_unit(parameters)
-    with instances(wiring, fmus or {}, build_native) as units:
-        for name, unit in units.items():
-            if not unit.is_native:
-                raise MasterError(f"many runs need native units; {name} is none, build it with --native")
-        wired = Wired(wiring, units, step, record)
-        take = wired.compiled()
-        width = len(wired.names)
-        stride = max(1, int(np.ceil((len(variations) + 1) * (steps + 1) * width / MOST_NUMBERS)))
-        values = np.empty((steps + 1, width))
-        kept = np.empty((len(variations), len(values[::stride]), width))
-        began = perf_counter()
-
-        def fly(given: Mapping[str, Mapping[str, Value]]) -> None:
+        def fly(given: Mapping[str, Mapping[str, Value]]) -> float:
+            """Fill ``values``; return the time that the steps take [s]."""
             values[0] = wired.start(given, steps * step)
-            take(values[1:], 0)
+            began = perf_counter()
+            if take is not None:
+                for first in range(0, steps, WORTH_COMPILING):
+                    alive()
+                    take(values[first + 1 : first + 1 + WORTH_COMPILING], first)
+            else:
+                counted = _counted(steps, progress, wiring.title)
+                wired.play(values[1:], _paced(counted, step) if wiring.in_real_time else counted)
+            return perf_counter() - began
 
-        fly(nominal)
-        first, done, refused = values[::stride].copy(), 0, []
-        for variation in variations:
-            wired.reset()
-            try:
-                fly(wiring.parameters_by_unit({**parameters, **variation}))
-            except MasterError as problem:
-                refused.append(str(problem))
-                continue
-            kept[done] = values[::stride]
-            done += 1
-        seconds = perf_counter() - began
-    if done == 0:
-        raise MasterError(f"every one of {len(variations)} varied runs was refused; the first: {refused[0]}")
-    ends = 0.5 * (1.0 - SHARE), 0.5 * (1.0 + SHARE)
-    low, high = np.quantile(kept[:done], ends, axis=0, overwrite_input=True)
-    time = np.arange(steps + 1, dtype=np.float64)[::stride] * step
-    return Bands(
-        wired.names, wired.physical_units, time, first, seconds, low=low, high=high, runs=done, refused=tuple(refused)
-    )
+        seconds = fly(given)
+        time, nominal, bands = np.arange(steps + 1, dtype=np.float64) * step, values, None
+        if variations:
+            stride = max(1, int(np.ceil((len(variations) + 1) * values.size / MOST_NUMBERS)))
+            time, nominal = time[::stride], values[::stride].copy()
+            kept, refused = np.empty((len(variations), *nominal.shape)), list[str]()
+            for number, variation in enumerate(variations):
+                wired.reset()
+                try:
+                    seconds += fly(wiring.parameters_by_unit({**parameters, **variation}))
+                    kept[number - len(refused)] = values[::stride]
+                except MasterError as problem:
+                    refused.append(str(problem))
+            bands = _bands(kept[: len(variations) - len(refused)], tuple(refused))
+    return Result(wired.names, wired.physical_units, time, nominal, seconds, bands)
+
+
+def _bands(kept: NDArray[np.float64], refused: tuple[str, ...]) -> Bands:
+    """Return where :data:`SHARE` of the runs lie, shape (runs, N, M); they are sorted in place."""
+    if len(kept) == 0:
+        raise MasterError(f"every one of {len(refused)} varied runs was refused; the first: {refused[0]}")
+    low, high = np.quantile(kept, (0.5 * (1.0 - SHARE), 0.5 * (1.0 + SHARE)), axis=0, overwrite_input=True)
+    return Bands(low, high, len(kept), refused)
 
 
 @contextmanager
 def instances(
-    wiring: Scenario,
-    fmus: Mapping[str, str | Path],
-    builder: Callable[[str, str | Path], Path],
+    wiring: Scenario, fmus: Mapping[str, str | Path], builder: Callable[[str, str | Path], Path]
 ) -> Iterator[dict[str, Instance]]:
     """Instantiate every unit of a scenario; free them all at the end."""
     units: dict[str, Instance] = {}
@@ -184,35 +153,16 @@ def instances(
 
 
 class Wired:
-    """The units of a scenario with their inputs and outputs in two arrays.
+    """The units of a scenario, by name, with their inputs and outputs in two arrays; ``step`` [s] is that of the run.
 
-    Parameters
-    ----------
-    wiring : Scenario
-    units : dict
-        Its instances by name.
-    step : float
-        Communication step [s].
-    record : collection of str, optional
-        Outputs to read, beside those that feed an input; all by default.
-
-    Notes
-    -----
-    ``names`` and ``physical_units`` are those of every output that is read, as ``unit.variable``; ``shown`` has their
-    values, ``fed`` those of all connected inputs, and ``sources`` for each input the place of the output that feeds it.
-
-    Raises
-    ------
-    WiringError, MasterError
-        A name in ``record`` or in the wiring is no output of its unit; what is fed is no input.
+    ``names`` and ``physical_units`` are those of every output that is read, as ``unit.variable``: of ``record``, all by
+    default, and of those that feed an input. ``shown`` has their values, ``fed`` those of all connected inputs, and
+    ``sources`` for each input the place of the output that feeds it. A name that is no output of its unit raises
+    WiringError, one that is fed and no input MasterError.
     """
 
     def __init__(
-        self,
-        wiring: Scenario,
-        units: dict[str, Instance],
-        step: float,
-        record: Collection[str] | None = None,
+        self, wiring: Scenario, units: dict[str, Instance], step: float, record: Collection[str] | None = None
     ) -> None:
         self.units, self.step = units, step
         every = [f"{name}.{output}" for name, unit in units.items() for output in unit.outputs]
@@ -267,13 +217,7 @@ class Wired:
                 unit.check(name, time, status)
 
     def play(self, values: NDArray[np.float64], counted: Iterable[int]) -> None:
-        """Take a step for each number of ``counted``; row k of ``values`` receives the outputs behind step k.
-
-        Raises
-        ------
-        MasterError
-            A unit answers worse than a warning, or logs a refusal: unit, call, time and reason.
-        """
+        """Take a step for each number of ``counted``; row k of ``values`` receives the outputs behind step k."""
         calls: list[Call] = []
         for unit, put, get in zip(self.units.values(), self._puts, self._gets, strict=True):
             calls += [*put, unit.do_step(self._time, self._step), *get]

@@ -17,7 +17,7 @@ import sys
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from heli_identifier.files import draft_folder
 from heli_identifier.processes import NEW_GROUP, end_process, end_with_parent, undone
@@ -25,21 +25,27 @@ from heli_identifier.processes import NEW_GROUP, end_process, end_with_parent, u
 from ..errors import FmuError, MasterError
 from ..variables import Value
 from ..wiring import Scenario
+from .result import Result
 
 PATIENCE = 120.0
 """Longest time without an answer of a unit to a call or to a thousand steps [s]; a unit that takes longer hangs."""
 
 
-def _apart(
-    function: str,
+def run_apart(
     scenario_name: str | Scenario,
     duration: float,
     step: float = 0.01,
     parameters: Mapping[str, Value] | None = None,
     fmus: Mapping[str, str | Path] | None = None,
     **more: Any,
-) -> Any:
-    """Return what a function of :mod:`.loop` returns in a child process, or raise its error."""
+) -> Result:
+    """Run a scenario as :func:`.loop.run` does, in a process of its own.
+
+    Raises
+    ------
+    MasterError
+        Also if the child ends without a result, or a unit hangs.
+    """
     order = {"scenario_name": scenario_name, "duration": duration, "step": step, "parameters": parameters, **more}
     with draft_folder() as folder:
         command = [sys.executable, "-m", "fmu_src.master.process", str(folder), str(os.getpid())]
@@ -54,7 +60,7 @@ def _apart(
             ) as process,
             undone(partial(end_process, process)),
         ):
-            said = process.communicate(pickle.dumps((function, order | {"fmus": fmus})))[1]
+            said = process.communicate(pickle.dumps(order | {"fmus": fmus}))[1]
         if (folder / "answer").is_file():
             answer = pickle.loads((folder / "answer").read_bytes())
             if isinstance(answer, FmuError):
@@ -63,14 +69,6 @@ def _apart(
         hung = folder / "hung"
         files = [str(file) for file in (fmus or {}).values()]
         raise MasterError(_end(process.returncode, said, hung.is_file() and hung.stat().st_size > 0, files))
-
-
-if TYPE_CHECKING:
-    from .loop import run as run_apart
-    from .loop import run_many as run_many_apart
-else:
-    run_apart, run_many_apart = partial(_apart, "run"), partial(_apart, "run_many")
-"""As the functions of :mod:`.loop`, with MasterError also if the child ends without a result, or a unit hangs."""
 
 
 def _end(code: int, printed: bytes | None, hung: bool, files: list[str]) -> str:
@@ -92,11 +90,11 @@ def main(folder: Path, parent: int) -> NoReturn:
     end_with_parent(parent)
     from . import instance, loop  # load FMI tools
 
-    function, order = pickle.load(sys.stdin.buffer)
+    order = pickle.load(sys.stdin.buffer)
     with open(folder / "hung", "w") as hung:
         instance.WATCHES.append(partial(faulthandler.dump_traceback_later, PATIENCE, exit=True, file=hung))
         try:
-            answer = getattr(loop, function)(**order)
+            answer: Result | FmuError = loop.run(**order)
         except FmuError as error:
             answer = error
         except OSError as error:

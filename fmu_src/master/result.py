@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,18 @@ from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
 
 from ..errors import WiringError
+
+
+class Bands(NamedTuple):
+    """Where 95 % of the varied runs lie at every recorded instant."""
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    """low, high: Ends of the band of each output, shape (N, M)."""
+    runs: int
+    """Varied runs that came to their end."""
+    refused: tuple[str, ...]
+    """One sentence per run that a unit refused."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +40,9 @@ class Result:
     values: NDArray[np.float64]
     """Row k holds the outputs at ``time[k]``, shape (N, M)."""
     seconds: float = 0.0
-    """Wall time of the steps alone, without building, loading and initialising the units [s]."""
+    """Wall time of the steps alone of all runs, without building, loading and initialising the units [s]."""
+    bands: Bands | None = None
+    """Of varied runs; then the values are those of the run that is not varied."""
 
     def column(self, name: str) -> NDArray[np.float64]:
         """Return one output, shape (N,).
@@ -46,27 +61,12 @@ class Result:
         return np.column_stack([self.column(name) for name in names])
 
     def write_csv(self, path: str | Path) -> Path:
-        """Write time and outputs as CSV, complete or not at all; numbers read back to the same bits."""
-        headers = ["time [s]", *(f"{name} [{unit}]" for name, unit in zip(self.names, self.units, strict=True))]
-        rows = np.column_stack([self.time, self.values]).tolist()
+        """Write time, outputs and the ends of bands as CSV, complete or not at all; numbers read back to the bit."""
+        blocks = [("", self.values)]
+        if self.bands is not None:
+            blocks += [(" low", self.bands.low), (" high", self.bands.high)]
+        pairs = tuple(zip(self.names, self.units, strict=True))
+        headers = ["time [s]", *(f"{name}{end} [{unit}]" for end, _ in blocks for name, unit in pairs)]
+        rows = np.column_stack([self.time, *(values for _, values in blocks)]).tolist()
         lines = [",".join(headers), *(",".join(map(repr, row)) for row in rows), ""]
         return write_atomically(Path(path), "\n".join(lines).encode())
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Bands(Result):
-    """The nominal one of many runs, whose ``seconds`` are those of all, and the bands of the varied ones."""
-
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    """low, high: Ends of the band of each output, shape (N, M)."""
-    runs: int
-    """Varied runs that came to their end."""
-    refused: tuple[str, ...]
-    """One sentence per run that a unit refused."""
-
-    def write_csv(self, path: str | Path) -> Path:
-        """Write the nominal run and behind it the ends of the bands as CSV, complete or not at all."""
-        names = tuple(name + end for end in ("", " low", " high") for name in self.names)
-        values = np.hstack([self.values, self.low, self.high])
-        return Result(names, self.units * 3, self.time, values).write_csv(path)

@@ -1,26 +1,41 @@
 """Build the native twin of a unit: ``build_native("HelicopterPlant", "build")``.
 
-The zip holds the sources, the description by which an importer compiles them, binaries for every platform that a
-compiler is at hand for, the model description, the documentation and an icon. Names, causalities and start values are
-those of the pythonfmu unit.
+The zip holds the sources (C by hand, the translation, tables from the unit's definition), the description by which an
+importer compiles them, binaries for every platform that a compiler is at hand for, the model description, the
+documentation and an icon. Names, causalities and start values are those of the pythonfmu unit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement
 
 from heli_identifier.files import write_atomically
 
 from ..builder import checked_start_values, content_guid, icon, index_html, unit_class, zip_bytes
-from ..description import TOOL, model_description, xml_text
-from ..variables import Value
-from .definitions import DEFINITIONS
-from .sources import build_description, compiled_files, exchange_of, native_sources
+from ..description import TOOL, model_description, value_text, xml_text
+from ..errors import BuildError
+from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
+from ..variables import LARGEST, Value, Variable
+from .definitions import DEFINITIONS, Exchange
 from .toolchain import binaries
+from .translator import Struct, Translation, annotated, header, persistence, quoted, source
 
 NATIVE_UNITS = tuple(DEFINITIONS)
 """Units that have a native twin; the others run in Python only."""
+
+RUNTIME = ("arithmetic.h", "memory.h", "memory.c", "unit.h", "unit.c", "values.c", "state.c", "exchange.c", "fmi.h")
+"""Files in C that every unit has."""
+
+HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+           3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h")}  # fmt: skip
+"""Headers of the standard, which fmpy carries."""
+
+_GENERATED = "/* Generated from the unit's definition. */\n"
 
 
 def build_native(
@@ -61,19 +76,123 @@ def build_native(
     """
     kind = unit_class(unit)
     start_values = checked_start_values(kind, parameters or {})
-    exchange = exchange_of(unit) if model_exchange else None
+    exchange = _exchange_of(unit) if model_exchange else None
     extra = exchange.variables if exchange else ()
     untold = native_sources(kind, start_values, "", fmi, exchange)
     token = content_guid({name: text.encode() for name, text in untold.items()})  # the same one on every machine
     sources = native_sources(kind, start_values, token, fmi, exchange)
-    files = compiled_files(sources)
+    compiled = [name for name in sources if name.endswith(".c")]
     built = binaries(sources, unit, fmi, all_platforms)
     entries = {f"sources/{name}": text.encode() for name, text in sources.items()}
-    entries["sources/buildDescription.xml"] = build_description(unit, sources)
+    entries["sources/buildDescription.xml"] = build_description(unit, compiled)
     entries |= built
     platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
     page = index_html(kind, start_values, "native.html", platforms=platforms, exchange=bool(exchange))
     entries["documentation/index.html"] = page.encode()
     entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon()
-    entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, token, fmi, TOOL, files, extra))
+    entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, token, fmi, TOOL, compiled, extra))
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
+
+
+def _exchange_of(unit: str) -> Exchange:
+    """Return what Model Exchange adds to a unit, or refuse one that is sampled."""
+    exchange = DEFINITIONS[unit].exchange if unit in DEFINITIONS else None
+    if exchange is None:
+        having = ", ".join(name for name, definition in DEFINITIONS.items() if definition.exchange)
+        raise BuildError(f"{unit} has no model exchange, because it works at sampling instants; {having} has")
+    return exchange
+
+
+@cache
+def _model(unit: str, exchanged: bool) -> tuple[str, str]:
+    """Return model.h and model.c: the translation of a unit's functions."""
+    definition = DEFINITIONS[unit]
+    translation = Translation(definition.externals)
+    exchange = definition.exchange if exchanged else None
+    for entry in (*definition.entries, *(exchange.entries if exchange else ())):
+        translation.entry(*(entry if isinstance(entry, tuple) else (entry,)))
+    for function, by in exchange.differentiated.items() if exchange else ():
+        translation.entry(function, slopes_by=by)
+    if definition.settings is not None:
+        translation.use(Struct(definition.settings))
+    memory = persistence(annotated(definition.memory), translation)
+    return header(translation, memory), source(translation)
+
+
+def native_sources(
+    unit: type[SlaveBase], start_values: Mapping[str, Value], token: str, fmi: int, exchange: Exchange | None = None
+) -> dict[str, str]:
+    """Return every source of a unit by its file name; with ``exchange`` it has Model Exchange as well."""
+    if unit.__name__ not in DEFINITIONS:
+        raise BuildError(
+            f"{unit.__name__} runs in Python only; there is C for {', '.join(DEFINITIONS)}. Leave native away for it"
+        )
+    definition = DEFINITIONS[unit.__name__]
+    own = [*RUNTIME, f"fmi{fmi}.c", definition.adapter, *definition.files, *([exchange.adapter] if exchange else [])]
+    variables = (*unit.variables, *(exchange.variables if exchange else ()))
+    found = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in own}
+    found |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}
+    found["model.h"], found["model.c"] = _model(unit.__name__, exchange is not None)
+    found["variables.h"] = variables_header(variables, definition.settings)
+    found["variables.c"] = variables_source(unit, variables, start_values, token, exchange is not None)
+    return dict(sorted(found.items()))
+
+
+def build_description(identifier: str, compiled: Sequence[str]) -> bytes:
+    """Return sources/buildDescription.xml (FMI 3.0, section 2.5.5; tools read it in FMI 2.0 units as well)."""
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
+    listed = SubElement(configuration, "SourceFileSet", language="C11", compilerOptions="-ffp-contract=off")
+    for name in compiled:
+        SubElement(listed, "SourceFile", name=name)
+    SubElement(listed, "IncludeDirectory", name=".")
+    SubElement(configuration, "Library", name="m", external="true")
+    return xml_text(root)
+
+
+def reference(name: str) -> str:
+    """Return the C name of a variable's value reference: ``score.pitch[1]`` is ``REF_score_pitch_1``."""
+    return "REF_" + re.sub(r"\W+", "_", name).strip("_")
+
+
+def variables_header(variables: Sequence[Variable], settings: type | None) -> str:
+    """Return variables.h: the value references, and the function that fills the settings."""
+    names = ",\n".join(f"    {reference(variable.name)}" for variable in variables)
+    text = f'{_GENERATED}#ifndef VARIABLES_H\n#define VARIABLES_H\n\n#include "model.h"\n#include "unit.h"\n\n'
+    text += f"enum {{\n{names}\n}};\n\n"
+    if settings is not None:
+        kind = settings.__name__
+        lines = "".join(f"    x->{v.field} = values[{reference(v.name)}].real;\n" for v in variables if v.field)
+        text += f"static inline void set_{kind}({kind} *x, const Value *values)\n{{\n{lines}}}\n\n"
+    return f"{text}#endif\n"
+
+
+def variables_source(
+    unit: type[SlaveBase], variables: Sequence[Variable], start_values: Mapping[str, Value], token: str, exchanged: bool
+) -> str:
+    """Return variables.c: all variables, the token of the model description, the unit's limits."""
+    rows = "\n".join(_row(variable, start_values.get(variable.name, variable.start)) for variable in variables)
+    return (
+        f'{_GENERATED}#include "unit.h"\n\nconst char UNIT_TOKEN[] = {quoted(token)};\n'
+        f"{'' if exchanged else 'const Exchange *const EXCHANGE = NULL;'}\n\n"
+        f"const bool HAS_PAST = {str(unit.has_past).lower()};\n"
+        f"const double LONGEST_STEP = {LONGEST_STEP!r}, CLOCK_TOLERANCE = {CLOCK_TOLERANCE!r};\n"
+        f"const int64_t MOST_SUBSTEPS = {MOST_SUBSTEPS};\n\n"
+        "/* name, kind, causality, tunable, unit, minimum, maximum, nominal, start, text */\n"
+        f"const Variable VARIABLES[] = {{\n{rows}\n}};\n\n"
+        "const size_t VARIABLE_COUNT = sizeof VARIABLES / sizeof VARIABLES[0];\n"
+    )
+
+
+def _row(variable: Variable, start: Value | None) -> str:
+    low, high = (0.0, 1.0) if variable.type == "Boolean" else variable.bounds
+    assert abs(low) <= LARGEST and abs(high) <= LARGEST
+    is_text = variable.type == "String"
+    number = "0.0" if start is None or is_text else value_text(float(start), "Real")
+    unit = variable.unit if variable.unit and variable.unit != "1" else ""
+    parts = (
+        quoted(variable.name), variable.type.upper(), variable.causality.upper(),
+        str(variable.variability == "tunable").lower(), quoted(unit), repr(float(low)),
+        repr(float(high)), repr(float(variable.nominal or 1.0)), number, quoted(str(start or "")) if is_text else "0",
+    )  # fmt: skip
+    return f"    {{{', '.join(parts)}}},"

@@ -91,13 +91,7 @@ def runs_here() -> bool:
 
 
 def compiled(sources: Mapping[str, str], target: Platform, library: str) -> bytes:
-    """Return the shared library of these sources for a platform.
-
-    Raises
-    ------
-    BuildError
-        The compiler fails: its message.
-    """
+    """Return the shared library of these sources for a platform, or raise BuildError with the compiler's message."""
     command = compiler(target) or []
     with draft_folder() as folder:
         for name, text in sources.items():

@@ -79,14 +79,7 @@ class LogPlayer(SlaveBase):
 
 
 def read_recording(path: str) -> Recording:
-    """Read a CSV log.
-
-    Raises
-    ------
-    Refusal
-        The log cannot be played: no file, no table, a missing column, an unknown unit, a cell that is no finite
-        number, time that does not increase. The message names file, row and column.
-    """
+    """Read a CSV log, or raise Refusal, which names file, row and column, if it cannot be played."""
     header, *lines = _contents(path).split("\n")
     columns = _columns(path, header)
     times: list[float] = []

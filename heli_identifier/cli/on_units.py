@@ -160,7 +160,7 @@ def simulate(
             result = master.run_apart(scenario, duration, step, begun, files, progress=shown, native=native)
         else:
             drawn, outputs = _variations(scenario, parameters, args.assignments(settings), runs, seed)
-            result = master.run_many_apart(scenario, duration, step, begun, files, variations=drawn, record=outputs)
+            result = master.run_apart(scenario, duration, step, begun, files, variations=drawn, record=outputs)
     if output is not None:
         result.write_csv(output)
     if plot is not None:
@@ -168,7 +168,7 @@ def simulate(
     if runs is None:
         _print_run(result, recorded, json, verbose)
     else:
-        _print_bands(result, json, verbose)
+        _print_bands(result, result.bands, json, verbose)
 
 
 def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) -> None:
@@ -184,14 +184,14 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
     answer(json, document, [_output_table(title, rows, everything)])
 
 
-def _print_bands(bands: Any, json: bool, everything: bool) -> None:
+def _print_bands(result: Any, bands: Any, json: bool, everything: bool) -> None:
     """Print last values of the nominal run and the range of 95 % of the runs."""
     if bands.refused:
         warn(f"{len(bands.refused)} of {bands.runs + len(bands.refused)} runs were refused; first: {bands.refused[0]}")
     widest = (bands.high - bands.low).max(axis=0)
-    figures = {"last": bands.values[-1], "last_low": bands.low[-1], "last_high": bands.high[-1], "widest": widest}
-    rows = _outputs(bands, figures)
-    title = f"{bands.runs} runs of {bands.time[-1]:g} s; 95 % of them lie between low and high"
+    figures = {"last": result.values[-1], "last_low": bands.low[-1], "last_high": bands.high[-1], "widest": widest}
+    rows = _outputs(result, figures)
+    title = f"{bands.runs} runs of {result.time[-1]:g} s; 95 % of them lie between low and high"
     document = {"runs": bands.runs, "refused": len(bands.refused), "outputs": rows}
     answer(json, document, [_output_table(title, rows, everything)])
 

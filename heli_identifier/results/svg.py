@@ -148,8 +148,8 @@ def run_figure(result: Any, log: Log | None = None) -> str:
 
     Parameters
     ----------
-    result : fmu_src.master.Result or Bands
-        Of many runs with varied parameters, where 95 % of them lie is drawn as well.
+    result : fmu_src.master.Result
+        Where 95 % of varied runs lie is drawn as well.
     log : Log, optional
         What was played; drawn as far as the run goes.
     """
@@ -168,8 +168,8 @@ def run_figure(result: Any, log: Log | None = None) -> str:
         if log is not None:
             played = log.time <= time[-1] + 1e-9  # two products of a step may differ by an ulp
             panel.line(log.time[played], log.angles[played, AXES.index(axis)], "measured", "measured", 2.2)
-        if hasattr(result, "low"):
-            panel.band(time, result.low[:, column], result.high[:, column], "95 % of the runs")
+        if result.bands is not None:
+            panel.band(time, result.bands.low[:, column], result.bands.high[:, column], "95 % of the runs")
         panel.line(time, values[:, column], "after", "plant", 1.1)
         panels.append(panel)
     return figure(panels, "time [s]", "The run over time", 700.0)

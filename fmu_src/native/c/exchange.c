@@ -6,8 +6,6 @@
 
 enum { MOST = 32 }; /* states, inputs and outputs of a model */
 
-static const double CLOCK = 1e-9; /* [s]; times of events have rounding errors */
-
 /* Time since the start at which the laws are computed: up to an event it is before it, from the event on behind it. */
 static double law_time(const Unit *unit)
 {
@@ -126,7 +124,7 @@ Status exchange_update(Unit *unit, double *next)
     const Status status = ready(unit, "newDiscreteStates", NO_STATES);
     if (status != OK)
         return status;
-    if (unit->reached - unit->start_time >= unit->next_event - CLOCK) {
+    if (unit->reached - unit->start_time >= unit->next_event - EARLY) {
         unit->passed = unit->next_event;
         unit->next_event = EXCHANGE->next_event(unit->model, unit->passed);
         unit->stale = true;

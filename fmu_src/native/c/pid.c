@@ -3,8 +3,6 @@
 #include "model.h"
 #include "variables.h"
 
-static const double EARLY = 1e-9; /* [s]; communication points k H have rounding errors */
-
 struct Model {
     PidSettings settings;
     Row3 rises;

@@ -26,7 +26,9 @@ static void initialise(Model *model, Unit *unit)
     take_parameters(model, unit);
     model->longest_step = values[REF_solver_step].real;
     if (enabled)
-        set_EncoderCounts(&model->counts, values);
+        model->counts = (EncoderCounts){
+            values[REF_encoder_counts_pitch].real, values[REF_encoder_counts_elevation].real,
+            values[REF_encoder_counts_travel].real};
     const Row3 rates = {
         values[REF_initial_pitch_rate].real, values[REF_initial_elevation_rate].real,
         values[REF_initial_travel_rate].real};

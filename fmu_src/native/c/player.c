@@ -17,7 +17,6 @@
 
 enum { SIGNALS = 5, COLUMNS = SIGNALS + 1, SHOWN = 300 };
 
-static const double EARLY = 1e-9;                  /* [s]; communication points k H have rounding errors */
 static const double DEGREE = 0.017453292519943295; /* math.radians(1.0) [rad] */
 static const char BLANKS[] = " \t\r\v\f";
 

@@ -3,7 +3,7 @@
 #include "model.h"
 #include "variables.h"
 
-static const double REFERENCE_EARLY = 1e-9; /* [s]; communication points k H have rounding errors */
+static const double SAMPLE_EARLY = 1e-6;    /* of a period: EARLY of heli_plant/state_feedback.py */
 
 struct Model {
     FeedbackSettings settings;
@@ -19,7 +19,7 @@ static void initialise(Model *model, Unit *unit)
     model->rises = (Row3){
         values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
         values[REF_reference_step_travel].real};
-    model->step_time = values[REF_reference_step_time].real - REFERENCE_EARLY;
+    model->step_time = values[REF_reference_step_time].real - EARLY;
     model->held.some = false;
     const double limit = model->settings.voltage_limit;
     values[REF_v_front].real = motor_saturate(model->settings.hover.front, limit);

@@ -22,7 +22,7 @@ from heli_plant.dual import Dual
 
 from ...errors import BuildError
 from . import types as c
-from .values import Callee, Expr, Run, known_items, literal, type_of, unwrapped
+from .values import Expr, Run, known_items, literal, type_of, unwrapped
 
 
 class Untranslatable(BuildError):
@@ -49,19 +49,9 @@ def c_name(name: str) -> str:
 
 
 class Body:
-    """One function in translation.
+    """One function in translation, with its name in C and the types of its parameters and, if annotated, its result.
 
-    Parameters
-    ----------
-    program : Translation
-        It translates the functions that are called and defines the types that are used.
-    name : str
-        In C.
-    function : FunctionType
-    parameters : dict
-        Their types.
-    returns : CType or None
-        Type of the result, where its annotation says it.
+    ``program``, a :class:`.program.Translation`, translates the functions that it calls and defines the types.
     """
 
     def __init__(
@@ -85,8 +75,7 @@ class Body:
         """Whether this is behind a return."""
         for name, kind in self.parameters.items():
             text = f"(*{c_name(name)})" if isinstance(kind, c.Struct) else c_name(name)
-            known = Callee(self, kind.function) if isinstance(kind, c.Function) else None
-            self.env[name] = known or self.opened(Expr(self, kind, text))
+            self.env[name] = self.opened(Expr(self, kind, text))
         self.loops: list[dict[str, Expr]] = []
         """Of each loop around: the variables that it carries from turn to turn."""
 
@@ -134,7 +123,7 @@ class Body:
         for name, kind in self.parameters.items():
             if isinstance(kind, c.Struct):
                 parts.append(f"const {kind.name} *{c_name(name)}")
-            elif not isinstance(kind, c.Function):
+            else:
                 parts.append(f"{kind.name} {c_name(name)}")
         return f"{self.result.name} {self.name}({', '.join(parts) or 'void'})"
 
@@ -194,13 +183,9 @@ class Body:
     # Conversions
 
     def as_type(self, value: Any, wanted: c.CType) -> Expr:
-        """Return ``value`` as an expression of type ``wanted``.
-
-        Raises
-        ------
-        NoType
-            It cannot be one.
-        """
+        """Return ``value`` as an expression of type ``wanted``, or raise NoType."""
+        if isinstance(wanted, c.Choice) and isinstance(value, FunctionType):
+            return Expr(self, wanted, str(wanted.functions.index(value)))
         have = type_of(value)
         if isinstance(value, Expr) and (have == wanted or wanted == c.UNKNOWN):
             return value
@@ -210,8 +195,6 @@ class Body:
             return Expr(self, wanted, f"({wanted.name}){{{inner}}}")
         if isinstance(have, c.Maybe):
             return self.as_type(unwrapped(value), wanted)
-        if isinstance(wanted, c.Choice) and isinstance(have, c.Function):
-            return Expr(self, wanted, str(wanted.functions.index(have.function)))
         if wanted == c.DUAL:
             parts = (value.value, value.slope) if isinstance(value, Dual) else (value, 0.0)
             return Expr(self, c.DUAL, f"(Dual){{{', '.join(self.as_type(part, c.FLOAT).bare for part in parts)}}}")
@@ -372,11 +355,11 @@ class Body:
         for value, hint in zip(bound.arguments.values(), parameter_types(function).values(), strict=True):
             kind = type_of(value)
             is_own = hint is None or (kind, hint) == (c.DUAL, c.FLOAT)
-            values.append(value if isinstance(kind, c.Function) else self.as_type(value, kind if is_own else hint))  # type: ignore[arg-type]
+            values.append(self.as_type(value, kind if is_own else hint))  # type: ignore[arg-type]
         called = self.program.function(function, tuple(map(type_of, values)))
         self.needs_space = self.needs_space or called.needs_space
         texts = ["space"] if called.needs_space else []
-        texts += [self._passed(value) for value in values if isinstance(value, Expr)]
+        texts += map(self._passed, values)
         text = f"{called.name}({', '.join(texts)})"
         if called.result == c.NOTHING:
             self.emit(f"{text};")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from types import FunctionType
 from typing import Any
 
@@ -16,10 +16,7 @@ from .statements import translate
 class Translation:
     """Functions and types that a program needs.
 
-    Parameters
-    ----------
-    externals : mapping, optional
-        Functions that have another definition: the name of one in C, or one in Python that is translated.
+    ``externals`` gives functions another definition: the name of one in C, or one in Python that is translated.
     """
 
     def __init__(self, externals: Mapping[Callable[..., Any], Any] | None = None) -> None:
@@ -29,20 +26,9 @@ class Translation:
         self.types: list[c.CType] = []
 
     def entry(self, function: Callable[..., Any], *bound: Any, slopes_by: Collection[str] = ()) -> Body:
-        """Translate a function that C by hand calls.
+        """Translate a function that C by hand calls, or raise Untranslatable.
 
-        Parameters
-        ----------
-        function : callable
-        *bound
-            Functions, or types, for those parameters that have no annotation.
-        slopes_by : collection of str
-            Parameters that are dual numbers.
-
-        Raises
-        ------
-        Untranslatable
-            It, or a function that it calls, uses a form that has no translation.
+        ``bound`` are types for those parameters that have no annotation; the parameters ``slopes_by`` are dual numbers.
         """
         function, waiting, kinds = inspect.unwrap(function), list(bound), []
         assert isinstance(function, FunctionType)
@@ -50,8 +36,7 @@ class Translation:
             if kind is None and not waiting:
                 Body(self, "", function, {}, None).refuse(None, f"the parameter {name} needs an annotation")
             if kind is None:
-                given = waiting.pop(0)
-                kind = c.FLOAT if given is float else c.Struct(given) if isinstance(given, type) else c.Function(given)
+                kind = c.annotated(waiting.pop(0))
             kinds.append(c.DUAL if name in slopes_by else kind)
         self.entries.append(self.function(function, tuple(kinds)))
         return self.entries[-1]
@@ -161,18 +146,17 @@ def source(translation: Translation, more: str = "") -> str:
 # Bytes of the memory
 
 
-def persistence(roots: list[c.CType], translation: Translation) -> str:
-    """Return ``pass_T`` of these types and of their parts: a value to bytes, or back."""
-    for root in roots:
-        translation.use(root)
-    wanted = set(_all_parts(roots))
+def persistence(root: c.CType, translation: Translation) -> str:
+    """Return ``pass_T`` of a type and of its parts: a value to bytes, or back."""
+    translation.use(root)
+    wanted = set(_all_parts(root))
     return "\n".join(_passing(kind) for kind in translation.types if kind in wanted)
 
 
-def _all_parts(kinds: Iterable[c.CType]) -> Iterator[c.CType]:
-    for kind in kinds:
-        yield kind
-        yield from _all_parts(inner for _, inner in c.parts_of(kind))
+def _all_parts(kind: c.CType) -> Iterator[c.CType]:
+    yield kind
+    for _, inner in c.parts_of(kind):
+        yield from _all_parts(inner)
 
 
 def _passing(kind: c.CType) -> str:

@@ -8,7 +8,6 @@
     tuple of known length       struct Row...         fields x0, x1, ...
     list, tuple[T, ...]         struct {count, room, at}    elements in the unit's own memory
     T | None                    struct {some, value}
-    a function                  nothing: the called function is made for it, as a template is
 
 A tuple of known length becomes a list where one is needed. An int becomes a float where one is needed.
 """
@@ -83,14 +82,6 @@ class Maybe:
 
 
 @dataclass(frozen=True)
-class Function:
-    """A function that is known when the program is translated."""
-
-    function: Callable[..., Any]
-    name = short = "function"
-
-
-@dataclass(frozen=True)
 class Choice:
     """One of several functions, chosen at run time by its index."""
 
@@ -98,7 +89,7 @@ class Choice:
     name, short = "int64_t", "choice"
 
 
-CType = Scalar | Struct | Row | Listing | Maybe | Function | Choice
+CType = Scalar | Struct | Row | Listing | Maybe | Choice
 
 
 class NoType(TypeError):
@@ -106,13 +97,7 @@ class NoType(TypeError):
 
 
 def joined(a: CType, b: CType) -> CType:
-    """Return the smallest type that holds values of both.
-
-    Raises
-    ------
-    NoType
-        There is none.
-    """
+    """Return the smallest type that holds values of both, or raise NoType."""
     if a == b or b == UNKNOWN:
         return a
     if a == UNKNOWN:
@@ -153,13 +138,7 @@ def parts_of(kind: CType) -> list[tuple[str, CType]]:
 
 @cache
 def fields(kind: type) -> dict[str, CType]:
-    """Return the types of the fields of a NamedTuple or dataclass, in order.
-
-    Raises
-    ------
-    NoType
-        A field's annotation has no counterpart in C.
-    """
+    """Return the types of the fields of a NamedTuple or dataclass, in order."""
     own = dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()
     names, hints = tuple(field.name for field in own) or kind._fields, get_type_hints(kind)  # type: ignore[attr-defined]
     if not any(name in hints for name in names):  # PlantParameters: a flat set of floats
@@ -179,13 +158,7 @@ PLAIN: dict[Any, CType] = {float: FLOAT, int: INT, bool: BOOL, str: TEXT, type(N
 
 
 def annotated(hint: Any) -> CType:
-    """Return the type of an annotation.
-
-    Raises
-    ------
-    NoType
-        The annotation has no counterpart in C.
-    """
+    """Return the type of an annotation, or raise NoType."""
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is Literal:
         hint = type(arguments[0])

@@ -11,7 +11,6 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from types import FunctionType
 from typing import Any
 
 from heli_plant.dual import Dual
@@ -20,17 +19,9 @@ from . import types as c
 
 
 class Expr:
-    """An expression in C.
+    """An expression in C of a type, in the function ``body``; its ``code`` is in parentheses if it has an operator.
 
-    Attributes
-    ----------
-    body : Body
-        The function that it stands in.
-    type : CType
-    code : str
-        C text, in parentheses if it has an operator.
-    as_float : str
-        C text of the same number as a double, where it was a double before Python made an int of it.
+    ``as_float`` is the text of the same number as a double, where it was a double before Python made an int of it.
     """
 
     __slots__ = ("as_float", "body", "code", "type")
@@ -65,9 +56,6 @@ class Expr:
                 return self.body.opened(Expr(self.body, c.fields(self.type.kind)[name], self.path(name)))
             if name == "_replace":
                 return partial(self.body.replaced, self)
-            method = getattr(self.type.kind, name, None)
-            if isinstance(method, FunctionType):
-                return partial(self.body.call, method, self)
         raise AttributeError(f"{self.type.name} has no field {name}")
 
     def __call__(self, *given: Any) -> Any:
@@ -162,19 +150,11 @@ class Callee:
 
 
 def type_of(value: Any) -> c.CType:
-    """Return the type in C of a value.
-
-    Raises
-    ------
-    NoType
-        There is none.
-    """
+    """Return the type in C of a value, or raise NoType."""
     if isinstance(value, Expr):
         return value.type
     if isinstance(value, Dual):
         return c.DUAL
-    if isinstance(value, Callee | FunctionType):
-        return c.Function(getattr(value, "function", value))
     if hasattr(value, "_fields"):
         return c.Struct(type(value))
     if isinstance(value, tuple | list):
