@@ -13,7 +13,6 @@ from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
 from heli_identifier.tools import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
-from heli_identifier.tracing.select import with_shapes
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
 from tests.blind.generator import BATTERY, Case
@@ -99,7 +98,8 @@ def told_scores(training: Sequence[Log], fields: Iterable[str]) -> dict[str, flo
         return {}
     likelihood = likelihood_of(training)
     rig = likelihood.rig
-    fitted = fit(likelihood, with_shapes(list(rig.base), fields, rig.effects))
+    own = [name for effect in rig.effects if effect.field in fields for name in effect.parameters]
+    fitted = fit(likelihood, list(dict.fromkeys((*rig.base, *own))))
     scores = Scores(fitted, rig.candidates).scores([field for field in fields if field not in rig.base])
     return {field: score.score for field, score in scores.items() if field in fields}
 

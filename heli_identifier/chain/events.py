@@ -100,10 +100,9 @@ def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
         Log by log, axis by axis, in order of time.
     """
     records = [_reduced(log, voltage_limit) for log in logs]
-    terms = [_terms(record) for record in records]
-    ends = np.cumsum([len(own[0][1]) for own in terms])[:-1]
-    joined = [[np.concatenate([own[axis][part] for own in terms]) for part in range(3)] for axis in range(3)]
-    found = [[np.split(part, ends) for part in _standardised(*of_axis)] for of_axis in joined]
+    motions = [_motion(record) for record in records]
+    ends, joined = np.cumsum([len(own) for own in motions])[:-1], np.concatenate(motions)
+    found = [[np.split(part, ends) for part in _standardised(*_terms(axis, joined.T))] for axis in ANGLES]
     events = []
     for i, (log, record, slips) in enumerate(zip(logs, records, _slips(records), strict=True)):
         for axis, name in enumerate(ANGLES):
@@ -189,47 +188,58 @@ def _grid(step: float) -> tuple[int, int]:
     return _length(step) // 2 + 1, max(1, round(EVALUATED_STEP / step))
 
 
-def _terms(record: Log) -> tuple[tuple[Array, Array, Array], ...]:
-    """Regressors (n, k), acceleration (n,) [rad/s^2] and change of the driving thrust (n,) [V/s] of the three axes."""
+def _motion(record: Log) -> Array:
+    """Smoothed signals (n, 20) of a log: angles, rates, accelerations, differences and sums of four thrusts, changes.
+
+    The thrusts are linear twice, behind a fast lag and a slow one, then of second and third degree; the changes [V/s]
+    are those of the thrust that drives each axis.
+    """
     h, length, (edge, stride) = record.step, _length(record.step), _grid(record.step)
     voltages, angles, inner = record.voltages, record.angles, slice(edge, record.samples - edge, stride)
     if record.samples <= 2 * edge + 1:  # shorter than a polynomial: no sample of it is used
         voltages, angles, inner = np.zeros((length, 2)), np.zeros((length, 3)), slice(0)
 
-    def smoothed(values: Array, order: int = 0) -> Array:
-        return local_cubic(values, h, WINDOW, order)
-
     def lagged(values: Array, time_constant: float) -> Array:
         kept = float(np.exp(-h / time_constant))
         return np.asarray(lfilter([0.0, 1.0 - kept], [1.0, -kept], values - values[0], axis=0) + values[0])
 
-    angle, rate, acceleration = (smoothed(angles, order) for order in range(3))
-    pitch, elevation, travel = angle.T
-    wx, wz, wy = rate.T
-    sine, cosine = np.sin(pitch), np.cos(pitch)
+    angle, rate, acceleration = (local_cubic(angles, h, WINDOW, order) for order in range(3))
     fast = lagged(voltages, LAGS[0])
     slow = lagged(fast, LAGS[1])
-    # linear thrust twice, then its second and third degree; each as difference and sum of the rotors
-    thrusts = [smoothed(nu) for nu in (fast, slow, slow * abs(slow), slow**3)]
-    differences, sums = [nu[:, 0] - nu[:, 1] for nu in thrusts], [nu[:, 0] + nu[:, 1] for nu in thrusts]
-    diff, total, one = differences[1], sums[1], np.ones_like(pitch)
-    turned = [np.tanh(w / BREAK_RATE) for w in rate.T]
-    regressors = (
-        (one, wx, sine, cosine, *differences, turned[0], wx * abs(wx), wy, wy * abs(wy), wz, sine * wy**2, wy * wz,
-         total, wy * total, wy * diff, wz * diff),
-        (one, wz, elevation, elevation**2, *(nu * cosine for nu in sums), turned[1], wz * abs(wz), wx * wy, wy**2,
-         wy**2 * elevation, wz * total, wx * total, wy * total, sine, cosine, diff, wx),
-        (one, wy, travel, *(nu * sine for nu in sums), total * cosine, turned[2], wy * abs(wy), wz * wy,
-         wz * wy * elevation, wy * total, diff, wx * wz, wx, sine, wx * total),
-    )  # fmt: skip
-    change = smoothed(slow, 1)
+    thrusts = [local_cubic(nu, h, WINDOW) for nu in (fast, slow, slow * abs(slow), slow**3)]
+    difference, total = (np.column_stack([nu[:, 0] + sign * nu[:, 1] for nu in thrusts]) for sign in (-1.0, 1.0))
+    change, sine, cosine = local_cubic(slow, h, WINDOW, 1), np.sin(angle[:, 0]), np.cos(angle[:, 0])
     both = change.sum(axis=1)
-    changes = (change[:, 0] - change[:, 1], both * cosine, both * sine + total * cosine * wx)
+    changes = (change[:, 0] - change[:, 1], both * cosine, both * sine + total[:, 1] * cosine * rate[:, 0])
     reach = edge // 2 | 1  # a quarter of the polynomial: wider, and the answer of a controller would excuse a push
-    return tuple(
-        (np.column_stack(x)[inner], acceleration[inner, axis], maximum_filter1d(abs(f), reach)[inner])
-        for axis, (x, f) in enumerate(zip(regressors, changes, strict=True))
-    )
+    widest = np.column_stack([maximum_filter1d(abs(f), reach) for f in changes])
+    return np.hstack([part[inner] for part in (angle, rate, acceleration, difference, total, widest)])
+
+
+def _terms(axis: str, motion: Array) -> tuple[Array, Array, Array]:
+    """Regressors (n, k), acceleration (n,) [rad/s^2] and change of the driving thrust (n,) [V/s] of an axis."""
+    (pitch, elevation, travel, wx, wz, wy), accelerations = motion[:6], motion[6:9]
+    differences, sums, changes = motion[9:13], motion[13:17], motion[17:]
+    sine, cosine, one, diff, total = np.sin(pitch), np.cos(pitch), np.ones_like(pitch), differences[1], sums[1]
+    k = ANGLES.index(axis)
+    turned = np.tanh(motion[3 + k] / BREAK_RATE)
+    regressors: tuple[Array, ...]
+    if axis == "pitch":
+        regressors = (
+            one, wx, sine, cosine, *differences, turned, wx * abs(wx), wy, wy * abs(wy), wz, sine * wy**2, wy * wz,
+            total, wy * total, wy * diff, wz * diff,
+        )  # fmt: skip
+    elif axis == "elevation":
+        regressors = (
+            one, wz, elevation, elevation**2, *(nu * cosine for nu in sums), turned, wz * abs(wz), wx * wy, wy**2,
+            wy**2 * elevation, wz * total, wx * total, wy * total, sine, cosine, diff, wx,
+        )  # fmt: skip
+    else:
+        regressors = (
+            one, wy, travel, *(nu * sine for nu in sums), total * cosine, turned, wy * abs(wy), wz * wy,
+            wz * wy * elevation, wy * total, diff, wx * wz, wx, sine, wx * total,
+        )  # fmt: skip
+    return np.column_stack(regressors), accelerations[k], changes[k]
 
 
 def _standardised(X: Array, y: Array, change: Array) -> tuple[Array, Array]:

@@ -210,7 +210,7 @@ def parameter_reports(
         for k, name in enumerate(axis.parameters)
         if np.isfinite(axis.values[k])
     }
-    for i, (name, coordinate) in enumerate(zip(fitted.fields, fitted.coordinates, strict=True)):
+    for i, (name, coordinate) in enumerate(zip(fitted.fields, fitted.coordinates, strict=False)):
         if name not in rig.base:
             continue
         error = float(fitted.slope(name) * np.sqrt(covariance[i, i]))

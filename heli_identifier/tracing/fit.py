@@ -8,6 +8,7 @@ with the first :data:`.settings.COARSE` s of flight.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,8 @@ from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import lsq_linear
 from scipy.special import ndtri, stdtrit
 
-from .helicopter import Rig
+from heli_identifier.chain import FAULTS
+
 from .likelihood import Likelihood, Point
 from .noise import physical
 from .rig import Coordinate, Parameters
@@ -31,7 +33,7 @@ class Fit:
 
     likelihood: Likelihood
     coordinates: tuple[Coordinate, ...]
-    """Parameters that were estimated, P of them."""
+    """What was estimated, P of them, the sizes of faults last."""
     x: Array
     """Shape (P,)."""
     point: Point
@@ -53,9 +55,14 @@ class Fit:
         return self.point.parameters
 
     @property
-    def fields(self) -> tuple[str, ...]:
-        """Names of the parameters that were estimated."""
+    def names(self) -> tuple[str, ...]:
+        """Names of all that was estimated: parameters of the plant, then sizes of faults of the logs."""
         return tuple(coordinate.field for coordinate in self.coordinates)
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Names of the plant's parameters that were estimated."""
+        return tuple(coordinate.field for coordinate in self.coordinates if coordinate.fault is None)
 
     def estimate(self, name: str) -> float:
         """Give the value of a parameter; of a gain the slope at the operating point."""
@@ -67,9 +74,10 @@ class Fit:
         return self.coordinates[i].slope(self.coordinates[i].value(self.x[i]))
 
     def gradient(self, read: Callable[[Parameters], float]) -> Array:
-        """Give the derivative (P,) of a number that is read off the plant by the coordinates x."""
-        rig, found = self.likelihood.rig, np.empty(len(self.x))
-        for i, (c, x) in enumerate(zip(self.coordinates, self.x, strict=True)):
+        """Give the derivative (P,) of a number that is read off the plant by the coordinates of :attr:`fields`."""
+        rig, found = self.likelihood.rig, np.empty(len(self.fields))
+        for i in range(len(found)):
+            c, x = self.coordinates[i], self.x[i]
             low, high = (read(rig.assign(self.parameters, c.assigned(x + d))) for d in (-1e-4, 1e-4))
             found[i] = (high - low) / 2e-4
         return found
@@ -101,73 +109,59 @@ def bounded_step(H: Array, g: Array, low: Array, high: Array) -> tuple[Array, ND
     return s, (s <= low) | (s >= high)
 
 
-class _Search:
-    """A point that moves: coordinates, air, offsets, and F there."""
+class _Place(NamedTuple):
+    """A point and F there; the first fields of a :class:`Fit`."""
 
-    def __init__(self, likelihood: Likelihood, coordinates: Sequence[Coordinate], x: Array, point: Point):
-        self.likelihood, self.coordinates = likelihood, tuple(coordinates)
-        self.low = np.array([c.bounds[0] for c in coordinates])
-        self.high = np.array([c.bounds[1] for c in coordinates])
-        self.x, self.point = np.clip(x, self.low, self.high), point
-        self.point = self.at(self.x, np.clip(point.z, -FARTHEST, FARTHEST), point.own)
-        self.reach, self.moved = np.ones_like(point.z), np.zeros_like(point.z)  # of the air: shorter where it swings
-        self.measure()
+    likelihood: Likelihood
+    coordinates: tuple[Coordinate, ...]
+    x: Array
+    point: Point
+    e: list[Array]
+    motion: list[Array]
+    sigma: Array
+    value: float
 
-    def at(self, x: Array, z: Array, own: Array) -> Point:
-        values: dict[str, float] = {}
-        for c, v in zip(self.coordinates, x, strict=True):
+    @classmethod
+    def of(cls, likelihood: Likelihood, coordinates: tuple[Coordinate, ...], x: Array, point: Point) -> "_Place":
+        """Go to where the plant has the coordinates ``x`` (P,)."""
+        values, faults = dict[str, float](), dict(likelihood.faults)
+        for c, v in zip(coordinates, x, strict=True):
             values |= c.assigned(float(v))
-        parameters = self.likelihood.rig.assign(self.point.parameters, values)
-        return replace(self.point, parameters=parameters, z=z, own=own)
+            if c.fault is not None:
+                faults[c.fault] = c.value(float(v))
+        likelihood = likelihood.undoing(faults) if faults != likelihood.faults else likelihood
+        point = replace(point, parameters=likelihood.rig.assign(point.parameters, values))
+        e, motion = likelihood.filtered(point)
+        of_axes, sigma = likelihood.of_axes(e)
+        value = float(of_axes.sum()) + likelihood.priors(x, point)
+        return cls(likelihood, coordinates, x, point, e, motion, sigma, value)
 
-    def measure(self) -> None:
-        self.e, self.motion = self.likelihood.filtered(self.point)
-        of_axes, self.sigma = self.likelihood.of_axes(self.e)
-        self.value = float(of_axes.sum()) + self.likelihood.priors(self.x, self.point)
-
-    def linearise(self) -> None:
-        self.quadratic = linearise(
+    def quadratic(self) -> Quadratic:
+        """Quadratic form of F."""
+        return linearise(
             self.likelihood, self.point, self.coordinates, self.x, self.sigma, (self.e, self.motion)
-        )
+        )  # fmt: skip
 
-    def step(self, least: float) -> bool:
-        """Take one Gauss-Newton step; give whether F fell by more than ``least`` [nats].
-
-        Where the quadratic form promises less, the point stays and its quadratic form is that of the fit.
-        """
-        self.linearise()
-        H, g = self.quadratic.total
-        P, z = len(self.x), self.point.z
-        reach = self.reach.ravel()
-        low = np.concatenate((self.low - self.x, np.maximum(-reach, -FARTHEST - z.ravel())))
-        high = np.concatenate((self.high - self.x, np.minimum(reach, FARTHEST - z.ravel())))
-        s, fixed = bounded_step(H, g, low, high)
-        self.at_bound = fixed[:P]
-        if -(g @ s + 0.5 * s @ H @ s) + self.quadratic.by_own < least:
-            return False
+    def stepped(self, quadratic: Quadratic, s: Array) -> "_Place | None":
+        """Go a step ``s`` (n,), halved until F falls; None if it does not."""
+        P, shape = len(self.x), self.point.z.shape
+        low, high = np.array([c.bounds for c in self.coordinates]).reshape(-1, 2).T
         share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
-        before = self.x, self.point, self.e, self.motion, self.sigma, self.value
         for _ in range(HALVINGS):
             taken = share * s
-            own = before[1].own + np.array([share * c - D @ taken for c, D in self.quadratic.back])
-            self.x = np.clip(before[0] + taken[:P], self.low, self.high)
-            self.point = self.at(self.x, z + taken[P:].reshape(z.shape), own)
-            self.measure()
-            if self.value < before[5]:
-                moved = self.point.z - z
-                self.reach = np.where(moved * self.moved < 0.0, 0.5 * self.reach, np.minimum(1.5 * self.reach, 1.0))
-                self.moved = moved
-                return before[5] - self.value > least
+            own = self.point.own + np.array([share * c - D @ taken for c, D in quadratic.back])
+            point = replace(self.point, z=self.point.z + taken[P:].reshape(shape), own=own)
+            there = self.of(self.likelihood, self.coordinates, np.clip(self.x + taken[:P], low, high), point)
+            if there.value < self.value:
+                return there
             share *= 0.5
-        self.x, self.point, self.e, self.motion, self.sigma, self.value = before
-        return False
+        return None
 
-    def scan_air(self) -> bool:
-        """Move the air of every axis to the best of a coarse grid; give whether F fell by enough to go on."""
+    def in_better_air(self) -> "_Place | None":
+        """Move the air of every axis to the best of a coarse grid; None if F does not fall by enough to go on."""
         z, few = self.point.z, self.likelihood.beginning(COARSE)
-        e = self.e[: len(few)]
+        e, chosen = self.e[: len(few)], self.point.z.copy()
         best = self.likelihood.of_axes(e, few)[0] + 0.5 * (z**2).sum(0)
-        chosen = z.copy()
         airs = [np.clip(z + np.array(move)[:, None], -FARTHEST, FARTHEST) for move in AIR_SCAN]
         for tried, other in zip(airs, self.likelihood.recoloured(self.point, e, airs), strict=True):
             F = self.likelihood.of_axes(other, few)[0] + 0.5 * (tried**2).sum(0)
@@ -175,14 +169,9 @@ class _Search:
             best = np.where(better, F, best)
             chosen[:, better] = tried[:, better]
         if (chosen == z).all():
-            return False
-        before = self.point, self.e, self.motion, self.sigma, self.value
-        self.point = replace(self.point, z=chosen)
-        self.measure()
-        if self.value < before[4] - ROUGHLY:
-            return True
-        self.point, self.e, self.motion, self.sigma, self.value = before
-        return False
+            return None
+        there = self.of(self.likelihood, self.coordinates, self.x, replace(self.point, z=chosen))
+        return there if there.value < self.value - ROUGHLY else None
 
 
 def fit(
@@ -198,7 +187,8 @@ def fit(
     ----------
     likelihood : Likelihood
     fields : sequence of str
-        Parameters to estimate; the others keep the values of ``start``, or what the rig is given as.
+        Parameters and faults to estimate; other parameters keep the values of ``start``, or what the rig is given as,
+        and other faults of the likelihood stay undone as they are.
     start : Fit, optional
         Where to begin.
     shapes : mapping of str to float, optional
@@ -212,7 +202,9 @@ def fit(
     """
     rig = likelihood.rig
     if start is None:
-        first = _plausible(rig, fields, rig.estimate(likelihood.records))
+        coordinates, x = _placed(likelihood, fields, rig.estimate(likelihood.records))
+        within = np.clip(x, -FARTHEST, FARTHEST).tolist()  # a step is at most some widths of a prior
+        first = rig.assign(rig.parameters, {c.field: c.value(v) for c, v in zip(coordinates, within, strict=True)})
         some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
         beginning = replace(likelihood, records=some)
         start = _searched(beginning, fields, first, beginning.resting(first), ROUGHLY)
@@ -222,17 +214,17 @@ def fit(
     return _searched(likelihood, fields, point.parameters, point, ROUGHLY if value_only else CONVERGED, not value_only)
 
 
-def _plausible(rig: Rig, fields: Sequence[str], parameters: Parameters) -> Parameters:
-    """Move the parameters to within :data:`.settings.FARTHEST` widths of their priors: a step is at most some."""
-    coordinates, x = _placed(rig, fields, parameters)
-    within = np.clip(x, -FARTHEST, FARTHEST).tolist()
-    return rig.assign(parameters, {c.field: c.value(own) for c, own in zip(coordinates, within, strict=True)})
-
-
-def _placed(rig: Rig, fields: Sequence[str], parameters: Parameters) -> tuple[tuple[Coordinate, ...], Array]:
-    """Give the coordinates of some parameters, and where (P,) a plant has them."""
-    coordinates = tuple(rig.coordinate(name, parameters) for name in fields)
-    return coordinates, np.array([c.coordinate(rig.read(parameters, c.field)) for c in coordinates])
+def _placed(
+    likelihood: Likelihood, fields: Sequence[str], parameters: Parameters
+) -> tuple[tuple[Coordinate, ...], Array]:
+    """Give the coordinates of some parameters and faults, and where (P,) a plant and the likelihood have them."""
+    rig, faults = likelihood.rig, {fault.field: fault for fault in FAULTS}
+    coordinates = [rig.coordinate(name, parameters) for name in fields if name not in faults]
+    x = [c.coordinate(rig.read(parameters, c.field)) for c in coordinates]
+    wrong = [faults[name] for name in fields if name in faults]
+    coordinates += map(Coordinate.of_fault, wrong)
+    x += [Coordinate.of_fault(fault).coordinate(likelihood.faults.get(fault, 0.0)) for fault in wrong]
+    return tuple(coordinates), np.array(x)
 
 
 def _searched(
@@ -242,26 +234,39 @@ def _searched(
 
     ``at`` are the parameters that tell the signs of gains.
     """
-    coordinates, x = _placed(likelihood.rig, fields, at)
-    search = _Search(likelihood, coordinates, x, point)
+    coordinates, x = _placed(likelihood, fields, at)
+    low, high = np.array([c.bounds for c in coordinates]).reshape(-1, 2).T
+    point = replace(point, z=np.clip(point.z, -FARTHEST, FARTHEST))
+    now = _Place.of(likelihood, coordinates, x, point)
+    reach, moved, P = np.ones(point.z.size), np.zeros(point.z.size), len(x)  # of the air: shorter where it swings
     for _ in range(ITERATIONS):
-        if not search.step(least) and not (scan and search.scan_air()):
+        quadratic, z = now.quadratic(), now.point.z.ravel()
+        H, g = quadratic.total
+        s, fixed = bounded_step(
+            H, g, np.concatenate((low - now.x, np.maximum(-reach, -FARTHEST - z))),
+            np.concatenate((high - now.x, np.minimum(reach, FARTHEST - z))),
+        )  # fmt: skip
+        promised = -(g @ s + 0.5 * s @ H @ s) + quadratic.by_own
+        there, before = now.stepped(quadratic, s) if promised >= least else None, now
+        if there is not None:
+            now, last, moved = there, moved, there.point.z.ravel() - z
+            reach = np.where(moved * last < 0.0, 0.5 * reach, np.minimum(1.5 * reach, 1.0))
+        if before.value - now.value > least:
+            continue
+        better = now.in_better_air() if scan else None
+        if better is None:
             break
+        now = better
     else:
-        search.linearise()
-    return Fit(
-        likelihood, coordinates, search.x, search.point, search.e, search.motion, search.sigma,
-        search.value, search.quadratic, search.at_bound,
-    )  # fmt: skip
+        quadratic = now.quadratic()
+    return Fit(*now, quadratic, fixed[:P])
 
 
 def around(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: Array) -> Fit:
     """Take a plant, its air and the scales ``sigma`` (a,) [rad] as known; a fit would estimate ``fields``."""
-    coordinates, x = _placed(likelihood.rig, fields, point.parameters)
-    e, motion = likelihood.filtered(point)
-    quadratic = linearise(likelihood, point, coordinates, x, sigma, (e, motion))
-    value = float(likelihood.of_axes(e)[0].sum()) + likelihood.priors(x, point)
-    return Fit(likelihood, coordinates, x, point, e, motion, sigma, value, quadratic, np.zeros(len(x), dtype=bool))
+    coordinates, x = _placed(likelihood, fields, point.parameters)
+    there = _Place.of(likelihood, coordinates, x, point)._replace(sigma=sigma)
+    return Fit(*there, there.quadratic(), np.zeros(len(x), dtype=bool))
 
 
 def with_own_spread(fitted: Fit) -> Fit:
@@ -276,11 +281,11 @@ def with_own_spread(fitted: Fit) -> Fit:
     squares = (own - own.mean(0)) ** 2 + fitted.quadratic.variance
     torque, gain = (np.sqrt((nu * size**2 + squares[:, part].sum(0)) / (nu + len(own) - 1))
                     for size, part in zip(s, (slice(0, a), slice(3 * a, None)), strict=True))  # fmt: skip
-    return fit(replace(fitted.likelihood, torque_width=torque, gain_width=gain), fitted.fields, fitted)
+    return fit(replace(fitted.likelihood, torque_width=torque, gain_width=gain), fitted.names, fitted)
 
 
 def covariance(fitted: Fit) -> Array:
-    r"""Covariance (P, P) of the plant's coordinates x, which holds where the model of the noise does not quite.
+    r"""Covariance (P, P) of the plant's coordinates, which holds where the model of the noise does not quite.
 
         C = D H^-1 D,    D^2 = max(1, V, 1 + t^2 (V_L - 1)),    V = [H^-1 V H^-1]_jj / [H^-1]_jj,  V_L alike
 
@@ -302,7 +307,8 @@ def covariance(fitted: Fit) -> Array:
     V_L = (squares * len(of_blocks) / max(len(of_blocks) - 1, 1) * len(of_blocks) + V) / (len(of_blocks) + 1)
     few = (stdtrit(len(of_blocks), 0.975) / ndtri(0.975)) ** 2
     D = np.sqrt(np.maximum(1.0, np.maximum(V, 1.0 + few * (V_L - 1.0))))
-    found = np.asarray((D[:, None] * inverse * D)[: len(fitted.x), : len(fitted.x)])
-    bound = np.flatnonzero(fitted.at_bound)  # its own variance is that without the bound; it moves nothing else
+    P = len(fitted.fields)
+    found = np.asarray((D[:, None] * inverse * D)[:P, :P])
+    bound = np.flatnonzero(fitted.at_bound[:P])  # its own variance is that without the bound; it moves nothing else
     found[bound, bound] = np.diag(np.linalg.inv(H))[bound]
     return found

@@ -45,7 +45,7 @@ from .result import (
     Use,
 )  # fmt: skip
 from .rig import Parameters, Record
-from .settings import FLOWN, HUBER, SPACING, START, WHITE_TIME, DiagnosisSettings
+from .settings import FLOWN, HUBER, OWN, SPACING, WHITE_TIME, DiagnosisSettings
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ def likelihood_of(model: Model, record: Record, passages: Sequence[tuple[int, in
     for i, axis in enumerate(model.filters(h)):
         torque = lfilter(*error_dynamics(axis), np.ones(record.samples))
         J = np.column_stack((torque, start_response(axis, 1, record.samples))) / sigma[i]
-        width = np.array([model.torque_width[i], *START])
+        width = np.array([model.torque_width[i], *OWN[1:3]])
         H = (w[:, i, None] * J).T @ J + np.diag(width**-2.0)
         own[:, i] = -np.linalg.solve(H, (w[:, i] * first[:, i]) @ J)  # one step: the innovations are linear in these
         of_log += 0.5 * float(((own[:, i] / width) ** 2).sum() + np.linalg.slogdet(H * np.outer(width, width))[1])

@@ -31,10 +31,8 @@ from .rig import Coordinate, Effect, Record
 from .settings import (
     CATALOGUE_WIDTHS,
     CURVE_WIDTH,
-    DAMPING,
+    DIFFERENCE,
     GAIN_WIDTH,
-    GROUND_CLEARANCE,
-    LAG_WIDTH,
     MOTION_WINDOW,
     TIMED,
     WINDOW,
@@ -60,6 +58,15 @@ _LINEAR: Mapping[str, tuple[float, float]] = {
 """Width of the prior around zero and lower bound: what can be built on a bench. Dampings: a motion does not die out
 much faster than in a second. Pitch stiffness g d / l^2: the mass lies within some 2 cm of its axis, l = .2 m.
 Elevation: the balanced arm's period is longer than some 3 s, the counterweight leaves a fifth of g / l, l = .6 m."""
+
+LAG_WIDTH = 0.04
+"""Width [s] of the prior of the motors' lag about what was given: half of a usual lag."""
+
+DAMPING = (0.1, 0.1)
+"""Mean and standard deviation that instruments know of every damping [1/s]: sister rigs have .02 to .25."""
+
+GROUND_CLEARANCE = 0.02
+"""The ground lies so far [rad] below the lowest elevation in the logs."""
 
 _FULL_THRUST: Mapping[str, float] = {"k_x": 3.0, "k_z": 1.0, "k_y": 1.0}
 """Accelerations [rad/s^2] at the voltage limit: half of it on both rotors lifts a balanced arm with about 1 rad/s^2,
@@ -331,13 +338,13 @@ class Rig:
             if shape.lower > 0.0:  # a scale: its logarithm moves
                 return Coordinate(field, centre, GAIN_WIDTH, shape.lower, shape.upper, 1.0, 0.05, in_output=bends)
             width = shape.difference_step or 0.1 * (shape.upper - shape.lower)
-            step = 1.0 if shape.difference_step else 0.02
+            step = 1.0 if shape.difference_step else DIFFERENCE
             return Coordinate(field, centre, width, shape.lower, shape.upper, step=step)
         entry = effect_of(field)
         lower = max(entry.lower, TIMED - start.T_m) if entry.place == LAG else entry.lower
         usual = LAG_WIDTH if entry.place == LAG else entry.upper / CATALOGUE_WIDTHS
         centre, width = self.known.get(field, (0.0, usual))
-        step = _DIFFERENCE.get(entry.name, 0.02 * width) / width
+        step = _DIFFERENCE.get(entry.name, DIFFERENCE * width) / width
         return Coordinate(field, centre, width, lower, entry.upper, step=step, in_output=entry.place == BENDING)
 
     def estimate(self, records: Sequence[Record]) -> PlantParameters:

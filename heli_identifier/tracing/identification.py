@@ -23,8 +23,8 @@ from .records import LeftOut, averaged, records_of
 from .references import References, find_references
 from .result import Agreement, FoundEffect, ParameterReport
 from .rig import Effect
-from .select import Selection, halves_agree, left_out_gain, select, shape_fields, with_shapes
-from .settings import KEPT, MECHANICS, MISTAKE, SETTLING, DiagnosisSettings
+from .select import Selection, halves_agree, left_out_gain, refitted, select
+from .settings import CATALOGUE_WIDTHS, KEPT, MISTAKE, SETTLING, DiagnosisSettings
 from .strangers import aligned
 from .unknown import search_unknown
 
@@ -186,30 +186,20 @@ def delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     """Fit the plant without some effects of the selection, and with rigid-body mechanics if the logs are as likely.
 
     Its terms come from one kinetic and one potential energy, so that a rig has all of them, each with c = 1 +-
-    :data:`.settings.MECHANICS`: one that is established brings the others, unless the logs say that they are missing.
+    1/3: one that is established brings the others, unless the logs say that they are missing.
     """
     candidates = selection.null.likelihood.rig.candidates
     mechanics = [effect.field for effect in candidates if effect.certain]
     kept = [f.effect.field for f in selection.findings if f.effect.fault is None and f.effect.field not in dropped]
     alone, likelihood = selection.fit, selection.fit.likelihood
     if dropped:
-        alone = _refitted(selection.fit, candidates, kept, dict.fromkeys(dropped, 0.0))
-    rig = likelihood.rig.expecting(dict.fromkeys(mechanics, (1.0, MECHANICS)))
+        alone = refitted(selection.fit, candidates, kept)
+    rig = likelihood.rig.expecting(dict.fromkeys(mechanics, (1.0, 1.0 / CATALOGUE_WIDTHS)))
     begun = {name: 1.0 for name in mechanics if name not in kept}
     start = replace(alone, likelihood=replace(likelihood, rig=rig))
     proven = any(f.established and f.effect.certain for f in selection.findings)
-    rough = _refitted(start, candidates, [*kept, *begun], begun, True)
-    return alone if rough.value > alone.value + proven * KEPT else _refitted(rough, candidates, [*kept, *begun], {})
-
-
-def _refitted(
-    fitted: Fit, candidates: Sequence[Effect], effects: Sequence[str], values: Mapping[str, float],
-    value_only: bool = False,
-) -> Fit:  # fmt: skip
-    """Fit again with other effects of the catalogue, from ``values`` of theirs."""
-    catalogue = {effect.field for effect in candidates} | shape_fields(candidates)
-    core = [name for name in fitted.fields if name not in catalogue]
-    return fit(fitted.likelihood, with_shapes(core, effects, candidates), fitted, values, value_only)
+    rough = refitted(start, candidates, [*kept, *begun], begun, True)
+    return alone if rough.value > alone.value + proven * KEPT else refitted(rough, candidates, [*kept, *begun])
 
 
 def _outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:

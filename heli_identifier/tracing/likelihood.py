@@ -25,7 +25,7 @@ from heli_identifier.chain import Fault, undone
 from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, physical, recoloured
 from .rig import Coordinate, Parameters, Record
-from .settings import DRIFT, HUBER, OFFSET, START
+from .settings import HUBER, OWN
 
 Array = NDArray[np.float64]
 
@@ -63,9 +63,9 @@ class Likelihood:
 
     rig: Rig
     records: tuple[Record, ...]
-    torque_width: Array = field(default_factory=lambda: np.full(3, OFFSET))
+    torque_width: Array = field(default_factory=lambda: np.full(3, OWN[0]))
     """tau of the logs' torques [rad/s^2], shape (a,)."""
-    gain_width: Array = field(default_factory=lambda: np.full(3, DRIFT))
+    gain_width: Array = field(default_factory=lambda: np.full(3, OWN[3]))
     """tau of the logarithms of the logs' gains, shape (a,)."""
     faults: Mapping[Fault, float] = field(default_factory=dict)
     """Sizes of the faults of the logs that are undone in the records."""
@@ -75,7 +75,7 @@ class Likelihood:
     @property
     def widths(self) -> Array:
         """Standard deviations tau (4a,) of what a log has of its own, as in :class:`Point`."""
-        return np.concatenate((self.torque_width, np.repeat(START, len(self.rig.axes)), self.gain_width))
+        return np.concatenate((self.torque_width, np.repeat(OWN[1:3], len(self.rig.axes)), self.gain_width))
 
     def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
         """Give the point of a plant in the air of any rig, or in ``z`` (5, a), whose logs have nothing of their own."""

@@ -48,14 +48,17 @@ class AxisFilter:
     """Gains on an innovation, before the step, shape (5,)."""
     A: Array
     """One step of the state (angle, rate, d, u, n), shape (5, 5)."""
-    F: Array
-    """One step of the torque (d, u), shape (2, 2)."""
     S: float
     """Variance of the innovations over r^2."""
     errors: Array
     noise: Array
     """errors, noise: Characteristic polynomials of M = A (I - K C), the step of the filter's error, and of that of d, u
     and n alone, shapes (6,) and (4,)."""
+
+    @property
+    def F(self) -> Array:
+        """One step of the torque (d, u), shape (2, 2)."""
+        return self.A[2:4, 2:4]
 
     @property
     def M(self) -> Array:
@@ -71,10 +74,6 @@ class AxisFilter:
 
 C = np.array([1.0, 0.0, 0.0, 0.0, 1.0])
 """Angle and error of the encoder are measured together."""
-
-_SOLVED: dict[tuple[float, ...], AxisFilter] = {}
-_MOST_SOLVED = 8192
-"""Filters that are kept: those of all moves of some twenty scans of the air."""
 
 
 def physical(z: Array) -> Array:
@@ -95,7 +94,7 @@ def coordinates_of(rho: Array, c: Array) -> Array:
 
 
 def filters(h: float, linear: Sequence[tuple[float, float]], air: Array) -> list[AxisFilter]:
-    """Give the stationary filters of axes; those that are new are solved together.
+    """Give the stationary filters of axes, which are solved together.
 
     Parameters
     ----------
@@ -106,14 +105,12 @@ def filters(h: float, linear: Sequence[tuple[float, float]], air: Array) -> list
     air : Array, shape (5, n)
         Of each rho [1/s^2], c, f [1/s], psi [rad] and k [1/s] (:func:`physical`).
     """
-    keys = [(h, *map(float, own), *air) for own, air in zip(linear, air.T.tolist(), strict=True)]
-    new = [key for key in dict.fromkeys(keys) if key not in _SOLVED]
-    if len(_SOLVED) + len(new) > _MOST_SOLVED:
-        _SOLVED.clear()
-        new = list(dict.fromkeys(keys))
-    if new:
-        _SOLVED.update(zip(new, axis_filters(np.array(new)), strict=True))
-    return [_SOLVED[key] for key in keys]
+    return _solved(h, tuple(linear), tuple(map(tuple, air.T.tolist())))
+
+
+@lru_cache(maxsize=256)
+def _solved(h: float, linear: tuple[tuple[float, float], ...], air: tuple[tuple[float, ...], ...]) -> list[AxisFilter]:
+    return axis_filters(np.array([(h, *own, *of_axis) for own, of_axis in zip(linear, air, strict=True)]))
 
 
 def axis_filters(rows: Array) -> list[AxisFilter]:
@@ -136,7 +133,7 @@ def axis_filters(rows: Array) -> list[AxisFilter]:
     S = seen @ C + 1.0 - COLOURED
     K = seen / S[:, None]
     M = A - (A @ K[:, :, None]) * C
-    parts = zip(h.tolist(), K, A, F, S.tolist(), polynomial(M), polynomial(A[:, 2:, 2:]), strict=True)
+    parts = zip(h.tolist(), K, A, S.tolist(), polynomial(M), polynomial(A[:, 2:, 2:]), strict=True)
     return [AxisFilter(*part) for part in parts]
 
 
@@ -163,19 +160,14 @@ def _exponential(M: Array) -> Array:
 
 def _riccati(A: Array, Q: Array) -> Array:
     """Solve P = A P (I + C'C P/R)^-1 A' + Q of n axes by doubling (Anderson 1978): 2^k steps in k turns."""
-    found = np.empty_like(Q)
-    E, P, left = A.transpose(0, 2, 1), Q, np.arange(len(Q))
-    G = np.tile(np.outer(C, C) / (1.0 - COLOURED), (len(Q), 1, 1))
+    E, P, G = A.transpose(0, 2, 1), Q, np.tile(np.outer(C, C) / (1.0 - COLOURED), (len(Q), 1, 1))
     for _ in range(60):
         W = np.linalg.inv(np.eye(5) + G @ P)
         step = E.transpose(0, 2, 1) @ P @ W @ E
         E, G, P = E @ W @ E, G + E @ W @ G @ E.transpose(0, 2, 1), P + step
-        found[left] = P
-        on = np.abs(step).max((1, 2)) > 1e-13 * np.abs(P).max((1, 2))  # each to its own end: the same bits alone
-        if not on.any():
+        if (np.abs(step).max((1, 2)) <= 1e-13 * np.abs(P).max((1, 2))).all():
             break
-        E, G, P, left = E[on], G[on], P[on], left[on]
-    return np.asarray(0.5 * (found + found.transpose(0, 2, 1)))
+    return np.asarray(0.5 * (P + P.transpose(0, 2, 1)))
 
 
 def gains(own: Sequence[AxisFilter]) -> Array:
@@ -239,11 +231,9 @@ def slope_of_colour(own: AxisFilter, others: tuple[tuple[AxisFilter, float], ...
 @lru_cache(maxsize=64)
 def start_response(own: AxisFilter, held: int, count: int) -> Array:
     """Change of every ``held``-th innovation (count, 2) by a start that is one larger in angle or rate."""
-    M = np.linalg.matrix_power(own.M, held)
-    impulse, a = np.zeros(count + 1), polynomial(M)
+    impulse = np.zeros(count + 1)
     impulse[0] = 1.0
-    b = [a - polynomial(M - np.outer(start, C)) for start in np.eye(5)[:2]]
-    return np.column_stack([lfilter(column, a, impulse)[1:] for column in b])
+    return np.column_stack([lfilter(*_answer(own, held, start), impulse)[1:] for start in np.eye(5)[:2]])
 
 
 @lru_cache(maxsize=64)
@@ -258,10 +248,12 @@ def error_dynamics(own: AxisFilter, held: int = 1) -> tuple[Array, Array]:
     b, a : Array, shapes (6,)
         Numerator and denominator in powers of z^-1.
     """
-    M, B = own.M, np.array([0.5 * own.h * own.h, own.h, 0.0, 0.0, 0.0])
-    if held > 1:
-        B = np.sum([np.linalg.matrix_power(M, i) @ B for i in range(held)], axis=0)
-        M = np.linalg.matrix_power(M, held)
+    B = np.array([0.5 * own.h * own.h, own.h, 0.0, 0.0, 0.0])
+    return _answer(own, held, np.sum([np.linalg.matrix_power(own.M, i) @ B for i in range(held)], axis=0))
+
+
+def _answer(own: AxisFilter, held: int, B: Array) -> tuple[Array, Array]:
+    """Transfer function -C (zI - M^held)^-1 B by Leverrier: det(zI - M^held + B C) - det(zI - M^held) over the last."""
+    M = np.linalg.matrix_power(own.M, held)
     a = polynomial(M)
-    # -C (zI - M)^-1 B by Leverrier: numerator = det(zI - M + B C) - det(zI - M)
     return a - polynomial(M - np.outer(B, C)), a

@@ -16,7 +16,7 @@ from heli_identifier.records import Log
 
 from .helicopter import Rig
 from .rig import Record
-from .settings import MOVING_SHARE, RECORD_STEP, REST_COUNTS, REST_TIME, SETTLING
+from .settings import RECORD_STEP, REST_COUNTS, REST_TIME, SETTLING
 
 Array = NDArray[np.float64]
 LeftOut = Mapping[str, Sequence[tuple[float, float]]]
@@ -63,10 +63,10 @@ def record_of(log: Log, rig: Rig, left_out: LeftOut = NOTHING) -> Record:
 
 
 def records_of(logs: Sequence[Log], rig: Rig, left_out: LeftOut) -> tuple[Record, ...]:
-    """Prepare the logs of a rig; an axis that rests in most of the samples counts nowhere."""
+    """Prepare the logs of a rig; an axis that rests in most of the samples counts nowhere, it is left to its priors."""
     records = [record_of(log, rig, left_out) for log in logs]
     moving = sum(r.weights.sum(0) for r in records) / max(1.0, sum((r.time > SETTLING).sum() for r in records))
     for record in records:
-        record.weights[:, moving < MOVING_SHARE] = 0.0
+        record.weights[:, moving < 0.5] = 0.0
         record.weights.flags.writeable = False
     return tuple(records)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.chain import Fault
 
-from .settings import FARTHEST
+from .settings import CATALOGUE_WIDTHS, DIFFERENCE, FARTHEST
 
 Array = NDArray[np.float64]
 Parameters = Any
@@ -35,7 +35,7 @@ class Coordinate:
     """lower, upper: Bounds in the parameter's unit: what is physically possible."""
     sign: float = 0.0
     """Of a gain; 0 for a parameter whose coordinate is linear."""
-    step: float = 0.02
+    step: float = DIFFERENCE
     """Width of a finite difference, in x."""
     in_output: bool = False
     """Whether it acts on what is measured and not through a torque, so that its sensitivity needs runs of the
@@ -47,6 +47,13 @@ class Coordinate:
     fault: Fault | None = None
     """Of a fault of the log, whose size it is; no parameter of the plant then."""
 
+    @classmethod
+    def of_fault(cls, fault: Fault) -> "Coordinate":
+        """Size of a fault of the log."""
+        width = max(abs(fault.lower), fault.upper) / CATALOGUE_WIDTHS
+        step = fault.step / width
+        return cls(fault.field, 0.0, width, fault.lower, fault.upper, step=step, in_output=True, fault=fault)
+
     def value(self, x: float) -> float:
         """Give the parameter at a coordinate."""
         return self.sign * self.centre * exp(self.width * x) if self.sign else self.centre + self.width * x
@@ -54,6 +61,8 @@ class Coordinate:
     def assigned(self, x: float) -> dict[str, float]:
         """Give what the plant's parameters are at a coordinate, by field."""
         value = self.value(x)
+        if self.fault is not None:
+            return {}
         return {self.field: value, self.tied: value} if self.tied else {self.field: value}
 
     def coordinate(self, value: float) -> float:
@@ -108,6 +117,11 @@ class Effect:
     """What the shapes are called in results, by field."""
     fault: Fault | None = None
     """Of a fault of the log, which competes with the effects and never becomes part of the plant."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """What is estimated of it: its coefficient, and the shapes of its law."""
+        return (self.field, *self.shapes, *filter(None, [self.steps_in_time]))
 
 
 @dataclass(frozen=True, eq=False)

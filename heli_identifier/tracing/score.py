@@ -26,7 +26,7 @@ from .fit import Fit, bounded_step
 from .noise import error_dynamics
 from .rig import Coordinate, Effect
 from .sensitivity import linearise
-from .settings import CATALOGUE_WIDTHS, KEPT, NAMED, SETTLING, STEP_APART, STEPS_TRIED
+from .settings import KEPT, NAMED, SETTLING, STEP_APART, STEPS_TRIED
 
 Array = NDArray[np.float64]
 
@@ -51,9 +51,8 @@ class Score:
 def columns_of(effect: Effect, fitted: Fit) -> list[Coordinate]:
     """Coordinates of an effect that is not in the model, one for each shape that the search starts from."""
     rig, parameters = fitted.likelihood.rig, fitted.parameters
-    if (f := effect.fault) is not None:
-        width = max(abs(f.lower), f.upper) / CATALOGUE_WIDTHS
-        return [Coordinate(f.field, 0.0, width, f.lower, f.upper, step=f.step / width, in_output=True, fault=f)]
+    if effect.fault is not None:
+        return [Coordinate.of_fault(effect.fault)]
     starts: Sequence[Mapping[str, float]] = effect.starts
     if effect.steps_in_time:
         starts = [{effect.steps_in_time: t} for t in step_times(fitted, rig.axes.index(effect.axis))]
@@ -114,14 +113,13 @@ class Scores:
     """
 
     def __init__(self, fitted: Fit, candidates: Sequence[Effect]):
-        self.fitted, rig = fitted, fitted.likelihood.rig
+        self.fitted = fitted
         self.effects = {effect.field: effect for effect in candidates}
         self.price = {effect.field: price(effect, fitted) for effect in candidates}
         inside = list(fitted.coordinates)
-        further = [c for e in candidates if e.field not in fitted.fields for c in columns_of(e, fitted)]
+        further = [c for e in candidates if e.field not in fitted.names for c in columns_of(e, fitted)]
         self.coordinates = [*inside, *further]
-        self.undone = {fault.field: size for fault, size in fitted.likelihood.faults.items()}
-        self.x = np.array([*fitted.x, *(c.coordinate(self.undone.get(c.field, 0.0)) for c in further)])
+        self.x = np.array([*fitted.x, *(c.coordinate(0.0) for c in further)])
         self.quadratic = linearise(
             fitted.likelihood, fitted.point, self.coordinates, self.x, fitted.sigma, (fitted.e, fitted.motion)
         )
@@ -133,14 +131,14 @@ class Scores:
         self.of_field: dict[str, list[int]] = {}
         for j, coordinate in enumerate(self.coordinates):
             self.of_field.setdefault(coordinate.field, []).append(j)
-        effects = set(self.effects)
-        shapes = {shape for effect in candidates for shape in effect.shapes} | {
-            effect.steps_in_time for effect in candidates if effect.steps_in_time
-        }
-        self.nuisance = [j for j, c in enumerate(inside) if c.field not in effects | shapes] + list(
-            range(P, len(self.g))
-        )
-        self.base = rig.base
+        catalogue = {name for effect in candidates for name in effect.parameters}
+        self.nuisance = [j for j, c in enumerate(inside) if c.field not in catalogue]
+        self.nuisance += range(P, len(self.g))
+
+    @property
+    def selected(self) -> list[str]:
+        """Effects and faults that are in the fit."""
+        return [name for name in self.fitted.names if name in self.effects]
 
     def of_logs(self, logs: Sequence[int]) -> "Scores":
         """Give the same for some of the logs."""
@@ -186,20 +184,13 @@ class Scores:
         """Score at which an effect enters the model [nats]: a fault of the log is named or is none."""
         return NAMED if self.effects[name].fault else KEPT
 
-    def value(self, name: str, selected: Collection[str]) -> float:
-        """Coefficient of a selected effect at the minimum of the quadratic form."""
-        j = self.chosen_column(name)
-        return self.coordinates[j].value(float(self.x[j] + self.minimum(selected)[0][j]))
-
     def inside(self, selected: Collection[str]) -> list[int]:
         """Columns of a model: the nuisance, the selected effects and their shapes where these were fitted."""
         chosen = list(self.nuisance)
         for name in selected:
             chosen.append(self.chosen_column(name))
-            effect = self.effects[name]
-            for shape in (*effect.shapes, effect.steps_in_time):
-                if shape in self.of_field and name in self.fitted.fields:
-                    chosen += self.of_field[shape]
+            if name in self.fitted.names:
+                chosen += [j for shape in self.effects[name].parameters[1:] for j in self.of_field[shape]]
         return sorted(set(chosen))
 
     def signatures(self, columns: Sequence[int], selected: Collection[str]) -> Array:
@@ -222,7 +213,7 @@ class Scores:
         """Step to the minimum of the quadratic form with the selected effects alone, and its columns."""
         i = self.inside(selected)
         d = np.zeros(len(self.g))
-        for name in (*self.fitted.fields, *self.undone):
+        for name in self.fitted.names:
             if name in self.effects and name not in selected:
                 j = self.of_field[name][0]
                 d[j] = self.coordinates[j].coordinate(0.0) - self.x[j]

@@ -23,7 +23,7 @@ from .fit import Fit, fit
 from .result import Agreement
 from .rig import Effect
 from .score import Score, Scores
-from .settings import HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, REFITTED, ROUGHLY, ROUNDS
+from .settings import HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, REFITTED, ROUNDS
 
 _NOT: Mapping[str, float] = {}
 
@@ -90,141 +90,85 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
     -------
     Selection
     """
-    search, findings = _Search(null, candidates, start), list[Finding]()
+    fitted, left = start or null, dict[str, int]()
+    lost: dict[tuple[str, ...], float] = {} if start else {(): null.value}
     for _ in range(most or ROUNDS):
-        selected = search.selected
-        chosen = stepwise(search.around, list(selected), search.left)
+        around = Scores(fitted, candidates)
+        selected = around.selected
+        chosen = stepwise(around, selected, left)
         if set(chosen) == set(selected):
-            chosen = _simpler(search.around, selected, search.left)
+            chosen = _simpler(around, selected, left)
         if set(chosen) == set(selected):
-            if search.undo_anew():
-                continue
-            findings = search.weighed()
-            asked = {name: search.around.asked(name) for name in selected}
+            findings = _weighed(around, lost)
+            asked = {name: around.asked(name) for name in selected}
             needless = [n for f in findings if f.stated < asked[n := f.effect.field] <= f.score.score]
             if not needless:
                 break
-            search.left |= dict.fromkeys(needless, 2)
+            left |= dict.fromkeys(needless, 2)
             chosen = [name for name in selected if name not in needless]
-        search.enter(chosen)
+        fitted = _entered(around, chosen)
     else:
-        findings = search.weighed()
+        around = Scores(fitted, candidates)
+        findings = _weighed(around, lost)
         if any(f.effect.fault and not f.established for f in findings):  # what is no fault is not undone
-            search.take([name for name in search.selected if name not in search.faults])
-            findings = search.weighed()
+            kept = [name for name in around.selected if around.effects[name].fault is None]
+            around = Scores(refitted(fitted, candidates, kept), candidates)
+            findings = _weighed(around, lost)
     findings.sort(key=lambda f: -f.stated)
-    return Selection(null, search.fitted, tuple(findings), search.scores, search.around)
+    return Selection(null, around.fitted, tuple(findings), around.scores(around.selected), around)
 
 
-class _Search:
-    """A set of effects with the fit that has them; ``left`` counts how often an effect has left the set."""
+def _entered(around: Scores, chosen: Sequence[str]) -> Fit:
+    """Fit a set with new effects, from their best shapes.
 
-    def __init__(self, null: Fit, candidates: Sequence[Effect], start: Fit | None):
-        self.null, self.candidates, self.begun = null, candidates, start is not None
-        self.fields = {effect.field for effect in candidates}
-        self.faults = {effect.field: effect.fault for effect in candidates if effect.fault is not None}
-        self.fitted, self.left = start or null, dict[str, int]()
-        shapes = shape_fields(candidates)
-        self.core = [name for name in self.fitted.fields if name not in self.fields | shapes]
-        self.selected = [name for name in self.fitted.fields if name in self.fields]
-        self.selected += [fault.field for fault in self.fitted.likelihood.faults]
-        self.around = Scores(self.fitted, candidates)
-        self.scores: dict[str, Score] = {}
-
-    def refit(
-        self, chosen: Sequence[str], shapes: Mapping[str, float] = _NOT, stretch: float = 0.0, value_only: bool = False
-    ) -> Fit:
-        """Fit another set, its faults undone at what the quadratic form says of them.
-
-        With a ``stretch`` new ones are undone at so many times that, and old ones stay as they are undone.
-        """
-        off = {name: 0.0 for name in self.fitted.fields if name in self.fields and name not in chosen}
-        wrong = {
-            fault: self.around.undone[name] if stretch and name in self.around.undone
-            else self.around.value(name, chosen) * (stretch or 1.0)
-            for name, fault in self.faults.items() if name in chosen
-        }  # fmt: skip
-        likelihood = self.fitted.likelihood.undoing(wrong)
-        own = [name for name in chosen if name not in self.faults]
-        return fit(likelihood, with_shapes(self.core, own, self.candidates), self.fitted, {**shapes, **off}, value_only)
-
-    def take(self, chosen: Sequence[str], fitted: Fit | None = None) -> None:
-        """Go over to another set."""
-        self.fitted, self.selected = fitted or self.refit(chosen, stretch=1.0), list(chosen)
-        self.around = Scores(self.fitted, self.candidates)
-
-    def enter(self, chosen: Sequence[str]) -> None:
-        """Go over to a set with new effects, from their best shapes, or with new faults if these are worth it.
-
-        Of the two the kind of the best enters first, a fault alone, and the others are asked for again beside it: an
-        effect that is missing leaves much that faults of the log imitate, and the other way round.
-        """
-        new = [name for name in chosen if name not in self.selected]
-        wrong = bool(new) and new[0] in self.faults
-        new = new[:1] if wrong else [name for name in new if name not in self.faults]
-        kept = [name for name in chosen if name in self.selected]
-        shapes: dict[str, float] = {}
-        for name in new:
-            shapes |= dict(self.around.coordinates[self.around.chosen_column(name)].beside)
-        following = self.refit([*kept, *new], shapes, 1.0)
-        if not wrong:
-            return self.take([*kept, *new], following)
-        for factor in (2.0, 0.5):  # a shift by samples is no quadratic form: look on while the logs get likelier
-            stretch = factor
-            while 0.1 < stretch < 20.0:
-                other = self.refit([*kept, *new], shapes, stretch)
-                if other.value > following.value - KEPT:
-                    break
-                following, stretch = other, factor * stretch
-        without = self.fitted if len(kept) == len(self.selected) else self.refit(kept)
-        if following.value < without.value - NAMED:
-            self.take([*kept, *new], following)
-            while self.undo_anew():
-                pass
-            return None
-        self.left |= dict.fromkeys(new, 2)  # the quadratic form reaches less far than it promised
-        if without is not self.fitted:
-            self.take(kept, without)
-        return None
-
-    def undo_anew(self) -> bool:
-        """Undo the faults at what is asked for now, where that is no longer what is undone; say if it was better."""
-        around = self.around
-        if any(abs(around.value(n, self.selected) - size) > 0.02 * abs(size) for n, size in around.undone.items()):
-            other = self.refit(self.selected)
-            if other.value < self.fitted.value - ROUGHLY:
-                self.take(self.selected, other)
-                return True
-        return False
-
-    def weighed(self) -> list[Finding]:
-        """Weigh the effects of the set; each family is refitted without it once."""
-        lost = dict[tuple[str, ...], float]()
-
-        def without(gone: Sequence[str]) -> float:
-            rest = tuple(name for name in self.selected if name not in gone)
-            if rest not in lost:  # the null undoes nothing
-                lost[rest] = self.null.value if not rest and not self.begun else self.refit(rest, value_only=True).value
-            return lost[rest]
-
-        self.scores = self.around.scores(self.selected)
-        return [_finding(self.around, name, self.selected, self.scores, without) for name in self.selected]
+    Where a fault of the log is the best it enters alone, else effects without faults, and the others are asked for
+    again beside it: an effect that is missing leaves much that faults of the log imitate, and the other way round.
+    """
+    new = [name for name in chosen if name not in around.selected]
+    wrong = [name for name in new if around.effects[name].fault is not None]
+    new = wrong[:1] if new and new[0] in wrong else [name for name in new if name not in wrong]
+    shapes: dict[str, float] = {}
+    for name in new:
+        shapes |= dict(around.coordinates[around.chosen_column(name)].beside)
+    kept = [name for name in chosen if name in around.selected]
+    return refitted(around.fitted, list(around.effects.values()), [*kept, *new], shapes)
 
 
-def shape_fields(candidates: Sequence[Effect]) -> set[str]:
-    """Parameters that are shapes of laws."""
-    return {shape for effect in candidates for shape in (*effect.shapes, effect.steps_in_time) if shape}
+def refitted(
+    fitted: Fit, candidates: Sequence[Effect], chosen: Sequence[str], values: Mapping[str, float] = _NOT,
+    value_only: bool = False,
+) -> Fit:  # fmt: skip
+    """Fit with other effects and faults of the candidates, from ``values`` of parameters."""
+    by_field, likelihood = {effect.field: effect for effect in candidates}, fitted.likelihood
+    gone = by_field.keys() - set(chosen)
+    kept = {fault: size for fault, size in likelihood.faults.items() if fault.field not in gone}
+    catalogue = {name for effect in candidates for name in effect.parameters}
+    names = [name for name in fitted.names if name not in catalogue]
+    names += [name for field in chosen for name in by_field[field].parameters if name not in names]
+    off = {name: 0.0 for name in fitted.fields if name in gone}
+    return fit(
+        likelihood if kept == likelihood.faults else likelihood.undoing(kept), list(dict.fromkeys(names)), fitted,
+        {**values, **off}, value_only,
+    )  # fmt: skip
 
 
-def with_shapes(core: Sequence[str], selected: Sequence[str], candidates: Sequence[Effect]) -> list[str]:
-    """Parameters of a model: its core, its effects and their shapes."""
-    by_field = {effect.field: effect for effect in candidates}
-    shapes = [shape for name in selected for shape in (*by_field[name].shapes, by_field[name].steps_in_time) if shape]
-    return list(dict.fromkeys((*core, *selected, *shapes)))
+def _weighed(around: Scores, lost: Mapping[tuple[str, ...], float]) -> list[Finding]:
+    """Weigh the effects of the set; each family is refitted without it once, where F without it is not ``lost``."""
+    known, selected = dict(lost), around.selected
+
+    def without(gone: Sequence[str]) -> float:
+        rest = tuple(name for name in selected if name not in gone)
+        if rest not in known:
+            known[rest] = refitted(around.fitted, list(around.effects.values()), rest, value_only=True).value
+        return known[rest]
+
+    scores = around.scores(selected)
+    return [_finding(around, name, selected, scores, without) for name in selected]
 
 
-def stepwise(around: Scores, selected: list[str], left: dict[str, int]) -> list[str]:
+def stepwise(around: Scores, start: Sequence[str], left: dict[str, int]) -> list[str]:
     """Let effects enter and leave until the set stands; one that left twice does not come back."""
+    selected = list(start)
     while True:
         scores = around.scores(selected)
         outside = {

@@ -26,11 +26,14 @@ from scipy.signal import lfilter
 from .likelihood import Likelihood, Move, Point, without
 from .noise import SHAPES, AxisFilter, error_dynamics, filters, physical, slope_of_colour, start_response
 from .rig import Coordinate, Record
-from .settings import BLOCK, CHUNK, HUBER, NOISE_STEP, SEEN_AT
+from .settings import BLOCK, DIFFERENCE, HUBER, SEEN_AT
 
 Array = NDArray[np.float64]
 Rows = tuple[NDArray[np.intp], Array]
 """Coordinates (k,), and derivatives by them (k, n)."""
+
+CHUNK = 20000
+"""Samples that are read at a time."""
 
 @dataclass(frozen=True, eq=False)
 class Quadratic:
@@ -252,8 +255,8 @@ class Sensitivities:
             for i, own in enumerate(rig.linear(move.parameters)) if own != linear[i]
         ]  # fmt: skip
         for k in range(SHAPES):
-            moved = physical(point.z + NOISE_STEP * (np.arange(SHAPES) == k)[:, None])
-            changed += [(i, len(moves) + a * k + i, linear[i], moved[:, i], NOISE_STEP) for i in range(a)]
+            moved = physical(point.z + DIFFERENCE * (np.arange(SHAPES) == k)[:, None])
+            changed += [(i, len(moves) + a * k + i, linear[i], moved[:, i], DIFFERENCE) for i in range(a)]
         solved = filters(h, [own[2] for own in changed], np.column_stack([own[3] for own in changed]))
         found: list[dict[int, tuple[AxisFilter, float]]] = [{} for _ in linear]
         for (i, j, _, _, width), other in zip(changed, solved, strict=True):

@@ -32,27 +32,22 @@ FARTHEST = 4.0
 a gain may begin, a factor of sixteen. What lies farther is no air but something else that the model lacks, such as an
 encoder that rests between its counts."""
 
-MOST_ROTATED = 1.5
-"""Bound of psi [rad]: no room is without slow torque, and a model of the air without it takes drifts for effects."""
+MOST_ROTATED, LEAST_DAMPING = 1.5, 0.2
+"""Bounds of what is air: of psi [rad], as no room is without slow torque, and air without it takes drifts
+for effects; and of the damping ratio of air that swirls, which has died out after two turns: with less, a torque that
+is periodic in time would pass for air."""
 
-LEAST_DAMPING = 0.2
-"""Least damping ratio of air that swirls: it has died out after two turns. Less, and a torque that is periodic in time
-would pass for air."""
+OWN = (0.1, 0.003, 0.05, 0.02)
+"""Standard deviations of what a log has of its own before any log is seen: its constant torque [rad/s^2] (tape, cables,
+a day's zero); angle [rad] and rate [rad/s] at its start off the lines through its first .3 s, in the roughest air; the
+logarithm of its gains over the plant's (supply, temperature, a new belt)."""
 
-OFFSET = 0.1
-"""Standard deviation [rad/s^2] of a log's own constant torque before any log is seen: tape, cables, a day's zero."""
-
-DRIFT = 0.02
-"""Standard deviation of a gain's logarithm from log to log before any log is seen: supply, temperature, a new belt."""
-
-START = (0.003, 0.05)
-"""Standard deviations [rad], [rad/s] of a log's start from the lines through its first .3 s, in the roughest air."""
+OWN_PRIOR = (2.0, 0.01, 0.003)
+"""Degrees of freedom, and sizes of what is known beforehand of the spread of the logs' torques [rad/s^2] and gains: a
+good supply repeats itself to .3 %."""
 
 REST_COUNTS, REST_TIME = 1.5, 0.5
 """An axis that stays within so many encoder counts for so long [s] says nothing about torques: it rests or sticks."""
-
-MOVING_SHARE = 0.5
-"""Least share of the samples in which an axis has to move; else it is left to its priors."""
 
 RECORD_STEP = 0.01
 """Time [s] over which faster logs are averaged: a tenth of the motors' lag, so that nothing of the plant is lost, and
@@ -68,15 +63,12 @@ SEEN_AT = 25.0
 """Rate [Hz] of sensitivities to torques, of the search for unknown torques and of the instruments: ten times the
 fastest motion of a bench. Innovations keep the rate of the records."""
 
-CHUNK = 20000
-"""Samples that are linearised at a time: memory does not grow with the length of a log."""
-
 BLOCK = 4.0
 """Length [s] of the blocks whose scores make a dispersion, and of the segments of a bootstrap: ten times the
 correlation time of the air."""
 
-NOISE_STEP = 0.02
-"""Width of a finite difference of the air's parameters, in their coordinates."""
+DIFFERENCE = 0.02
+"""Usual width of a finite difference, in coordinates whose priors are standard normal."""
 
 # --- the fit (fit.py) ---
 
@@ -87,8 +79,9 @@ CONVERGED, ROUGHLY = 0.01, 0.5
 """Fall of the objective [nats] below which a fit has converged, a seventh of a standard error; and its beginning,
 and one of which the value alone is asked for."""
 
-ITERATIONS, HALVINGS = 30, 6
-"""Most Gauss-Newton steps of a fit, and most halvings of one step."""
+ITERATIONS, HALVINGS, ROUNDS = 30, 6, 8
+"""Most Gauss-Newton steps of a fit, halvings of one step, and times that a selected set is refitted and scored again:
+twice what was ever needed."""
 
 AIR_SCAN = tuple(
     (level / 1.5, rate / 0.7, edge / 2.5, angle / 0.8, 0.0)
@@ -104,37 +97,22 @@ rigs in calm air."""
 COARSE = 60.0
 """Length of flight [s] that a scan and the beginning of a first fit look at: the air is the same in all logs."""
 
-OWN_PRIOR = (2.0, 0.01, 0.003)
-"""Degrees of freedom, and sizes of what is known beforehand of the spread of the logs' torques [rad/s^2] and gains: a
-good supply repeats itself to .3 %."""
-
 # --- the helicopter (helicopter.py) ---
 
-LAG_WIDTH = 0.04
-"""Width [s] of the prior of the motors' lag: half of the lag that is given."""
-
-TIMED = 0.005
-"""Half a sample [s] of a log at 100 Hz: no log times its channels better. A lag of the motors that lies less off what
-was given is no finding, and none is shorter."""
+TIMED = 0.5 * RECORD_STEP
+"""No log times its channels better than to half a sample [s]. A lag of the motors that lies less off what was given is
+no finding, and none is shorter."""
 
 GAIN_WIDTH = log(2.0)
-"""Width of the prior of a gain's logarithm: a factor of two is usual."""
+"""Width of the prior of the logarithm of a gain or of a scale: a factor of two is usual."""
 
 CATALOGUE_WIDTHS = 3.0
-"""Widths of an effect's prior between zero and the end of its plausible range."""
+"""Widths of an effect's prior between zero and the end of its plausible range; and between zero and c = 1 of a term of
+rigid-body mechanics, as no mass is a point."""
 
-MECHANICS = 1.0 / 3.0
-"""Width of the prior of a term of rigid-body mechanics about c = 1: no mass is a point, zero lies three widths off."""
-
-GROUND_CLEARANCE = 0.02
-"""The ground lies so far [rad] below the lowest elevation in the logs."""
-
-WINDOW, MOTION_WINDOW = 0.6, 0.2
-"""Lengths [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz, .99 of a
-rate at 2 Hz."""
-
-DAMPING = (0.1, 0.1)
-"""Mean and standard deviation that instruments know of every damping [1/s]: sister rigs have .02 to .25."""
+WINDOW, SMOOTHING, MOTION_WINDOW = 0.6, 0.4, 0.2
+"""Lengths [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz, .99 of a motion at
+1 Hz (where a prediction starts) and .99 of a rate at 2 Hz."""
 
 # --- names (score.py, select.py) ---
 
@@ -153,11 +131,9 @@ every rig has, of which only the size is open: chance reaches it on one of 3 500
 LEAST_VISIBILITY = 0.01
 """Share of an effect's signature, beside the fitted parameters, below which it is not testable."""
 
-ROUNDS = 8
-"""Most times that the selected set is refitted and scored again."""
-
-HALVES_SPLITS, HALVES_DRAWS = 3, 5
-"""Splits of the logs into halves, and draws of the bootstrap that says what sampling allows: the index to .1."""
+DRAWS, HALVES_SPLITS, HALVES_DRAWS = 1000, 3, 5
+"""Draws of a bootstrap: the ends of a 95 % interval are then known to a twentieth of its width. Splits of the logs into
+halves, and draws of the bootstrap that says what sampling allows them to agree on: the index to .1."""
 
 STEPS_TRIED, STEP_APART = 5, 0.5
 """Instants at which a step in time is tried, the best of a matched filter, and the least distance [s] between them:
@@ -265,15 +241,9 @@ LEAST_STIFFNESS = 0.1
 SPACING = 0.25
 """Time [s] from one prediction's start to the next: those that overlap fail together."""
 
-SMOOTHING = 0.4
-"""Length [s] of the local cubic that gives a start's angles and rates: it keeps .99 of a motion at 1 Hz."""
-
 FLOWN, ROUND, SETTLED = 3.0, 0.2, 1e-4
 """Lengths [s] of the stretches that plant and controller fly again, and of the blocks in which their loop is closed,
 and the change of the voltages [V] at which a block is found."""
-
-DRAWS = 1000
-"""Draws of a bootstrap: the ends of a 95 % interval are then known to a twentieth of its width."""
 
 WHITE_TIME = 1.0
 """Time [s] of the lags of a test for whiteness: beyond it the filter has taken for air what a plant lacks."""

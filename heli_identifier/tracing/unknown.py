@@ -216,12 +216,12 @@ def _started(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit, Un
     """Fit with an unknown torque, its period refined."""
     tables = fitted.likelihood.rig.tables
     if u.variable == TIME:
-        alone = fit(fitted.likelihood, fitted.fields, _with_waves(fitted, [*found, u]))  # air that does not follow it
+        alone = fit(fitted.likelihood, fitted.names, _with_waves(fitted, [*found, u]))  # air that does not follow it
         u = _Seen(_with_waves(alone, found)).refined(fitted.likelihood.rig.axes.index(u.axis), u.spacing)
-        return fit(fitted.likelihood, fitted.fields, _with_waves(alone, [*found, u])), u
+        return fit(fitted.likelihood, fitted.names, _with_waves(alone, [*found, u])), u
     fields = tables.fields(u.axis, u.variable)
     shapes = tables.placed(u.axis, u.variable, u.first, u.spacing) | dict(zip(fields, u.weights, strict=True))
-    return fit(fitted.likelihood, (*fitted.fields, *fields), fitted, shapes), u
+    return fit(fitted.likelihood, (*fitted.names, *fields), fitted, shapes), u
 
 
 def _with_waves(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
