@@ -13,11 +13,11 @@ from scipy.integrate import quad_vec
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.online.linear_algebra import (
     bilinear_form,
+    bordered,
     dot,
     eliminated,
     explained,
     is_singular,
-    row_indices,
     solved,
     total,
 )
@@ -53,21 +53,19 @@ def test_the_elimination_is_that_of_lapack(seed, n, columns):
     rng = np.random.default_rng(seed)
     a, c = rng.standard_normal((n + 3, n)), rng.standard_normal((n, columns))
     b = a.T @ a
-    triangle = b[np.triu_indices(n)].tolist()
-    factored = eliminated(triangle, c.tolist())
+    both = np.block([[b, c], [c.T, np.zeros((columns, columns))]])
+    factored = eliminated(*bordered(both[np.triu_indices(n + columns)].tolist(), n + columns, n))
     assert not is_singular(factored[0])
     assert np.array(solved(*factored)).T == pytest.approx(np.linalg.solve(b, c), rel=1e-6, abs=1e-9)
     assert np.array(explained(*factored)) == pytest.approx(c.T @ np.linalg.solve(b, c), rel=1e-6, abs=1e-9)
     u, v = rng.standard_normal((2, n)).tolist()
-    assert dot(bilinear_form(u, v), triangle) == pytest.approx(np.array(u) @ b @ np.array(v))
-    assert [[triangle[k] for k in row] for row in row_indices(n)] == b.tolist()
+    assert dot(bilinear_form(u, v), b[np.triu_indices(n)].tolist()) == pytest.approx(np.array(u) @ b @ np.array(v))
 
 
 def test_a_dependent_column_is_left_out():
     a = np.random.default_rng(0).standard_normal((20, 3))
-    twice = np.column_stack((a, a[:, 1]))
-    y = a @ [1.0, 2.0, 3.0]
-    factored = eliminated((twice.T @ twice)[np.triu_indices(4)].tolist(), (twice.T @ y)[:, None].tolist())
+    z = np.column_stack((a, a[:, 1], a @ [1.0, 2.0, 3.0]))
+    factored = eliminated(*bordered((z.T @ z)[np.triu_indices(5)].tolist(), 5, 4))
     assert is_singular(factored[0])
     assert solved(*factored)[0] == pytest.approx([1.0, 2.0, 3.0, 0.0])
 

@@ -8,7 +8,7 @@ from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, determi
 from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
 from heli_identifier.online.adaptation import gain_matrix
-from heli_identifier.online.instruments import References, add_signals, contradicts, evaluated, no_instruments
+from heli_identifier.online.instruments import add_signals, contradicts, evaluated, no_instruments
 from heli_identifier.online.loop import (
     FILTERS,
     UNEXPLAINED,
@@ -129,8 +129,7 @@ def test_the_instruments_are_those_of_a_first_stage_from_earlier_samples():
         before = b[: part.start].T @ b[: part.start], b[: part.start].T @ psi[: part.start]
         for row, *regressors, regressand in zip(b[part], *psi[part].T, y[part], strict=True):
             i = add_signals(i, regressors, regressand, tuple(row.tolist()), 1, 1.0)
-        shared = References((0.0, 0.0, 0.0), True, (), tuple((b[: part.stop].T @ b[: part.stop])[np.triu_indices(13)]))
-        i = evaluated(i, shared, (0.1, 0.2), (1e9, 1e9), 1, h)
+        i = evaluated(i, (0.1, 0.2), (1e9, 1e9), 1, h)
     z = b[300:] @ np.linalg.solve(*before)
     inverse = np.linalg.inv(z.T @ psi[300:])
     assert i.gain == pytest.approx((inverse @ z.T @ y[300:])[1], rel=1e-6)

@@ -54,7 +54,7 @@ from math import exp, expm1, inf, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .linear_algebra import outer
+from .linear_algebra import outer, unit_vector
 from .moments import Moments, add_products, excitation_level, no_moments, standard_errors, weighted_blocks
 from .settings import AxisPlan, Plan
 from .watch import NOTHING, Score, scores
@@ -126,11 +126,6 @@ def measurement_noise(alpha: float, h: float) -> float:
     """Return r [1/s] for forgetting ``alpha`` [1/s] and the period ``h`` [s]."""
     # r = beta / w = alpha / (exp(alpha h) - 1); expm1 keeps it exact for small alpha h.
     return alpha / expm1(alpha * h) if alpha > 0.0 else 1.0 / h
-
-
-def unit_vector(index: int, size: int) -> list[float]:
-    """Return phi of a measurement of the parameter ``index`` itself."""
-    return [1.0 if j == index else 0.0 for j in range(size)]
 
 
 def adapt(

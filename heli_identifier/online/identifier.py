@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 from heli_plant.motor import saturate
 
-from .adaptation import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis, unit_vector
+from .adaptation import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis
 from .instruments import NO_REFERENCES, References, advance_references, evaluated, first_references
-from .linear_algebra import hypotenuse
+from .linear_algebra import hypotenuse, unit_vector
 from .loop import first_feedback, shares, watch_error, watch_innovation
 from .prediction_error import first_predictor, predict_axis, rest_predictor
 from .settings import Plan
@@ -118,7 +118,7 @@ def step(
     z_1, z_2, z_3 = _regressors(signals, lag, watch, plan)
     count, asked = samples // every - plan.hold_samples, state.references
     if count >= 0 and plan.predicting:
-        asked = advance_references(asked, references, count, settings.forgetting, h)
+        asked = advance_references(asked, references, count, h)
     front, rear = signals.voltages
     b: tuple[float, ...] = state.references.b if asked.moved else ()
     pitch_axis, elevation_axis, travel_axis = state.axes
@@ -160,7 +160,7 @@ def _advance(
             errors = [error / sqrt(share) for error, share in zip(estimate.standard_errors, counted, strict=True)]
             estimate = estimate._replace(standard_errors=tuple(errors))
             if references.moved:
-                found = evaluated(predictor.instruments, references, estimate.omega, own.prior, own.gain, h)
+                found = evaluated(predictor.instruments, estimate.omega, own.prior, own.gain, h)
                 predictor = predictor._replace(instruments=found)
     return Axis(estimate, predictor, loop)
 

@@ -28,8 +28,7 @@ from math import sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import kept_over
-from .linear_algebra import dot, eliminated, explained, is_singular, outer, solved
+from .linear_algebra import bordered, dot, eliminated, explained, is_singular, outer, solved, with_products
 from .loop import FILTERS, laguerre, products_every
 
 CONTRADICTION = 2.5
@@ -46,65 +45,56 @@ _SIZE = 1 + 3 * FILTERS
 
 
 class References(NamedTuple):
-    """What all axes share: b, the packed sums of b b^T; ``first`` references [rad], and whether one has ``moved``."""
+    """What all axes share: b, the ``first`` references [rad], and whether one has ``moved``."""
 
     first: tuple[float, float, float]
     moved: bool
     b: tuple[float, ...]
-    products: tuple[float, ...]
 
 
 class Instruments(NamedTuple):
     """What an axis keeps.
 
-    Sums of (psi, y) since the last products, ``waiting``; the sums of b psi^T by rows, ``products``; ``first_stage``,
-    Pi by columns, 0 before its first evaluation; the sums of z (psi, y)^T by rows, ``cross``, and of z z^T, packed,
-    ``squares``; the ``gain`` and its ``standard_error`` as last evaluated [rad/s^2/V], both 0 while no reference has
-    moved.
+    Sums of (psi, y) since the last products, ``waiting``; packed sums of products of (b, psi), ``first``, and of
+    (z, psi, y), ``second``; ``first_stage``, Pi by columns, 0 before its first evaluation; the ``gain`` and its
+    ``standard_error`` as last evaluated [rad/s^2/V], both 0 while no reference has moved.
     """
 
     waiting: tuple[float, ...]
-    products: tuple[tuple[float, ...], ...]
+    first: tuple[float, ...]
+    second: tuple[float, ...]
     first_stage: tuple[tuple[float, ...], ...]
-    cross: tuple[tuple[float, ...], ...]
-    squares: tuple[float, ...]
     gain: float
     standard_error: float
 
 
 def first_references(references: tuple[float, float, float]) -> References:
     """Return the state at sample 0, before which the ``references`` [rad] rested."""
-    return References(references, False, (1.0, *([0.0] * (_SIZE - 1))), (0.0,) * (_SIZE * (_SIZE + 1) // 2))
+    return References(references, False, (1.0, *([0.0] * (_SIZE - 1))))
 
 
 def no_instruments(parameters: int) -> Instruments:
     """Return the state before the first sample of an axis with so many ``parameters``."""
     n = parameters
-    products, first_stage = ((0.0,) * n,) * _SIZE, ((0.0,) * _SIZE,) * n
-    return Instruments(
-        (0.0,) * (n + 1), products, first_stage, ((0.0,) * (n + 1),) * n, tuple(outer([0.0] * n)), 0.0, 0.0
-    )
+    first, second = outer([0.0] * (_SIZE + n)), outer([0.0] * (2 * n + 1))
+    return Instruments((0.0,) * (n + 1), tuple(first), tuple(second), ((0.0,) * _SIZE,) * n, 0.0, 0.0)
 
 
-def advance_references(
-    r: References, references: tuple[float, float, float], count: int, alpha: float, h: float
-) -> References:
+def advance_references(r: References, references: tuple[float, float, float], count: int, h: float) -> References:
     """Return ``r`` after the sample numbered ``count``, where the ``references`` [rad] were asked for.
 
-    b changes at every sample at which products are due. Forgetting ``alpha`` [1/s], ``h`` [s] from sample to sample.
+    b changes at every sample at which products are due; ``h`` [s] from sample to sample.
     """
     if not r.moved and not any(now != first for now, first in zip(references, r.first, strict=True)):
         return r
     stride = products_every(h)
     if count % stride != 0:
         return r._replace(moved=True)
-    kept = kept_over(count, stride, alpha, h)
-    products = [kept * x + stride * y for x, y in zip(r.products, outer(r.b), strict=True)]
     b = [1.0]
     for k in range(3):
         x = r.b[1 + FILTERS * k : 1 + FILTERS * (k + 1)]
         b = [*b, *laguerre(x, references[k] - r.first[k], stride * h)]
-    return References(r.first, True, tuple(b), tuple(products))
+    return References(r.first, True, tuple(b))
 
 
 def add_signals(
@@ -117,36 +107,28 @@ def add_signals(
     waiting = tuple(map(add, i.waiting, (*psi, y)))
     if stride == 0:
         return i._replace(waiting=waiting)
+    mean = [x / stride for x in waiting]
     z = [dot(column, b) for column in i.first_stage]
     return i._replace(
         waiting=(0.0,) * len(waiting),
-        products=_added(i.products, kept, b, waiting[:-1]),
-        cross=_added(i.cross, kept, z, waiting),
-        squares=tuple([kept * x + stride * y for x, y in zip(i.squares, outer(z), strict=True)]),
-    )
-
-
-def _added(
-    sums: tuple[tuple[float, ...], ...], kept: float, u: Sequence[float], v: Sequence[float]
-) -> tuple[tuple[float, ...], ...]:
-    """Return kept sums + u v^T."""
-    return tuple(
-        [tuple([kept * x + a * b for x, b in zip(row, v, strict=True)]) for row, a in zip(sums, u, strict=True)]
+        first=with_products(i.first, kept, [*b, *mean[:-1]], stride),
+        second=with_products(i.second, kept, [*z, *mean], stride),
     )
 
 
 def evaluated(
-    i: Instruments, r: References, omega: tuple[float, ...], prior: tuple[float, ...], index: int, h: float
+    i: Instruments, omega: tuple[float, ...], prior: tuple[float, ...], index: int, h: float
 ) -> Instruments:
     """Return ``i`` with Pi and the gain at ``index`` of Omega, from samples every ``h`` [s].
 
     The ``prior`` variances stand at the places of Omega.
     """
-    n = len(i.cross)
-    M = [[*row[:n], row[n] - dot(row[:n], omega)] for row in i.cross]
-    S = explained(*eliminated(i.squares, M))
-    normal = [h * S[j][k] + (1.0 / prior[j] if j == k else 0.0) for j in range(n) for k in range(j, n)]
-    first_stage = solved(*eliminated(r.products, [list(row) for row in i.products]))
+    n = len(i.first_stage)
+    V, cross = bordered(i.second, 2 * n + 1, n)
+    S = explained(*eliminated(V, [[*row[:n], row[n] - dot(row[:n], omega)] for row in cross]))
+    normal = [[h * S[j][k] + (1.0 / prior[j] if j == k else 0.0) for k in range(j, n)] for j in range(n)]
+    B, products = bordered(i.first, _SIZE + n, _SIZE)
+    first_stage = solved(*eliminated(B, products))
     U, C = eliminated(normal, [[1.0 if j == index else 0.0, h * S[j][n]] for j in range(n)])
     if is_singular(U):
         return i._replace(first_stage=first_stage)

@@ -6,7 +6,7 @@ B = L U, U = D L^T, without pivoting; rows of U that depend on earlier ones are 
 """
 
 from collections.abc import Iterable, Sequence
-from functools import lru_cache, reduce
+from functools import reduce
 from math import sqrt
 from operator import add, mul
 
@@ -38,16 +38,29 @@ def dot(a: Iterable[float], b: Iterable[float]) -> float:
     return reduce(add, map(mul, a, b), 0.0)
 
 
-@lru_cache(maxsize=32)
-def row_indices(size: int) -> tuple[tuple[int, ...], ...]:
-    """Return where a packed symmetric matrix of ``size`` rows keeps the elements of each row."""
-    starts = [i * size - i * (i - 1) // 2 for i in range(size)]
-    return tuple(tuple(starts[min(i, j)] + max(i, j) - min(i, j) for j in range(size)) for i in range(size))
+def unit_vector(index: int, size: int) -> list[float]:
+    """Return the row ``index`` of the identity."""
+    return [1.0 if j == index else 0.0 for j in range(size)]
 
 
 def outer(z: Sequence[float]) -> list[float]:
     """Return z z^T, packed."""
     return [a * b for i, a in enumerate(z) for b in z[i:]]
+
+
+def with_products(sums: Sequence[float], kept: float, z: Sequence[float], weight: float = 1.0) -> tuple[float, ...]:
+    """Return ``kept`` sums + ``weight`` z z^T, packed."""
+    return tuple([kept * x + weight * y for x, y in zip(sums, outer(z), strict=True)])
+
+
+def bordered(packed: Sequence[float], size: int, n: int) -> tuple[Rows, Rows]:
+    """Return of the first ``n`` of ``size`` rows of a packed matrix B, from its diagonal on, and what is behind it."""
+    rows: Rows = []
+    start = 0
+    for j in range(n):
+        rows.append(list(packed[start : start + size - j]))
+        start += size - j
+    return [row[: n - j] for j, row in enumerate(rows)], [row[n - j :] for j, row in enumerate(rows)]
 
 
 def bilinear_form(u: Sequence[float], v: Sequence[float]) -> list[float]:
@@ -56,10 +69,9 @@ def bilinear_form(u: Sequence[float], v: Sequence[float]) -> list[float]:
     return [u[i] * v[j] + u[j] * v[i] if j > i else u[i] * v[i] for i in range(size) for j in range(i, size)]
 
 
-def eliminated(packed: Sequence[float], C: Rows) -> tuple[Rows, Rows]:
-    """Return (U, L^-1 C) of a packed B = L U; row j of U begins at its diagonal, which is 0 for a dependent column."""
-    size = len(C)
-    U = [[packed[j * size - j * (j - 1) // 2 + k - j] for k in range(j, size)] for j in range(size)]
+def eliminated(B: Rows, C: Rows) -> tuple[Rows, Rows]:
+    """Return (U, L^-1 C) of B = L U; rows of B and U begin at the diagonal, which is 0 in U for a dependent column."""
+    size, U = len(B), [list(row) for row in B]
     wholes = [row[0] for row in U]
     for j in range(size):
         pivot = U[j][0]

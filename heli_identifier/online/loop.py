@@ -39,10 +39,9 @@ model); Wahlberg, System identification using Laguerre models, IEEE Trans. Autom
 
 from collections.abc import Sequence
 from math import exp, sqrt
-from operator import add
 from typing import NamedTuple
 
-from .linear_algebra import eliminated, explained, is_singular, outer
+from .linear_algebra import bordered, eliminated, explained, is_singular, with_products
 from .whitening import Memory, Whitening, settled_memory, whiten
 
 CLOSED = 3.0
@@ -161,8 +160,7 @@ def add_regressors(o: Outside, psi: Sequence[float], kept: float, time: float) -
     ``kept`` is the share of the earlier products [1].
     """
     filtered = laguerre(o.filtered, o.waiting, time)
-    products = outer([*filtered, *psi])
-    return Outside(0.0, tuple(filtered), tuple(map(add, [kept * x for x in o.products], products)))
+    return Outside(0.0, tuple(filtered), with_products(o.products, kept, [*filtered, *psi]))
 
 
 def shares(o: Outside, combinations: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
@@ -170,9 +168,9 @@ def shares(o: Outside, combinations: tuple[tuple[float, ...], ...]) -> tuple[flo
     n = len(combinations[0])
     rows = [[j[i] for j in combinations] for i in range(n)]
     silent = [[0.0 for _ in combinations] for _ in range(FILTERS)]
-    own = len(o.products) - n * (n + 1) // 2  # packed by rows, those of psi are the last
-    U, C = eliminated(o.products[own:], [list(row) for row in rows])
-    V, D = eliminated(o.products, [*silent, *rows])
+    B, _ = bordered(o.products, FILTERS + n, FILTERS + n)
+    U, C = eliminated(B[FILTERS:], [list(row) for row in rows])
+    V, D = eliminated(B, [*silent, *rows])
     if is_singular(U) or is_singular(V):
         return tuple([_LEAST_SHARE for _ in combinations])
     whole, outside = explained(U, C), explained(V, D)

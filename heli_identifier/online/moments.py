@@ -43,7 +43,7 @@ from math import exp, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .linear_algebra import bilinear_form, dot, eliminated, is_singular, row_indices, total
+from .linear_algebra import Rows, bilinear_form, bordered, dot, eliminated, is_singular, total
 
 CAPACITY = 32
 """Blocks kept at most; a standard error from 16 to 32 of them is itself known to some 15 to 20 %."""
@@ -176,19 +176,18 @@ _HALVINGS = 50
 
 def excitation_level(window: Sequence[float], size: int, parameters: int) -> float:
     """Return the level of the first ``parameters`` signals of a packed mean of z z^T with ``size`` signals."""
-    rows = row_indices(size)
-    scale = [1.0 / sqrt(window[rows[i][i]] + _SILENCE * _SILENCE) for i in range(parameters)]
-    scaled = [window[rows[i][j]] * scale[i] * scale[j] for i in range(parameters) for j in range(i, parameters)]
-    return smallest_eigenvalue(scaled, parameters)
+    gram, _ = bordered(window, size, parameters)
+    scale = [1.0 / sqrt(row[0] + _SILENCE * _SILENCE) for row in gram]
+    return smallest_eigenvalue(
+        [[a * scale[i] * s for a, s in zip(row, scale[i:], strict=True)] for i, row in enumerate(gram)]
+    )
 
 
-def smallest_eigenvalue(packed: Sequence[float], size: int) -> float:
-    """Return the smallest eigenvalue of a packed matrix that is between 0 and 1: the largest x with A - x I regular."""
-    diagonal = [1.0 if i == j else 0.0 for i in range(size) for j in range(i, size)]
+def smallest_eigenvalue(A: Rows) -> float:
+    """Return the smallest eigenvalue, between 0 and 1, of A by rows from its diagonal: the largest x with A > x I."""
     low, high = 0.0, 1.0
     for _ in range(_HALVINGS):
         x = 0.5 * (low + high)
-        shifted = [a - x * one for a, one in zip(packed, diagonal, strict=True)]
-        U, _ = eliminated(shifted, [[0.0] for _ in range(size)])
+        U, _ = eliminated([[row[0] - x, *row[1:]] for row in A], [[0.0] for _ in A])
         low, high = (low, x) if is_singular(U) else (x, high)
     return low

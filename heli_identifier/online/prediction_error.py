@@ -27,9 +27,9 @@ from math import exp, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AxisState, kept_early, kept_over, loosen, measure, measurement_noise, unit_vector
+from .adaptation import AxisState, kept_early, kept_over, loosen, measure, measurement_noise
 from .instruments import Instruments, add_signals, no_instruments
-from .linear_algebra import outer
+from .linear_algebra import outer, unit_vector
 from .loop import Outside, add_regressors, nothing_outside, products_every
 from .settings import AxisPlan, Plan
 from .whitening import (

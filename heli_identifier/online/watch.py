@@ -56,7 +56,7 @@ from heli_plant.effects import AXES, CATALOGUE, ROTORS, effect
 from heli_plant.laws import law_alone
 
 from ..errors import ConfigurationError
-from .linear_algebra import bilinear_form, dot, eliminated, is_singular, row_indices, solved, total
+from .linear_algebra import bilinear_form, bordered, dot, eliminated, is_singular, solved, total, unit_vector
 from .moments import LEAST_FREEDOM, OVERLAP, freedom, variance_of_sum
 from .signals import Signals
 from .state_filter import FilterCoefficients, Pair, discretise, filter_line, second_derivative
@@ -203,21 +203,6 @@ NOTHING = Score(0.0, 0.0)
 """The score while nothing is known."""
 
 
-def projection(moments: list[float], size: int, n: int, column: int) -> list[float] | None:
-    """Return signal ``column`` with the first ``n`` signals projected out, by its coefficients on z, shape (size,).
-
-    ``moments`` are the packed sums of z z^T. The result is None where the ``n`` signals are nearly linearly dependent.
-    """
-    rows = row_indices(size)
-    packed = [moments[rows[i][j]] for i in range(n) for j in range(i, n)]
-    U, C = eliminated(packed, [[moments[rows[i][column]]] for i in range(n)])
-    if is_singular(U):
-        return None
-    left = [-x for x in solved(U, C)[0]] + [0.0] * (size - n)
-    left[column] = 1.0
-    return left
-
-
 def scores(
     weights: list[float], blocks: list[tuple[float, ...]], n: int, candidates: int, interval: float, whitened: bool
 ) -> tuple[Score, ...]:
@@ -231,32 +216,37 @@ def scores(
     if candidates == 0 or freedom(weights, n + 1, 1.0 if whitened else OVERLAP) < LEAST_FREEDOM:
         return (NOTHING,) * candidates
     moments = [dot(weights, [block[k] for block in blocks]) for k in range(len(blocks[0]))]
-    residual = projection(moments, size, n, size - 1)
-    if residual is None:
+    base, others = bordered(moments, size, n)
+    U, C = eliminated(base, others)
+    if is_singular(U):
         return (NOTHING,) * candidates
+    # each signal behind phi with phi projected out, by its coefficients on z
+    left = [[*(-x for x in column), *unit_vector(k, candidates + 1)] for k, column in enumerate(solved(U, C))]
+    wholes = [row[0] for row in bordered(moments, size, size)[0][n:-1]]
     least = 1.0 / sqrt(interval) if whitened else 0.0
     taken = 0 if whitened else n + 1
-    return tuple([_score(weights, blocks, moments, size, n, n + i, residual, least, taken) for i in range(candidates)])
+    return tuple(
+        [
+            _score(weights, blocks, moments, candidate, left[-1], whole, least, taken)
+            for candidate, whole in zip(left[:-1], wholes, strict=True)
+        ]
+    )
 
 
 def _score(
-    weights: list[float], blocks: list[tuple[float, ...]], moments: list[float], size: int, n: int, column: int,
-    residual: list[float], least: float, taken: int,
+    weights: list[float], blocks: list[tuple[float, ...]], moments: list[float], candidate: list[float],
+    residual: list[float], whole: float, least: float, taken: int,
 ) -> Score:  # fmt: skip
-    """Return the score of the candidate in ``column``; ``residual`` is the base regression's residual on z.
+    """Return the score of g_p = ``candidate``; ``residual`` e and g_p are combinations of z, ``whole`` is <g, g>.
 
     ``least``: standard error of c times the norm of g_p, at least. ``taken``: parameters whose degrees of freedom the
     scatter of the blocks lacks, 0 where it is not all that is known of the residual.
     """
-    candidate = projection(moments, size, n, column)
-    whole = moments[row_indices(size)[column][column]]
-    if candidate is None or whole <= 0.0:
-        return NOTHING
     own = bilinear_form(candidate, candidate)
     strengths = [weight * max(0.0, dot(own, block)) for weight, block in zip(weights, blocks, strict=True)]
     strength = total(strengths)
     left = min(freedom(strengths, min(taken, 1)), freedom(weights, taken))
-    if strength < _LEAST_VISIBILITY * _LEAST_VISIBILITY * whole or left < LEAST_FREEDOM:
+    if whole <= 0.0 or strength < _LEAST_VISIBILITY * _LEAST_VISIBILITY * whole or left < LEAST_FREEDOM:
         return NOTHING
     coefficient = dot(bilinear_form(candidate, residual), moments) / strength
     explained = [e - coefficient * g for e, g in zip(residual, candidate, strict=True)]
