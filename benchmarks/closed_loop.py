@@ -14,7 +14,7 @@ odd ones with ``--tuning``. Bars: the median of k_x over the truth is .97 to 1.0
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from benchmarks.rigs import windy_log
 from fmu_src.variables import Value
 from heli_identifier.online import GAINS, PREDICTION_ERROR, Estimate
 from heli_identifier.tools.identification import identify
+from heli_identifier.tools.joint import weighted
 from tests.blind.windy import windy_rig
 
 JUDGED = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "k_z", "a_wy", "k_y")
@@ -53,25 +54,17 @@ LAGS: dict[str, dict[str, Value]] = {"given": {"motor.lag_known": True}, "estima
 ERRORS = tuple(f"standard_error.{name}" for name in JUDGED)
 
 
-def together(results: NDArray[np.float64]) -> dict[str, Estimate]:
-    """Combine logs (L, 2, 8), values and standard errors, by inverse squares with the Birge ratio, as `heli identify`.
-
-    The ratio is the scatter of the logs over what their errors say; it widens an interval and never narrows it.
-    """
-    values, weights = results[:, 0], results[:, 1] ** -2.0
-    mean = (weights * values).sum(axis=0) / weights.sum(axis=0)
-    ratio = np.sqrt((weights * (values - mean) ** 2).sum(axis=0) / max(len(values) - 1, 1))
-    errors = weights.sum(axis=0) ** -0.5 * np.maximum(1.0, ratio)
-    return {name: Estimate(float(v), float(e), "") for name, v, e in zip(JUDGED, mean, errors, strict=True)}
-
-
 def judged(units: Units, rigs: Sequence[ClosedLoopRig], given: Mapping[str, Value]) -> tuple[str, ...]:
     """Cells of a row of the table."""
     shares: dict[str, list[float]] = {name: [] for name in SHOWN}
     covered, determined = [], []
     for rig in rigs:
-        last = [units.run(log, (*JUDGED, *ERRORS), len(log.angles), {**UNIT, **given})[-1] for log in rig.logs]
-        for name, estimate in together(np.array(last).reshape(-1, 2, len(JUDGED))).items():
+        logs = []
+        for log in rig.logs:
+            values, errors = np.split(units.run(log, (*JUDGED, *ERRORS), len(log.angles), {**UNIT, **given})[-1], 2)
+            found = zip(JUDGED, values.tolist(), errors.tolist(), strict=True)
+            logs.append({name: Estimate(value, error, "") for name, value, error in found})
+        for name, estimate in weighted(logs).estimates.items():
             true = getattr(rig.truth, name)
             covered.append(estimate.interval[0] <= true <= estimate.interval[1])
             if estimate.is_determined:
@@ -98,7 +91,7 @@ def closed_loop(arguments: Sequence[str]) -> None:
         for title, given in (SETTINGS[number] for number in settings):
             rigs = closed_loop_rigs(TUNING if asked.tuning else REPORTED, **given)
             if asked.single:
-                rigs = [replace(rig, logs=(log,)) for rig in rigs for log in rig.logs]
+                rigs = [rig._replace(logs=(log,)) for rig in rigs for log in rig.logs]
             rows = [(lag, *judged(units, rigs, given)) for lag, given in LAGS.items()]
             print(f"{title}\n\n{table(head, rows)}\n", flush=True)
 
@@ -112,22 +105,19 @@ def quiet(arguments: Sequence[str]) -> None:
     seed, rows = TUNING if options(arguments, "quiet", __doc__, tuning=TUNES).tuning else REPORTED, []
     outputs = (*JUDGED, *ERRORS, *(f"determined.{name}" for name in JUDGED))
     with built_units() as units:
-        for noise in (1.0, 0.0):
-            for title, until, first in (("never", -6.0, 20), ("for 60 s", 60.0, 90)):
-                rigs = closed_loop_rigs(seed, durations=(240.0, 240.0), quiet_from=until, noise=noise)
-                for forgetting in (0.001, 0.3):
-                    given = {**UNIT, "adaptation.forgetting": forgetting}
-                    found = []
-                    for own, log in ((rig.truth, log) for rig in rigs for log in rig.logs):
-                        record = units.run(log, outputs, round(log.rate_hz), given)[first:]
-                        value, error, determined = np.split(record, 3, axis=1)
-                        truth = np.array([getattr(own, name) for name in JUDGED])
-                        off = np.abs(value - truth)
-                        far = off > 0.1 * np.abs(truth)
-                        found.append(np.stack([determined == 1.0, off > 1.96 * error, far]))
-                    sure, missed, far = np.concatenate(found, axis=1)
-                    shares = [f"{100.0 * part[sure].mean():.1f} %" if sure.any() else "-" for part in (missed, far)]
-                    rows.append((title, f"{noise:g}", f"{forgetting:g}", f"{100.0 * sure.mean():.2f} %", *shares))
+        for noise, (title, until, first) in product((1.0, 0.0), (("never", -6.0, 20), ("for 60 s", 60.0, 90))):
+            rigs = closed_loop_rigs(seed, durations=(240.0, 240.0), quiet_from=until, noise=noise)
+            for forgetting in (0.001, 0.3):
+                given, found = {**UNIT, "adaptation.forgetting": forgetting}, []
+                for true, log in ((rig.truth, log) for rig in rigs for log in rig.logs):
+                    record = units.run(log, outputs, round(log.rate_hz), given)[first:]
+                    value, error, determined = np.split(record, 3, axis=1)
+                    truth = np.array([getattr(true, name) for name in JUDGED])
+                    off = np.abs(value - truth)
+                    found.append(np.stack([determined == 1.0, off > 1.96 * error, off > 0.1 * np.abs(truth)]))
+                sure, missed, far = np.concatenate(found, axis=1)
+                shares = [f"{100.0 * part[sure].mean():.1f} %" if sure.any() else "-" for part in (missed, far)]
+                rows.append((title, f"{noise:g}", f"{forgetting:g}", f"{100.0 * sure.mean():.2f} %", *shares))
     head = ("excited", "torque, times .012 rad/s^2", "forgetting [1/s]", "determined", "missed", "off by a tenth")
     print(table(head, rows))
 

@@ -15,7 +15,8 @@ everything changes at once, or along a straight line in time where ``slow`` is g
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -84,8 +85,7 @@ def _tuned(base: Coefficients, hover: tuple[float, float], rng: np.random.Genera
 LOGS, DURATIONS = 5, (22.0, 40.0)
 
 
-@dataclass(frozen=True)
-class ClosedLoopRig:
+class ClosedLoopRig(NamedTuple):
     """A rig with the logs flown on it."""
 
     truth: Coefficients
@@ -98,34 +98,19 @@ def closed_loop_rig(
     rate: float = 100.0,
     noise: float = 1.0,
     lag: float = 0.08,
-    effects: Mapping[str, float] | None = None,
+    effects: Mapping[str, float] = MappingProxyType({}),
     durations: tuple[float, float] = DURATIONS,
     quiet_from: float | None = None,
 ) -> ClosedLoopRig:
-    """Return one rig with five logs.
+    """Return a rig with the coefficients of Table 2, or each within 20 % of them, and five logs.
 
-    Parameters
-    ----------
-    seed : int
-        Of the rig, its pilot and its noise.
-    like_paper : bool
-        Coefficients of the paper's Table 2, or each drawn within 20 % of them.
-    rate : float
-        Of samples and controller [Hz].
-    noise : float
-        Times the standard deviation of the random torque.
-    lag : float
-        Time constant of the motors [s].
-    effects : mapping, optional
-        Fields of :class:`tests.blind.coefficients.Coefficients` that are not zero.
-    durations : tuple of float
-        Shortest and longest log [s].
-    quiet_from : float, optional
-        Time in a log from which nobody moves the joystick any more [s].
+    ``rate`` is that of samples and controller [Hz], ``noise`` scales the random torque, ``lag`` is the motors' [s],
+    ``effects`` are further coefficients, ``durations`` the shortest and longest log [s]; from ``quiet_from`` [s] of a
+    log on nobody moves the joystick.
     """
     rng = np.random.default_rng([13, seed])
     rig = draw_rig(rng, like_paper, lag)
-    truth, hover, control = rig.coefficients._replace(**(effects or {})), rig.hover, rig.control
+    truth, hover, control = rig.coefficients._replace(**effects), rig.hover, rig.control
     lead, logs = round(_LEAD * rate), []
     for number in range(LOGS):
         samples = round((_LEAD + rng.uniform(*durations)) * rate)
