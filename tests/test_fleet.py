@@ -153,7 +153,7 @@ def test_a_weak_effect_that_no_rig_names_shows_if_it_repeats():
     fleet, effects = over(*(rig({FRICTION: c}) for c in (0.029, 0.031, 0.028, 0.029)))
     found = effects[FRICTION]
     assert (found.finding, found.named) == (Finding.REPEATS, ())
-    assert found.mean.mean == pytest.approx(0.02925)
+    assert found.pooled.mean == pytest.approx(0.02925)
     assert fleet.found(Finding.REPEATS) == (found,)
     assert fleet_sentence(fleet) == "Over 4 rigs no effect repeats."  # in the heading only what a rig names
 
@@ -193,13 +193,13 @@ def test_a_rig_that_cannot_test_an_effect_is_left_out_and_says_why():
         rig({FRICTION: 0.2}, [FRICTION]), rig({FRICTION: 0.2}, [FRICTION]), rig({FRICTION: 9.0}, untestable=[FRICTION])
     )
     found = effects[FRICTION]
-    assert (found.finding, found.mean.rigs, len(found.counted)) == (Finding.REPEATS, 2, 2)
+    assert (found.finding, found.pooled.rigs, len(found.counted)) == (Finding.REPEATS, 2, 2)
     assert found.rigs[2].left_out.startswith("not testable: ")
 
 
 def test_an_effect_that_nobody_else_could_test_stays_open():
     _, effects = over(rig({FRICTION: 0.2}, [FRICTION]), rig({FRICTION: 0.0}, untestable=[FRICTION]))
-    assert (effects[FRICTION].finding, effects[FRICTION].mean) == (Finding.OPEN, None)
+    assert (effects[FRICTION].finding, effects[FRICTION].pooled) == (Finding.OPEN, None)
 
 
 def test_beside_a_named_effect_that_explains_the_same_an_entry_says_nothing():
@@ -208,14 +208,14 @@ def test_beside_a_named_effect_that_explains_the_same_an_entry_says_nothing():
     _, effects = over(rig(values, [LAG], alternatives=[DEAD]), rig(values), rig(values))
     for key in (DELAY, DEAD):
         assert effects[key].rigs[0].left_out == "motor lag of the rotors is named in its place"
-        assert effects[key].mean.rigs == 2
-    assert effects[LAG].mean.rigs == 3
+        assert effects[key].pooled.rigs == 2
+    assert effects[LAG].pooled.rigs == 3
 
 
 def test_a_parameter_that_was_given_has_no_mean():
     fleet, _ = over(rig({}), rig({}))
     assert {parameter.name for parameter in fleet.parameters} == set(adequate().parameters_after) - {"T_m"}
-    assert all(parameter.mean.I2 == 0.0 for parameter in fleet.parameters)  # the same rig twice
+    assert all(parameter.pooled.I2 == 0.0 for parameter in fleet.parameters)  # the same rig twice
 
 
 def test_page_and_document_hold_every_effect():

@@ -46,7 +46,6 @@ __all__ = [
     "unit_text",
     "verdict_line",
     "whole_folder",
-    "with_ends",
     "with_interval",
     "write_figure",
     "write_results",
@@ -54,7 +53,7 @@ __all__ = [
 
 from .checking import Check, check
 from .comparing import Comparison, compare
-from .documents import document_text, plain, read_document, with_ends
+from .documents import document_text, plain, read_document
 from .folder import whole_folder
 from .looking import Look, diagnosis_lines, look
 from .parameters import (

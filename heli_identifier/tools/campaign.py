@@ -77,37 +77,15 @@ def run_campaign(
     progress: Progress = lambda done, total, row: None,
     work: Callable[..., Row] | None = None,
 ) -> list[Row]:
-    """Diagnose every rig that has no result yet.
+    """Diagnose every rig that has no result yet; return one row per source, in their order.
 
-    Parameters
-    ----------
-    sources : sequence of Source
-        Their names must differ.
-    folder : path
-        Folder of the results, made if it is missing: ``rows/<key>.parquet``, one row each, and ``campaign.parquet`` of
-        them all. A file appears whole or not at all.
-    settings : DiagnosisSettings, optional
-    measure : str, optional
-        "module:function" of further figures.
-    scheduler : str, optional
-        Address of a running scheduler, "tcp://host:8786"; without it processes are started on this machine.
-    workers : int, optional
-        Number of processes to start; one per core if not given.
-    progress : callable, optional
-        Called after every result.
-    work : callable, optional
-        What a worker does in place of :func:`diagnosed`.
+    The ``folder`` holds ``rows/<key>.parquet``, one row each, and ``campaign.parquet`` of them all; a file appears
+    whole or not at all. ``measure`` is the "module:function" of further figures, ``scheduler`` the address of a running
+    one, "tcp://host:8786"; without it ``workers`` processes are started on this machine, by default one per core.
+    ``work`` is what a worker does in place of :func:`diagnosed`.
 
-    Returns
-    -------
-    list of dict
-        One row per source, in their order; also written to ``campaign.parquet``.
-
-    Raises
-    ------
-    ConfigurationError
-        Two rigs have the same name, no scheduler answers, it has no worker or its workers run another version of this
-        software, or the folder cannot be used.
+    ConfigurationError if two rigs have the same name, no scheduler answers, it has no worker or its workers run another
+    version of this software, or the folder cannot be used.
     """
     if workers is not None and scheduler is not None:
         raise ConfigurationError(f"workers = {workers} is for processes on this machine; {scheduler} has its own.")

@@ -81,13 +81,7 @@ def complete(row: Row) -> Row:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Read rows as :func:`write_rows` wrote them.
-
-    Raises
-    ------
-    ConfigurationError
-        The file is not a result of a campaign.
-    """
+    """Read rows as :func:`write_rows` wrote them; ConfigurationError if the file is not a result of a campaign."""
     try:
         return pq.read_table(path, schema=SCHEMA).to_pylist(maps_as_pydicts="strict")
     except (pa.ArrowException, OSError) as error:
@@ -95,13 +89,7 @@ def read_rows(path: Path) -> list[Row]:
 
 
 def write_rows(rows: Sequence[Row], path: Path) -> Path:
-    """Write rows as a Parquet file, so that no reader ever sees half of it.
-
-    Raises
-    ------
-    ConfigurationError
-        The folder cannot be written to.
-    """
+    """Write rows as a Parquet file, of which no reader sees half; ConfigurationError if the folder does not take it."""
     buffer, table = io.BytesIO(), pa.Table.from_pylist([complete(row) for row in rows], schema=SCHEMA)
     pq.write_table(table, buffer, compression="zstd")
     try:
@@ -210,14 +198,11 @@ COUNTED: tuple[tuple[str, str, bool, Callable[[str | None, Judgement], object]],
 def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     """Return the figures of rows.
 
-    Returns
-    -------
-    dict
-        ``kinds``: in the order of their first rig, the number of diagnosed ``rigs`` of the ``kind`` (empty where the
-        truth is not known), and of what is :data:`COUNTED`. ``effects``: entries "name axis" and the number of rigs on
-        which each was found, most frequent first. ``failures``: rig and error text. ``covered`` of so many
-        ``intervals`` of known true value hold it, and their share ``coverage``. ``seconds``: median, 95 % quantile and
-        largest of the times of one diagnosis [s], or None.
+    ``kinds``: in the order of their first rig, the number of diagnosed ``rigs`` of the ``kind`` (empty where the truth
+    is not known), and of what is :data:`COUNTED`. ``effects``: entries "name axis" and the number of rigs on which each
+    was found, most frequent first. ``failures``: rig and error text. ``covered`` of so many ``intervals`` of known true
+    value hold it, and their share ``coverage``. ``seconds``: median, 95 % quantile and largest of the times of one
+    diagnosis [s], or None.
     """
     done = [(row, judged(row)) for row in rows if row["error"] is None]
     held = [hit for _, judgement in done for hit in judgement.covered.values()]

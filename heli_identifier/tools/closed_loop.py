@@ -79,22 +79,10 @@ def closed_loop_errors(
     controller: str | PathLike[str] | Settings,
     limit: float = inf,
 ) -> ClosedLoopErrors:
-    """Fly logs again from their references.
+    """Fly logs again from their references, under the controller that flew: its controller.json, or its settings.
 
-    Parameters
-    ----------
-    logs : Log, path of one, or sequence of them
-        With the references of the axes that the controller follows.
-    parameters : ParameterSet, PlantParameters, Diagnosis, or path of a parameters.json
-    controller : path of a controller.json, or settings
-        Of the PidController or the StateFeedback that flew.
-    limit : float
-        Largest error that passes [rad].
-
-    Raises
-    ------
-    ConfigurationError
-        The file is no controller's, or a log has no reference of a followed axis.
+    Errors up to ``limit`` [rad] pass. ConfigurationError if the file is no controller's, or a log has no reference of
+    an axis that the controller follows.
     """
     plant = plant_of(parameters)
     settings = read_controller(controller, plant.v_max) if isinstance(controller, str | PathLike) else controller

@@ -159,24 +159,11 @@ def design_controller(
 ) -> Design:
     """Design a nominal and a robust controller at an elevation [rad] and, if that is controlled, a pitch [rad].
 
-    Parameters
-    ----------
-    parameters : ParameterSet
-        Of the plant.
-    kind : str
-        One of :data:`KINDS`.
-    other : str
-        Angle that is controlled beside the elevation: travel or pitch.
-    aim : ControllerConfiguration, optional
-        Period, weights, margin that is asked for.
-    draws : int
-        Plants over which the designs are judged.
+    ``kind`` is one of :data:`KINDS`, ``other`` the angle that is controlled beside the elevation: travel or pitch.
+    ``aim`` has period, weights, and the margin that is asked for. The designs are judged over ``draws`` plants.
 
-    Raises
-    ------
-    ConfigurationError
-        The diagnosis does not call an axis fit for control, there is no equilibrium within the motors' voltages, the
-        design is unstable, or the period too long.
+    ConfigurationError if the diagnosis does not call an axis fit for control, there is no equilibrium within the
+    motors' voltages, the design is unstable, or the period too long.
     """
     aim, travels = aim or ControllerConfiguration(), other == "travel"
     if kind not in KINDS or other not in OTHERS:
@@ -247,11 +234,8 @@ def design_pid(
 ) -> Design:
     """Linearise a plant at a pitch and elevation [rad], find the margins of the present PID there, and retune it.
 
-    Raises
-    ------
-    ConfigurationError
-        There is no equilibrium, of the plant or of any plant that the data allow; the motors have no lag; the diagnosis
-        calls an axis of a loop not usable; or the parameters are those of another unit than the plant.
+    ConfigurationError if there is no equilibrium, of the plant or of any plant that the data allow; the motors have no
+    lag; the diagnosis calls an axis of a loop not usable; or the parameters are those of another unit than the plant.
     """
     check_usable(parameters, LOOPS, Use.NOTHING)
     plants = allowed_plants(parameters, pitch, elevation, PERIOD, draws, progress)

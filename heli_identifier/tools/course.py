@@ -60,12 +60,7 @@ def course_values(script: Path | None) -> dict[str, float]:
     """Read the numbers that a MATLAB script assigns; matrices and calls of other functions are left out.
 
     Nothing of the script is run: numbers, names assigned above, ``+ - * / ^``, brackets and a few functions are worked
-    out.
-
-    Raises
-    ------
-    ConfigurationError
-        The file cannot be read, or one of the course's masses and lengths is assigned something else than a number.
+    out. ConfigurationError if the file cannot be read, or one of the course's masses and lengths is no number.
     """
     values: dict[str, float] = {}
     try:
@@ -152,20 +147,10 @@ def scripted_values(values: Mapping[str, float], geometry: Geometry) -> dict[str
 def corrected_init(
     parameters: ParameterSet, model: LinearModel, values: Mapping[str, float], stated: Geometry, script: str | None
 ) -> str:
-    """Give the text of init_heli_corrected.m.
+    """Give the text of init_heli_corrected.m for a plant and its linear model at the operating point.
 
-    Parameters
-    ----------
-    parameters : ParameterSet
-        Of the plant.
-    model : LinearModel
-        At the operating point.
-    values : mapping of str to float
-        Of :func:`course_values`.
-    stated : Geometry
-        Of the rig's configuration; the script's own values prevail.
-    script : str or None
-        Name of the script.
+    ``values`` are those of a ``script``, if there is one (:func:`course_values`); over what the rig's configuration has
+    ``stated`` they prevail.
     """
     geometry, point = geometry_of(values, stated), model.point
     rig, said = corrected_values(parameters, model, geometry), scripted_values(values, geometry)

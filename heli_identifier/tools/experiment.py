@@ -154,10 +154,7 @@ class Outlook(NamedTuple):
 def effects_named(words: Sequence[str]) -> tuple[Effect, ...]:
     """Return the catalogue's entries for words NAME, or NAME:AXIS where the catalogue has the effect on several axes.
 
-    Raises
-    ------
-    ConfigurationError
-        A name is unknown (the nearest is proposed), or stands for several axes, or two words for one effect.
+    ConfigurationError if a name is unknown (the nearest is proposed), stands for several axes, or twice for one effect.
     """
     found = []
     for word in words:

@@ -19,18 +19,18 @@ from dataclasses import dataclass
 from enum import StrEnum
 from itertools import combinations, product
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any
 
 from scipy.stats import false_discovery_control
 
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.records import shared_flight
-from heli_identifier.results import effect_name, plain, with_ends
+from heli_identifier.results import effect_name, plain
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
 from heli_identifier.tools.rigs import Rig, error_text
 from heli_identifier.tracing import CatalogueVerdict, Diagnosis, Verdict
-from heli_plant.effects import effect
+from heli_plant.effects import Effect, effect
 
 FALSE_DISCOVERY_RATE = 0.005
 
@@ -49,17 +49,23 @@ class Finding(StrEnum):
     NOT_SHOWN = "not shown"
 
 
-class RigEstimate(NamedTuple):
+@dataclass(frozen=True)
+class RigEstimate:
     """The coefficient of one rig: the diagnosis' verdict on it, and why the mean leaves it out, or empty texts."""
 
     rig: str
-    estimate: Estimate
+    value: float
+    standard_error: float | None
+    unit: str
+    interval: tuple[float, float]
     verdict: str = ""
-    named: bool = False
     left_out: str = ""
+    named: bool = False
+    """Whether the rig's diagnosis named the effect."""
 
 
-class Coefficient(NamedTuple):
+@dataclass(frozen=True)
+class Coefficient:
     """One coefficient over all rigs: of an effect of the catalogue, or a parameter by the paper's symbol.
 
     A parameter has no axis and no finding. There is no mean where fewer than two rigs determine the coefficient.
@@ -67,38 +73,24 @@ class Coefficient(NamedTuple):
 
     name: str
     axis: str
+    finding: Finding | None
+    named: tuple[str, ...]
+    """Rigs whose diagnosis named the effect."""
+    unit: str
+    alike: bool | None
+    """Whether the rigs may have one value; None without a mean."""
+    pooled: Pooled | None
     rigs: tuple[RigEstimate, ...]
-    mean: Pooled | None
-    finding: Finding | None = None
-
-    @property
-    def unit(self) -> str:
-        """Unit of the coefficient."""
-        return self.rigs[0].estimate.unit
-
-    @property
-    def named(self) -> tuple[str, ...]:
-        """Rigs whose diagnosis named the effect."""
-        return tuple(entry.rig for entry in self.rigs if entry.named)
 
     @property
     def certain(self) -> bool:
         """Whether a rig names the effect and the interval of its mean does without zero."""
-        return bool(self.named) and self.mean is not None and self.mean.has_sign
+        return bool(self.named) and self.pooled is not None and self.pooled.has_sign
 
     @property
     def counted(self) -> tuple[RigEstimate, ...]:
         """Rigs that the mean is made of."""
         return tuple(entry for entry in self.rigs if not entry.left_out)
-
-    @property
-    def figures(self) -> dict[str, Any]:
-        """Mean and rigs for a JSON file."""
-        rigs = [
-            {"rig": o.rig, **with_ends(o.estimate), "verdict": o.verdict, "left_out": o.left_out}
-            for o in self.rigs
-        ]
-        return {"unit": self.unit, "alike": self.mean and self.mean.alike, "pooled": self.mean, "rigs": rigs}
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,11 +118,8 @@ class Fleet:
                 "schema": SCHEMA,
                 "rigs": [_rig_document(rig, found) for rig, found in self.diagnoses.items()],
                 "failures": [{"rig": rig, "error": error} for rig, error in self.failures.items()],
-                "effects": [
-                    {"name": own.name, "axis": own.axis, "finding": own.finding, "named": own.named} | own.figures
-                    for own in self.effects
-                ],
-                "parameters": [{"name": parameter.name} | parameter.figures for parameter in self.parameters],
+                "effects": self.effects,
+                "parameters": self.parameters,
                 "settings": {
                     "level": LEVEL,
                     "false_discovery_rate": FALSE_DISCOVERY_RATE,
@@ -143,18 +132,17 @@ class Fleet:
 
 
 def _rig_document(rig: str, found: Diagnosis) -> dict[str, Any]:
-    errors = {
-        axis: {stage: getattr(report, stage).prediction_1s.value for stage in ("before", "after")}
-        for axis, report in found.axes.items()
-    }
     return {
         "rig": rig,
-        "verdict": found.verdict.value,
+        "verdict": found.verdict,
         "effects": [{"name": effect.name, "axis": effect.axis} for effect in found.effects],
         "possible": [{"name": effect.name, "axis": effect.axis} for effect in found.possible],
-        "use": {axis: report.use.value for axis, report in found.axes.items()},
+        "use": {axis: report.use for axis, report in found.axes.items()},
         "held_out_nats": found.held_out.gain.value,
-        "prediction_1s_rad": errors,
+        "prediction_1s_rad": {
+            axis: {"before": report.before.prediction_1s.value, "after": report.after.prediction_1s.value}
+            for axis, report in found.axes.items()
+        },
         "data": [{"file": entry.file, "sha256": entry.sha256, "used_for": entry.used_for} for entry in found.data],
         "notes": found.notes,
         "seconds": found.seconds,
@@ -169,11 +157,7 @@ def diagnose_rigs(
     """Diagnose rigs one after the other; a rig whose logs cannot be diagnosed is lost alone, as are ``failures``.
 
     Rigs that share a flight are not diagnosed: one of them has a log of the other, and nobody knows which.
-
-    Raises
-    ------
-    IdentifierError
-        Fewer than two rigs could be diagnosed; the message says what is wrong with the others.
+    IdentifierError if fewer than two rigs could be diagnosed; it says what is wrong with the others.
     """
     diagnoses: dict[str, Diagnosis] = {}
     lost = dict(failures or {}) | _sharing(rigs)
@@ -217,24 +201,31 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
     for rig, found in diagnoses.items():
         for entry in found.catalogue:
             estimates.setdefault((entry.name, entry.axis), []).append(_of_effect(rig, found, entry))
-        for symbol, estimate in found.parameters_after.items():
-            left_out = "" if _determined(estimate) else "given"
-            estimates.setdefault((symbol, ""), []).append(RigEstimate(rig, estimate, left_out=left_out))
-    every = [Coefficient(*key, tuple(rigs), _mean(rigs)) for key, rigs in estimates.items()]
-    effects, parameters = ([own for own in every if bool(own.axis) == is_effect] for is_effect in (True, False))
+        for symbol, own in found.parameters_after.items():
+            known = _of_rig(rig, own, "", "" if _determined(own) else "given")
+            estimates.setdefault((symbol, ""), []).append(known)
+    means = {key: _mean(rigs) for key, rigs in estimates.items()}
     # Benjamini and Hochberg: p of every effect after correction over the catalogue
-    tested = [own for own in effects if own.mean]
-    corrected = false_discovery_control([own.mean.none_p for own in tested if own.mean]) if tested else ()
-    refuted = {own[:2] for own, p in zip(tested, corrected, strict=True) if p <= FALSE_DISCOVERY_RATE}
-    effects = [own._replace(finding=_finding(own, own[:2] in refuted)) for own in effects]
-    order = list(Finding)
-    effects.sort(
-        key=lambda own: (
-            order.index(own.finding or Finding.NOT_SHOWN), -len(own.named), own.mean.p if own.mean else 1.0
-        )
-    )  # fmt: skip
-    known = tuple(own for own in parameters if own.mean is not None)
-    return Fleet(dict(diagnoses), tuple(effects), known, dict(failures or {}))
+    tested = {key: mean.none_p for key, mean in means.items() if mean and key[1]}
+    corrected = false_discovery_control([*tested.values()]) if tested else ()
+    refuted = {key for key, p in zip(tested, corrected, strict=True) if p <= FALSE_DISCOVERY_RATE}
+    effects, parameters = [], []
+    for (name, axis), rigs in estimates.items():
+        mean, named = means[name, axis], tuple(entry.rig for entry in rigs if entry.named)
+        finding = _finding(effect(name, axis), len(named), mean, (name, axis) in refuted) if axis else None
+        alike = mean.alike if mean else None
+        coefficient = Coefficient(name, axis, finding, named, rigs[0].unit, alike, mean, tuple(rigs))
+        if axis:
+            effects.append(coefficient)
+        elif mean:
+            parameters.append(coefficient)
+    order = [*Finding, None]
+    effects.sort(key=lambda e: (order.index(e.finding), -len(e.named), e.pooled.p if e.pooled else 1.0))
+    return Fleet(dict(diagnoses), tuple(effects), tuple(parameters), dict(failures or {}))
+
+
+def _of_rig(rig: str, own: Estimate, verdict: str, left_out: str, named: bool = False) -> RigEstimate:
+    return RigEstimate(rig, own.value, own.standard_error, own.unit, own.interval, verdict, left_out, named)
 
 
 def _of_effect(rig: str, diagnosis: Diagnosis, entry: CatalogueVerdict) -> RigEstimate:
@@ -252,23 +243,22 @@ def _of_effect(rig: str, diagnosis: Diagnosis, entry: CatalogueVerdict) -> RigEs
         left_out = f"not testable: {entry.why}"
     elif not is_named and rivals:
         left_out = f"{rivals[0]} is named in its place"
-    return RigEstimate(rig, entry.estimate, str(entry.verdict), is_named, left_out)
+    return _of_rig(rig, entry.estimate, str(entry.verdict), left_out, is_named)
 
 
 def _determined(estimate: Estimate) -> bool:
     return abs(estimate.value) < inf and 0.0 < (estimate.standard_error or 0.0) < inf
 
 
-def _mean(entries: Sequence[RigEstimate]) -> Pooled | None:
-    estimates = [entry.estimate for entry in entries if not entry.left_out]
-    if len(estimates) < 2:
+def _mean(rigs: Sequence[RigEstimate]) -> Pooled | None:
+    counted = [entry for entry in rigs if not entry.left_out]
+    if len(counted) < 2:
         return None
-    return pooled([e.value for e in estimates], [e.standard_error or 0.0 for e in estimates])
+    return pooled([entry.value for entry in counted], [entry.standard_error or 0.0 for entry in counted])
 
 
-def _finding(own: Coefficient, is_refuted: bool) -> Finding:
-    """Find out of an effect, once it is known whether it is refuted that no rig has it."""
-    named, mean, entry = len(own.named), own.mean, effect(own.name, own.axis)
+def _finding(entry: Effect, named: int, mean: Pooled | None, is_refuted: bool) -> Finding:
+    """Find out of an effect that so many rigs name, once it is known whether it is refuted that no rig has it."""
     if mean is None:
         return Finding.OPEN if named else Finding.NOT_SHOWN
     if named >= 2 or (is_refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper):

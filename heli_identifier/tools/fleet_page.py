@@ -55,13 +55,13 @@ def fleet_tables(fleet: Fleet) -> list[Table]:
 
 
 def _figures(own: Coefficient) -> tuple[str, ...]:
-    spread = (significant(own.mean.spread, 2), f"{100.0 * own.mean.I2:.0f} %") if own.mean else ("", "")
+    spread = (significant(own.pooled.spread, 2), f"{100.0 * own.pooled.I2:.0f} %") if own.pooled else ("", "")
     return (str(len(own.counted)), mean_text(own), unit_text(own.unit), *spread)
 
 
 def mean_text(coefficient: Coefficient) -> str:
     """Give the mean of the make with its 95 % interval; nothing where there is none."""
-    mean = coefficient.mean
+    mean = coefficient.pooled
     return f"{significant(mean.mean)} ({' to '.join(significant(end) for end in mean.interval)})" if mean else ""
 
 
@@ -104,7 +104,7 @@ def forest_figure(coefficient: Coefficient) -> str:
     A filled circle stands for a rig that names the effect, an open one for a rig that does not. A rig that the mean
     does without has no interval, and says so in its name.
     """
-    mean, rows, is_effect = coefficient.mean, len(coefficient.rigs), coefficient.finding is not None
+    mean, rows, is_effect = coefficient.pooled, len(coefficient.rigs), coefficient.finding is not None
     names = [f"{o.rig} ({o.left_out.partition(':')[0]})" if o.left_out else o.rig for o in coefficient.rigs]
     names += ["mean"] if mean else []
     names += ["further rig"] if mean and mean.prediction else []
@@ -115,8 +115,8 @@ def forest_figure(coefficient: Coefficient) -> str:
         if not entry.left_out:
             role, kind = ("measured", "open") if is_effect and not entry.named else ("after", "points")
             label = ("named" if entry.named else "not named") if is_effect else ""
-            panel.line(entry.estimate.interval, (row, row), role, width=2.0)
-            panel.points([entry.estimate.value], [row], role, label, kind)
+            panel.line(entry.interval, (row, row), role, width=2.0)
+            panel.points([entry.value], [row], role, label, kind)
     if mean is not None:
         panel.line(mean.interval, (rows, rows), "before", width=2.4)
         panel.points([mean.mean], [rows], "before", "mean of the make", "diamond")
@@ -128,11 +128,11 @@ def forest_figure(coefficient: Coefficient) -> str:
 
 def _window(coefficient: Coefficient) -> tuple[float, float]:
     """Give the ends of the x axis: all values, zero, and the intervals as far as they are not far wider than that."""
-    intervals = [entry.estimate.interval for entry in coefficient.counted]
-    values = [entry.estimate.value for entry in coefficient.counted]
+    intervals = [entry.interval for entry in coefficient.counted]
+    values = [entry.value for entry in coefficient.counted]
     ends = [end for interval in intervals for end in interval]
-    if coefficient.mean is not None:
-        ends += [*coefficient.mean.interval, *(coefficient.mean.prediction or ())]
+    if coefficient.pooled is not None:
+        ends += [*coefficient.pooled.interval, *(coefficient.pooled.prediction or ())]
     if coefficient.finding is not None:
         values.append(0.0)
     middle, reach = 0.5 * (min(values) + max(values)), 0.5 * (max(values) - min(values))

@@ -81,13 +81,7 @@ def additions() -> Iterator[Proposal]:
 
 
 def flown(addition: Proposal, plant: PlantParameters, pid: PidSettings, hover: float, duration: float) -> Log:
-    """Return the log of one flight at the elevation ``hover`` [rad].
-
-    Raises
-    ------
-    ConfigurationError
-        The loop is unstable.
-    """
+    """Return the log of one flight at the elevation ``hover`` [rad]; ConfigurationError if the loop is unstable."""
     count = round(duration / STEP)
     phase = np.arange(count) * STEP / PERIOD
     up_and_down = (-1.0) ** np.floor(np.column_stack([phase, phase + 0.5]))

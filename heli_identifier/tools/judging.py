@@ -80,10 +80,7 @@ def allowed_plants(
 ) -> Plants:
     """Linearise the estimated plant and drawn ones, each at its equilibrium (:func:`operating_point`).
 
-    Raises
-    ------
-    ConfigurationError
-        The estimated plant has no equilibrium, or none of the drawn ones has one.
+    ConfigurationError if the estimated plant has no equilibrium, or none of the drawn ones has one.
     """
 
     def linearised(plant: PlantParameters) -> LinearModel:

@@ -125,10 +125,7 @@ def operating_point(
 ) -> OperatingPoint:
     """Find the equilibrium at a pitch and an elevation [rad]; without a pitch the one at which the travel rests too.
 
-    Raises
-    ------
-    ConfigurationError
-        An angle is beyond `FURTHEST`, there is no equilibrium, or it needs more than the motors' voltages.
+    ConfigurationError if an angle is beyond `FURTHEST`, there is none, or it needs more than the motors' voltages.
     """
     require_range("pitch", pitch or 0.0, "rad", -FURTHEST, FURTHEST)
     require_range("elevation", elevation, "rad", -FURTHEST, FURTHEST)
@@ -173,13 +170,7 @@ def linear_model(parameters: PlantParameters, point: OperatingPoint, period: flo
 
 
 def linear_system(parameters: PlantParameters, point: OperatingPoint, period: float | None = None) -> StateSpace:
-    """Linearise the plant at an operating point as :func:`linearise` does.
-
-    Raises
-    ------
-    ConfigurationError
-        The motors have no lag: the lagged voltages are then not states.
-    """
+    """Linearise the plant at an operating point as :func:`linearise` does; ConfigurationError without a motors' lag."""
     if motor_time_constant(parameters) <= 0.0:
         raise ConfigurationError(
             "motor.time_constant with its effect motor_lag is 0 s; a linear model needs a positive lag."

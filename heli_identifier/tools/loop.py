@@ -68,13 +68,7 @@ def _declared(settings: Settings) -> list[Variable]:
 
 
 def read_controller(path: str | PathLike[str], voltage_limit: float) -> Settings:
-    """Read the settings of a PidController or a StateFeedback.
-
-    Raises
-    ------
-    ConfigurationError
-        The file holds the parameters of another unit.
-    """
+    """Read the settings of a PidController or a StateFeedback; ConfigurationError if the file is another unit's."""
     own = read_parameters(path)
     if own.unit == FEEDBACK:
         return controller_settings(FeedbackSettings(voltage_limit=voltage_limit), own.start_values)

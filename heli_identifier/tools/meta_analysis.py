@@ -88,10 +88,7 @@ class Pooled:
 def pooled(values: Sequence[float], standard_errors: Sequence[float]) -> Pooled:
     """Pool k estimates of one coefficient and their standard errors.
 
-    Raises
-    ------
-    IdentifierError
-        Fewer than two estimates, or one that is not finite or has no finite and positive standard error.
+    IdentifierError if there are fewer than two, or one is not finite or has no finite and positive standard error.
     """
     y, s = np.array(values, dtype=float), np.array(standard_errors, dtype=float)
     k = len(y)

@@ -175,16 +175,7 @@ def read_split(
 ) -> tuple[tuple[Log, ...], tuple[Log, ...], str]:
     """Read training and held-out logs; without any of the latter hold back the last log, or the end of a single one.
 
-    Returns
-    -------
-    training, held_out : tuple of Log
-    note : str
-        What was held back; empty if nothing.
-
-    Raises
-    ------
-    LogError
-        A log cannot be read, or a single log does not move or is too short to be split.
+    The note says what was held back. LogError if a log cannot be read, or a single one does not move or is too short.
     """
     note = ""
     if not held_out and len(training) > 1:
@@ -213,12 +204,8 @@ def rig_folders(
 ) -> list[RigFolder]:
     """Find the logs of the rigs of a fleet, a folder for each.
 
-    ``configuration`` is the heli.toml of the rigs that have none beside their logs.
-
-    Raises
-    ------
-    ConfigurationError
-        Fewer than two folders, a folder given twice, one that is missing, or one without a log to fit to.
+    ``configuration`` is the heli.toml of the rigs that have none beside their logs. ConfigurationError if there are
+    fewer than two folders, one is given twice, is missing, or has no log to fit to.
     """
     paths = [Path(folder).resolve() for folder in folders]
     for folder, path in zip(folders, paths, strict=True):
@@ -240,10 +227,7 @@ def rig_folders(
 def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[RigFolder]:
     """Find the rigs of a campaign: every sub-folder that holds a log, in the order of their names.
 
-    Raises
-    ------
-    ConfigurationError
-        The folder is missing, no sub-folder holds a log, or one holds none to fit to.
+    ConfigurationError if the folder is missing, no sub-folder holds a log, or one holds none to fit to.
     """
     if not Path(folder).is_dir():
         raise ConfigurationError(f"{folder} is no folder; name one with a sub-folder for each rig.")

@@ -137,10 +137,7 @@ def synthesised(
 
     Rows and columns of the travel are zero where the ``other`` controlled angle is the pitch.
 
-    Raises
-    ------
-    ConfigurationError
-        The weights leave a mode that nothing stabilises, the period is too long or the delay too many periods.
+    ConfigurationError if the weights leave a mode that nothing stabilises, the period is too long or the delay is.
     """
     plant, point, w = model.plant, model.point, aim.weights
     delay = _whole_delay(plant, aim.period)
