@@ -56,7 +56,7 @@ STREAMS = (
     Fault("all streams closed", parameters(), f"{CHECK} <&- >&- 2>&-; echo exit $?", "exit 0", 0, shell=True),
     Fault("standard output on a full disk", parameters(), f"{CHECK} >/dev/full", "standard output cannot be written: No space left on device", shell=True),
     Fault("an encoding without the characters", parameters(), f"PYTHONIOENCODING=ascii LC_ALL=C PYTHONUTF8=0 {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
-    Fault("an encoding without the minus of figures", parameters(), "PYTHONIOENCODING=cp1252 heli identify log.csv -o out | grep k_y", "-0.", 0, ("out",), True),
+    Fault("an encoding without the minus of figures", parameters(), "PYTHONIOENCODING=cp1252 heli identify log.csv -o out | iconv -f cp1252 -t utf-8 | grep k_y", "-0.", 0, ("out",), True),
     Fault("a failed check whose reader leaves", parameters(), "heli check log.csv -p parameters.json --factor 1e-9 2>/dev/null | true; echo exit ${PIPESTATUS[0]}", "exit 1", 0, shell=True),
 )  # fmt: skip
 
