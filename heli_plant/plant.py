@@ -198,24 +198,10 @@ def arriving(since: Any, voltages: Any, last: int, t: float, h: float, p: PlantP
 def advance(
     state: PlantState, since: Any, voltages: Any, k: int, mass_command: float, h: float, p: PlantParameters
 ) -> PlantState:
-    """Return the state one sample later, input delay included.
+    """Return the state one sample later, input delay included; ``state`` is that at ``since[k]``.
 
-    Parameters
-    ----------
-    state : PlantState
-        At the instant ``since[k]``.
-    since : sequence of float
-        Instants [s] of the record, uniform; the record begins at 0.
-    voltages : sequence of pairs, or array of shape (N, 2)
-        Front and rear voltage [V] held from each instant on.
-    k : int
-        The sample.
-    mass_command : float
-        Commanded position of the ADO's mass [m].
-    h : float
-        Sampling period and integration step [s].
-    p : PlantParameters
-        Or a NumPy record with the same fields.
+    ``since`` are the instants [s] of a record, ``h`` [s] apart, which begins at 0; ``voltages``, shape (N, 2), are held
+    from each of them on [V]. The rest as for :func:`step`.
     """
     v_front, v_rear = arriving(since, voltages, k, since[k], h, p)
     return step(state, v_front, v_rear, mass_command, since[k], h, p)

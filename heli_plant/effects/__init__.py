@@ -30,24 +30,12 @@ _BY_FIELD = {entry.field: entry for entry in CATALOGUE}
 
 
 def effect(name: str, axis: str) -> Effect:
-    """Return the catalogue entry of an effect on an axis.
-
-    Raises
-    ------
-    KeyError
-        There is none.
-    """
+    """Return the catalogue entry of an effect on an axis; KeyError if there is none."""
     return effect_of(f"{name}_{axis}")
 
 
 def effect_of(field: str) -> Effect:
-    """Return the catalogue entry of a coefficient, by its field of the plant's parameters.
-
-    Raises
-    ------
-    KeyError
-        There is none.
-    """
+    """Return the catalogue entry of a coefficient, by its field of the plant's parameters; KeyError if it has none."""
     if field not in _BY_FIELD:
         raise KeyError(f"{field!r} is no coefficient of an effect in the catalogue")
     return _BY_FIELD[field]

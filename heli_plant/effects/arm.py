@@ -1,42 +1,34 @@
 """The arm and what is around it: cable, table, gravity and inertia at large angles, bending, masses on it."""
 
+from functools import partial
 from math import cos, exp, pi, sin, tan
 
-from .definition import BENDING, LOWEST_ELEVATION, PAPER_NEGLECTS, SISTER_RIGS, STEP_TIMES, Common, Shape, declared
+from .definition import BENDING, LOWEST_ELEVATION, PAPER_NEGLECTS, SISTER_RIGS, STEP_TIMES, Shape, declared
 
 
 @declared(
-    "-c (lambda - lambda(0))",
-    "travel",
-    unit="1/s^2",
-    bounds=(0.0, 1.0),
-    source=SISTER_RIGS,
-    family="pull of the cable",
+    "-c (lambda - lambda(0))", "travel", unit="1/s^2", bounds=(0.0, 1.0),
+    source=SISTER_RIGS, family="pull of the cable", drawn_against="travel",
     experiment="Turn the arm slowly by several turns either way and let it come to rest.",
-    drawn_against="travel",
-)
+)  # fmt: skip
 def cable_stiffness(travel: float, travel_rest: float, c: float) -> float:
     """Cable stiffness: the cable to the rig pulls the arm back to where the record began."""
     return -c * (travel - travel_rest)
 
 
-_INERTIAL: Common = {
-    "unit": "1",
-    "bounds": (0.0, 3.0),
-    "source": "paper, eq. (1), omega x K",
-    "family": "inertial coupling",
-    "experiment": "Turn the travel fast (above .5 rad/s) while the elevation moves far from the horizontal arm.",
-    "drawn_against": "other_rate",
-    "shapes": (
+_inertial = partial(
+    declared, unit="1", bounds=(0.0, 3.0),
+    source="paper, eq. (1), omega x K", family="inertial coupling", drawn_against="other_rate", certain=True,
+    experiment="Turn the travel fast (above .5 rad/s) while the elevation moves far from the horizontal arm.",
+    shapes=(
         Shape("horizontal_offset", "horizontal_offset", "eps_0", "rad", 0.0, -1.0, 1.0,
               "elevation from the horizontal arm when the encoder reads zero, for every law with eps_h",
               grid=(-0.5, 0.0, 0.5), estimated=False),
     ),
-    "certain": True,
-}  # fmt: skip
+)  # fmt: skip
 
 
-@declared("-c/2 sin(2 eps_h) lambda'^2", "elevation", **_INERTIAL)
+@_inertial("-c/2 sin(2 eps_h) lambda'^2", "elevation")
 def inertial_coupling_elevation(horizontal_elevation: float, travel_rate: float, c: float) -> float:
     """Inertial coupling of elevation and travel, the term omega x K of eq. (1): the centrifugal torque.
 
@@ -45,24 +37,18 @@ def inertial_coupling_elevation(horizontal_elevation: float, travel_rate: float,
     return -0.5 * c * sin(2.0 * horizontal_elevation) * travel_rate * travel_rate
 
 
-@declared("+2 c tan(eps_h) eps' lambda'", "travel", **_INERTIAL)
+@_inertial("+2 c tan(eps_h) eps' lambda'", "travel")
 def inertial_coupling_travel(horizontal_elevation: float, elevation_rate: float, travel_rate: float, c: float) -> float:
     """As on the elevation: the Coriolis torque."""
     return 2.0 * c * tan(horizontal_elevation) * elevation_rate * travel_rate
 
 
 @declared(
-    "c (a_e eps + a_1 - a_e sin(eps_h) - (a_1 - a_e eps_0) cos(eps_h))",
-    "elevation",
-    unit="1",
-    bounds=(0.0, 1.0),
-    source="paper, small-angle step",
-    family="gravity at large angles",
+    "c (a_e eps + a_1 - a_e sin(eps_h) - (a_1 - a_e eps_0) cos(eps_h))", "elevation", unit="1", bounds=(0.0, 1.0),
+    source="paper, small-angle step", family="gravity at large angles",
+    drawn_against="elevation", certain=True, watchable=False,
     experiment="Let the elevation visit angles above .5 rad on either side.",
-    drawn_against="elevation",
-    certain=True,
-    watchable=False,
-)
+)  # fmt: skip
 def large_angle_gravity(
     elevation: float, horizontal_elevation: float, horizontal_offset: float, a_e: float, a_1: float, c: float
 ) -> float:
@@ -80,31 +66,20 @@ def large_angle_gravity(
 
 
 @declared(
-    "c a_th sin(theta - theta0) (1 - cos(eps_h))",
-    "pitch",
-    unit="1",
-    bounds=(0.0, 1.0),
-    source="paper, eq. (1)",
-    family="gravity at large angles",
+    "c a_th sin(theta - theta0) (1 - cos(eps_h))", "pitch", unit="1", bounds=(0.0, 1.0),
+    source="paper, eq. (1)", family="gravity at large angles", drawn_against="elevation", watchable=False,
     experiment="Swing the pitch at elevations above .5 rad and at zero.",
-    drawn_against="elevation",
-    watchable=False,
-)
+)  # fmt: skip
 def pitch_gravity_coupling(pitch: float, horizontal_elevation: float, a_th: float, theta0: float, c: float) -> float:
     """Gravity of the body at large elevations: its lever about the pitch axis shrinks with the cosine of it."""
     return c * a_th * sin(pitch - theta0) * (1.0 - cos(horizontal_elevation))
 
 
 @declared(
-    "c lambda'",
-    "pitch",
-    unit="1/s",
-    bounds=(-2.0, 2.0),
-    source="Padfield, Helicopter Flight Dynamics (M_u)",
-    family="speed stability",
+    "c lambda'", "pitch", unit="1/s", bounds=(-2.0, 2.0),
+    source="Padfield, Helicopter Flight Dynamics (M_u)", family="speed stability", drawn_against="travel_rate",
     experiment="Let the arm travel fast either way at a constant sum of the voltages, the pitch near rest.",
-    drawn_against="travel_rate",
-)
+)  # fmt: skip
 def speed_stability(travel_rate: float, c: float) -> float:
     """Speed stability: the airspeed along the travel tilts both rotors' thrust and turns the pitch.
 
@@ -115,21 +90,15 @@ def speed_stability(travel_rate: float, c: float) -> float:
 
 
 @declared(
-    "c k_z mu_s cos(theta) exp(-(eps - eps_ground)/eps_g)",
-    "elevation",
-    unit="1",
-    bounds=(0.0, 5.0),
-    source=PAPER_NEGLECTS,
-    family="ground effect",
+    "c k_z mu_s cos(theta) exp(-(eps - eps_ground)/eps_g)", "elevation", unit="1", bounds=(0.0, 5.0),
+    source=PAPER_NEGLECTS, family="ground effect", drawn_against="elevation", share_of_lift=True,
     experiment="Hover at several heights just above the table.",
-    drawn_against="elevation",
     shapes=(
         Shape("ground_elevation", "ground_elevation", "eps_ground", "rad", -0.5, -1.5, 1.0,
               "elevation of the arm on the ground", start=LOWEST_ELEVATION, estimated=False),
         Shape("ground_height", "ground_height", "eps_g", "rad", 0.15, 0.01, 2.0,
               "elevation over which the ground effect falls to 1/e", grid=(0.05, 0.15, 0.4)),
     ),
-    share_of_lift=True,
 )  # fmt: skip
 def ground_effect(
     elevation: float, pitch: float, mu_sum: float, k_z: float, ground_elevation: float, ground_height: float, c: float
@@ -142,20 +111,15 @@ def ground_effect(
 
 
 @declared(
-    "encoder reads rigid + q, q'' + 2 zeta w_b q' + w_b^2 q = c w_b^2 mu_s",
-    "elevation",
-    unit="rad/V",
-    bounds=(-0.2, 0.2),
-    source="paper, section 2.3 (bending)",
-    family="bending of the arm",
+    "encoder reads rigid + q, q'' + 2 zeta w_b q' + w_b^2 q = c w_b^2 mu_s", "elevation",
+    unit="rad/V", bounds=(-0.2, 0.2),
+    source="paper, section 2.3 (bending)", family="bending of the arm", place=BENDING, watchable=False,
     experiment="Excite the voltage sum with a chirp from 1 to 6 Hz.",
-    place=BENDING,
     shapes=(
         Shape("frequency", "bending_frequency", "f_b", "Hz", 3.0, 0.8, 20.0, "w_b / (2 pi)",
               grid=(1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.7, 4.3, 5.0, 6.0, 8.0)),
         Shape("damping", "bending_damping", "zeta", "1", 0.05, 0.002, 1.0, "damping ratio zeta"),
     ),
-    watchable=False,
 )  # fmt: skip
 def arm_bending(
     bending: float, bending_rate: float, mu_sum: float, c: float, frequency: float, damping: float
@@ -165,19 +129,13 @@ def arm_bending(
 
 
 @declared(
-    "t >= t_1: -c",
-    "elevation",
-    unit="rad/s^2",
-    bounds=(-1.0, 1.0),
-    source="ADO, paper",
-    family="moving mass",
+    "t >= t_1: -c", "elevation", unit="rad/s^2", bounds=(-1.0, 1.0),
+    source="ADO, paper", family="moving mass", drawn_against="time", watchable=False,
     experiment="Note when the mass moves, and hold everything else still for 10 s before and after.",
-    drawn_against="time",
     shapes=(
         Shape("step_time", "moving_mass_time", "t_1", "s", 0.0, 0.0, 1e6, "time of the step", start=STEP_TIMES,
               difference_step=0.3),
     ),
-    watchable=False,
 )  # fmt: skip
 def moving_mass(time: float, step_time: float, c: float) -> float:
     """Step of the elevation's offset a_1 by c: something on the arm shifts once."""

@@ -142,8 +142,6 @@ class Effect:
 
 
 Law = TypeVar("Law", bound=Callable[..., float])
-Common = dict[str, Any]
-"""What the laws of one effect have in common, arguments of :func:`declared`."""
 
 DECLARED: list[Effect] = []
 """Every effect on every axis, in the order of the files and in the files."""

@@ -9,15 +9,10 @@ SMOOTHING_RATE = 0.005
 
 
 @declared(
-    "-c sign(w)",
-    *AXES,
-    unit="rad/s^2",
-    bounds=(0.0, 1.0),
-    source=PAPER_NEGLECTS,
-    family=FRICTION,
+    "-c sign(w)", *AXES, unit="rad/s^2", bounds=(0.0, 1.0),
+    source=PAPER_NEGLECTS, family=FRICTION, drawn_against="rate",
     experiment="Let the axis swing out freely from a large angle, and move it slowly back and forth through rest.",
-    drawn_against="rate",
-)
+)  # fmt: skip
 def dry_friction(rate: float, c: float) -> float:
     """Dry friction of a bearing (Coulomb): a constant torque against the motion.
 
@@ -28,14 +23,9 @@ def dry_friction(rate: float, c: float) -> float:
 
 
 @declared(
-    "-c sign(w) exp(-(w/w_s)^2)",
-    *AXES,
-    unit="rad/s^2",
-    bounds=(0.0, 1.0),
-    source="Stribeck 1902; Armstrong-Helouvry 1994",
-    family=FRICTION,
+    "-c sign(w) exp(-(w/w_s)^2)", *AXES, unit="rad/s^2", bounds=(0.0, 1.0),
+    source="Stribeck 1902; Armstrong-Helouvry 1994", family=FRICTION, drawn_against="rate",
     experiment="Let the axis start from rest many times: small square waves that just make it move.",
-    drawn_against="rate",
     shapes=(
         Shape("stribeck_rate", "stribeck_rate_{axis}", "w_s", "rad/s", 0.05, 0.005, 1.0,
               "rate over which the breakaway friction fades", grid=(0.02, 0.06, 0.18)),
@@ -47,31 +37,20 @@ def breakaway_friction(rate: float, c: float, stribeck_rate: float) -> float:
 
 
 @declared(
-    "-c w abs(w)",
-    *AXES,
-    unit="1/rad",
-    bounds=(0.0, 10.0),
-    source=PAPER_NEGLECTS,
-    family="drag of the air",
+    "-c w abs(w)", *AXES, unit="1/rad", bounds=(0.0, 10.0),
+    source=PAPER_NEGLECTS, family="drag of the air", drawn_against="rate",
     experiment="Swing the axis at twice the amplitude and half of it, so that drag and damping part.",
-    drawn_against="rate",
-)
+)  # fmt: skip
 def quadratic_drag(rate: float, c: float) -> float:
     """Drag of the air on a moving axis, quadratic in its rate."""
     return -c * rate * abs(rate)
 
 
 @declared(
-    "c",
-    "pitch",
-    "travel",
-    unit="rad/s^2",
-    bounds=(-1.0, 1.0),
-    source=SISTER_RIGS,
-    family="constant torque",
+    "c", "pitch", "travel", unit="rad/s^2", bounds=(-1.0, 1.0),
+    source=SISTER_RIGS, family="constant torque", drawn_against="time",
     experiment="Hold several steady pitch angles on either side of rest, with the rotors at several sums.",
-    drawn_against="time",
-)
+)  # fmt: skip
 def constant_torque(c: float) -> float:
     """Constant torque: a cable under tension, a table out of level, a rotor mounted askew."""
     return c

@@ -1,78 +1,63 @@
 """What thrust and spin of the rotors do to the axes beyond lift and pitching moment."""
 
+from functools import partial
 from math import cos, sin
 
-from .definition import PAPER_NEGLECTS, Common, declared
+from .definition import PAPER_NEGLECTS, declared
 
-_AIRSPEED: Common = {
-    "unit": "1/(V s)",
-    "bounds": (0.0, 1.0),
-    "source": PAPER_NEGLECTS,
-    "family": "thrust against airspeed",
-    "experiment": "Swing the axis at a large voltage sum and at a small one.",
-    "drawn_against": "rate",
-}
+_airspeed = partial(
+    declared, unit="1/(V s)", bounds=(0.0, 1.0),
+    source=PAPER_NEGLECTS, family="thrust against airspeed", drawn_against="rate",
+    experiment="Swing the axis at a large voltage sum and at a small one.",
+)  # fmt: skip
 
 
-@declared("-c mu_s theta'", "pitch", **_AIRSPEED)
+@_airspeed("-c mu_s theta'", "pitch")
 def airspeed_thrust_loss_pitch(mu_sum: float, pitch_rate: float, c: float) -> float:
     """Airspeed thrust loss: a rotor that moves along its own thrust meets faster air and pulls less."""
     return -c * mu_sum * pitch_rate
 
 
-@declared("-c mu_s eps' cos(theta)", "elevation", **_AIRSPEED)
+@_airspeed("-c mu_s eps' cos(theta)", "elevation")
 def airspeed_thrust_loss_elevation(mu_sum: float, pitch: float, elevation_rate: float, c: float) -> float:
     """As on the pitch, for the rotors' motion with the arm."""
     return -c * mu_sum * elevation_rate * cos(pitch)
 
 
-_GYROSCOPIC: Common = {
-    "unit": "1/(V s)",
-    "bounds": (-1.0, 1.0),
-    "source": PAPER_NEGLECTS,
-    "family": "gyroscopic torque",
-    "experiment": "Swing pitch and elevation at different frequencies under a large voltage sum.",
-    "drawn_against": "other_rate",
-}
+_gyroscopic = partial(
+    declared, unit="1/(V s)", bounds=(-1.0, 1.0),
+    source=PAPER_NEGLECTS, family="gyroscopic torque", drawn_against="other_rate",
+    experiment="Swing pitch and elevation at different frequencies under a large voltage sum.",
+)  # fmt: skip
 
 
-@declared("-c mu_s eps'", "pitch", **_GYROSCOPIC)
+@_gyroscopic("-c mu_s eps'", "pitch")
 def gyroscopic_coupling_pitch(mu_sum: float, elevation_rate: float, c: float) -> float:
     """Gyroscopic coupling: the rotors' spin, which grows with their voltage, turns pitch into elevation and back."""
     return -c * mu_sum * elevation_rate
 
 
-@declared("+c mu_s theta'", "elevation", **_GYROSCOPIC)
+@_gyroscopic("+c mu_s theta'", "elevation")
 def gyroscopic_coupling_elevation(mu_sum: float, pitch_rate: float, c: float) -> float:
     """As on the pitch, with the other sign: no power is added."""
     return c * mu_sum * pitch_rate
 
 
 @declared(
-    "c mu_s cos(theta) cos(eps_h)",
-    "travel",
-    unit="rad/s^2/V",
-    bounds=(-0.5, 0.5),
-    source="LAAS report 18040, k_gf",
-    family="drag torque of the rotors",
+    "c mu_s cos(theta) cos(eps_h)", "travel", unit="rad/s^2/V", bounds=(-0.5, 0.5),
+    source="LAAS report 18040, k_gf", family="drag torque of the rotors", drawn_against="mu_sum",
     experiment="Change the voltage sum in steps while the pitch rests at zero.",
-    drawn_against="mu_sum",
-)
+)  # fmt: skip
 def rotor_drag_torque(mu_sum: float, pitch: float, horizontal_elevation: float, c: float) -> float:
     """Rotor drag torque: the air's drag on both propellers turns the arm round its post."""
     return c * mu_sum * cos(pitch) * cos(horizontal_elevation)
 
 
 @declared(
-    "c mu_s sin(theta)",
-    "elevation",
-    unit="rad/s^2/V",
-    bounds=(-0.1, 0.1),
-    source="paper, eq. (10) with rotors that lean",
-    family="tilt of the thrust",
+    "c mu_s sin(theta)", "elevation", unit="rad/s^2/V", bounds=(-0.1, 0.1),
+    source="paper, eq. (10) with rotors that lean", family="tilt of the thrust", drawn_against="pitch",
     experiment="Hold the pitch at +20 and at -20 degrees at the same sum of the voltages.",
-    drawn_against="pitch",
-)
+)  # fmt: skip
 def thrust_tilt(mu_sum: float, pitch: float, c: float) -> float:
     """Thrust tilt: the rotors' axes lean towards the post, so that their lift is largest at another pitch than zero.
 
@@ -83,15 +68,11 @@ def thrust_tilt(mu_sum: float, pitch: float, c: float) -> float:
 
 
 @declared(
-    "c mu_s lambda'^2 cos(theta)",
-    "elevation",
-    unit="1/(V rad)",
-    bounds=(0.0, 0.1),
-    source="Padfield, Helicopter Flight Dynamics (induced inflow in forward flight)",
-    family="translational lift",
-    experiment="Let the arm travel fast at a constant sum of the voltages, then stop it.",
+    "c mu_s lambda'^2 cos(theta)", "elevation", unit="1/(V rad)", bounds=(0.0, 0.1),
+    source="Padfield, Helicopter Flight Dynamics (induced inflow in forward flight)", family="translational lift",
     drawn_against="travel_rate",
-)
+    experiment="Let the arm travel fast at a constant sum of the voltages, then stop it.",
+)  # fmt: skip
 def translational_lift(mu_sum: float, pitch: float, travel_rate: float, c: float) -> float:
     """Lift in translation: a rotor that travels through still air meets less of its own inflow and lifts more."""
     return c * mu_sum * travel_rate * travel_rate * cos(pitch)
