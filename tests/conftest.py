@@ -53,7 +53,7 @@ def fmus(tmp_path_factory):
 @pytest.fixture(scope="session")
 def twins(tmp_path_factory):
     """Native units by name, or by name and version of FMI, built when they are asked for."""
-    from tests.native_builds import Twins
+    from tests.units import Twins
 
     return Twins(tmp_path_factory.mktemp("native"))
 

@@ -34,7 +34,7 @@ from heli_plant.control import AxisGains, PidSettings
 from heli_plant.geometry import RATIO_ERROR, Geometry
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.state_feedback import FeedbackSettings, Rotors, feedback_step, start_feedback
-from tests.native_builds import c_compiler
+from tests.units import c_compiler
 
 H, AIM = 0.01, ControllerConfiguration()
 COURSE = Geometry(0.72, 1.92, 0.46, 0.66, 0.175, 7.0)

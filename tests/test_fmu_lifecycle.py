@@ -15,8 +15,7 @@ import pytest
 
 from fmu_src import UNITS, build, unit_class
 from fmu_src.native import NATIVE_UNITS, build_native
-from tests.c_hosts import HOSTS, compiled, described, written_log
-from tests.native_builds import needs_a_compiler
+from tests.units import HOSTS, compiled, described, needs_a_compiler, written_log
 
 SAVED = [unit for unit in UNITS if unit_class(unit).saves_state]
 """Units that depend on nothing outside; test_fmu_rig_link.py tests the life of the one that does."""

@@ -7,7 +7,7 @@ import pytest
 
 from fmu_src import Refusal
 from fmu_src.units.log_player import LogPlayer, read_recording
-from tests.unit_calls import initialised
+from tests.units import initialised
 
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
 ROWS = ["4.00,1,2,.1,.2,.3", "4.01,3,4,.4,.5,.6", "4.02,5,-5,.7,.8,.9"]

@@ -9,7 +9,7 @@ import pytest
 
 from fmu_src.units.rig_link import RigLink
 from heli_identifier.live import JSON, USUAL_LAYOUT, Datagram, encode, read_layout
-from tests.unit_calls import got, initialised
+from tests.units import got, initialised
 
 H = 0.01
 USUAL = read_layout(USUAL_LAYOUT)

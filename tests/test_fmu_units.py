@@ -12,7 +12,7 @@ from heli_identifier.online import IdentifierSettings, ModelParameters, prepare,
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
 from heli_plant.parameters import TABLE_2
 from tests.simulated import closed_loop
-from tests.unit_calls import got, initialised, put
+from tests.units import got, initialised, put
 
 
 def started(kind, **parameters):
@@ -180,14 +180,7 @@ def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_th
 @pytest.mark.parametrize(
     ("kind", "parameters", "said"),
     [
-        (Exciter, {"excitation.experiment": 3, "multisine.lowest": 5.0}, "multisine.highest"),
         (AdaptiveIdentifier, {"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
-        (AdaptiveIdentifier, {"watch.pitch": "dry_frictoin"}, "effect 'dry_frictoin' cannot be watched on pitch"),
-        (
-            AdaptiveIdentifier,
-            {"watch.pitch": "dry_friction,constant_torque,rotor_mismatch,quadratic_drag"},
-            "names 4 effects; at most 3",
-        ),
         (RigLink, {"link.address": "0.0.0.0"}, "would hear every network"),
         (RigLink, {"link.address": "192.0.2.1"}, "cannot be listened on"),  # TEST-NET-1, no machine's own
         (RigLink, {"link.address": "rig.example.org"}, "numeric address"),

@@ -15,8 +15,7 @@ from fmpy.fmi2 import FMU2Slave
 
 from fmu_src.native import NATIVE_UNITS, build_native
 from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, compiler
-from tests.c_hosts import HOSTS, compiled, described, written_log
-from tests.native_builds import needs_a_compiler
+from tests.units import HOSTS, compiled, described, needs_a_compiler, written_log
 
 HOST = HOSTS / "native_host.c"
 STEPS = 1000

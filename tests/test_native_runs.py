@@ -1,7 +1,9 @@
-"""Many native runs with varied parameters: the same bits as one by one, bands that cover, refusals that are counted."""
+"""Native units by the commands; many runs of them: the same bits as one by one, bands that cover, counted refusals."""
 
 import json
+import zipfile
 
+import fmpy
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -10,8 +12,10 @@ from fmu_src import OPEN_LOOP, MasterError
 from fmu_src.master import run_apart
 from heli_identifier.cli.app import app
 from heli_identifier.online import Estimate
+from heli_identifier.records import demo_logs
 from heli_identifier.results.parameters import ParameterSet, plant_values
 from heli_plant.parameters import BY_FIELD, TABLE_2
+from tests.units import needs_a_compiler
 
 RECORD = ["plant.pitch", "plant.elevation"]
 DURATION = 5.0
@@ -86,3 +90,34 @@ def test_the_command_repeats_with_its_seed_and_draws_figure_and_table(tmp_path, 
     header = table.read_text().splitlines()[0]
     assert "plant.pitch low [rad]" in header and "plant.pitch high [rad]" in header
     assert "3 parameters are drawn" in first.stderr and "independently by their standard errors" in first.stderr
+
+
+def test_build_and_ssp_write_native_units_of_either_version(tmp_path):
+    needs_a_compiler()
+    run = CliRunner().invoke
+    for fmi, folder in (("2", "linux64"), ("3", "x86_64-linux")):
+        words = ["build", "PidController", "--native", "--fmi", fmi, "--output", str(tmp_path), "--set", "trim=-1.25"]
+        assert run(app, words).exit_code == 0
+        with zipfile.ZipFile(tmp_path / "PidController.fmu") as archive:
+            assert f"binaries/{folder}/PidController.so" in archive.namelist()
+            assert "-1.25" in archive.read("sources/variables.c").decode()
+    assert run(app, ["ssp", "open_loop", "--native", "--output", str(tmp_path / "open.ssp")]).exit_code == 0
+    with zipfile.ZipFile(tmp_path / "open.ssp") as archive:
+        (tmp_path / "plant.fmu").write_bytes(archive.read("resources/plant.fmu"))
+    with zipfile.ZipFile(tmp_path / "plant.fmu") as unit:
+        assert "sources/model.c" in unit.namelist()
+
+
+@pytest.mark.slow
+def test_diagnose_hands_back_both_units_with_the_same_start_values(tmp_path):
+    needs_a_compiler()
+    (first, second, _), (held,) = demo_logs("rig-a")
+    words = ["diagnose", first, second, "--validate", held, "--native", "--output", tmp_path / "result"]
+    done = CliRunner().invoke(app, list(map(str, words)))
+    assert done.exit_code == 0 and "HelicopterPlant-native.fmu" in done.stderr
+    starts: list[dict] = []
+    for name in ("HelicopterPlant.fmu", "HelicopterPlant-native.fmu"):
+        description = fmpy.read_model_description(tmp_path / "result" / name)
+        starts.append({v.name: v.start for v in description.modelVariables})
+    assert starts[0] == starts[1]
+    assert float(starts[1]["effects.dry_friction.pitch"]) > 0.0  # rig-a has it

@@ -13,7 +13,7 @@ import pytest
 
 from fmu_src.native import Untranslatable
 from fmu_src.native.translator import Translation
-from tests.native_builds import library
+from tests.units import library
 
 FEW = [0.0, -0.0, 0.1, -0.1, 0.5, 1.0, -1.0, 1.5, 2.5, -2.5, 3.7, -3.7, 1e-300, 1e300, math.inf, -math.inf]
 EIGHTHS = [k / 8.0 for k in range(-80, 81)]

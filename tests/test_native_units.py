@@ -1,10 +1,7 @@
 """The native twins show the bits of the pythonfmu units, in FMI 2.0 and 3.0; what they refuse, they refuse likewise."""
 
 import json
-import subprocess
-import sys
 import zipfile
-from pathlib import Path
 from random import Random
 from xml.etree import ElementTree
 
@@ -17,9 +14,8 @@ from fmu_src.native.toolchain import PLATFORMS, compiler
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD
 from heli_plant.tabulated_torque import KNOTS
-from tests.c_hosts import written_log
 from tests.fmi_rules import findings
-from tests.native_builds import lockstep
+from tests.units import lockstep, written_log
 
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
 VOLTAGES = {"v_front": [-5.0, 7.0], "v_rear": [-5.0, 7.0]}
@@ -152,35 +148,6 @@ def test_start_values_are_built_into_the_native_unit(tmp_path, twins):
     pair = build("HelicopterPlant", tmp_path / "python", changed), build_native("HelicopterPlant", tmp_path, changed)
     (run,) = lockstep(tmp_path, *pair, [order({}, VOLTAGES, 200)])
     assert run["different"] == 0, run
-
-
-def test_the_state_of_a_native_identifier_is_that_of_the_unit_in_python_to_the_bit(tmp_path, fmus, twins):
-    """As benchmarks read it out of the serialised state."""
-    script = """
-import sys
-from pathlib import Path
-from benchmarks.native_unit import identifier_state
-from fmu_src.master.instance import Instance
-from unit_host import answer
-states = []
-for k, fmu in enumerate(sys.argv[1:3]):
-    unit = Instance("unit", Path(fmu), Path(sys.argv[3], str(k)))
-    unit.initialise({"method": "prediction_error", "watch.pitch": "dry_friction"}, 0.0, 9.0)
-    unit.finish_initialisation(0.0)
-    for k in range(400):
-        angles = [0.3 * ((k % 90) / 90.0 - 0.5), 0.1, 0.01 * k]
-        unit.slave.setReal(list(range(5)), [1.0, 1.0 + 0.3 * (k % 7), *angles])
-        unit.slave.doStep(k * 0.01, 0.01)
-    states.append(identifier_state(unit))
-answer([states[0].samples, states[0] == states[1]])
-"""
-    pair = [str(built["AdaptiveIdentifier"]) for built in (fmus, twins)]
-    done = subprocess.run(
-        [sys.executable, "-c", script, *pair, str(tmp_path)],
-        capture_output=True, text=True, check=False, env={"PYTHONPATH": ":".join([*sys.path, "tests/hosts"])},
-        cwd=Path(__file__).parent.parent,
-    )  # fmt: skip
-    assert done.stdout.strip() == "[399, true]", done.stderr[-2000:]
 
 
 LAWLESS = {

@@ -1,4 +1,4 @@
-"""What the tests of the native units share: a compiler, a library of translated functions, a lockstep run."""
+"""What the tests of units share: a class driven by names, compilers, translated functions, lockstep, hosts in C."""
 
 import ctypes
 import json
@@ -8,6 +8,7 @@ import subprocess
 import sys
 from importlib.resources import files
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -72,3 +73,65 @@ class Twins(dict):
         needs_a_compiler()
         self[key] = build_native(unit, self.folder / "".join(map(str, key)), fmi=fmi, model_exchange=bool(exchange))
         return self[key]
+
+
+HOSTS = Path(__file__).parent / "hosts"
+
+
+def compiled(command, sources, target, *flags):
+    """Compile a program or library; warnings count if the flags say so."""
+    libraries = [] if target.suffix == ".exe" else ["-ldl", "-lm"]
+    done = subprocess.run(
+        [*command, "-std=gnu11", *flags, *map(str, sources), "-o", str(target), *libraries],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return target
+
+
+def written_log(folder):
+    """A log of 1 s for the LogPlayer."""
+    path = folder / "log.csv"
+    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
+    path.write_text(header + "".join(f"{0.01 * k:.2f},{k},{-k},.1,.2,.3\n" for k in range(100)))
+    return path
+
+
+def described(folder):
+    """GUID, reference of the log's path or -1, and the references of inputs and outputs behind their number.
+
+    As in hosts/bare_host.py, inputs whose range is narrow keep their start values.
+    """
+    root = ElementTree.parse(folder / "modelDescription.xml").getroot()
+    variables = {v.get("name"): v for v in root.iter("ScalarVariable")}
+
+    def listed(causality):
+        found = [
+            v.get("valueReference")
+            for name, v in variables.items()
+            if v.get("causality") == causality and not name.startswith(("correction.", "measured.fresh"))
+        ]
+        return [str(len(found)), *found]
+
+    text = variables["log.path"].get("valueReference") if "log.path" in variables else "-1"
+    return root.get("guid"), text, [*listed("input"), *listed("output")]
+
+
+def initialised(kind, parameters=None):
+    """A unit behind its initialisation, whether that went well or not."""
+    unit = kind(instance_name="unit", resources="")
+    for name, value in (parameters or {}).items():
+        put(unit, name, value)
+    unit.setup_experiment(0.0)
+    unit.enter_initialization_mode()
+    unit.exit_initialization_mode()
+    return unit
+
+
+def put(unit, name, value):
+    reference = unit.references[name]
+    getattr(unit, f"set_{unit.variables[reference].type.lower()}")([reference], [value])
+
+
+def got(unit, *names):
+    return unit.get_real([unit.references[name] for name in names])
