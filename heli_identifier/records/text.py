@@ -18,7 +18,6 @@ import codecs
 import io
 import re
 import warnings
-from collections import Counter
 from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
@@ -31,7 +30,7 @@ from heli_identifier.records.units import CONTRACT_HEADERS, SIGNALS, understood
 NUMBERED = "column {}"
 """Name of a column in a file without headers; counts from 1."""
 
-_SEPARATORS = (",", ";", "\t")
+_SEPARATORS = ",;\t "
 _COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
 _DECLARED = re.compile(r"^\s*\"?sep=(.)\"?\s*$", re.IGNORECASE)
 _LABVIEW_UNITS = "Y_Unit_Label"
@@ -43,7 +42,7 @@ class _Layout(NamedTuple):
     """How a text is laid out."""
 
     separator: str
-    headers: tuple[str, ...]
+    headers: list[str]
     above: int  # lines above the first sample
     left_out: int  # lines above the header
 
@@ -63,10 +62,10 @@ def read_text(data: bytes, file: str, format: LogFormat) -> Table:
         lines = f"the first {layout.left_out} lines are" if layout.left_out > 1 else "line 1 is"
         notes.append(f"{lines} no part of the table")
     if not ended:
-        text, note = _whole_lines(text, layout.separator, format.decimal)
+        text, note = _without_cut_line(text, layout.separator, format.decimal)
         notes += note
     columns = _parse(text, layout, file, format.decimal)
-    return Table(file, layout.headers, columns, layout.above + 1, tuple(notes), text, layout.separator)
+    return Table(file, tuple(layout.headers), columns, layout.above + 1, tuple(notes), text, layout.separator)
 
 
 def _decoded(data: bytes, file: str) -> str:
@@ -93,9 +92,8 @@ def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray
 
     separator, count, above = layout.separator, len(layout.headers), layout.above
     rows = text.count("\n") + 1 - above
-    no_rows = LogError(f"{file} holds a header but no rows; log at least 5 s.")
     if rows <= 0:
-        raise no_rows
+        raise LogError(f"{file} holds a header but no rows; log at least 5 s.")
     if rows * count > len(text):
         raise LogError(f"{file}: its {rows} rows have fewer cells than its {count} headers; save it again.")
     try:
@@ -115,8 +113,6 @@ def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray
                 skipinitialspace=True,
                 float_precision="round_trip",  # the nearest number, as Python reads it
             )
-        if not len(frame):
-            raise no_rows
         too_long = bool(frame.pop(str(count)).notna().to_numpy().any())
     except (pandas.errors.ParserError, pandas.errors.ParserWarning) as error:
         if quoted := re.search(r"EOF inside string starting at row (\d+)", str(error)):
@@ -133,32 +129,25 @@ def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray
     return tuple(as_numbers(frame[name].to_numpy()) for name in frame)
 
 
-def _whole_lines(text: str, separator: str, decimal: str) -> tuple[str, list[str]]:
+def _without_cut_line(text: str, separator: str, decimal: str) -> tuple[str, list[str]]:
     """Leave out a last line that was cut; give the rest, and a note if there is one."""
     lines = text.rsplit("\n", _COMPARED + 1)
-    others, last = [cells_of(line, separator) for line in lines[1:-1]], cells_of(lines[-1], separator)
-    whole = not others or _is_whole(last, others, decimal)
-    if whole:
+    *others, last = [cells_of(line, separator) for line in lines[1:]] or [[]]
+    if not others or len(last) > len(others[-1]):
         return text, []
-    if whole is None:
-        note = f"the file ends without a line break: whether its last cell, {last[-1]!r}, is whole cannot be known"
-        return text, [note]
+    if len(last) == len(others[-1]):
+        ends = [cells[-1].strip() if cells else "" for cells in others]
+        decimals = {len(end.partition(decimal)[2]) for end in ends}
+        if not last or not all(_is_number(end, decimal) for end in ends):
+            return text, []  # a column of texts, or the empty cells behind a separator at the line's end: not a signal
+        if _is_number(last[-1], decimal):
+            if len(decimals) > 1 or decimals == {0}:
+                whole = f"whether its last cell, {last[-1]!r}, is whole cannot be known"
+                return text, [f"the file ends without a line break: {whole}"]
+            if len(last[-1].strip().partition(decimal)[2]) >= decimals.pop():
+                return text, []
     note = f"row {text.count(chr(10)) + 1} is left out: the file ends within it, after {lines[-1][-40:]!r}"
     return text[: text.rindex("\n")].rstrip(), [note]
-
-
-def _is_whole(last: list[str], others: list[list[str]], decimal: str) -> bool | None:
-    """Whether a line has all its cells and all of the last one; None if that cannot be known."""
-    if len(last) != len(others[-1]):
-        return len(last) > len(others[-1])
-    if not last or not all(cells and _is_number(cells[-1], decimal) for cells in others):
-        return True  # a column of texts, or the empty cells behind a separator at the line's end: not a signal
-    if not _is_number(last[-1], decimal):
-        return False
-    decimals = {len(cells[-1].strip().partition(decimal)[2]) for cells in others}
-    if len(decimals) > 1 or decimals == {0}:
-        return None
-    return len(last[-1].strip().partition(decimal)[2]) >= decimals.pop()
 
 
 def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
@@ -168,10 +157,8 @@ def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     first = 1 if declared and len(lines) > 1 else 0
     separator = declared[1] if declared else _separator(lines, decimal)
     rows = [cells_of(_COMMENT.sub("", line), separator) for line in lines]
-    is_comment = [bool(_COMMENT.match(line)) for line in lines]
-    numeric = [
-        len(row) > 1 and not comment and _is_data(row, decimal) for row, comment in zip(rows, is_comment, strict=True)
-    ]
+    comments = [bool(_COMMENT.match(line)) for line in lines]
+    numeric = [not comment and _is_data(row, decimal) for row, comment in zip(rows, comments, strict=True)]
     contract = ",".join(CONTRACT_HEADERS)
     no_table = LogError(
         f"{file} is not a table: its first line is {lines[first][:60]!r}, a header of six columns is needed: "
@@ -179,44 +166,38 @@ def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     )
     if len(rows[first]) < 2 and not any(numeric):
         raise no_table
-    at = _find_header(rows, numeric, is_comment, first)
+    at = _find_header(rows, numeric, comments, first)
     if at is None or numeric[at]:
         begins = numeric.index(True)
-        names = tuple(NUMBERED.format(index + 1) for index in range(len(rows[begins])))
+        names = [NUMBERED.format(index + 1) for index in range(len(rows[begins]))]
         if not {*names} & {*format.columns.values()}:
             raise LogError(
                 f"{file} has no header: its first line holds numbers; write {contract} above it, or name the columns "
                 f"as {names[0]!r} to {names[-1]!r}, as `heli init {file}` does."
             )
         return _Layout(separator, names, begins, begins - first)
-    headers = _labelled([cell.strip() for cell in rows[at]], rows[:at])
-    units = _with_units(rows[at + 1], headers) if at + 1 < len(rows) else None
-    headers = units or headers
+    headers, above = [cell.strip() for cell in rows[at]], at + 1
+    for row in rows[:at]:
+        if row and row[0] == _LABVIEW_UNITS:
+            headers = _with_units(headers, ["s", *row[1:]])
+    if above < len(rows) and _is_units(rows[above], headers):
+        headers, above = _with_units(headers, rows[above]), above + 1
     while headers and not headers[-1]:  # a separator at the end of each line
         headers.pop()
     if len(headers) < 2:
         raise no_table
-    return _Layout(separator, tuple(headers), at + (2 if units else 1), at - first)
+    return _Layout(separator, headers, above, at - first)
 
 
 def _separator(lines: list[str], decimal: str) -> str:
-    """Give the separator by which a header and most lines have the same number of cells; blanks where none does."""
-    shown = [cells for line in lines if (cells := _COMMENT.sub("", line)).strip()] or lines
+    """Give the separator by which most lines are rows of samples, and these have most cells; rather no blanks."""
 
-    def fit(mark: str) -> tuple[bool, float, int]:
-        counts = [line.count(mark) for line in shown]
-        usual, times = Counter(counts).most_common(1)[0]
-        named = any(
-            n == usual and not _is_data(cells_of(line, mark), decimal) for n, line in zip(counts, shown, strict=True)
-        )
-        return usual > 0 and named, times / len(shown) if usual else 0.0, usual
+    def fit(mark: str) -> tuple[int, bool, int]:
+        widths = sorted(len(row) for line in lines if _is_data(row := cells_of(line, mark), decimal))
+        return len(widths), mark != " ", widths[len(widths) // 2] if widths else 0
 
     best = max((mark for mark in _SEPARATORS if mark != decimal), key=fit)
-    if fit(best)[2]:
-        return best
-    if sum(len(line.split()) > 1 and _is_data(line.split(), decimal) for line in shown) > 1:
-        return " "
-    return max(_SEPARATORS, key=shown[0].count)
+    return best if fit(best)[0] else max(_SEPARATORS[:3], key=next(filter(str.strip, lines)).count)
 
 
 def _is_number(text: str, decimal: str) -> bool:
@@ -229,50 +210,48 @@ def _is_number(text: str, decimal: str) -> bool:
 
 
 def _is_data(row: list[str], decimal: str) -> bool:
-    """Whether a row holds samples: numbers in most cells."""
+    """Whether a row holds samples: several cells, and numbers in most."""
     filled = [cell for cell in row if cell.strip()]
-    return bool(filled) and 2 * sum(_is_number(cell, decimal) or _is_number(cell, ",") for cell in filled) > len(filled)
+    numbers = sum(_is_number(cell, decimal) or _is_number(cell, ",") for cell in filled)
+    return len(row) > 1 and bool(filled) and 2 * numbers > len(filled)
 
 
-def _as_wide(row: list[str], data: list[str]) -> bool:
-    """Whether a row may be the header of a row of data: as many cells, but for one, and most of them filled."""
-    return abs(len(row) - len(data)) <= 1 and 2 * sum(bool(cell.strip()) for cell in row) > len(data)
-
-
-def _find_header(rows: list[list[str]], numeric: list[bool], is_comment: list[bool], first: int) -> int | None:
+def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool], first: int) -> int | None:
     """Line of the header: the first, or the closest above the data that has as many cells; None where there is none.
 
     A row of units may stand between it and the data.
     """
     begins = next((i for i in range(len(rows)) if all(numeric[i : i + 3]) and numeric[i]), None)
-    if any(rows[first]) and not is_comment[first] and not numeric[first]:
-        if begins is None or begins <= first + 1 or _as_wide(rows[first], rows[begins]):
+
+    def fits(row: list[str]) -> bool:  # as many cells as the data, but for one, and most of them filled
+        width = len(rows[begins or 0])
+        return abs(len(row) - width) <= 1 and 2 * sum(bool(cell.strip()) for cell in row) > width
+
+    if any(rows[first]) and not comments[first] and not numeric[first]:
+        if begins is None or begins <= first + 1 or fits(rows[first]):
             return first
     if begins is None:
         return 0
-    for at in range(begins - 1, -1, -1):
-        if not _as_wide(rows[at], rows[begins]) or numeric[at]:
-            continue
-        above = [cell.strip() for cell in rows[at - 1]] if at > 0 else []
-        return at - 1 if len(above) == len(rows[at]) and _with_units(rows[at], above) else at
-    return None
+    at = next((at for at in range(begins - 1, -1, -1) if fits(rows[at]) and not numeric[at]), None)
+    if at and len(rows[at - 1]) == len(rows[at]) and _is_units(rows[at], rows[at - 1]):
+        return at - 1
+    return at
 
 
-def _with_units(row: list[str], headers: list[str]) -> list[str] | None:
-    """Headers with the units of a row of units; None if the row is none."""
+def _is_units(row: list[str], headers: list[str]) -> bool:
+    """Whether a row below headers holds their units."""
     cells = [cell.strip().strip("[]()") for cell in row]
-    if len(cells) != len(headers) or any(_is_number(cell, ".") or _is_number(cell, ",") for cell in cells):
-        return None
-    known = any(cell and understood(signal, cell) for cell in cells for signal in SIGNALS)
-    if not known or any(len(cell) > 12 for cell in cells):
-        return None
-    return [f"{name} [{unit}]" if unit and "[" not in name else name for name, unit in zip(headers, cells, strict=True)]
+    return (
+        len(cells) == len(headers)
+        and not any(len(cell) > 12 or _is_number(cell, ".") or _is_number(cell, ",") for cell in cells)
+        and any(cell and understood(signal, cell) for cell in cells for signal in SIGNALS)
+    )
 
 
-def _labelled(headers: list[str], preamble: list[list[str]]) -> list[str]:
-    """Headers with the units that a LabVIEW measurement file states in its preamble."""
-    for row in preamble:
-        if row and row[0] == _LABVIEW_UNITS:
-            units = {headers[0]: "s"} | dict(zip(headers[1:], row[1:], strict=False))
-            return [f"{name} [{unit}]" if (unit := units.get(name)) else name for name in headers]
-    return headers
+def _with_units(headers: list[str], units: list[str]) -> list[str]:
+    """Headers with the units of the row below them, where they state none."""
+    cells = [cell.strip().strip("[]()") for cell in units] + [""] * len(headers)
+    return [
+        f"{name} [{unit}]" if unit and "[" not in name else name
+        for name, unit in zip(headers, cells[: len(headers)], strict=True)
+    ]
