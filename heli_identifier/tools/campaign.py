@@ -28,14 +28,8 @@ from distributed import Client, LocalCluster, as_completed
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import draft_folder
 from heli_identifier.results import whole_folder
-from heli_identifier.tools.campaign_rows import (
-    Row,
-    complete,
-    diagnosis_columns,
-    read_rows,
-    truth_columns,
-    write_rows,
-)
+from heli_identifier.tools import campaign_rows
+from heli_identifier.tools.campaign_rows import Row
 from heli_identifier.tools.rigs import Source, error_text, named_function, source_digest
 from heli_identifier.tracing import DiagnosisSettings
 
@@ -94,17 +88,18 @@ def run_campaign(
     settings = settings or DiagnosisSettings()
     with whole_folder(folder) as draft:
         by_key, files = _keyed(sources, settings, measure), Path(folder) / "rows"
-        earlier = (row for key in by_key if (file := files / f"{key}.parquet").exists() for row in read_rows(file))
-        known = {row["key"]: row for row in earlier if row["error"] is None}
+        earlier = [file for key in by_key if (file := files / f"{key}.parquet").exists()]
+        rows = (row for file in earlier for row in campaign_rows.read_rows(file))
+        known = {row["key"]: row for row in rows if row["error"] is None}
         progress(len(known), len(by_key), None)
         if waiting := {key: source for key, source in by_key.items() if key not in known}:
             with connected(scheduler, workers) as client:
                 for row in _arriving(client, waiting, partial(work or diagnosed, settings=settings, measure=measure)):
-                    write_rows([row], files / f"{row['key']}.parquet")
-                    known[row["key"]] = complete(row)
+                    campaign_rows.write_rows([row], files / f"{row['key']}.parquet")
+                    known[row["key"]] = campaign_rows.complete(row)
                     progress(len(known), len(by_key), row)
         found = [known[key] for key in by_key]
-        write_rows(found, draft / CONSOLIDATED)
+        campaign_rows.write_rows(found, draft / CONSOLIDATED)
     return found
 
 
@@ -120,9 +115,9 @@ def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None =
     row: Row = {"rig": source.rig}
     try:
         rig = source.load()
-        row |= truth_columns(rig.truth)
+        row |= campaign_rows.truth_columns(rig.truth)
         diagnosis = rig.diagnose(settings)
-        row |= diagnosis_columns(diagnosis)
+        row |= campaign_rows.diagnosis_columns(diagnosis)
         if measure:
             row["measures"] = dict(named_function(measure)(rig, diagnosis))
     except Exception as error:

@@ -18,21 +18,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.signal import lfilter
 
+from heli_identifier import tracing
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.files import write_atomically
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
 from heli_identifier.records import Log
 from heli_identifier.results import Table
-from heli_identifier.tracing import (
-    DiagnosisSettings,
-    Likelihood,
-    Model,
-    Scores,
-    around,
-    coordinates_of,
-    helicopter,
-    records_of,
-)
 from heli_plant.communication import EncoderCounts
 from heli_plant.effects import CATALOGUE, Effect
 from heli_plant.errors import did_you_mean
@@ -213,17 +204,17 @@ def outlook(
     return Outlook(proposal, duration, tuple(score.visibility for score in own), errors, rho, pitch, elevation)
 
 
-def _scores(log: Log, parameters: PlantParameters, fields: Sequence[str]) -> Scores:
+def _scores(log: Log, parameters: PlantParameters, fields: Sequence[str]) -> tracing.Scores:
     """Quadratic form of the likelihood of a rehearsal around the plant without the effects in question."""
-    rig = helicopter(DiagnosisSettings(), [log.angles], [np.full((1, 2), TYPICAL)])
+    rig = tracing.helicopter(tracing.DiagnosisSettings(), [log.angles], [np.full((1, 2), TYPICAL)])
     rounding = rig.resolution / np.sqrt(12.0)
-    likelihood = Likelihood(rig, records_of((log,), rig, {}))
+    likelihood = tracing.Likelihood(rig, tracing.records_of((log,), rig, {}))
     off = parameters._replace(**dict.fromkeys(fields, 0.0))
-    air = coordinates_of(AIR / rounding, np.full(len(rig.axes), 1.0 / AIR_TIME))
-    model = Model(rig, off, air, rounding, likelihood.torque_width)
+    air = tracing.coordinates_of(AIR / rounding, np.full(len(rig.axes), 1.0 / AIR_TIME))
+    model = tracing.Model(rig, off, air, rounding, likelihood.torque_width)
     base = [name for name in rig.base if name not in fields]
-    known = around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
-    return Scores(known, [effect for effect in rig.effects if effect.field in fields])
+    known = tracing.around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
+    return tracing.Scores(known, [effect for effect in rig.effects if effect.field in fields])
 
 
 def designs(

@@ -7,17 +7,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from heli_identifier.online import (
-    Estimate,
-    IdentifierSettings,
-    IdentifierState,
-    ModelParameters,
-    Plan,
-    output_of,
-    prepare,
-    start,
-    step,
-)
+from heli_identifier import online
+from heli_identifier.online import Estimate, IdentifierSettings, IdentifierState, ModelParameters, Plan
 from heli_identifier.records import Log
 from heli_identifier.results import Axes, figure, meaning, side_by_side, unit_text
 from heli_identifier.tracing import plausible_range
@@ -51,7 +42,7 @@ class EstimateHistory(NamedTuple):
         final = zip(NAMES, self.parameters[-1].tolist(), self.standard_errors[-1].tolist(), strict=True)
         found = {name: Estimate(value, error, BY_FIELD[name].unit) for name, value, error in final}
         if self.plan.estimates_lag:
-            found["T_m"] = Estimate(*output_of(self.state, self.plan).lag, BY_FIELD["T_m"].unit)
+            found["T_m"] = Estimate(*online.output_of(self.state, self.plan).lag, BY_FIELD["T_m"].unit)
         return found
 
 
@@ -60,15 +51,15 @@ def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
 
     The history has a row for every evaluation of the standard errors.
     """
-    plan = prepare(settings)
+    plan = online.prepare(settings)
     samples = list(map(tuple, np.column_stack((log.voltages, log.angles)).tolist()))
     rest = np.zeros(len(samples))
     asked = list(map(tuple, np.column_stack([log.references.get(axis, rest) for axis in AXES]).tolist()))
-    state = start(plan, samples[0], asked[0])
+    state = online.start(plan, samples[0], asked[0])
     every, last = max(1, round(settings.report_interval / settings.sample_time)), len(samples) - 1
     rows = []
     for k in range(1, len(samples)):
-        state, output = step(state, samples[k], plan, asked[k])
+        state, output = online.step(state, samples[k], plan, asked[k])
         if (k % every == 0 and output.adapting) or k == last:
             rows.append((k * settings.sample_time, *output.parameters, *output.standard_errors))
     time, parameters, errors = np.split(np.array(rows), (1, 1 + len(NAMES)), axis=1)

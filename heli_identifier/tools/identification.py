@@ -25,6 +25,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from scipy.stats import norm
 
+from heli_identifier import records, results
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.online import (
@@ -37,26 +38,8 @@ from heli_identifier.online import (
     output_of,
 )
 from heli_identifier.provenance import from_python
-from heli_identifier.records import (
-    Log,
-    RigConfiguration,
-    check_apart,
-    check_excitation,
-    common_configuration,
-    read_logs,
-)
-from heli_identifier.results import (
-    PLANT,
-    ParameterSet,
-    Table,
-    Tabular,
-    meaning_of,
-    plant_values,
-    unit_text,
-    whole_folder,
-    with_interval,
-    write_figure,
-)
+from heli_identifier.records import Log, RigConfiguration
+from heli_identifier.results import Table, Tabular
 from heli_identifier.tools.history import EstimateHistory, history_figure, history_text, identify_log
 from heli_identifier.tools.joint import Together, joint, weighted
 from heli_identifier.tracing import sign_notes
@@ -90,7 +73,7 @@ class Identification(Tabular):
     of :class:`heli_identifier.online.ModelParameters`."""
     together: Together
     """All logs together, each weighted by its certainty: ``estimates`` by symbol, and ``notes``."""
-    parameters: ParameterSet
+    parameters: results.ParameterSet
     """The plant with these estimates."""
     choice: Choice
     """The method that was taken, why, and whether a controller flew."""
@@ -144,10 +127,10 @@ class Identification(Tabular):
         rows = [
             (
                 name,
-                meaning_of(name, value),
-                *(with_interval(history.last[name], unit=False) for history in self.histories),
-                with_interval(value, unit=False),
-                unit_text(value.unit),
+                results.meaning_of(name, value),
+                *(results.with_interval(history.last[name], unit=False) for history in self.histories),
+                results.with_interval(value, unit=False),
+                results.unit_text(value.unit),
             )
             for name, value in self.estimates.items()
         ]
@@ -171,11 +154,11 @@ class Identification(Tabular):
         ConfigurationError
             The folder cannot be written to.
         """
-        with whole_folder(folder) as draft:
+        with results.whole_folder(folder) as draft:
             self.parameters.write(draft / "parameters.json")
             write_atomically(draft / "history.csv", history_text(self.histories))
             limit = self.histories[0].plan.settings.voltage_limit
-            write_figure(history_figure(self.histories, self.estimates, limit), draft / "history.svg")
+            results.write_figure(history_figure(self.histories, self.estimates, limit), draft / "history.svg")
         return Path(folder)
 
     def __repr__(self) -> str:
@@ -225,10 +208,10 @@ def identify(
     """
     if method is not None and method not in METHODS:
         raise ConfigurationError(f"method {method!r} must be one of {', '.join(METHODS)}")
-    logs = read_logs(logs)
-    rig = configuration or common_configuration(logs) or RigConfiguration()
-    check_excitation(logs)
-    check_apart(logs)
+    logs = records.read_logs(logs)
+    rig = configuration or records.common_configuration(logs) or RigConfiguration()
+    records.check_excitation(logs)
+    records.check_apart(logs)
 
     def histories_of(own: Sequence[IdentifierSettings], number: int) -> list[EstimateHistory]:
         """Pass all logs once, as the last of three passes if ``number`` is 2."""
@@ -270,7 +253,8 @@ def identify(
         }
     values = {"T_m": rig.motor_time_constant} | {name: one.value for name, one in together.estimates.items()}
     plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
-    parameters = ParameterSet(PLANT, plant_values(plant, together.estimates), provenance=from_python("identify"))
+    estimates = results.plant_values(plant, together.estimates)
+    parameters = results.ParameterSet(results.PLANT, estimates, provenance=from_python("identify"))
     return Identification(tuple(histories), together, parameters, choice, changes)
 
 

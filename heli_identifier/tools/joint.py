@@ -23,19 +23,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.online import (
-    CONTRADICTION,
-    GAINS,
-    Estimate,
-    IdentifierState,
-    Noise,
-    Plan,
-    combinations,
-    gain_matrix,
-    noise_of,
-    output_of,
-    shares,
-)
+from heli_identifier import online
+from heli_identifier.online import Estimate, IdentifierState, Plan
 from heli_identifier.tools.history import EstimateHistory
 from heli_plant.parameters import BY_FIELD
 
@@ -60,7 +49,7 @@ class Together(NamedTuple):
 
     estimates: Mapping[str, Estimate]
     notes: tuple[str, ...]
-    noise: tuple[Noise, ...] = ()
+    noise: tuple[online.Noise, ...] = ()
 
 
 def joint(histories: Sequence[EstimateHistory]) -> Together:
@@ -68,16 +57,17 @@ def joint(histories: Sequence[EstimateHistory]) -> Together:
     state, plan = histories[-1].state, histories[-1].plan
     omegas, errors, ratios = zip(*(_of_axis([one.state for one in histories], a, plan) for a in range(3)), strict=True)
     state = _with(state, "omega", omegas)
-    output = output_of(_with(state, "standard_errors", errors), plan)
-    scatter = output_of(_with(state, "standard_errors", ratios), plan).standard_errors._asdict()
+    output = online.output_of(_with(state, "standard_errors", errors), plan)
+    scatter = online.output_of(_with(state, "standard_errors", ratios), plan).standard_errors._asdict()
     found = {
         name: Estimate(value, error if error > 0.0 else None, BY_FIELD[name].unit)
         for name, value, error in zip(output.parameters._fields, output.parameters, output.standard_errors, strict=True)
     }
     if plan.estimates_lag:
         found["T_m"] = Estimate(*output.lag, BY_FIELD["T_m"].unit)
-    notes = (*_disagreement(scatter), *_contradictions(found, [output_of(one.state, one.plan) for one in histories]))
-    return Together(found, notes, tuple(noise_of(axis.estimate) for axis in state.axes))
+    outputs = [online.output_of(one.state, one.plan) for one in histories]
+    notes = (*_disagreement(scatter), *_contradictions(found, outputs))
+    return Together(found, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
 
 
 def _of_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array, Array]:
@@ -87,7 +77,7 @@ def _of_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[
     """
     own, others, estimates = plan.axes[axis], len(states) - 1, [state.axes[axis].estimate for state in states]
     omegas = np.array([one.omega for one in estimates])
-    gammas = np.array([gain_matrix(one.factor, len(one.omega)) for one in estimates])
+    gammas = np.array([online.gain_matrix(one.factor, len(one.omega)) for one in estimates])
     spread = gammas.copy()
     if others and own.gain > _TORQUE:
         spread[:, _TORQUE, _TORQUE] += (ZERO * np.median(np.abs(omegas[:, _STIFFNESS]))) ** 2
@@ -95,12 +85,12 @@ def _of_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[
     H = informations.sum(axis=0) - others * prior
     g = np.einsum("lij,lj->i", informations, omegas) - others * prior @ np.array(own.first)
     omega = np.linalg.solve(H, g)
-    rows = np.array(combinations(axis, estimates[-1]._replace(omega=tuple(omega.tolist())), plan))
+    rows = np.array(online.combinations(axis, estimates[-1]._replace(omega=tuple(omega.tolist())), plan))
     if not others:
         return omega, np.array(estimates[0].standard_errors), np.zeros(len(rows))
     outside = [p.outside for state in states if (p := state.axes[axis].predictor) is not None]
     products = tuple(np.sum([one.products for one in outside], axis=0).tolist())
-    counted = np.array(shares(outside[0]._replace(products=products), tuple(map(tuple, rows.tolist()))))
+    counted = np.array(online.shares(outside[0]._replace(products=products), tuple(map(tuple, rows.tolist()))))
     rows = np.pad(rows, ((0, 0), (0, len(omega) - rows.shape[1])))  # of nu nothing is reported
     scatter = ((omegas - omega) @ rows.T) ** 2 / np.einsum("mi,lij,mj->lm", rows, gammas, rows)
     ratios = np.sqrt(scatter.sum(axis=0) / others)
@@ -143,12 +133,12 @@ def _weighted_mean(values: Array, errors: Array) -> tuple[float, float, float]:
 def _contradictions(estimates: Mapping[str, Estimate], outputs: Sequence[Any]) -> list[str]:
     """Return a sentence for each gain that the references of all logs exclude."""
     found = []
-    for axis, name in enumerate(GAINS):
+    for axis, name in enumerate(online.GAINS):
         known = [(o.instruments[axis], o.instrument_errors[axis]) for o in outputs if o.instrument_errors[axis] > 0.0]
         if not known:
             continue
         value, error, _ = _weighted_mean(*np.array(known).T)
-        if abs(value - estimates[name].value) > CONTRADICTION * error:
+        if abs(value - estimates[name].value) > online.CONTRADICTION * error:
             found.append(
                 f"{name} = {estimates[name].value:.3g} rests on a noise model that the references contradict: they "
                 f"give {value:.3g} ± {1.96 * error:.2g} {BY_FIELD[name].unit}. The air has another colour than the "

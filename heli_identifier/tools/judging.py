@@ -17,23 +17,10 @@ from scipy.stats import rankdata
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.results import ParameterSet, drawn_values
+from heli_identifier.tools import margins
 from heli_identifier.tools.linearisation import LinearModel, linear_model, operating_point
 from heli_identifier.tools.loop import Settings, StepResponse, settling_time, step_response
-from heli_identifier.tools.margins import (
-    LOOPS,
-    Array,
-    Margins,
-    Responses,
-    closed_loop,
-    controller_response,
-    disk_margins,
-    frequencies,
-    is_stable,
-    loop_gain,
-    loop_margins,
-    plant_response,
-    unit_step,
-)
+from heli_identifier.tools.margins import Array
 from heli_plant.control import PidSettings
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_NAME, PlantParameters
@@ -49,6 +36,8 @@ LONGEST = 40.0
 SHOWN = {"pitch": 12.0, "elevation": 12.0, "travel": 30.0}
 """Length [s] of the steps that are shown."""
 
+MARGINS = margins.Margins._fields
+
 SMALLER_IS_BETTER = ("gain_down", "sensitivity", "settling")
 """Last part of the names of figures that a good loop has small."""
 
@@ -63,7 +52,7 @@ class Plants:
     """Those that the data allow, M of them."""
     omega: Array
     """Frequencies [rad/s], shape (N,)."""
-    responses: Responses
+    responses: margins.Responses
     """:func:`plant_response` of the estimated plant and of the drawn ones, shape (M + 1, N, 3, 2)."""
     notes: tuple[str, ...]
     """How many plants were left out."""
@@ -96,8 +85,8 @@ def allowed_plants(
             f"none of {draws} plants that the data allow has an equilibrium at pitch {model.point.pitch:g} rad, "
             f"elevation {elevation:g} rad; choose a point nearer to rest."
         )
-    omega, fallen = frequencies(period), draws - len(drawn)
-    responses = np.array([plant_response(one, omega) for one in (model, *drawn)])
+    omega, fallen = margins.frequencies(period), draws - len(drawn)
+    responses = np.array([margins.plant_response(one, omega) for one in (model, *drawn)])
     notes = (f"{fallen} of {draws} plants that the data allow have no equilibrium there",) if fallen else ()
     return Plants(model, tuple(drawn), omega, responses, notes)
 
@@ -144,13 +133,13 @@ class Judged:
         """What a JSON file holds of it."""
         own, figures, gains = self.settings, self.figures, {}
         if isinstance(own, PidSettings):
-            gains = {"gains": {axis: getattr(own, axis)._asdict() for axis in LOOPS}, "trim_V": own.trim}
+            gains = {"gains": {axis: getattr(own, axis)._asdict() for axis in margins.LOOPS}, "trim_V": own.trim}
         return {
             **gains,
             "effort": self.effort,
             "stable_share": self.stable,
             "disk_margin": figures["disk"],
-            "margins": {loop: {name: figures[f"{loop}.{name}"] for name in Margins._fields} for loop in LOOPS},
+            "margins": {loop: {name: figures[f"{loop}.{name}"] for name in MARGINS} for loop in margins.LOOPS},
             "settling_time_s": {step.axis: figures[f"{step.axis}.settling"] for step in self.steps},
             "steps": {
                 step.axis: {"size_rad": step.size, "overshoot": step.overshoot, "settling_time_s": step.settling_time}
@@ -163,19 +152,20 @@ class Judged:
 def judge(plants: Plants, settings: Settings, axes: Sequence[str], effort: float = 1.0) -> Judged:
     """Judge a controller of ``axes`` around the estimated plant and around every drawn one."""
     model, period = plants.model, plants.model.sampled.dt
-    loops = [closed_loop(one, settings) for one in (model, *plants.drawn)]
-    stable = np.array([is_stable(loop) for loop in loops])
-    law = controller_response(settings, period, plants.omega)
+    loops = [margins.closed_loop(one, settings) for one in (model, *plants.drawn)]
+    stable = np.array([margins.is_stable(loop) for loop in loops])
+    law = margins.controller_response(settings, period, plants.omega)
     columns: dict[str, Array] = {}
-    for index, name in enumerate(LOOPS):
-        margins = [loop_margins(gain, plants.omega) for gain in loop_gain(plants.responses, law, index)]
-        columns |= {f"{name}.{own}": column for own, column in zip(Margins._fields, np.transpose(margins), strict=True)}
-    columns["disk"] = np.where(stable, disk_margins(plants.responses, law), 0.0)
+    for index, name in enumerate(margins.LOOPS):
+        gains = margins.loop_gain(plants.responses, law, index)
+        found = np.transpose([margins.loop_margins(gain, plants.omega) for gain in gains])
+        columns |= {f"{name}.{own}": column for own, column in zip(MARGINS, found, strict=True)}
+    columns["disk"] = np.where(stable, margins.disk_margins(plants.responses, law), 0.0)
     band = {}
     with np.errstate(over="ignore", invalid="ignore"):
         for axis in axes:
             index = AXES.index(axis)
-            paths = np.array([unit_step(loop, index, round(LONGEST / period))[:, index] for loop in loops])
+            paths = np.array([margins.unit_step(loop, index, round(LONGEST / period))[:, index] for loop in loops])
             columns[f"{axis}.settling"] = np.array([settling_time(path, period) for path in paths])
             band[axis] = np.quantile(paths[1:, : round(SHOWN[axis] / period)], (0.025, 0.975), axis=0)
     return Judged(

@@ -7,6 +7,7 @@ itself. A worker on another machine must see the folder under the same path, or 
 import hashlib
 import os
 import traceback
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -16,17 +17,9 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from heli_identifier import records
 from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
-from heli_identifier.records import (
-    CONFIGURATION_NAME,
-    Log,
-    LogFormat,
-    RigConfiguration,
-    check_moving,
-    read_configuration,
-    read_log,
-    read_logs,
-)
+from heli_identifier.records import Log, LogFormat, RigConfiguration
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, diagnose
 from heli_plant.effects import CATALOGUE
 
@@ -129,7 +122,7 @@ class RigFolder:
 
     def load(self, start: float | None = None, end: float | None = None) -> Rig:
         """Read its logs, from ``start`` to ``end`` [s] in their own time; errors as their readers and `read_split`."""
-        configuration = read_configuration(self.configuration) if self.configuration else None
+        configuration = records.read_configuration(self.configuration) if self.configuration else None
         form = (configuration or RigConfiguration()).format
         training, held_out, note = read_split(self.training, self.held_out, form, start, end)
         return Rig(training, held_out, configuration=configuration, note=note)
@@ -182,19 +175,19 @@ def read_split(
         note = f"held out: {training[-1]}, the last log"
         training, held_out = training[:-1], training[-1:]
     if held_out:
-        logs = read_logs((*training, *held_out), form, start, end)
+        logs = records.read_logs((*training, *held_out), form, start, end)
         return logs[: len(training)], logs[len(training) :], note
     path = training[0]
-    whole = read_log(path, form, start, end)
-    check_moving((whole,))
+    whole = records.read_log(path, form, start, end)
+    records.check_moving((whole,))
     if whole.duration < SHORTEST_TO_SPLIT:
         raise LogError(
             f"{path}: {whole.duration:.3g} s are too short to be split into a training part and a held-out part, "
             f"{SHORTEST_TO_SPLIT:g} s are needed; give a second log, which is then held out."
         )
     cut = whole.start + TRAINING_SHARE * whole.duration
-    first = read_log(path, form, whole.start, cut - 0.5 * whole.step)
-    rest = read_log(path, form, cut, whole.start + whole.duration - 0.5 * whole.step)
+    first = records.read_log(path, form, whole.start, cut - 0.5 * whole.step)
+    rest = records.read_log(path, form, cut, whole.start + whole.duration - 0.5 * whole.step)
     note = f"held out: the last third of {path}, from {cut:.4g} s on"
     return (first,), (replace(rest, name=f"{rest.name} from {cut:.4g} s"),), note
 
@@ -217,11 +210,9 @@ def rig_folders(
         raise ConfigurationError(
             f"a fleet needs two rigs or more, {len(paths)} given; `heli diagnose` is for the logs of one rig."
         )
-    names = [path.name for path in paths]
-    return [
-        rig_folder(Path(folder), name if names.count(name) == 1 else str(folder), configuration)
-        for folder, name in zip(folders, names, strict=True)
-    ]
+    found = Counter(path.name for path in paths)
+    names = [path.name if found[path.name] == 1 else str(own) for own, path in zip(folders, paths, strict=True)]
+    return [rig_folder(Path(own), name, configuration) for own, name in zip(folders, names, strict=True)]
 
 
 def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[RigFolder]:
@@ -231,9 +222,9 @@ def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] |
     """
     if not Path(folder).is_dir():
         raise ConfigurationError(f"{folder} is no folder; name one with a sub-folder for each rig.")
-    root = Path(folder).resolve()  # workers run in another folder
+    below = sorted(Path(folder).resolve().iterdir())  # workers run in another folder
     shared = Path(configuration).resolve() if configuration else None
-    rigs = [rig_folder(path, path.name, shared) for path in sorted(root.iterdir()) if path.is_dir() and _logs(path)]
+    rigs = [rig_folder(path, path.name, shared) for path in below if path.is_dir() and _logs(path)]
     if not rigs:
         raise ConfigurationError(
             f"no sub-folder of {folder} holds a log ({' or '.join(ENDINGS)}); each rig needs one with its logs."
@@ -243,7 +234,7 @@ def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] |
 
 def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = None) -> RigFolder:
     """Find the logs of one rig; ConfigurationError if there is none to fit to."""
-    logs, own = _logs(folder), folder / CONFIGURATION_NAME
+    logs, own = _logs(folder), folder / records.CONFIGURATION_NAME
     held_out = tuple(path for path in logs if path.name.startswith(HELD_OUT))
     training = tuple(path for path in logs if path not in held_out)
     if not training:

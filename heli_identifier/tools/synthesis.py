@@ -34,18 +34,9 @@ from scipy.optimize import minimize
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import ControllerConfiguration
+from heli_identifier.tools import margins
 from heli_identifier.tools.linearisation import PERIOD, LinearModel, linear_system
-from heli_identifier.tools.margins import (
-    LOOPS,
-    Array,
-    Responses,
-    closed_loop,
-    controller_response,
-    frequencies,
-    loop_gain,
-    plant_response,
-    unit_step,
-)
+from heli_identifier.tools.margins import Array
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.effects import AXES
 from heli_plant.laws import motor_time_constant
@@ -79,19 +70,21 @@ def retuned(model: LinearModel, settings: PidSettings, others: Sequence[LinearMo
 
     The margins are kept for ``model``, of the identified plant, and for ``others``, plants that the data allow.
     """
-    omega = frequencies(model.sampled.dt, 250)
-    plants = np.array([plant_response(one, omega) for one in (model, *others)])
+    omega = margins.frequencies(model.sampled.dt, 250)
+    plants = np.array([margins.plant_response(one, omega) for one in (model, *others)])
     tuned = settings._replace(travel_enabled=False, trim=model.point.lift)
-    for loop in range(len(LOOPS)):
+    for loop in range(len(margins.LOOPS)):
         tuned = _tuned(model, plants, omega, tuned, loop)
     if settings.travel_enabled:
         tuned = _tuned(model, plants, omega, tuned._replace(travel_enabled=True), AXES.index("travel"))
     return tuned
 
 
-def _tuned(model: LinearModel, plants: Responses, omega: Array, settings: PidSettings, loop: int) -> PidSettings:
+def _tuned(
+    model: LinearModel, plants: margins.Responses, omega: Array, settings: PidSettings, loop: int
+) -> PidSettings:
     """Return the PID with new gains of one loop; the travel's acts through the pitch's."""
-    axis, tau, cut = AXES[loop], settings.rate_time_constant, loop % len(LOOPS)
+    axis, tau, cut = AXES[loop], settings.rate_time_constant, loop % len(margins.LOOPS)
     present: AxisGains = getattr(settings, axis)
     present = present._replace(integral=present.integral or 1e-3)
     loudest = present.proportional + present.derivative / tau
@@ -103,8 +96,8 @@ def _tuned(model: LinearModel, plants: Responses, omega: Array, settings: PidSet
     def cost(logarithms: Array) -> float:
         gains = AxisGains(*np.exp(logarithms).tolist())
         trial = with_gains([*gains])
-        pid = controller_response(trial, model.sampled.dt, omega)
-        peak = float(np.max(1.0 / np.abs(1.0 + loop_gain(plants, pid, cut))))
+        pid = margins.controller_response(trial, model.sampled.dt, omega)
+        peak = float(np.max(1.0 / np.abs(1.0 + margins.loop_gain(plants, pid, cut))))
         noise = (gains.proportional + gains.derivative / tau) / loudest
         return weighted_error(model, trial, loop) + PENALTY * (max(peak / PEAK - 1.0, 0.0) + max(noise - 1.0, 0.0))
 
@@ -115,12 +108,12 @@ def _tuned(model: LinearModel, plants: Responses, omega: Array, settings: PidSet
 
 def weighted_error(model: LinearModel, settings: PidSettings, loop: int) -> float:
     """Return the time-weighted error J [s^2] of a linear loop under a unit reference step and a load step of 1 V."""
-    period, cut = model.sampled.dt, loop % len(LOOPS)
+    period, cut = model.sampled.dt, loop % len(margins.LOOPS)
     horizon = HORIZON if loop == cut else 4.0 * HORIZON  # the travel is that much slower
-    closed, steps = closed_loop(model, settings), round(horizon / period)
+    closed, steps = margins.closed_loop(model, settings), round(horizon / period)
     weights = np.arange(steps) * period**2
     with np.errstate(over="ignore", invalid="ignore"):
-        reference, load = (unit_step(closed, drive, steps)[:, loop] for drive in (loop, 3 + cut))
+        reference, load = (margins.unit_step(closed, drive, steps)[:, loop] for drive in (loop, 3 + cut))
         error = float(weights @ (np.abs(1.0 - reference) + np.abs(load)))
     return error if np.isfinite(error) and error < UNSTABLE else UNSTABLE
 
