@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import io
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.metadata import distribution
 from importlib.resources import files
@@ -162,23 +162,11 @@ def content_guid(entries: Mapping[str, bytes]) -> str:
 def index_html(
     unit: type[SlaveBase], start_values: Mapping[str, Value], host: str = "python.html", **about_host: Any
 ) -> str:
-    """Return the page of a unit.
+    """Return the page of a unit; ``start_values`` override those of its variables.
 
-    ``start_values`` override those of its variables; ``host`` is the template of what a host needs to know, which is
-    given ``about_host``.
+    ``host`` is the template of what a host needs to know, which is given ``about_host``.
     """
-    return rendered(f"{unit.__name__}.html", unit=unit, rows=_rows(unit, start_values), host=host, **about_host)
-
-
-def _rows(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> Iterator[tuple[str, ...]]:
-    """Give name, causality, unit, start value, range and description of each variable."""
-    for variable in unit.variables:
-        low, high = variable.minimum, variable.maximum
-        span = "" if low is None or high is None else f"{low:g} to {high:g}"
-        kind = variable.causality + (", tunable" if variable.variability == "tunable" else "")
-        start = start_values.get(variable.name, variable.start)
-        shown = "" if start is None else f"{start:.10g}" if isinstance(start, float) else str(start)
-        yield variable.name, kind, variable.unit or variable.type, shown, span, variable.description
+    return rendered(f"{unit.__name__}.html", unit=unit, start_values=start_values, host=host, **about_host)
 
 
 def icon() -> bytes:

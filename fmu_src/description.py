@@ -103,10 +103,14 @@ def value_text(value: Value, kind: str) -> str:
     return str(int(value))
 
 
+def _is_markup(template: str | None) -> bool:
+    return not (template or "").endswith((".c.j2", ".h.j2"))
+
+
 @cache
 def _templates() -> Environment:
     loader = PackageLoader("fmu_src", "templates")
-    made = Environment(loader=loader, undefined=StrictUndefined, autoescape=True, trim_blocks=True)
+    made = Environment(loader=loader, undefined=StrictUndefined, autoescape=_is_markup, trim_blocks=True)
     made.globals |= {"author": AUTHOR, "license": LICENSE, "version": VERSION, "date": DATE}
     made.filters |= {"text": value_text, "bound": _bound}
     return made

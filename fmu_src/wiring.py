@@ -28,7 +28,7 @@ from heli_plant.errors import did_you_mean
 from heli_plant.observer import CORRECTED
 
 from .errors import WiringError
-from .units.signals import AXES
+from .units.signals import AXES, ROTORS
 from .variables import Value
 
 VOLTAGES = ("v_front", "v_rear")
@@ -98,9 +98,9 @@ class Scenario:
         return by_unit
 
 
-def _wires(source: str, target: str, names: Iterable[str]) -> tuple[Connection, ...]:
-    """Variables of the same name in two units."""
-    return tuple(Connection(source, name, target, name) for name in names)
+def _wires(source: str, target: str, names: Iterable[str], prefix: str = "") -> tuple[Connection, ...]:
+    """Variables of the same name in two units, but for a ``prefix`` in the second."""
+    return tuple(Connection(source, name, target, prefix + name) for name in names)
 
 
 OPEN_LOOP = Scenario(
@@ -116,15 +116,9 @@ OPEN_LOOP = Scenario(
 CLOSED_LOOP = Scenario(
     "closed_loop",
     "closed loop: Exciter on top of PidController -> HelicopterPlant -> AdaptiveIdentifier",
+    (OPEN_LOOP.units[0], ("controller", "PidController"), *OPEN_LOOP.units[1:]),
     (
-        ("exciter", "Exciter"),
-        ("controller", "PidController"),
-        ("plant", "HelicopterPlant"),
-        ("identifier", "AdaptiveIdentifier"),
-    ),
-    (
-        Connection("exciter", "v_front", "controller", "excitation_front"),
-        Connection("exciter", "v_rear", "controller", "excitation_rear"),
+        *(Connection("exciter", f"v_{rotor}", "controller", f"excitation_{rotor}") for rotor in ROTORS),
         *_wires("plant", "controller", AXES),
         *_wires("controller", "plant", VOLTAGES),
         *_wires("controller", "identifier", VOLTAGES),
@@ -162,23 +156,21 @@ FOLLOW = Scenario(
     "follow",
     "a twin that follows a rig: LogPlayer -> AdaptiveIdentifier -> Corrector -> FollowingPlant beside the measurement",
     (
-        ("player", "LogPlayer"),
-        ("identifier", "AdaptiveIdentifier"),
-        ("corrector", "Corrector"),
+        ("player", "LogPlayer"), ("identifier", "AdaptiveIdentifier"), ("corrector", "Corrector"),
         ("plant", "FollowingPlant"),
     ),
     (
         *_wires("player", "plant", VOLTAGES),
         *_wires("player", "identifier", (*VOLTAGES, *AXES)),
         *_wires("player", "corrector", (*VOLTAGES, *AXES)),
-        *(Connection("player", axis, "plant", f"measured.{axis}") for axis in AXES),
+        *_wires("player", "plant", AXES, "measured."),
         *_wires("identifier", "corrector", [f"excitation.{axis}" for axis in AXES]),
         *_wires(
             "identifier",
             "corrector",
             [f"score.{axis}[{place}]" for axis in AXES for place, _ in enumerate(_WATCHED[axis], 1)],
         ),
-        *(Connection("identifier", name, "corrector", f"estimate.{name}") for name in HEARD),
+        *_wires("identifier", "corrector", HEARD, "estimate."),
         *(Connection("identifier", f"standard_error.{name}", "corrector", f"estimate_error.{name}") for name in HEARD),
         *_wires("corrector", "plant", ("observer.bandwidth", *(f"correction.{name}" for name, _ in CORRECTED))),
     ),

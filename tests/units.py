@@ -39,7 +39,7 @@ def needs_a_compiler(target=LINUX):
 def library(folder, translation, more):
     """Translated functions, compiled and loaded; ``more`` is C text behind them."""
     (folder / "model.h").write_text(header(translation))
-    (folder / "model.c").write_text(source(translation, more))
+    (folder / "model.c").write_text(source(translation) + more)
     command = [
         *c_compiler(), "-std=c11", "-O2", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror", "-ffp-contract=off",
         "-shared", "-fPIC", f"-I{RUNTIME}", "model.c", str(RUNTIME / "memory.c"), "-o", "model.so", "-lm",

@@ -8,22 +8,21 @@ documentation and an icon. Names, causalities and start values are those of the 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from xml.etree.ElementTree import Element, SubElement
 
 from heli_identifier.files import write_atomically
 
 from ..builder import checked_start_values, content_guid, icon, index_html, unit_class, zip_bytes
-from ..description import TOOL, model_description, value_text, xml_text
+from ..description import TOOL, element, model_description, rendered, xml_text
 from ..errors import BuildError
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
-from ..variables import LARGEST, Value, Variable
+from ..variables import Value
 from .definitions import DEFINITIONS, Exchange
 from .toolchain import binaries
-from .translator import Struct, Translation, annotated, header, persistence, quoted, source
+from .translator import Struct, Translation, annotated, header, quoted, source
 
 NATIVE_UNITS = tuple(DEFINITIONS)
 """Units that have a native twin; the others run in Python only."""
@@ -34,8 +33,6 @@ RUNTIME = ("arithmetic.h", "memory.h", "memory.c", "unit.h", "unit.c", "values.c
 HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
            3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h")}  # fmt: skip
 """Headers of the standard, which fmpy carries."""
-
-_GENERATED = "/* Generated from the unit's definition. */\n"
 
 
 def build_native(
@@ -84,7 +81,8 @@ def build_native(
     compiled = [name for name in sources if name.endswith(".c")]
     built = binaries(sources, unit, fmi, all_platforms)
     entries = {f"sources/{name}": text.encode() for name, text in sources.items()}
-    entries["sources/buildDescription.xml"] = build_description(unit, compiled)
+    described = rendered("buildDescription.xml", identifier=unit, compiled=compiled)
+    entries["sources/buildDescription.xml"] = xml_text(element(described))
     entries |= built
     platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
     page = index_html(kind, start_values, "native.html", platforms=platforms, exchange=bool(exchange))
@@ -115,8 +113,7 @@ def _model(unit: str, exchanged: bool) -> tuple[str, str]:
         translation.entry(function, slopes_by=by)
     if definition.settings is not None:
         translation.use(Struct(definition.settings))
-    memory = persistence(annotated(definition.memory), translation)
-    return header(translation, memory), source(translation)
+    return header(translation, annotated(definition.memory)), source(translation)
 
 
 def native_sources(
@@ -133,66 +130,16 @@ def native_sources(
     found = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in own}
     found |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}
     found["model.h"], found["model.c"] = _model(unit.__name__, exchange is not None)
-    found["variables.h"] = variables_header(variables, definition.settings)
-    found["variables.c"] = variables_source(unit, variables, start_values, token, exchange is not None)
+    settings = getattr(definition.settings, "__name__", None)
+    found["variables.h"] = rendered("variables.h.j2", variables=variables, settings=settings, reference=reference)
+    found["variables.c"] = rendered(
+        "variables.c.j2", unit=unit, variables=variables, start_values=start_values, token=token,
+        exchanged=exchange is not None, longest_step=LONGEST_STEP, clock_tolerance=CLOCK_TOLERANCE,
+        most_substeps=MOST_SUBSTEPS, quoted=quoted, number=lambda value: repr(float(value)),
+    )  # fmt: skip
     return dict(sorted(found.items()))
-
-
-def build_description(identifier: str, compiled: Sequence[str]) -> bytes:
-    """Return sources/buildDescription.xml (FMI 3.0, section 2.5.5; tools read it in FMI 2.0 units as well)."""
-    root = Element("fmiBuildDescription", fmiVersion="3.0")
-    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
-    listed = SubElement(configuration, "SourceFileSet", language="C11", compilerOptions="-ffp-contract=off")
-    for name in compiled:
-        SubElement(listed, "SourceFile", name=name)
-    SubElement(listed, "IncludeDirectory", name=".")
-    SubElement(configuration, "Library", name="m", external="true")
-    return xml_text(root)
 
 
 def reference(name: str) -> str:
     """Return the C name of a variable's value reference: ``score.pitch[1]`` is ``REF_score_pitch_1``."""
     return "REF_" + re.sub(r"\W+", "_", name).strip("_")
-
-
-def variables_header(variables: Sequence[Variable], settings: type | None) -> str:
-    """Return variables.h: the value references, and the function that fills the settings."""
-    names = ",\n".join(f"    {reference(variable.name)}" for variable in variables)
-    text = f'{_GENERATED}#ifndef VARIABLES_H\n#define VARIABLES_H\n\n#include "model.h"\n#include "unit.h"\n\n'
-    text += f"enum {{\n{names}\n}};\n\n"
-    if settings is not None:
-        kind = settings.__name__
-        lines = "".join(f"    x->{v.field} = values[{reference(v.name)}].real;\n" for v in variables if v.field)
-        text += f"static inline void set_{kind}({kind} *x, const Value *values)\n{{\n{lines}}}\n\n"
-    return f"{text}#endif\n"
-
-
-def variables_source(
-    unit: type[SlaveBase], variables: Sequence[Variable], start_values: Mapping[str, Value], token: str, exchanged: bool
-) -> str:
-    """Return variables.c: all variables, the token of the model description, the unit's limits."""
-    rows = "\n".join(_row(variable, start_values.get(variable.name, variable.start)) for variable in variables)
-    return (
-        f'{_GENERATED}#include "unit.h"\n\nconst char UNIT_TOKEN[] = {quoted(token)};\n'
-        f"{'' if exchanged else 'const Exchange *const EXCHANGE = NULL;'}\n\n"
-        f"const bool HAS_PAST = {str(unit.has_past).lower()};\n"
-        f"const double LONGEST_STEP = {LONGEST_STEP!r}, CLOCK_TOLERANCE = {CLOCK_TOLERANCE!r};\n"
-        f"const int64_t MOST_SUBSTEPS = {MOST_SUBSTEPS};\n\n"
-        "/* name, kind, causality, tunable, unit, minimum, maximum, nominal, start, text */\n"
-        f"const Variable VARIABLES[] = {{\n{rows}\n}};\n\n"
-        "const size_t VARIABLE_COUNT = sizeof VARIABLES / sizeof VARIABLES[0];\n"
-    )
-
-
-def _row(variable: Variable, start: Value | None) -> str:
-    low, high = (0.0, 1.0) if variable.type == "Boolean" else variable.bounds
-    assert abs(low) <= LARGEST and abs(high) <= LARGEST
-    is_text = variable.type == "String"
-    number = "0.0" if start is None or is_text else value_text(float(start), "Real")
-    unit = variable.unit if variable.unit and variable.unit != "1" else ""
-    parts = (
-        quoted(variable.name), variable.type.upper(), variable.causality.upper(),
-        str(variable.variability == "tunable").lower(), quoted(unit), repr(float(low)),
-        repr(float(high)), repr(float(variable.nominal or 1.0)), number, quoted(str(start or "")) if is_text else "0",
-    )  # fmt: skip
-    return f"    {{{', '.join(parts)}}},"

@@ -14,7 +14,6 @@ from heli_plant.parameters import PlantParameters
 from ..errors import BuildError
 from ..units import adaptive_identifier
 from ..variables import Variable
-from .translator import choose
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,6 @@ _PLANT_EXCHANGE = Exchange(
 _WATCHABLE = tuple(
     (axis, tuple(online.candidate(name, axis) for name in names)) for axis, names in online.WATCHABLE.items()
 )
-choose(online.Candidate, "law", tuple(dict.fromkeys(one.law for _, candidates in _WATCHABLE for one in candidates)))
 
 
 def find_candidate(name: str, axis: str) -> online.Candidate:
@@ -113,7 +111,7 @@ DEFINITIONS = {
     "AdaptiveIdentifier": Definition(
         "identifier.c",
         (
-            online.is_due, online.take_sample, online.begin_sampling, online.before_samples, online.prepare,
+            online.prepare, online.is_due, online.take_sample, online.begin_sampling, online.before_samples,
             online.default_settings, online.is_closed, adaptive_identifier.shown,
             (online.IdentifierSettings.__post_init__, online.IdentifierSettings),
         ),

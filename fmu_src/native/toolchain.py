@@ -21,6 +21,7 @@ from heli_identifier.files import draft_folder
 from ..errors import BuildError
 
 FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
+_ADVICE = "install a compiler: pip install 'heli-twin[native]', or gcc and gcc-mingw-w64 of the system"
 
 
 class Platform(NamedTuple):
@@ -33,10 +34,6 @@ class Platform(NamedTuple):
     system_compilers: tuple[str, ...] = ()
     flags: tuple[str, ...] = ("-fPIC",)
 
-    def folder(self, fmi: int) -> str:
-        """Folder below ``binaries``."""
-        return self.fmi2 if fmi == 2 else self.fmi3
-
 
 LINUX = Platform("linux64", "x86_64-linux", ".so", "x86_64-linux-gnu.2.17", ("gcc", "clang", "cc"))
 WINDOWS = Platform(
@@ -47,14 +44,13 @@ ARM_LINUX = Platform("", "aarch64-linux", ".so", "aarch64-linux-gnu.2.17", ("aar
 ARM_MAC = Platform("", "aarch64-darwin", ".dylib", "aarch64-macos")
 PLATFORMS = (LINUX, WINDOWS)
 """Platforms that every native unit is compiled for where a compiler is at hand."""
+ALL_PLATFORMS = (*PLATFORMS, MAC, ARM_LINUX, ARM_MAC)
+"""FMI 2.0 has no name for those on ARM."""
 
 
-def _wanted(all_platforms: bool) -> tuple[Platform, ...]:
-    """Return the platforms to compile for; FMI 2.0 has no name for those on ARM."""
-    return (*PLATFORMS, MAC, ARM_LINUX, ARM_MAC) if all_platforms else PLATFORMS
-
-
-ADVICE = "install a compiler: pip install 'heli-twin[native]', or gcc and gcc-mingw-w64 of the system"
+def _machine() -> Platform | None:
+    """Return the platform of this machine, if it is one of them."""
+    return {("linux", "x86_64"): LINUX, ("win32", "AMD64"): WINDOWS}.get((sys.platform, platform.machine()))
 
 
 def compiler(target: Platform) -> list[str] | None:
@@ -63,30 +59,26 @@ def compiler(target: Platform) -> list[str] | None:
     For Linux ziglang comes first, because its binaries run with older C libraries than that of this machine. For
     Windows the system's compiler does, because ziglang's first build for a platform takes half a minute.
     """
-    zig = None
-    if importlib.util.find_spec("ziglang") is not None:
-        zig = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig_target]
-    if zig is not None and target is LINUX:
+    has_zig = importlib.util.find_spec("ziglang") is not None
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig_target] if has_zig else None
+    if target is LINUX and (has_zig or _machine() is not LINUX):
         return zig
-    own = target is not LINUX or (sys.platform == "linux" and platform.machine() == "x86_64")
-    for name in target.system_compilers:
-        found = shutil.which(name)
-        if found and own:
-            return [found]
-    return zig
+    own = next(filter(None, map(shutil.which, target.system_compilers)), None)
+    return [own] if own else zig
 
 
 def without_compiler(all_platforms: bool = False) -> str | None:
     """Return one sentence on the platforms that there is no compiler for, or None."""
-    missing = [target.fmi2 or target.fmi3 for target in _wanted(all_platforms) if compiler(target) is None]
+    wanted = ALL_PLATFORMS if all_platforms else PLATFORMS
+    missing = [target.fmi2 or target.fmi3 for target in wanted if compiler(target) is None]
     if not missing:
         return None
-    return f"there is no C compiler for {' and '.join(missing)}, the units hold sources for them only; {ADVICE}."
+    return f"there is no C compiler for {' and '.join(missing)}, the units hold sources for them only; {_ADVICE}."
 
 
 def runs_here() -> bool:
     """Whether the units are built for this machine."""
-    here = {("linux", "x86_64"): LINUX, ("win32", "AMD64"): WINDOWS}.get((sys.platform, platform.machine()))
+    here = _machine()
     return here is not None and compiler(here) is not None
 
 
@@ -97,7 +89,7 @@ def compiled(sources: Mapping[str, str], target: Platform, library: str) -> byte
         for name, text in sources.items():
             Path(folder, name).write_text(text, encoding="utf-8")
         words = [*command, *FLAGS, *target.flags]
-        if target.suffix == ".dll":
+        if target is WINDOWS:
             words.append("-Wl,--no-insert-timestamp" if "ziglang" not in command else "-Wl,/Brepro")
         words += ["-o", library, *(name for name in sources if name.endswith(".c")), "-lm"]
         done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
@@ -108,11 +100,11 @@ def compiled(sources: Mapping[str, str], target: Platform, library: str) -> byte
 
 def binaries(sources: Mapping[str, str], identifier: str, fmi: int, all_platforms: bool = False) -> dict[str, bytes]:
     """Return the libraries of every platform that a compiler is at hand for, by their path in the FMU."""
-    targets = [target for target in _wanted(all_platforms) if target.folder(fmi) and compiler(target) is not None]
 
     def entry(target: Platform) -> tuple[str, bytes]:
         name = f"{identifier}{target.suffix}"
-        return f"binaries/{target.folder(fmi)}/{name}", compiled(sources, target, name)
+        return f"binaries/{target.fmi2 if fmi == 2 else target.fmi3}/{name}", compiled(sources, target, name)
 
+    wanted = [target for target in (ALL_PLATFORMS if all_platforms else PLATFORMS) if target.fmi2 or fmi == 3]
     with ThreadPoolExecutor() as pool:
-        return dict(pool.map(entry, targets))
+        return dict(pool.map(entry, [target for target in wanted if compiler(target) is not None]))

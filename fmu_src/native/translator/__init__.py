@@ -9,10 +9,11 @@ One definition per equation stays: the functions are read from the project's own
 """
 
 from .body import Untranslatable
-from .program import Translation, header, persistence, source
-from .types import Struct, annotated, choose
+from .program import Translation, functions, header, rendered_types, source
+from .types import Struct, annotated
 from .values import quoted
 
 __all__ = [
-    "Struct", "Translation", "Untranslatable", "annotated", "choose", "header", "persistence", "quoted", "source",
+    "Struct", "Translation", "Untranslatable", "annotated", "functions", "header", "quoted", "rendered_types",
+    "source",
 ]  # fmt: skip

@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from types import FunctionType
 from typing import Any
 
+from ...description import rendered
 from . import types as c
 from .body import Body, annotation, parameter_types
 from .statements import translate
@@ -24,6 +25,8 @@ class Translation:
         self.functions: dict[tuple[Any, ...], Body] = {}
         self.entries: list[Body] = []
         self.types: list[c.CType] = []
+        self.choices: dict[FunctionType, int] = {}
+        """Functions in fields, by which they are chosen at run time; whoever fills the fields is translated first."""
 
     def entry(self, function: Callable[..., Any], *bound: Any, slopes_by: Collection[str] = ()) -> Body:
         """Translate a function that C by hand calls, or raise Untranslatable.
@@ -79,78 +82,25 @@ class Translation:
             self.types.append(kind)
 
 
-# Text
-
-_WARNING = "/* Translated from the Python sources of the unit; change those, not this file. */\n"
-_LIST = """static inline {list} new_{list}(Space *space, int64_t room)
-{{
-    return ({list}){{0, room, space_take(space, room, sizeof({item}))}};
-}}
-
-static inline void push_{list}(Space *space, {list} *list, {item} value)
-{{
-    if (list->count == list->room) {{
-        {list} more = new_{list}(space, list->room > 0 ? 2 * list->room : 4);
-        for (int64_t i = 0; i < list->count; i++)
-            more.at[i] = list->at[i];
-        more.count = list->count;
-        *list = more;
-    }}
-    list->at[list->count++] = value;
-}}
-
-/* list[first:beyond:step], as Python counts: bounds beyond the ends are moved to them. */
-static inline {list} part_of_{list}(Space *space, {list} list, int64_t first, int64_t beyond, int64_t step)
-{{
-    {list} part = new_{list}(space, range_count(first, beyond < list.count ? beyond : list.count, step));
-    for (; part.count < part.room; part.count++)
-        part.at[part.count] = list.at[first + part.count * step];
-    return part;
-}}
-"""
+def rendered_types(template: str, translation: Translation, **given: Any) -> str:
+    """Return the text of a template that defines the types of a program."""
+    lists = [kind for kind in translation.types if isinstance(kind, c.Listing)]
+    return rendered(template, types=translation.types, lists=lists, parts=c.parts_of, **given)
 
 
-def _type_text(kind: c.CType) -> str:
-    """Return the definition of a type."""
-    counts = [("count", c.INT), ("room", c.INT)] if isinstance(kind, c.Listing) else []
-    members = "".join(f"    {inner.name} {name};\n" for name, inner in counts + c.parts_of(kind))
-    return f"typedef struct {{\n{members}}} {kind.name};\n".replace(" at[i];", " *at;")
+def header(translation: Translation, memory: c.CType = c.NOTHING) -> str:
+    """Return the header of a program: its types, the functions that C by hand calls, and bytes of the ``memory``.
 
-
-def header(translation: Translation, more: str = "") -> str:
-    """Return the header of a program: its types and the functions that C by hand calls."""
-    types = "\n".join(map(_type_text, translation.types))
-    lists = "\n".join(
-        _LIST.format(list=kind.name, item=kind.item.name) for kind in translation.types if isinstance(kind, c.Listing)
-    )
-    duals = "typedef struct {\n    double value, slope;\n} Dual;\n" if "Dual " in types else ""
+    ``pass_T`` gives a value of a type, and of its parts, to bytes, or takes it back.
+    """
+    translation.use(memory)
+    kept = set(_all_parts(memory))
     external = [body for body in translation.functions.values() if body.is_external]
-    heads = "\n".join(f"{body.head};" for body in (*translation.entries, *external))
-    return (
-        f'{_WARNING}#ifndef MODEL_H\n#define MODEL_H\n\n#include "arithmetic.h"\n#include "memory.h"\n\n'
-        f"{duals}\n{types}\n{lists}\n{heads}\n\n{more}\n#endif\n"
-    )
-
-
-def source(translation: Translation, more: str = "") -> str:
-    """Return the source file of a program: what its entries need, each function behind those that it calls."""
-    needed, texts = {body.name for body in translation.entries}, list[str]()
-    for body in reversed(translation.functions.values()):
-        if body.name in needed and not body.is_external:
-            needed.update(re.findall(r"\w+(?=\()", "\n".join(body.lines)))
-            texts.insert(0, body.text(static=body not in translation.entries))
-    functions = "\n".join(texts)
-    return f'{_WARNING}#include "model.h"\n\n{functions}\n{more}'
-
-
-# Bytes of the memory
-
-
-def persistence(root: c.CType, translation: Translation) -> str:
-    """Return ``pass_T`` of a type and of its parts: a value to bytes, or back."""
-    translation.use(root)
-    wanted = set(_all_parts(root))
-    return "\n".join(_passing(kind) for kind in translation.types if kind in wanted)
+    return rendered_types(
+        "model.h.j2", translation, heads=[body.head for body in (*translation.entries, *external)],
+        kept=[kind for kind in translation.types if kind in kept],
+        maybes=[kind for kind in translation.types if isinstance(kind, c.Maybe)],
+    )  # fmt: skip
 
 
 def _all_parts(kind: c.CType) -> Iterator[c.CType]:
@@ -159,13 +109,17 @@ def _all_parts(kind: c.CType) -> Iterator[c.CType]:
         yield from _all_parts(inner)
 
 
-def _passing(kind: c.CType) -> str:
-    lines = [f"pass_{inner.name}(bytes, &x->{name});" for name, inner in c.parts_of(kind)]
-    if isinstance(kind, c.Maybe):
-        lines[1] = f"if (x->some) {lines[1]}"
-    if isinstance(kind, c.Listing):
-        room = f"*x = ({kind.name}){{x->count, x->count, space_take(bytes->space, x->count, sizeof *x->at)}};"
-        each = f"for (int64_t i = 0; i < x->count; i++) {lines[0]}"
-        lines = ["pass_count(bytes, &x->count);", f"if (bytes->reading) {room}", each]
-    text = "".join(f"    {line}\n" for line in lines)
-    return f"static inline void pass_{kind.name}(Bytes *bytes, {kind.name} *x)\n{{\n{text}}}\n"
+def functions(translation: Translation, is_alone: bool = False) -> str:
+    """Return what the entries of a program need, each function behind those that it calls; ``is_alone`` hides all."""
+    needed, texts = {body.name for body in translation.entries}, list[str]()
+    for body in reversed(translation.functions.values()):
+        if body.name in needed and not body.is_external:
+            needed.update(re.findall(r"\w+(?=\()", "\n".join(body.lines)))
+            texts.insert(0, body.text(static=is_alone or body not in translation.entries))
+    return "\n".join(texts)
+
+
+def source(translation: Translation) -> str:
+    """Return the source file of a program."""
+    comment = "/* Translated from the Python sources of the unit; change those, not this file. */"
+    return f'{comment}\n#include "model.h"\n\n{functions(translation)}'

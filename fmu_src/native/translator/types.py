@@ -8,6 +8,7 @@
     tuple of known length       struct Row...         fields x0, x1, ...
     list, tuple[T, ...]         struct {count, room, at}    elements in the unit's own memory
     T | None                    struct {some, value}
+    a function in a field       its number
 
 A tuple of known length becomes a list where one is needed. An int becomes a float where one is needed.
 """
@@ -17,7 +18,6 @@ from __future__ import annotations
 import dataclasses
 import types
 from collections import abc
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, reduce
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -35,6 +35,8 @@ FLOAT, INT, BOOL = Scalar("double", "f"), Scalar("int64_t", "i"), Scalar("bool",
 DUAL = Scalar("Dual", "d")
 """A double with its slope in one direction (:mod:`heli_plant.dual`); takes the place of a float."""
 TEXT = Scalar("const char *", "s")
+CHOICE = Scalar("int64_t", "choice")
+"""A function in a field: its number among those that the program has put into fields."""
 NOTHING = Scalar("void", "n")
 UNKNOWN = Scalar("unknown", "u")
 """The type of the elements of an empty list."""
@@ -81,15 +83,7 @@ class Maybe:
     name = short = property(lambda self: f"Maybe_{self.item.short}")
 
 
-@dataclass(frozen=True)
-class Choice:
-    """One of several functions, chosen at run time by its index."""
-
-    functions: tuple[Callable[..., Any], ...]
-    name, short = "int64_t", "choice"
-
-
-CType = Scalar | Struct | Row | Listing | Maybe | Choice
+CType = Scalar | Struct | Row | Listing | Maybe
 
 
 class NoType(TypeError):
@@ -143,15 +137,7 @@ def fields(kind: type) -> dict[str, CType]:
     names, hints = tuple(field.name for field in own) or kind._fields, get_type_hints(kind)  # type: ignore[attr-defined]
     if not any(name in hints for name in names):  # PlantParameters: a flat set of floats
         return dict.fromkeys(names, FLOAT)
-    return {name: _CHOICES.get((kind, name)) or annotated(hints[name]) for name in names}
-
-
-_CHOICES: dict[tuple[type, str], Choice] = {}
-
-
-def choose(kind: type, field: str, functions: tuple[Callable[..., Any], ...]) -> None:
-    """Say which functions a field may hold; C keeps the index of one of them."""
-    _CHOICES[kind, field] = Choice(functions)
+    return {name: annotated(hints[name]) for name in names}
 
 
 PLAIN: dict[Any, CType] = {float: FLOAT, int: INT, bool: BOOL, str: TEXT, type(None): NOTHING}
@@ -166,6 +152,8 @@ def annotated(hint: Any) -> CType:
         return PLAIN[hint]
     if origin is tuple and arguments[-1] is not Ellipsis:
         return Row(tuple(map(annotated, arguments)))
+    if origin is abc.Callable:
+        return CHOICE
     if origin in (tuple, list, abc.Sequence, abc.Iterable):
         return Listing(annotated(arguments[0]))
     if origin in (Union, types.UnionType):
