@@ -257,9 +257,9 @@ def test_a_change_that_went_on_while_it_was_watched_is_put_on_trial_again():
         if before.mode == "adopted" and state.mode == "following":
             break
         before = state
-    now = before.predictions  # the watch ends with the next comparison
-    now = now._replace(rival=now.rival._replace(errors=now.rival.errors[-1:] + now.rival.errors))
-    before = before._replace(predictions=now)
+    used, alone, rival = before.predictions.copies  # the watch ends with the next comparison
+    rival = rival._replace(errors=rival.errors[-1:] + rival.errors)
+    before = before._replace(predictions=before.predictions._replace(copies=(used, alone, rival)))
     change = PLAN.changes[before.finding.change]
     assert change.name == "elevation.gain"
     # what the last ten blocks would be had the gain gone on by a tenth of its smallest change that matters ...
