@@ -182,9 +182,9 @@ def late(rows: Array, fresh: list[float], rng: np.random.Generator) -> list[floa
             arrivals[arrived].append(Datagram(k, k / RATE, tuple(rows[k].tolist())))
     clock, shown = Clock(DELAY, MAXIMUM_AGE, 1.0 / RATE), []
     for k in range(len(rows)):
-        clock, seen = tick(clock, k / RATE, arrivals[k])
-        shown.append(1.0 if seen.fresh else 0.0)
-        rows[k] = rows[0] if seen.latest is None else seen.latest.signals
+        clock = tick(clock, k / RATE, arrivals[k])
+        shown.append(float(clock.fresh))
+        rows[k] = rows[0] if clock.order.last is None else clock.order.last.signals
     return shown
 
 

@@ -205,30 +205,30 @@ CLOCK = Clock(delay=0.05, maximum_age=0.2, sample_time=H)
 def test_a_sample_is_shown_with_the_delay_whatever_the_rigs_clock_says():
     clock, pitches = CLOCK, []
     for k in range(40):
-        clock, seen = tick(clock, k * H, sent([k], offset=1e6))
-        pitches.append(None if seen.latest is None else seen.latest.signals[2])
+        clock = tick(clock, k * H, sent([k], offset=1e6))
+        pitches.append(None if clock.order.last is None else clock.order.last.signals[2])
     assert pitches[:5] == [None] * 5 and pitches[5:] == list(range(35))
-    assert seen.fresh and abs(seen.lead) < 1e-8 and seen.age < 1e-8 and clock.set_anew == 0
+    assert clock.fresh and abs(clock.lead) < 1e-8 and clock.age < 1e-8 and clock.set_anew == 0
 
 
 def test_while_nothing_comes_in_the_data_grow_old_and_then_go_on_where_the_rig_is():
     clock = CLOCK
     for k in range(700):
         there = sent([k]) if not 100 <= k < 600 else ()
-        clock, seen = tick(clock, k * H, there)
+        clock = tick(clock, k * H, there)
         if k == 599:
             # 5 s after the last arrival all that waited has been shown; the co-simulation is 5 s ahead of its newest
-            assert not seen.fresh and seen.lead == pytest.approx(5.0) and seen.age == pytest.approx(4.95)
-    assert seen.latest.number == 694 and seen.fresh and clock.set_anew == 0
+            assert not clock.fresh and clock.lead == pytest.approx(5.0) and clock.age == pytest.approx(4.95)
+    assert clock.order.last.number == 694 and clock.fresh and clock.set_anew == 0
 
 
 @pytest.mark.parametrize("step, least, most", [(0.05, 10, 200), (0.002, 2, 200)], ids=["ahead", "behind"])
 def test_a_co_simulation_that_is_not_paced_stays_within_the_maximum_age(step, least, most):
     clock = CLOCK
     for k in range(200):  # simulated time per sample of 10 ms
-        clock, seen = tick(clock, step * k, sent([k]))
-        assert abs(seen.lead) <= CLOCK.maximum_age + 1e-9 or step < H
-        assert seen.lead >= -CLOCK.maximum_age - 1e-9
+        clock = tick(clock, step * k, sent([k]))
+        assert abs(clock.lead) <= CLOCK.maximum_age + 1e-9 or step < H
+        assert clock.lead >= -CLOCK.maximum_age - 1e-9
     assert least < clock.set_anew < most and len(clock.order.waiting) < 30
 
 
@@ -238,8 +238,8 @@ def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_ins
     arrivals = {k: sent([k]) for k in (0, 1, 2, 3, 6, 7)} | {5: sent([4])}
     shown = []
     for k in range(8):
-        clock, seen = tick(clock, k * H, arrivals.get(k, ()))
-        shown.append((seen.latest.number, seen.fresh))
+        clock = tick(clock, k * H, arrivals.get(k, ()))
+        shown.append((clock.order.last.number, clock.fresh))
     assert shown == [(0, True), (1, True), (2, True), (3, True), (3, False), (4, False), (6, True), (7, True)]
     assert clock.order.counts.received == 7
 

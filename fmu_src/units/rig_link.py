@@ -109,15 +109,15 @@ class RigLink(SlaveBase):
                 self.clock = self.clock._replace(order=restart(self.clock.order))
                 self.log(f"{port.note}, which is heard", Fmi2Status.warning)
             self.elections = port.elections
-        self.clock, seen = tick(self.clock, time, samples)
+        self.clock = clock = tick(self.clock, time, samples)
         # none is due before link.delay has passed: the first one is shown until then
-        latest = seen.latest or next(iter(self.clock.order.waiting), None)
-        counts = self.clock.order.counts
+        latest = clock.order.last or next(iter(clock.order.waiting), None)
+        counts, old = clock.order.counts, clock.order.last is None or clock.age > clock.maximum_age
         shown = (
             *(self.values[:5] if latest is None else latest.signals),
-            seen.fresh, seen.latest is None or seen.age > self.clock.maximum_age, seen.age, seen.lead,
-            len(self.clock.order.waiting), counts.received, counts.lost, counts.reordered, counts.late,
-            counts.duplicated, counts.stray, port.refused, port.foreign, self.clock.set_anew, port.address[1],
+            clock.fresh, old, clock.age, clock.lead, len(clock.order.waiting), counts.received, counts.lost,
+            counts.reordered, counts.late, counts.duplicated, counts.stray, port.refused, port.foreign, clock.set_anew,
+            port.address[1],
         )  # fmt: skip
         self.show(map(float, shown))
         if port.reason and not self.said:  # one is enough; the output ``refused`` counts them

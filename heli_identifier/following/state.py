@@ -1,6 +1,6 @@
 """What the following twin takes in, remembers between two samples, and reports."""
 
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 from .baseline import Baseline
 from .blocks import Block, Noise, Sums, Vector
@@ -10,11 +10,9 @@ from .plan import FollowPlan, Twin
 from .prediction import Copies, Predictions
 from .stream import Stream
 
-Mode = Literal["starting", "following", "alarmed", "on trial", "adopted", "suspended"]
+MODES = ("starting", "following", "alarmed", "on trial", "adopted", "suspended")
 """The noise is being learned; all is well; a change is being named; it is on trial; it was adopted and is watched; the
 stream has stopped."""
-
-MODES: tuple[Mode, ...] = get_args(Mode)
 
 HEARD = ("k_x", "k_z", "k_y", "a_1", "a_wx", "a_wz", "a_wy")
 """Fields of the identifier's estimates that are compared with a change, in their order."""
@@ -150,7 +148,7 @@ class CorrectorState(NamedTuple):
     cusums_before: tuple[Cusum, ...]
     scored: tuple[int, ...]
     samples: int = 0
-    mode: Mode = "starting"
+    mode: str = "starting"
     since: int = 0
     blocks: tuple[Block, ...] = ()
     tested: tuple[tuple[tuple[float, float], ...], ...] = ()
@@ -163,7 +161,7 @@ class CorrectorState(NamedTuple):
         """Return the blocks for which the mode has lasted."""
         return (self.samples - self.since) // plan.block
 
-    def enter(self, mode: Mode, **more: Any) -> "CorrectorState":
+    def enter(self, mode: str, **more: Any) -> "CorrectorState":
         """Return the state that enters ``mode`` now."""
         return self._replace(mode=mode, since=self.samples, **more)
 

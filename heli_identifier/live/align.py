@@ -162,10 +162,13 @@ def release(order: Order, until: float, sample_time: float) -> tuple[Order, tupl
 
 
 class Clock(NamedTuple):
-    """Times by which a co-simulation shows samples.
+    """Times by which a co-simulation shows samples, and what the last step shows: the last sample of its order.
 
     ``delay``, maximum age of data and the rig's sampling interval [s]; the order of the samples; the ``offset`` of the
-    rig's clock [s] (None before the first sample), and how often it was set again.
+    rig's clock [s] (None before the first sample), and how often it was set again. ``fresh``: the sample shown is a new
+    one, and the one that was due; one that came in a sampling interval late is not the rig's state of this instant.
+    ``age`` is how long ago it was the rig's state, beyond the delay, and ``lead`` how far the co-simulation runs ahead
+    of the rig [s].
     """
 
     delay: float
@@ -174,30 +177,19 @@ class Clock(NamedTuple):
     order: Order = Order()
     offset: float | None = None
     set_anew: int = 0
+    fresh: bool = False
+    age: float = 0.0
+    lead: float = 0.0
 
 
-class Seen(NamedTuple):
-    """What a step shows.
-
-    ``latest`` is the sample shown, None before the first; ``fresh`` says whether it is a new one, and the one that was
-    due: one that came in a sampling interval late is shown but is not the rig's state of this instant. ``age`` is how
-    long ago it was the rig's state, beyond the delay, and ``lead`` how far the co-simulation runs ahead of the rig [s].
-    """
-
-    latest: Datagram | None
-    fresh: bool
-    age: float
-    lead: float
-
-
-def tick(clock: Clock, time: float, samples: Iterable[Datagram]) -> tuple[Clock, Seen]:
-    """Return the clock at simulated ``time`` [s] after ``samples`` have come in, and what is shown."""
-    order, offset, delay, longest = clock.order, clock.offset, clock.delay, clock.maximum_age
+def tick(clock: Clock, time: float, samples: Iterable[Datagram]) -> Clock:
+    """Return the clock at simulated ``time`` [s] after ``samples`` have come in."""
+    order, offset, longest = clock.order, clock.offset, clock.maximum_age
     for sample in samples:
         order = take(order, sample, clock.sample_time)
     if order.newest is None:
-        return clock._replace(order=order), Seen(None, False, 0.0, 0.0)
-    begin = order.newest.time - time - delay  # the offset without a lead
+        return clock._replace(order=order)
+    begin = order.newest.time - time - clock.delay  # the offset without a lead
     lead = 0.0 if offset is None else offset - begin
     # Ahead: only a new sample shows where the rig's clock is; while none comes, the data grow old.
     apart = lead < -longest or (lead > longest and order.newest is not clock.order.newest)
@@ -207,7 +199,7 @@ def tick(clock: Clock, time: float, samples: Iterable[Datagram]) -> tuple[Clock,
     order, released = release(order, time + offset + EARLY, clock.sample_time)
     age = 0.0 if order.last is None else max(time + offset - order.last.time, 0.0)
     fresh = bool(released) and age < (1.0 - _NEAR) * clock.sample_time
-    return clock._replace(order=order, offset=offset), Seen(order.last, fresh, age, lead)
+    return clock._replace(order=order, offset=offset, fresh=fresh, age=age, lead=lead)
 
 
 class Grid(NamedTuple):

@@ -271,13 +271,7 @@ def orient(signals: tuple[float, ...], form: LogFormat) -> tuple[float, ...]:
 
 
 def check_rate(layout: Layout, rate: float | None) -> None:
-    """Refuse a rate out of range, and a layout without time where no rate is given.
-
-    Raises
-    ------
-    ConfigurationError
-        The rate or the layout cannot be followed.
-    """
+    """Refuse a rate out of range, and a layout without time where no rate is given: a ConfigurationError."""
     if rate is not None:
         _checked(rate)
     elif "time" not in layout.names:
@@ -315,10 +309,7 @@ def _rows(log: Log) -> Iterator[tuple[int, float, tuple[float, ...]]]:
 def find_address(text: str, what: str, least: int = 1) -> tuple[socket.AddressFamily, tuple[str, int]]:
     """Return family and address of ``HOST:PORT``; the host may be a name, the port is ``least`` or more.
 
-    Raises
-    ------
-    ConfigurationError
-        There is no port, or nothing of this name.
+    No port, or nothing of this name, is a ConfigurationError.
     """
     host, colon, port = text.rpartition(":")
     if not colon or not host or not port.isascii() or not port.isdigit() or not least <= int(port) < 65536:
@@ -351,7 +342,8 @@ def send(
     """
     require_range("--speed", speed, "times real time", *SPEEDS)
     family, address = find_address(to, "--to")
-    began, shown, late = monotonic(), 0.0, 0.0
+    began = shown = monotonic()
+    late = 0.0
     with socket.socket(family, socket.SOCK_DGRAM) as rig:
         for number, time, signals in _rows(log):
             ahead = began + time / speed - monotonic()
