@@ -24,10 +24,8 @@ reaches J*, whichever is later.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from time import process_time
 from typing import Any
 
@@ -42,15 +40,15 @@ from benchmarks.harness import in_parallel, options, table
 from heli_identifier import following
 from heli_identifier.following import Event, FollowSettings, Sample
 from heli_identifier.live import Clock, Datagram, tick
-from heli_identifier.records import Log, write_log
+from heli_identifier.records import demo_logs
 from heli_plant.effects import AXES
-from heli_plant.parameters import PlantParameters, to_names
+from heli_plant.parameters import PlantParameters
 from tests.blind.coefficients import Coefficients
 from tests.blind.plant import COUNTS_PER_TURN
 
 Array = NDArray[np.float64]
 Row = dict[str, Any]
-Flown = tuple[int, following.CorrectorState, tuple[Event, ...]]
+TWIN, ALONE = slice(1, 4), slice(4, 7)  # columns of errors
 REPORTED, TUNING = 2, 1  # seeds of the two halves
 H, RATE = 0.01, 100
 AFTER, UNCHANGED, SETTLED = 90.5, 600.0, 6.0
@@ -251,69 +249,69 @@ def flown(half: int, seed: int, kind: str) -> Row:
     rows = flight(rig, tuple(stages), duration, seed % 2 == 0, rng)
     measured = rows.copy()
     fresh = broken(kind, rows, stages[-1].start, rng)
-    settings = FollowSettings(parameters=values)
-    plan, events, adoptions, errors = following.prepare_following(settings), [], [], []
-    before = plan.alone.values
-    for k, state, said in steps(rows, fresh, plan):
-        events += [event.document() for event in said]
-        adoptions += [(event.name, event.time, before) for event in said if event.what == "adopted"]
-        before = state.values.end
-        errors += [(H * k, *used, *alone) for used, alone in errors_ahead(rows[k], state)]
-    keys = ("time_s", "what", "name", "value", "since_s", "why")
+    plan = following.prepare_following(FollowSettings(parameters=values))
+    fixed = following.prepare_following(FollowSettings(parameters=values, correcting=False))
+    errors, events, adoptions = followed(rows, fresh, plan)
     row: Row = {"half": half, "seed": seed, "kind": kind, "hours": duration / 3600.0}
-    row["events"] = [{key: event[key] for key in keys} for event in events]
+    keys = ("time_s", "what", "name", "value", "since_s", "why")
+    row["events"] = [{key: event.document()[key] for key in keys} for event in events]
     row["changes"] = [
         {"kind": name, "name": NAMES[name], "start": stage.start, "slow": stage.slow,
-         "excited": excited_until(name, measured, rig.coefficients, stage.start, settings.false_alarm_time)}
+         "excited": excited_until(name, measured, rig.coefficients, stage.start, plan.settings.false_alarm_time)}
         for name, stage in zip(kinds, stages[1:], strict=True)
     ]  # fmt: skip
 
-    def rms(first: float, last: float, columns: slice, twin: tuple[float, ...] | None = None) -> float:
-        """Errors between two instants, of the twin that flew, or of one with fixed values from the same observer."""
-        own = np.array(errors)
-        if twin is not None:
-            fixed = plan._replace(settings=FollowSettings(parameters=values, correcting=False), alone=plan.twin(twin))
-            span = max(0, round(RATE * (first - SETTLED))), min(len(rows), round(RATE * last) + 1)
-            own = np.array([
-                (H * k, *used, *alone) for k, state, _ in steps(rows, fresh, fixed, *span)
-                if k >= round(RATE * first) for used, alone in errors_ahead(rows[k], state)
-            ]).reshape(-1, 7)  # fmt: skip
-        own = own[(own[:, 0] >= first) & (own[:, 0] <= last) | (twin is not None)][:, columns]
-        return float(np.sqrt((own**2).sum(axis=1).mean())) if len(own) else float("nan")
+    def with_values(begin: float, end: float, used: tuple[float, ...]) -> float:
+        """Error of a twin with these values, which predicts from the same observer at the same samples."""
+        return rms(followed(rows, fresh, fixed._replace(alone=plan.twin(used)), begin, end)[0], columns=TWIN)
 
-    twin, alone = slice(1, 4), slice(4, 7)
     if kinds:
-        span = end + 60.0, end + 90.0
-        row["error"], row["alone"] = rms(*span, twin), rms(*span, alone)
+        begin, last = end + 60.0, end + 90.0
+        row["error"], row["alone"] = (rms(errors, begin, last, columns) for columns in (TWIN, ALONE))
         p = told(values, rig.coefficients, stages[-1])
-        row["told"] = rms(*span, twin, (*(getattr(p, field) for field in plan.fields), *stages[-1].shares))
+        used = (*(getattr(p, field) for field in plan.fields), *stages[-1].shares)
+        row["told"] = with_values(begin, last, used)
     row["wrong"] = []
-    for name, time, old in adoptions:
-        span = time + 2.0, time + 62.0
-        without = rms(*span, alone) if old == plan.alone.values else rms(*span, twin, old)
-        row["wrong"].append([name, time, without, rms(*span, twin)])
+    for event, before in adoptions:
+        begin, last = event.time + 2.0, event.time + 62.0
+        left = before == plan.alone.values
+        old = rms(errors, begin, last, ALONE) if left else with_values(begin, last, before)
+        row["wrong"].append([event.name, event.time, old, rms(errors, begin, last, TWIN)])
     return row
 
 
-def steps(
-    rows: Array, fresh: Sequence[float], plan: following.FollowPlan, begin: int = 0, end: int | None = None
-) -> Iterator[Flown]:
-    """Give number, state and events of every sample of a part of a record."""
-    state = following.start_correcting(plan, Sample(*rows[begin].tolist()))
+def followed(
+    rows: Array, fresh: Sequence[float], plan: following.FollowPlan, begin: float = 0.0, end: float = 1e9
+) -> tuple[Array, list[Event], list[tuple[Event, tuple[float, ...]]]]:
+    """Follow a record, for errors from ``begin`` to ``end`` [s].
+
+    Returns errors 1 s ahead (M, 7): time, the twin's, those of the one left alone; events; adoptions with the values
+    before.
+    """
+    first, last = max(0, round(RATE * (begin - SETTLED))), min(len(rows), round(RATE * end) + 1)
+    state = following.start_correcting(plan, Sample(*rows[first].tolist()))
     now = state.observer.instant  # a cable hangs straight where the whole record begins
     rest = now.memory.state._replace(cable_rest=float(rows[0, 4]))
     now = now._replace(memory=now.memory._replace(state=rest))
     state = state._replace(observer=state.observer._replace(instant=now))
-    for k in range(begin + 1, len(rows) if end is None else end):
-        sample = Sample(*(*rows[k].tolist(), fresh[k]))
+    errors: list[tuple[float, ...]] = []
+    events: list[Event] = []
+    adoptions: list[tuple[Event, tuple[float, ...]]] = []
+    for k in range(first + 1, last):
+        before, sample = state.values.end, Sample(*(*rows[k].tolist(), fresh[k]))
         state, said = following.correct(state, sample, following.IdentifierReport(), plan)
-        yield k, state, said
+        events += said
+        adoptions += [(event, before) for event in said if event.what == "adopted"]
+        twins = state.predictions
+        if twins.compared and k >= round(RATE * begin):
+            errors.append((H * k, *(rows[k, 2:] - twins.used.predicted), *(rows[k, 2:] - twins.alone.predicted)))
+    return np.array(errors).reshape(-1, 7), events, adoptions
 
 
-def errors_ahead(row: Array, state: following.CorrectorState) -> list[tuple[list[float], list[float]]]:
-    """Return errors 1 s ahead [rad] of the twin in use and of the one left alone, if predictions fell due."""
-    twins, (a, b) = state.predictions, (row[2:] - one.predicted for one in state.predictions.copies[:2])
-    return [(a.tolist(), b.tolist())] if twins.compared else []
+def rms(errors: Array, begin: float = 0.0, end: float = 1e9, columns: slice = ALONE) -> float:
+    """Return the rms over a time of the length of the errors of the three axes [rad]."""
+    own = errors[(errors[:, 0] >= begin) & (errors[:, 0] <= end), columns]
+    return float(np.sqrt((own**2).sum(axis=1).mean())) if len(own) else float("nan")
 
 
 # --- tables ------------------------------------------------------------------------------------------------------
@@ -345,12 +343,20 @@ def summary(rows: Sequence[Row]) -> str:
     """Return the tables of a half."""
     head = ("change", "flights", "noticed", "after [s]", "named", "error/told: median, largest", "<= 1.15",
             "largest error/alone")  # fmt: skip
-    lines = [_line(kind, own) for kind in KINDS if (own := [row for row in rows if row["kind"] == kind])]
-    asked = [change for row in rows if row["kind"] in ASKED for change in judged(row)]
-    excited = [change["excited"] for change in asked if change["excited"] is not None]
+    lines, asked = [], [change for row in rows if row["kind"] in ASKED for change in judged(row)]
+    for kind in KINDS:
+        if own := [row for row in rows if row["kind"] == kind]:
+            changes = [change for row in own for change in judged(row)]
+            ratio, alone = (np.array([row["error"] / row[other] for row in own]) for other in ("told", "alone"))
+            delays = [change["delay"] for change in changes if math.isfinite(change["delay"])]
+            lines.append((
+                kind, f"{len(own)}", _count(changes, "noticed"), f"{np.median(delays):.0f}" if delays else "",
+                _count(changes, "named"), f"{np.median(ratio):.3f}, {np.max(ratio):.2f}",
+                f"{(ratio <= 1.15).sum()} of {len(ratio)}", f"{np.max(alone):.3f}",
+            ))  # fmt: skip
     text = [
-        f"Gains, dry frictions, mass: noticed within 20 s {_count([c['noticed'] for c in asked])}, within 20 s of "
-        f"excited flight {_count(excited)}, named {_count([c['named'] for c in asked])}."
+        f"Gains, dry frictions, mass: noticed within 20 s {_count(asked, 'noticed')}, within 20 s of excited flight "
+        f"{_count(asked, 'excited')}, named {_count(asked, 'named')}."
     ]
     for name, kinds in (
         ("Unchanged rigs", ("none",)), ("Unchanged rigs, streams at fault", (FAULTY,)),
@@ -364,18 +370,8 @@ def summary(rows: Sequence[Row]) -> str:
     return "\n\n".join(([table(head, lines)] if lines else []) + text)
 
 
-def _line(kind: str, rows: Sequence[Row]) -> tuple[str, ...]:
-    changes = [change for row in rows for change in judged(row)]
-    ratio, alone = (np.array([row["error"] / row[other] for row in rows]) for other in ("told", "alone"))
-    delays = [change["delay"] for change in changes if math.isfinite(change["delay"])]
-    return (
-        kind, f"{len(rows)}", _count([change["noticed"] for change in changes]),
-        f"{np.median(delays):.0f}" if delays else "", _count([change["named"] for change in changes]),
-        f"{np.median(ratio):.3f}, {np.max(ratio):.2f}", _count((ratio <= 1.15).tolist()), f"{np.max(alone):.3f}",
-    )  # fmt: skip
-
-
-def _count(flags: Sequence[bool]) -> str:
+def _count(changes: Sequence[Row], key: str) -> str:
+    flags = [change[key] for change in changes if change[key] is not None]
     return f"{sum(flags)} of {len(flags)}"
 
 
@@ -383,20 +379,12 @@ def step_cost() -> str:
     """Return the processor time of a step [us]: 59 s of the scenario less 20 s of it, so that building cancels."""
     from fmu_src.master import run
 
-    rng = np.random.default_rng(15)
-    rig = draw_rig(rng)
-    first = Stage(0.0, rig.coefficients)
-    rows = flight(rig, (first, changed("k_z", first, 15.0, -1.0)), 60.0, True, rng)
-    values = to_names(known(rig, rng))
-    parameters = {f"{unit}.{name}": value for unit in ("plant", "corrector") for name, value in values.items()}
-    with TemporaryDirectory(prefix="heli-follow-") as folder:
-        path = write_log(Log("flown", 1.0 / H, rows[:, :2], rows[:, 2:]), Path(folder) / "log.csv")
-        spent = [process_time()]
-        for seconds in (20.0, 59.0):
-            run("follow", seconds, H, {"player.log.path": str(path), **parameters})
-            spent.append(process_time())
+    spent = [process_time()]
+    for seconds in (20.0, 59.0):
+        run("follow", seconds, H, {"player.log.path": str(demo_logs("rig-a")[0][0])})
+        spent.append(process_time())
     micro = 1e6 * (spent[2] - 2.0 * spent[1] + spent[0]) / 3900
-    return f"{micro:.0f} us of processor time a step (at most 250), with an alarm, a trial and an adoption"
+    return f"{micro:.0f} us of processor time a step (at most 250), on a rig that the twin does not fit"
 
 
 def follow(arguments: Sequence[str]) -> None:
