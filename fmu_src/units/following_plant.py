@@ -22,8 +22,7 @@ from ..variables import Variable, for_each, real_input
 from .helicopter_plant import HelicopterPlant
 from .signals import ANGLE_BOUND, AXES
 
-_LARGEST_CORRECTION = 100.0
-"""In the unit of what it corrects; the parameter's own range holds for the sum."""
+_LARGEST_CORRECTION = 100.0  # in the unit of what it corrects; the parameter's own range holds for the sum
 
 _CORRECTIONS = tuple(
     real_input(f"correction.{name}", unit, _LARGEST_CORRECTION, 1.0, f"what is added to {name}")

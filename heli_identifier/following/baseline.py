@@ -38,11 +38,8 @@ the smallest change that matters. All three lines are the errors of diagnoses fr
 _HOVER = 5.0
 """Sum of the voltages in hover, about [V]: there the offset of the elevation balances the gain, and errs with it."""
 
-_WANDERING = 1800.0
-"""Blocks, of about 1 s, in which values wander: half an hour, in which motors and bearings warm up."""
-
-_AGE = 20
-"""Blocks after which what was learned counts as learned without a change."""
+_WANDERING = 1800.0  # blocks, of about 1 s, in which values wander: half an hour, in which motors and bearings warm up
+_AGE = 20  # blocks after which what was learned counts as learned without a change
 
 
 class Coefficients(NamedTuple):

@@ -17,14 +17,9 @@ from .changes import Direction
 MEMORY = 120.0
 """Blocks over which the noise is averaged."""
 
-_LARGEST = 4.0
-"""Of the mean square of innovations over lambda in one block."""
-
-_LEARNED = 9
-"""Blocks from which the noise is known."""
-
-_COUNT = 1.5e-3
-"""Width of an encoder's grid that the noise begins with [rad]."""
+_LARGEST = 4.0  # of the mean square of innovations over lambda in one block
+_LEARNED = 9  # blocks from which the noise is known
+_COUNT = 1.5e-3  # width of an encoder's grid that the noise begins with [rad]
 
 Vector = tuple[float, ...]
 Matrix = tuple[Vector, ...]

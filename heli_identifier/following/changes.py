@@ -31,11 +31,8 @@ Laws = tuple[tuple[Candidate, ...], ...]
 Direction = tuple[tuple[int, int, float], ...]
 """D: axis, regressor and value of every entry that is not zero."""
 
-_COMMON = 4
-"""Regressors of each axis before those of the effects."""
-
-_GAIN_SHARE, _THRUST_SHARE = 0.15, 0.1
-"""Smallest change of a gain and of a rotor's thrust that matters [1]."""
+_COMMON = 4  # regressors of each axis before those of the effects
+_GAIN_SHARE, _THRUST_SHARE = 0.15, 0.1  # smallest change of a gain and of a rotor's thrust that matters [1]
 
 _OFFSET, _DAMPING, _FRICTION, _CABLE = 0.04, 0.15, 0.02, 0.04
 """Smallest change that matters of an offset torque [rad/s^2], a damping [1/s], a dry friction [rad/s^2] and of any

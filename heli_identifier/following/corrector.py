@@ -35,23 +35,12 @@ from .state import HEARD, CorrectorState, Event, IdentifierReport, Sample, Value
 from .stream import Encoder, Stream, is_discounted, update_stream
 from .trial import judge_block
 
-_LARGEST_INNOVATION = 4.0
-"""Innovations count with at most this many standard deviations."""
-
-_RAMP = 2.0
-"""Time in which an adopted change is ramped in [s]."""
-
-_KEPT = 90
-"""Blocks that are kept: a change is looked for in the last minute and a half."""
-
-_TESTED = PROVED + 3
-"""Blocks that are kept as the tests see them: a proved one and the two before it."""
-
-_DROPPED = 2
-"""Blocks before a fault of the stream that are dropped: it is seen only after a while."""
-
-_FORGETTING = 0.02
-"""Of the identifier beside the twin [1/s]: what changed a minute ago is known."""
+_LARGEST_INNOVATION = 4.0  # innovations count with at most this many standard deviations
+_RAMP = 2.0  # time in which an adopted change is ramped in [s]
+_KEPT = 90  # blocks that are kept: a change is looked for in the last minute and a half
+_TESTED = PROVED + 3  # blocks that are kept as the tests see them: a proved one and the two before it
+_DROPPED = 2  # blocks before a fault of the stream that are dropped: it is seen only after a while
+_FORGETTING = 0.02  # of the identifier beside the twin [1/s]: what changed a minute ago is known
 
 
 def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:

@@ -32,17 +32,10 @@ from .blocks import MEMORY
 PROVED = 20
 """Blocks after which a block without an alarm counts as one without a change."""
 
-_PRIOR_BLOCKS = 60.0
-"""kappa begins at 1 with the weight of this many blocks."""
-
-_LARGEST_TERM = 16.0
-"""Of a term of kappa's sum over D^T R D, in size."""
-
-_PRIOR_WIDTH = 3.0
-"""Standard deviation of the prior in smallest changes that matter."""
-
-_LEAST_SIZE = 0.25
-"""Share of nu below which a size is none that matters: the twin's values err by as much."""
+_PRIOR_BLOCKS = 60.0  # kappa begins at 1 with the weight of this many blocks
+_LARGEST_TERM = 16.0  # of a term of kappa's sum over D^T R D, in size
+_PRIOR_WIDTH = 3.0  # standard deviation of the prior in smallest changes that matter
+_LEAST_SIZE = 0.25  # share of nu below which a size is none that matters: the twin's values err by as much
 
 _OVERSHOOT = 1.166
 """2 rho, rho = .583 = -zeta(1/2)/sqrt(2 pi): by how much sums of normal steps exceed a bound [standard deviations]."""
@@ -51,8 +44,7 @@ _LEAST_PER_BLOCK, _MOST_PER_BLOCK = 0.1, 3.0
 """s below and above which the threshold stays: what is known of s is a mean over minutes, and Siegmund's mean time is
 an approximation for steps up to some 2 standard deviations. Steps of more need even less, which is not used."""
 
-_LEAST_INFORMATION = 1.0
-"""D^T R D nu^2 below which nothing can be said about a change."""
+_LEAST_INFORMATION = 1.0  # D^T R D nu^2 below which nothing can be said about a change
 
 
 class Cusum(NamedTuple):

@@ -28,13 +28,11 @@ LEAD = 4.6
 SWINGING = 2
 """Blocks after a change in which the innovations still swing."""
 
-_LEAST_BLOCKS = 5
-"""Blocks that are needed after them."""
+_LEAST_BLOCKS = 5  # blocks that are needed after them
 
 _SURELY = 3.0
 
-_GAINS = 3
-"""Places in :data:`.state.HEARD`, and in the values of a twin, that a rotor changes: the first ones."""
+_GAINS = 3  # places in :data:`.state.HEARD`, and in the values of a twin, that a rotor changes: the first ones
 
 
 def sums_back(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:

@@ -56,8 +56,7 @@ Sensitivity = tuple[tuple[float, float, float], ...]
 _ALMOST = 100.0
 """The covariance has come back to its steady state when what a gap has made of it is less by this factor."""
 
-_STEADY = 4.0
-"""The steady state is looked for in this many times the samples in which a gap is forgotten."""
+_STEADY = 4.0  # the steady state is looked for in this many times the samples in which a gap is forgotten
 
 
 class Covariance(NamedTuple):

@@ -27,17 +27,10 @@ DEFAULT_EFFECTS = (
 BLOCK_TIME = 1.0
 """Length of a block of sums, about [s]."""
 
-_SLOWEST = 0.1
-"""Longest sampling period [s]: the observer's poles of 7 rad/s need three samples in their time constant."""
-
-_COARSE = 0.05
-"""Step of the copies that run 1 s ahead, about [s]: a hundredth of the shortest period of the motion."""
-
-_APART, _HORIZON = 0.2, 1.0
-"""Time between two starts of copies, and time that a copy runs, about [s]."""
-
-_SETTLING = 3.0
-"""Time until the observer has settled [s]."""
+_SLOWEST = 0.1  # longest sampling period [s]: the observer's poles of 7 rad/s need three samples in their time constant
+_COARSE = 0.05  # step of the copies that run 1 s ahead, about [s]: a hundredth of the shortest period of the motion
+_APART, _HORIZON = 0.2, 1.0  # time between two starts of copies, and time that a copy runs, about [s]
+_SETTLING = 3.0  # time until the observer has settled [s]
 
 _STOP, _STUCK = 0.2, 0.5
 """Time without a sample that is a stop, and time at one count after which an encoder's angle does not count [s]."""

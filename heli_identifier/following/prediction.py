@@ -20,8 +20,7 @@ WINDOWS = 3
 """Windows for which errors are kept. In one window of steady hover a gain that is wrong may predict better by chance,
 together with an offset that is wrong as well."""
 
-_BATCH = 5
-"""Comparisons in a batch, 1 s: errors 1 s ahead that overlap are correlated."""
+_BATCH = 5  # comparisons in a batch, 1 s: errors 1 s ahead that overlap are correlated
 
 Errors = tuple[Angles, ...]
 """Errors of predictions 1 s ahead, oldest first [rad]."""

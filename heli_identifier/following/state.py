@@ -50,8 +50,7 @@ WHAT = {
 }
 """What an event says, and for which reasons; the unit gives the place."""
 
-_DIGITS = 9
-"""Of times [s] in a file: k h in floats has a tail that means nothing."""
+_DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
 
 class Sample(NamedTuple):

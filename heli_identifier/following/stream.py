@@ -21,11 +21,8 @@ _PATH, _PATH_NOISE = 7.5e-3, 8.0
 """Path [rad], and path in standard deviations of the innovations, at which an encoder that stands still is at fault:
 five counts of 4096, and more of a coarser one. The larger of the two counts."""
 
-_DOUBTFUL = 2.0
-"""Path in standard deviations of the innovations at which an encoder that stands still may be at fault."""
-
-_JUMP = 4.0
-"""Innovation in standard deviations by which an encoder that stood still jumps."""
+_DOUBTFUL = 2.0  # path in standard deviations of the innovations at which an encoder that stands still may be at fault
+_JUMP = 4.0  # innovation in standard deviations by which an encoder that stood still jumps
 
 _HELD = 0.06
 """Change of the acceleration with which the observer holds an axis [rad/s^2]: more than dry friction of a usual

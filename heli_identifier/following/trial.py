@@ -23,22 +23,19 @@ from .stream import is_doubtful
 Judged = tuple[CorrectorState, list[Event]]
 """The state after a block, and what there is to report."""
 
-_PATIENCE = 15
-"""Blocks after an alarm in which the lead is waited for."""
+_PATIENCE = 15  # blocks after an alarm in which the lead is waited for
 
 _LEAST_Z = 4.0
 
 _SCORE, _SCORE_TIME = 5.0, 10
 """Size of an effect's score on line, and the blocks for which it stays beyond it before the effect is put on trial."""
 
-_HEARD_BLOCKS = 120
-"""Blocks for which the identifier's estimates are kept."""
+_HEARD_BLOCKS = 120  # blocks for which the identifier's estimates are kept
 
 _SURELY = 0.5
 """t of the fall of squared errors on trial: the likelihood has shown the change, the trial is to show that it helps."""
 
-_TRIAL_WINDOWS = 3
-"""A trial that shows neither more nor less than _SURELY goes on for at most this many windows."""
+_TRIAL_WINDOWS = 3  # a trial that shows neither more nor less than _SURELY goes on for at most this many windows
 
 _ROLL_BACK = 3.0
 """t of the difference of squared errors at which an adopted change is taken back; it is looked at once per second."""
@@ -47,11 +44,8 @@ _WORSE, _CLEARLY = 0.1, 4.7
 """Share of squared errors, and t, by which a twin that is worse than the one left alone takes that one's values. With
 29 degrees of freedom t is as improbable as 4 standard deviations: it is looked at once per second of a flight."""
 
-_WATCH_WINDOWS = 2
-"""An adopted change is watched for this many windows."""
-
-_REFINING = 2.5
-"""z of what is left of an adopted change at which its size is put on trial again."""
+_WATCH_WINDOWS = 2  # an adopted change is watched for this many windows
+_REFINING = 2.5  # z of what is left of an adopted change at which its size is put on trial again
 
 
 def judge_block(state: CorrectorState, report: IdentifierReport, plan: FollowPlan) -> Judged:

@@ -4,19 +4,14 @@ The unit RigLink contains it, so that it needs the standard library alone. Comma
 ``sources`` (a rig, or a log in its place), ``session`` (a twin and its files), ``screen`` and ``page``.
 """
 
-from .align import Clock, restart, stamp, tick
-from .datagrams import JSON, USUAL_LAYOUT, Datagram, Port, encode, read_address, read_layout
-
-__all__ = [
-    "JSON",
-    "USUAL_LAYOUT",
-    "Clock",
-    "Datagram",
-    "Port",
-    "encode",
-    "read_address",
-    "read_layout",
-    "restart",
-    "stamp",
-    "tick",
-]
+from .align import Clock as Clock
+from .align import restart as restart
+from .align import stamp as stamp
+from .align import tick as tick
+from .datagrams import JSON as JSON
+from .datagrams import USUAL_LAYOUT as USUAL_LAYOUT
+from .datagrams import Datagram as Datagram
+from .datagrams import Port as Port
+from .datagrams import encode as encode
+from .datagrams import read_address as read_address
+from .datagrams import read_layout as read_layout
