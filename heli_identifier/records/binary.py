@@ -30,6 +30,7 @@ from heli_identifier.files import check_zip
 from heli_identifier.records.columns import Table, as_numbers
 from heli_identifier.records.configuration import LogFormat
 from heli_identifier.records.text import read_text
+from heli_identifier.records.units import with_unit
 
 LARGER = f"; cut it, or set largest_file under [log] of {HELI_TOML}"
 """What to do with a file that is too large."""
@@ -100,7 +101,7 @@ def _read_tdms(library: Any, path: Path, file: str, format: LogFormat) -> _Colum
             prefix = "" if len(groups) == 1 else f"{group.name}."
             for channel in group.channels():
                 unit = str(channel.properties.get("unit_string", ""))
-                found[_with_unit(prefix + channel.name, unit)] = as_numbers(channel[:])
+                found[with_unit(prefix + channel.name, unit)] = as_numbers(channel[:])
             first = group.channels()[0]
             is_timed = any("time" in channel.name.lower() for channel in group.channels())
             if not is_timed and "wf_increment" in first.properties:
@@ -123,7 +124,7 @@ def _read_mdf(library: Any, path: Path, file: str, format: LogFormat) -> _Column
                 if invalid is not None:
                     values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
                 found.setdefault("time [s]", np.array(signal.timestamps, dtype=float))
-                found[_with_unit(channel.name, signal.unit)] = values
+                found[with_unit(channel.name, signal.unit)] = values
     return found
 
 
@@ -142,10 +143,6 @@ def _read_workbook(library: Any, path: Path, file: str, format: LogFormat) -> Ta
             named = file if len(sheets) == 1 else f"{file}, sheet {title!r}"
             return read_text(text.encode(), named, LogFormat(columns=format.columns))
     raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, sheets))}).")
-
-
-def _with_unit(name: str, unit: str) -> str:
-    return f"{name} [{unit.strip()}]" if unit.strip() and "[" not in name else name
 
 
 def _read_matlab(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:

@@ -197,23 +197,20 @@ def template_text(found: "Guess | None" = None) -> str:
     lines = _TEMPLATE.read_text("utf-8").splitlines()
     if found is None:
         return "\n".join([*lines, ""])
-    form, reasons = found.format, found.reasons
-    given = {("log", key): getattr(form, key) for key in ("start", "decimal", "swap_rotors", "clip")}
-    given |= {("rig.encoder_counts", angle): form.counts_per_turn(angle) for angle in ANGLES}
-    for section in ("columns", "units", "references", "signs"):
-        given |= {(f"log.{section}", key): value for key, value in getattr(form, section).items()}
+    form = found.format
+    given = {f"rig.encoder_counts.{angle}": form.counts_per_turn(angle) for angle in ANGLES}
+    given |= {f"log.{key}": getattr(form, key) for key in ("start", "decimal", "swap_rotors", "clip")}
+    for name in ("columns", "units", "references", "signs"):
+        given |= {f"log.{name}.{key}": value for key, value in getattr(form, name).items()}
     section = ""
     for number, line in enumerate(lines):
         if line.startswith("["):
             section = line.strip("[]")
-        elif entry := _ENTRY.fullmatch(line):
-            key = entry["key"]
-            value = given.get((section, key))
-            if value is not None:
-                reason = reasons.get(f"{section}.{key}".removeprefix("log."), entry["comment"])
-                # A text of TOML is that of JSON, which lets the control character DEL stand.
-                quoted = json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-                lines[number] = f"{key} = {quoted}  # {printable(reason)}"
+        elif (entry := _ENTRY.fullmatch(line)) and (value := given.get(f"{section}.{entry['key']}")) is not None:
+            reason = found.reasons.get(f"{section}.{entry['key']}".removeprefix("log."), entry["comment"])
+            # A text of TOML is that of JSON, which lets the control character DEL stand.
+            quoted = json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+            lines[number] = f"{entry['key']} = {quoted}  # {printable(reason)}"
     doubts = [f"# NOT CERTAIN: {printable(text)}." for text in found.doubts]
     said = "# What `heli init` found in a log, each guess with its reason. Confirm every one of them."
     return "\n".join([lines[0], said, *doubts, *lines[1:], ""])

@@ -58,18 +58,18 @@ class Log:
         object.__setattr__(self, "references", {axis: _frozen(values) for axis, values in self.references.items()})
         object.__setattr__(self, "notes", tuple(self.notes))
         count = len(self.angles)
-        parts: dict[str, tuple[NDArray[np.float64], tuple[int, ...]]]
-        parts = {"voltages": (self.voltages, (count, 2)), "angles": (self.angles, (count, 3))}
-        parts |= {f"the {axis} reference": (values, (count,)) for axis, values in self.references.items()}
-        others = {f"column {name!r}": (values, (count,)) for name, values in self.extra.items()}
-        for what, (values, shape) in (parts | others).items():
+        extra = {f"column {name!r}": values for name, values in self.extra.items()}
+        parts = {"voltages": self.voltages, "angles": self.angles}
+        parts |= {f"the {axis} reference": values for axis, values in self.references.items()} | extra
+        for what, values in parts.items():
+            shape = {"voltages": (count, 2), "angles": (count, 3)}.get(what, (count,))
             if values.shape != shape:
                 raise LogError(f"log {self.name}: {what} has shape {values.shape}, {shape} is needed.")
-            if what in parts and not np.isfinite(values).all():
+            if what not in extra and not np.isfinite(values).all():
                 row = int(np.argwhere(~np.isfinite(values))[0][0])
                 raise LogError(f"log {self.name}: {what} is not finite at sample {row}; leave that out.")
         for what, most, unit in (("voltages", HIGHEST_VOLTAGE, "V"), ("angles", FARTHEST_TRAVEL, "rad")):
-            reached = float(np.abs(parts[what][0]).max(initial=0.0))
+            reached = float(np.abs(parts[what]).max(initial=0.0))
             if reached > most:
                 raise LogError(
                     f"log {self.name}: {what} reach {reached:.4g} {unit}, which no rig can (at most {most:g}); "

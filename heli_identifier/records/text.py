@@ -18,6 +18,7 @@ import codecs
 import io
 import re
 import warnings
+from itertools import zip_longest
 from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ from numpy.typing import NDArray
 from heli_identifier.errors import LogError
 from heli_identifier.records.columns import Table, as_numbers, cells_of
 from heli_identifier.records.configuration import LogFormat
-from heli_identifier.records.units import CONTRACT_HEADERS, SIGNALS, understood
+from heli_identifier.records.units import CONTRACT_HEADERS, SIGNALS, understood, with_unit
 
 NUMBERED = "column {}"
 """Name of a column in a file without headers; counts from 1."""
@@ -179,9 +180,9 @@ def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     headers, above = [cell.strip() for cell in rows[at]], at + 1
     for row in rows[:at]:
         if row and row[0] == _LABVIEW_UNITS:
-            headers = _with_units(headers, ["s", *row[1:]])
+            headers = [with_unit(*both) for both in zip_longest(headers, ["s", *_units(row)[1:]], fillvalue="")]
     if above < len(rows) and _is_units(rows[above], headers):
-        headers, above = _with_units(headers, rows[above]), above + 1
+        headers, above = [with_unit(*both) for both in zip(headers, _units(rows[above]), strict=True)], above + 1
     while headers and not headers[-1]:  # a separator at the end of each line
         headers.pop()
     if len(headers) < 2:
@@ -240,7 +241,7 @@ def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool
 
 def _is_units(row: list[str], headers: list[str]) -> bool:
     """Whether a row below headers holds their units."""
-    cells = [cell.strip().strip("[]()") for cell in row]
+    cells = _units(row)
     return (
         len(cells) == len(headers)
         and not any(len(cell) > 12 or _is_number(cell, ".") or _is_number(cell, ",") for cell in cells)
@@ -248,10 +249,5 @@ def _is_units(row: list[str], headers: list[str]) -> bool:
     )
 
 
-def _with_units(headers: list[str], units: list[str]) -> list[str]:
-    """Headers with the units of the row below them, where they state none."""
-    cells = [cell.strip().strip("[]()") for cell in units] + [""] * len(headers)
-    return [
-        f"{name} [{unit}]" if unit and "[" not in name else name
-        for name, unit in zip(headers, cells[: len(headers)], strict=True)
-    ]
+def _units(row: list[str]) -> list[str]:
+    return [cell.strip().strip("[]()") for cell in row]

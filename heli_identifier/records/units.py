@@ -74,6 +74,11 @@ def header(signal: str) -> str:
     return f"{signal} [{SI_UNIT[signal]}]"
 
 
+def with_unit(name: str, unit: str) -> str:
+    """Give a name with a unit that a file states beside it, where it states one and the name does not."""
+    return f"{name} [{unit.strip()}]" if unit.strip() and "[" not in name else name
+
+
 CONTRACT_HEADERS = tuple(header(signal) for signal in SIGNALS)
 
 
