@@ -1,13 +1,18 @@
-"""Binary formats, as laboratories have them: every layout reads as the same record, packed or not."""
+"""Binary formats, as laboratories have them: every layout reads as the same record, packed or not.
+
+A reader that crashes, hangs or asks for all memory does not take the command with it.
+"""
 
 import gzip
+import os
 
 import numpy as np
 import pytest
 from scipy.io import savemat
 
 from heli_identifier.errors import LogError
-from heli_identifier.records import LogFormat, demo_logs, read_log
+from heli_identifier.records import LogFormat, demo_logs, opening, read_log
+from heli_identifier.records.opening import apart
 
 TRUE = read_log(demo_logs("rig-c")[1][0], end=20.0)
 NAMES = ("time", "v_front", "v_rear", "pitch", "elevation", "travel")
@@ -123,3 +128,40 @@ def test_an_mdf_file_is_read_with_its_units_and_its_master(tmp_path):
         )
         file.save(tmp_path / "log.mf4")
     assert same(read_log(tmp_path / "log.mf4"))
+
+
+def test_an_invalid_sample_of_an_mdf_file_is_no_number(tmp_path):
+    asammdf = pytest.importorskip("asammdf")
+    bad = {"pitch": asammdf.signal.InvalidationArray(np.arange(len(COLUMNS[0])) == 5)}
+    with asammdf.MDF() as file:
+        columns = zip(NAMES[1:], UNITS[1:], COLUMNS[1:], strict=True)
+        file.append([asammdf.Signal(v, COLUMNS[0], unit, n, invalidation_bits=bad.get(n)) for n, unit, v in columns])
+        file.save(tmp_path / "log.mf4")
+    with pytest.raises(LogError, match=r"row 6, column 'pitch \[rad\]': the cell holds 'nan'"):
+        read_log(tmp_path / "log.mf4")
+
+
+def test_a_reader_that_crashes_is_a_damaged_file():
+    with pytest.raises(LogError, match="log.mat is not readable: it is damaged so that its reader crashes"):
+        apart(os.abort, (), 1, "log.mat")
+
+
+def test_a_reader_without_end_is_ended(monkeypatch):
+    monkeypatch.setattr(opening, "PATIENCE", 5.0)
+    with pytest.raises(LogError, match=r"its reader came to no end within 5 s"):
+        apart(exec, ("while True: pass",), 1, "log.mat")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows bounds no memory")
+def test_a_reader_that_asks_for_all_memory_is_refused(monkeypatch):
+    monkeypatch.setattr(opening, "MEMORY", 10**9)
+    with pytest.raises(LogError, match="log.mat is not readable: it asks for more than 1 GB of memory"):
+        apart(bytes, (2 * 10**9,), 1, "log.mat")
+
+
+def test_what_a_reader_gives_or_raises_arrives_and_what_it_prints_does_not(capfd):
+    assert apart(divmod, (7, 2), 1, "log.mat") == (3, 1)
+    assert apart(print, ("noise",), 1, "log.mat") is None
+    with pytest.raises(ZeroDivisionError):
+        apart(divmod, (1, 0), 1, "log.mat")
+    assert capfd.readouterr() == ("", "")
