@@ -165,51 +165,38 @@ def simulate(
         result.write_csv(output)
     if plot is not None:
         results.write_figure(results.run_figure(result, recorded), plot)
-    if runs is None:
-        _print_run(result, recorded, json, verbose)
-    else:
-        _print_bands(result, result.bands, json, verbose)
+    _print_run(result, recorded, json, verbose)
 
 
 def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) -> None:
-    """Print first and last value and range of every output, and how far the plant is off a log."""
-    errors = {} if log is None else _off_the_log(result, log)
-    first, last, low, high = result.values[0], result.values[-1], result.values.min(0), result.values.max(0)
-    rows = _outputs(result, {"first": first, "last": last, "smallest": low, "largest": high})
-    if log is not None and errors and not json:
-        said = ", ".join(f"{name.removeprefix('plant.')} {1e3 * value:.3g} mrad" for name, value in errors.items())
-        typer.echo(f"RMS error of the plant against {log.path}: {said}")
-    document = [row | ({"rms_error": errors[row["name"]]} if row["name"] in errors else {}) for row in rows]
-    title = f"{result.time[-1]:g} s in steps of {result.time[1]:g} s"
-    answer(json, document, [_output_table(title, rows, everything)])
-
-
-def _print_bands(result: Any, bands: Any, json: bool, everything: bool) -> None:
-    """Print last values of the nominal run and the range of 95 % of the runs."""
-    if bands.refused:
-        warn(f"{len(bands.refused)} of {bands.runs + len(bands.refused)} runs were refused; first: {bands.refused[0]}")
-    widest = (bands.high - bands.low).max(axis=0)
-    figures = {"last": result.values[-1], "last_low": bands.low[-1], "last_high": bands.high[-1], "widest": widest}
-    rows = _outputs(result, figures)
-    title = f"{bands.runs} runs of {result.time[-1]:g} s; 95 % of them lie between low and high"
-    document = {"runs": bands.runs, "refused": len(bands.refused), "outputs": rows}
-    answer(json, document, [_output_table(title, rows, everything)])
-
-
-def _outputs(result: Any, figures: Mapping[str, Any]) -> list[dict[str, Any]]:
-    columns = {"name": result.names, "unit": result.units, **{name: own.tolist() for name, own in figures.items()}}
-    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-
-
-def _output_table(title: str, outputs: list[dict[str, Any]], everything: bool) -> "results.Table":
-    """Give figures of every output, of the finer ones if ``everything`` is wanted."""
-    _, _, *figures = outputs[0]
+    """Print figures of every output, of many runs the range of 95 % of them, and how far the plant is off a log."""
+    many, values, end = hasattr(result, "refused"), result.values, f"{result.time[-1]:g} s"
+    if many:
+        title = f"{result.runs} runs of {end}; 95 % of them lie between low and high"
+        low, high = result.low, result.high
+        figures = {"last": values[-1], "last_low": low[-1], "last_high": high[-1], "widest": (high - low).max(axis=0)}
+    else:
+        title = f"{end} in steps of {result.time[1]:g} s"
+        figures = {"first": values[0], "last": values[-1], "smallest": values.min(0), "largest": values.max(0)}
+    columns = (result.names, result.units, *(own.tolist() for own in figures.values()))
+    outputs = [dict(zip(("name", "unit", *figures), row, strict=True)) for row in zip(*columns, strict=True)]
     rows = [
-        (row["name"], *(results.significant(row[key], 4) for key in figures), results.unit_text(row["unit"]))
-        for row in outputs
-        if everything or row["name"].count(".") == 1
+        (own["name"], *(results.significant(own[key], 4) for key in figures), results.unit_text(own["unit"]))
+        for own in outputs
+        if everything or own["name"].count(".") == 1
     ]
-    return results.Table(title, ("output", *(name.removeprefix("last_") for name in figures), "unit"), rows)
+    document: Any = outputs
+    if many:
+        document = {"runs": result.runs, "refused": len(result.refused), "outputs": outputs}
+        if refused := result.refused:
+            warn(f"{len(refused)} of {result.runs + len(refused)} runs were refused; first: {refused[0]}")
+    elif log is not None and (errors := _off_the_log(result, log)):
+        document = [own | ({"rms_error": errors[own["name"]]} if own["name"] in errors else {}) for own in outputs]
+        said = ", ".join(f"{name.removeprefix('plant.')} {1e3 * value:.3g} mrad" for name, value in errors.items())
+        if not json:
+            typer.echo(f"RMS error of the plant against {log.path}: {said}")
+    heads = ("output", *(name.removeprefix("last_") for name in figures), "unit")
+    answer(json, document, [results.Table(title, heads, rows)])
 
 
 def _off_the_log(result: Any, log: "hi.Log") -> dict[str, float]:

@@ -91,18 +91,15 @@ class Comparison(Tabular):
         """One row a parameter, an effect, the use of an axis, and an error."""
         count = len(self.parameters) + len(self.effects)
         title = f"{len(self.moved)} of {count} parameters and effects differ between {' and '.join(self.names)}"
-        found = [
-            (one.name, *(with_interval(e) if e else absent for e in one.estimates), one.outcome)
-            for group, absent in ((self.parameters, "–"), (self.effects, NOT_IN_PLANT))
-            for one in group
-        ]
-        found += [
-            (f"use of the {axis}", *two, "as before" if two[0] == two[1] else "differs")
-            for axis, two in self.uses.items()
-        ]
-        for one in self.errors:
-            first, second = map(angle_text, one.errors)
-            found.append((f"{one.log}, {one.axis} 1 s ahead [mrad]", first, second, one.outcome))
+        found: list[Sequence[str]] = []
+        for group, absent in ((self.parameters, "–"), (self.effects, NOT_IN_PLANT)):
+            for one in group:
+                found.append((one.name, *(with_interval(e) if e else absent for e in one.estimates), one.outcome))
+        for axis, two in self.uses.items():
+            found.append((f"use of the {axis}", *two, "as before" if two[0] == two[1] else "differs"))
+        for error in self.errors:
+            what = f"{error.log}, {error.axis} 1 s ahead [mrad]"
+            found.append((what, *map(angle_text, error.errors), error.outcome))
         return Table(title, ("what", *self.names, "outcome"), found)
 
     @property

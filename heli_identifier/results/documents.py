@@ -78,8 +78,9 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
         raise ConfigurationError(
             f"{path} must hold an object of schema {expected!r}, its schema is {shortened(schema)}{way}."
         )
-    if found := next(_not_finite(content), None):
-        raise damaged(path, f"{found[0]} = {shortened(found[1])}: a finite number is expected")
+    for entry, number in numbers_of(content):  # Python reads NaN, Infinity and 1e999
+        if not isfinite(number):
+            raise damaged(path, f"{entry} = {number}: a finite number is expected")
     try:
         return msgspec.convert(content, kind, dec_hook=_array)
     except msgspec.ValidationError as error:
@@ -104,13 +105,13 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _not_finite(value: Any, above: str = "") -> Iterator[tuple[str, float]]:
-    """Name numbers that Python reads as JSON, and that are none: NaN, Infinity, 1e999."""
-    if isinstance(value, float) and not isfinite(value):
+def numbers_of(value: Any, above: str = "") -> Iterator[tuple[str, float]]:
+    """Give the numbers of a document that are no integers, behind the keys that lead to them."""
+    if isinstance(value, float):
         yield above, value
     entries = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, item in entries:
-        yield from _not_finite(item, f"{above}.{key}" if above else str(key))
+        yield from numbers_of(item, f"{above}.{key}" if above else str(key))
 
 
 def _array(_: type, value: Any) -> Any:

@@ -70,8 +70,8 @@ class Look(Tabular):
         references = self.identification.references
         wanting = [report for report in self.gains.values() if report.experiment]
         worst = min(wanting, key=lambda report: report.outside_share or 0.0, default=None)
-        experiment = worst.experiment if worst else ""
-        return look_lines(references.closed_loop, listed(references.names), self.movement, self.gains, experiment)
+        names = listed(references.names)
+        return look_lines(references.closed_loop, names, self.movement, self.gains, worst.experiment if worst else "")
 
     @property
     def remarks(self) -> tuple[str, ...]:
