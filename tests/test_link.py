@@ -18,7 +18,6 @@ from heli_identifier.live import (
     encode,
     read_address,
     read_layout,
-    stamp,
     tick,
 )
 from heli_identifier.live.align import (
@@ -47,7 +46,7 @@ def passed(arrivals, delay=5):
     """Numbers that an order gives out, each arrival releasing what is ``delay`` samples old; and the order."""
     order, out = Order(), []
     for sample in arrivals:
-        order = take(order, sample, H)
+        order = take(order, sample, 0.0, H)
         order, released = release(order, order.newest.time - (delay - 0.5) * H, H)
         out += [one.number for one in released]
     order, released = release(order, 1e9, H)
@@ -117,9 +116,8 @@ def test_no_bytes_make_decoding_fail(content):
 
 
 def test_a_sample_without_a_stamp_is_at_its_number_times_the_interval_or_when_it_came_in():
-    assert stamp(SAMPLE, 9.0, H).time == 0.07
-    assert stamp(SAMPLE._replace(time=nan), 9.0, 0.02).time == 0.14
-    assert stamp(SAMPLE._replace(time=nan, number=-1), 9.0, H) == Datagram(-1, 9.0, SAMPLE.signals)
+    for sample, wanted in ((SAMPLE, 0.07), (SAMPLE._replace(time=nan), 0.14), (Datagram(-1, nan, ()), 9.0)):
+        assert take(Order(), sample, 9.0, 0.02).newest.time == wanted
 
 
 @pytest.mark.parametrize("text", ["127.0.0.1:70000", "example.org:5", "1.2.3:4", "127.0.0.1:x", "127.0.0.1:-4"])

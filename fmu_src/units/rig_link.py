@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from pythonfmu.enums import Fmi2Status
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.live import USUAL_LAYOUT, Clock, Port, read_layout, restart, stamp, tick
+from heli_identifier.live import USUAL_LAYOUT, Clock, Port, read_layout, restart, tick
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase
@@ -102,14 +102,13 @@ class RigLink(SlaveBase):
         port = self.port
         if port is None:
             raise Refusal("there is no link to the rig; correct link.* before initialisation ends")
-        arrived = port.arrived(self.value("link.look_ahead"))
-        samples = [stamp(sample, time, self.clock.sample_time) for sample in arrived]
+        arrived = list(port.arrived(self.value("link.look_ahead")))
         if port.elections > self.elections:
             if self.elections:  # another sender has another clock
                 self.clock = self.clock._replace(order=restart(self.clock.order))
                 self.log(f"{port.note}, which is heard", Fmi2Status.warning)
             self.elections = port.elections
-        self.clock = clock = tick(self.clock, time, samples)
+        self.clock = clock = tick(self.clock, time, arrived)
         # none is due before link.delay has passed: the first one is shown until then
         latest = clock.order.last or next(iter(clock.order.waiting), None)
         counts, old = clock.order.counts, clock.order.last is None or clock.age > clock.maximum_age

@@ -24,7 +24,7 @@ couple a rig by a broker (Frasheri, Ejersbo, Thule, Esterle, RMQFMU: bridging th
 to. While nothing comes in, the instants go on by the clock of this computer, without samples; a rig whose own clock
 stood meanwhile, or that started again, then continues at the next instant.
 
-Everything is a pure step: ``order = take(order, sample, h)``, ``order, samples = release(order, until, h)``, and so on.
+Everything is a pure step: ``order, samples = release(order, until, h)``, ``clock = tick(clock, time, samples)``.
 """
 
 from __future__ import annotations
@@ -90,19 +90,14 @@ class Order(NamedTuple):
         return self._replace(counts=self.counts._replace(**added))
 
 
-def stamp(sample: Datagram, arrived: float, sample_time: float) -> Datagram:
-    """Return a sample at its time on the rig's clock.
+def take(order: Order, sample: Datagram, arrived: float, sample_time: float) -> Order:
+    """Return the order with one more sample that came in; ``sample_time``: sampling interval of the rig [s].
 
-    Without a time that is its number times ``sample_time``, without both when it ``arrived`` by the receiver's clock;
-    all [s].
+    Without a time it is of its number times ``sample_time``, without both of when it ``arrived`` by the receiver's
+    clock [s].
     """
-    if not isnan(sample.time):
-        return sample
-    return sample._replace(time=arrived if sample.number < 0 else sample.number * sample_time)
-
-
-def take(order: Order, sample: Datagram, sample_time: float) -> Order:
-    """Return the order with one more sample that came in; ``sample_time``: sampling interval of the rig [s]."""
+    if isnan(sample.time):
+        sample = sample._replace(time=arrived if sample.number < 0 else sample.number * sample_time)
     newest, stray = order.newest, order.stray
     sample = sample._replace(time=sample.time + order.shift)
     if newest is None or -JUMP <= sample.time - newest.time <= JUMP:
@@ -186,7 +181,7 @@ def tick(clock: Clock, time: float, samples: Iterable[Datagram]) -> Clock:
     """Return the clock at simulated ``time`` [s] after ``samples`` have come in."""
     order, offset, longest = clock.order, clock.offset, clock.maximum_age
     for sample in samples:
-        order = take(order, sample, clock.sample_time)
+        order = take(order, sample, time, clock.sample_time)
     if order.newest is None:
         return clock._replace(order=order)
     begin = order.newest.time - time - clock.delay  # the offset without a lead

@@ -61,6 +61,7 @@ BOUNDS = {
 _UNITS = {"rad]": 1.0, "deg]": pi / 180.0}
 _ANGLES = SIGNALS[2:]
 _IGNORED = "-"
+_KNOWN = (*SIGNALS, "sequence", "time", _IGNORED)
 
 
 class Layout(NamedTuple):
@@ -100,11 +101,8 @@ def read_layout(text: str) -> Layout:
     names: list[str] = []
     factors: list[float | None] = []
     for word in USUAL_LAYOUT.split() if is_json else words:
-        name, bracket, unit = word.partition("[")
-        factor = _UNITS.get(unit) if name in _ANGLES else None
-        if bracket and factor is None:
-            name = word
-        if name not in (*SIGNALS, "sequence", "time", _IGNORED):
+        name, _, unit = word.partition("[")
+        if word not in _KNOWN and not (name in _ANGLES and unit in _UNITS):
             raise ConfigurationError(
                 f"layout {text!r}: {word!r} is unknown; it is {JSON}, or names of {', '.join(SIGNALS)}, sequence, time "
                 f"and {_IGNORED} for a double that is not read, angles also as pitch[deg] or pitch[rad]"
@@ -112,7 +110,7 @@ def read_layout(text: str) -> Layout:
         if name in names and name != _IGNORED:
             raise ConfigurationError(f"layout {text!r}: {name!r} stands there twice")
         names.append(name)
-        factors.append(factor)
+        factors.append(_UNITS.get(unit))
     missing = [name for name in SIGNALS if name not in names]
     if missing:
         raise ConfigurationError(f"layout {text!r} lacks {', '.join(missing)}")

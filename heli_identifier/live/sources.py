@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.following import Sample
-from heli_identifier.live.align import Counts, Grid, Order, continue_grid, place_sample, release, restart, stamp, take
+from heli_identifier.live.align import Counts, Grid, Order, continue_grid, place_sample, release, restart, take
 from heli_identifier.live.datagrams import SIGNALS, Datagram, Layout, Port, encode
 from heli_identifier.records import Log, LogFormat, factor_to_si, understood
 
@@ -140,7 +140,7 @@ class Listening:
                 pause, self.counted_at = arrived - self.counted_at if self.counted else 0.0, arrived
                 self.counted += 1 if pause < SILENCE else max(round(pause * self.rate), 1)
                 datagram = datagram._replace(number=self.counted, time=nan)
-            self.order = take(self.order, stamp(datagram, arrived, 1.0 / self.rate), 1.0 / self.rate)
+            self.order = take(self.order, datagram, arrived, 1.0 / self.rate)
         self.unread = []
 
     def _learn_clock(self) -> None:
