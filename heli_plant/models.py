@@ -6,28 +6,31 @@
     epsilon'' = -a_wz epsilon' - a_e epsilon - a_1 - a_lt theta' lambda' + k_z mu_s cos(theta)
     lambda''  = -a_wy lambda' + k_y mu_s sin(theta)
 
-**General**, eq. (1), K' + omega x K = M, from four point masses (Brentari et al., LAAS report 18040, 2018).
-In the angles q = (theta, epsilon, lambda) it reads M(q) q'' + C(q, q') q' + R q' + g(q) = S(q) tau. Rotations: travel
-lambda about Z, then -epsilon about Y', then pitch theta about the arm. Masses: m1 at [-l1, 0, -d1] and m2 at
-[l2, 0, 0] in the arm frame; two halves of m3 at [0, +-l3, -d2] in the body frame, which is shifted by l2 along the
-arm. m1 = l2 (m2 + m3) / l1 balances the arm, so that gravity acts only through the drops d1 and d2. Thrusts
-f_i = k_f nu_i along the body's Z, with drag torques k_gf f_i about it.
+**General**, eq. (1), K' + omega x K = M with the angular momentum K = J omega, from four point masses (Brentari et al.,
+LAAS report 18040, 2018). Rotations: travel lambda about Z, then -epsilon about Y', then pitch theta about the arm.
+Masses: m1 at [-l1, 0, -d1] and m2 at [l2, 0, 0] in the arm frame; two halves of m3 at [0, +-l3, -d2] in the body frame,
+which is shifted by l2 along the arm. m1 = l2 (m2 + m3) / l1 balances the arm, so that gravity acts only through the
+drops d1 and d2. Thrusts f_i = k_f nu_i along the body's Z, with drag torques k_gf f_i about it.
 
-M depends on theta and epsilon alone; lambda is cyclic. With I(theta) the inertia tensor about the pivot in the arm
-frame and e_lambda = (sin eps, 0, cos eps), e_eps = (0, -1, 0), e_theta = (1, 0, 0) the axes of rotation there, the
-entries of M are e_i . I e_j (for theta with the body's masses alone).
+In the arm frame the axes of rotation are e_theta = (1, 0, 0), e_eps = (0, -1, 0), e_lambda = (sin eps, 0, cos eps). J
+is the inertia tensor about the pivot, a function of theta, and j = (j_x, j_y, j_z) the body's part of its first column.
+With omega = e_eps epsilon' + e_lambda lambda', the arm's rate, K = J omega + j theta' and eq. (1) reads
+
+    M_theta  = j_x theta'' + j . omega' - 1/2 omega . (dJ/dtheta) omega         (d/dt dT/dtheta' - dT/dtheta)
+    M_eps    = e_eps . (K' + omega x K)
+    M_lambda = e_lambda . (K' + omega x K)
+
+M are the torques of thrusts, gravity and viscous friction. In the angles q = (theta, epsilon, lambda) this is A q'' = b
+with A_ik = e_i . J e_k (j in place of J e_theta), symmetric and positive definite, and b = M less the right sides where
+q'' = 0.
 """
 
-from math import cos, sin, sqrt
+from math import cos, sin
 
 from .parameters import PlantParameters
 
 GRAVITY = 9.81
 """Acceleration of free fall [m/s^2]."""
-
-Six = tuple[float, float, float, float, float, float]
-"""A symmetric matrix of order three: its entries 11, 12, 13, 22, 23, 33."""
-
 
 def simplified_accelerations(
     pitch: float, elevation: float, pitch_rate: float, elevation_rate: float, travel_rate: float,
@@ -45,126 +48,47 @@ def simplified_accelerations(
     )
 
 
-def counterweight(p: PlantParameters) -> float:
-    """m1 [kg], the mass that balances the arm."""
-    return p.l2 * (p.m2 + p.m3) / p.l1
-
-
-def inertias(p: PlantParameters) -> Six:
-    """Return what M is made of, all [kg m^2].
-
-    ``body`` of the rotors' masses about their own pitch axis; ``plate``, the difference of their two other moments;
-    ``lever`` l2 m3 d2; ``arm`` of all masses about the vertical axis but for ``plate``; ``drop`` m1 d1^2 and ``tilt``
-    m1 l1 d1 of the counterweight.
-    """
-    m1 = counterweight(p)
-    width, height = p.m3 * p.l3 * p.l3, p.m3 * p.d2 * p.d2
-    arm = m1 * p.l1 * p.l1 + (p.m2 + p.m3) * p.l2 * p.l2 + height
-    return width + height, width - height, p.l2 * p.m3 * p.d2, arm, m1 * p.d1 * p.d1, m1 * p.l1 * p.d1
-
-
-def mass_matrix(pitch: float, elevation: float, p: PlantParameters) -> Six:
-    """Return (M11, M12, M13, M22, M23, M33) [kg m^2] for (theta, epsilon, lambda)."""
-    body, plate, lever, arm, drop, tilt = inertias(p)
-    s, c, se, ce = sin(pitch), cos(pitch), sin(elevation), cos(elevation)
-    i_xx, i_xz, i_zz = body + drop, lever * c - tilt, arm + plate * c * c
-    return (
-        body,
-        lever * s,
-        body * se + lever * c * ce,
-        arm + drop + plate * s * s,
-        lever * s * se + plate * s * c * ce,
-        se * se * i_xx + 2.0 * se * ce * i_xz + ce * ce * i_zz,
-    )
-
-
-def mass_matrix_gradients(pitch: float, elevation: float, p: PlantParameters) -> tuple[Six, Six]:
-    """Return the derivatives of :func:`mass_matrix` by theta and by epsilon [kg m^2/rad]."""
-    body, plate, lever, arm, drop, tilt = inertias(p)
-    s, c, se, ce = sin(pitch), cos(pitch), sin(elevation), cos(elevation)
-    i_xx, i_xz, i_zz = body + drop, lever * c - tilt, arm + plate * c * c
-    by_pitch = (
-        0.0,
-        lever * c,
-        -lever * s * ce,
-        2.0 * plate * s * c,
-        lever * c * se + plate * (c * c - s * s) * ce,
-        -2.0 * s * ce * (lever * se + plate * c * ce),
-    )
-    by_elevation = (
-        0.0,
-        0.0,
-        body * ce - lever * c * se,
-        0.0,
-        s * (lever * ce - plate * c * se),
-        2.0 * se * ce * (i_xx - i_zz) + 2.0 * (ce * ce - se * se) * i_xz,
-    )
-    return by_pitch, by_elevation
-
-
-def coriolis_torques(
-    pitch: float, elevation: float, w1: float, w2: float, w3: float, p: PlantParameters
-) -> tuple[float, float, float]:
-    """Return the three components of C(q, q') q' [N m] by the Christoffel symbols of M.
-
-    sum_jk (dM_ij/dq_k - 1/2 dM_jk/dq_i) w_j w_k with w = (theta', epsilon', lambda'): M' w less the gradient of the
-    kinetic energy.
-    """
-    (_, a12, a13, a22, a23, a33), (_, _, b13, _, b23, b33) = mass_matrix_gradients(pitch, elevation, p)
-    m12, m13, m22 = a12 * w1, a13 * w1 + b13 * w2, a22 * w1
-    m23, m33 = a23 * w1 + b23 * w2, a33 * w1 + b33 * w2
-    by_pitch = w1 * (a12 * w2 + a13 * w3) + 0.5 * a22 * w2 * w2 + w3 * (a23 * w2 + 0.5 * a33 * w3)
-    by_elevation = w3 * (b13 * w1 + b23 * w2 + 0.5 * b33 * w3)
-    return (
-        m12 * w2 + m13 * w3 - by_pitch,
-        m12 * w1 + m22 * w2 + m23 * w3 - by_elevation,
-        m13 * w1 + m23 * w2 + m33 * w3,
-    )
-
-
-def gravity_torques(pitch: float, elevation: float, p: PlantParameters) -> tuple[float, float]:
-    """Gradient of the potential energy -g cos(eps) (m1 d1 + m3 d2 cos(theta)) by theta and epsilon [N m]."""
-    return (
-        GRAVITY * cos(elevation) * p.m3 * p.d2 * sin(pitch),
-        GRAVITY * sin(elevation) * (counterweight(p) * p.d1 + p.m3 * p.d2 * cos(pitch)),
-    )
-
-
-def thrust_torques(
-    pitch: float, elevation: float, mu_diff: float, mu_sum: float, p: PlantParameters
-) -> tuple[float, float, float]:
-    """Generalised torques [N m] of the thrusts and their drag torques on (theta, epsilon, lambda)."""
-    s, c = sin(pitch), cos(pitch)
-    f_sum, f_diff = p.k_f * mu_sum, p.k_f * mu_diff
-    return (
-        p.l3 * f_diff,
-        f_sum * (p.l2 * c + p.k_gf * s),
-        p.l3 * sin(elevation) * f_diff + f_sum * cos(elevation) * (p.k_gf * c - p.l2 * s),
-    )
-
-
 def general_accelerations(
     pitch: float, elevation: float, pitch_rate: float, elevation_rate: float, travel_rate: float,
     mu_diff: float, mu_sum: float, p: PlantParameters,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """Return (theta'', epsilon'', lambda'') [rad/s^2] of eq. (1)."""
-    m11, m12, m13, m22, m23, m33 = mass_matrix(pitch, elevation, p)
-    c1, c2, c3 = coriolis_torques(pitch, elevation, pitch_rate, elevation_rate, travel_rate, p)
-    g1, g2 = gravity_torques(pitch, elevation, p)
-    t1, t2, t3 = thrust_torques(pitch, elevation, mu_diff, mu_sum, p)
-    b1 = t1 - c1 - g1 - p.viscous_pitch * pitch_rate
-    b2 = t2 - c2 - g2 - p.viscous_elevation * elevation_rate
-    b3 = t3 - c3 - p.viscous_travel * travel_rate
-    # Cholesky M = L L^T: M is symmetric positive definite
-    l11 = sqrt(m11)
-    l21, l31 = m12 / l11, m13 / l11
-    l22 = sqrt(m22 - l21 * l21)
-    l32 = (m23 - l31 * l21) / l22
-    l33 = sqrt(m33 - l31 * l31 - l32 * l32)
-    y1 = b1 / l11
-    y2 = (b2 - l21 * y1) / l22
-    y3 = (b3 - l31 * y1 - l32 * y2) / l33
-    x3 = y3 / l33
-    x2 = (y2 - l32 * x3) / l22
-    x1 = (y1 - l21 * x2 - l31 * x3) / l11
-    return x1, x2, x3
+    """Return (theta'', epsilon'', lambda'') [rad/s^2] of eq. (1); the rest as :func:`simplified_accelerations`."""
+    w1, w2, w3 = pitch_rate, elevation_rate, travel_rate
+    s, c, se, ce = sin(pitch), cos(pitch), sin(elevation), cos(elevation)
+    # [kg m^2]: the rotors' masses about their pitch axis, and the difference of their other two moments; the drop of
+    # the counterweight; all masses about the vertical
+    m1 = p.l2 * (p.m2 + p.m3) / p.l1
+    width, height, lever = p.m3 * p.l3 * p.l3, p.m3 * p.d2 * p.d2, p.l2 * p.m3 * p.d2
+    body, plate, drop = width + height, width - height, m1 * p.d1 * p.d1
+    arm = m1 * p.l1 * p.l1 + (p.m2 + p.m3) * p.l2 * p.l2 + height
+    # J, and its derivatives by theta where they are not zero: of J_xy, J_xz, J_yz, and of J_yy, less that of J_zz
+    xx, xy, xz = body + drop, -lever * s, lever * c - m1 * p.l1 * p.d1
+    yy, yz, zz = arm + drop + plate * s * s, -plate * s * c, arm + plate * c * c
+    d_xy, d_xz, d_yz, d_yy = -lever * c, -lever * s, plate * (s * s - c * c), 2.0 * plate * s * c
+    j_x, j_y, j_z = body, xy, lever * c
+    # omega, omega' where q'' = 0 (its second entry is 0), K, and K' + omega x K
+    x, y, z = se * w3, -w2, ce * w3
+    dx, dz = ce * w2 * w3, -se * w2 * w3
+    K_x, K_y, K_z = (
+        xx * x + xy * y + xz * z + j_x * w1,
+        xy * x + yy * y + yz * z + j_y * w1,
+        xz * x + yz * y + zz * z + j_z * w1,
+    )
+    t_x = xx * dx + xz * dz + w1 * (d_xy * y + d_xz * z) + y * K_z - z * K_y
+    t_y = xy * dx + yz * dz + w1 * (d_xy * (x + w1) + d_yy * y + d_yz * z) + z * K_x - x * K_z
+    t_z = xz * dx + zz * dz + w1 * (d_xz * (x + w1) + d_yz * y - d_yy * z) + x * K_y - y * K_x
+    c1 = j_x * dx + j_z * dz - y * (d_xy * x + d_yz * z) - d_xz * x * z - 0.5 * d_yy * (y * y - z * z)
+    # torques [N m]
+    f_sum, f_diff = p.k_f * mu_sum, p.k_f * mu_diff
+    b1 = p.l3 * f_diff - c1 - GRAVITY * ce * p.m3 * p.d2 * s - p.viscous_pitch * w1
+    b2 = f_sum * (p.l2 * c + p.k_gf * s) + t_y - GRAVITY * se * (m1 * p.d1 + p.m3 * p.d2 * c)
+    b2 -= p.viscous_elevation * w2
+    b3 = p.l3 * se * f_diff + f_sum * ce * (p.k_gf * c - p.l2 * s) - se * t_x - ce * t_z - p.viscous_travel * w3
+    # A q'' = b by elimination of theta'', then of epsilon''
+    a12, a13, a23 = -j_y, se * j_x + ce * j_z, -se * xy - ce * yz
+    b2, b3 = b2 - a12 / j_x * b1, b3 - a13 / j_x * b1
+    a22, a23 = yy - a12 / j_x * a12, a23 - a12 / j_x * a13
+    a33 = se * se * xx + 2.0 * se * ce * xz + ce * ce * zz - a13 / j_x * a13
+    a_la = (b3 - a23 / a22 * b2) / (a33 - a23 / a22 * a23)
+    a_ep = (b2 - a23 * a_la) / a22
+    return (b1 - a12 * a_ep - a13 * a_la) / j_x, a_ep, a_la

@@ -8,16 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from heli_plant.models import (
-    GRAVITY,
-    coriolis_torques,
-    counterweight,
-    general_accelerations,
-    gravity_torques,
-    mass_matrix,
-    simplified_accelerations,
-    thrust_torques,
-)
+from heli_plant.models import GRAVITY, general_accelerations, simplified_accelerations
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state, start_state
@@ -42,7 +33,7 @@ def rigs(draw):
     )
 
 
-# --- an independent description: points in space and numerical Jacobians -------------------------------------------
+# --- the general model beside points in space -------------------------------------------
 
 
 def about_x(a):
@@ -69,143 +60,48 @@ def body_point(q, point, p):
 
 def masses(q, p):
     """(mass [kg], position [m]) of the four points and both halves of m3."""
-    yield counterweight(p), arm(q) @ np.array([-p.l1, 0, -p.d1])
+    yield p.l2 * (p.m2 + p.m3) / p.l1, arm(q) @ np.array([-p.l1, 0, -p.d1])
     yield p.m2, arm(q) @ np.array([p.l2, 0, 0])
     yield p.m3 / 2, body_point(q, [0, p.l3, -p.d2], p)
     yield p.m3 / 2, body_point(q, [0, -p.l3, -p.d2], p)
 
 
+def derivative(function, t):
+    """Derivative of a function of one variable by the complex step: exact to rounding, no difference is taken."""
+    return np.imag(function(t + 1e-30j)) / 1e-30
+
+
 def jacobian(function, q):
-    """Derivative of a vector function by the complex step: exact to rounding, no difference is taken."""
-    h = 1e-30
-    columns = [np.imag(function(np.asarray(q, complex) + 1j * h * np.eye(3)[i])) / h for i in range(3)]
-    return np.stack(columns, axis=-1)
+    """Derivatives of a vector function, by columns."""
+    return np.stack([derivative(lambda t, e=e: function(np.asarray(q) + t * e), 0.0) for e in np.eye(3)], axis=-1)
 
 
-def mass_matrix_of_points(q, p):
-    """Sum of m J^T J over the points."""
-    total = np.zeros((3, 3))
+@given(rigs(), angle, tilt, angle, st.tuples(rate, rate, rate), st.floats(-10, 10), st.floats(-10, 10))
+@settings(max_examples=60, deadline=None)
+def test_masses_gravity_thrusts_and_friction_do_no_virtual_work_together(p, pitch, elevation, travel, w, v_f, v_r):
+    """D'Alembert's principle holds the accelerations to the motion of points in space."""
+    p, q = p._replace(viscous_pitch=0.003, viscous_elevation=0.05, viscous_travel=0.25), (pitch, elevation, travel)
+    a = general_accelerations(pitch, elevation, *w, v_f - v_r, v_f + v_r, p)
+    work, size, h = -np.array([p.viscous_pitch, p.viscous_elevation, p.viscous_travel]) * w, 1.0, 1e-5
     for i, (m, _) in enumerate(masses(np.zeros(3), p)):
-        J = jacobian(lambda at, i=i: list(masses(at, p))[i][1], q)
-        total += m * J.T @ J
-    return total
 
+        def place(at, i=i):
+            return list(masses(at, p))[i][1]
 
-def square(six):
-    m11, m12, m13, m22, m23, m33 = six
-    return np.array([[m11, m12, m13], [m12, m22, m23], [m13, m23, m33]])
+        def velocity(t):
+            return derivative(lambda t: place(np.array(q) + np.array(w) * t + np.array(a) * t * t / 2), t)
 
-
-# --- the mass matrix ---------------------------------------------------------------------------------------------
-
-
-@given(rigs(), angle, tilt, angle)
-@settings(max_examples=60, deadline=None)
-def test_mass_matrix_is_the_kinetic_energy_of_four_point_masses(p, pitch, elevation, travel):
-    expected = mass_matrix_of_points((pitch, elevation, travel), p)
-    # both sides are sums of some ten products: rounding of a few eps times the largest entry
-    np.testing.assert_allclose(
-        square(mass_matrix(pitch, elevation, p)), expected, rtol=0, atol=1e-14 * np.abs(expected).max()
-    )
-
-
-# --- Coriolis forces ---------------------------------------------------------------------------------------------
-
-
-def christoffel(pitch, elevation, w, p):
-    """C(q, q') by its definition, c_ij = 1/2 sum_k (dM_ij/dq_k + dM_ik/dq_j - dM_jk/dq_i) w_k."""
-    h = 1e-5
-    by_pitch, by_elevation = (
-        (square(mass_matrix(pitch + a, elevation + b, p)) - square(mass_matrix(pitch - a, elevation - b, p))) / (2 * h)
-        for a, b in ((h, 0.0), (0.0, h))
-    )
-    D = np.stack([by_pitch, by_elevation, np.zeros((3, 3))])  # D[k, i, j] = dM_ij/dq_k
-    return 0.5 * np.einsum("kij,k->ij", D, w) + 0.5 * np.einsum("jik,k->ij", D, w) - 0.5 * np.einsum("ijk,k->ij", D, w)
-
-
-@given(rigs(), angle, tilt, st.tuples(rate, rate, rate))
-@settings(max_examples=60, deadline=None)
-def test_coriolis_torques_are_those_of_the_christoffel_symbols(p, pitch, elevation, w):
-    expected = christoffel(pitch, elevation, np.array(w), p) @ w
-    # central differences: h^2/6 times a third derivative of the order of M, plus eps M/h; both below 1e-9 max(M)
-    scale = max(mass_matrix(pitch, elevation, p)) * (1.0 + np.dot(w, w))
-    np.testing.assert_allclose(coriolis_torques(pitch, elevation, *w, p), expected, rtol=0, atol=1e-9 * scale)
-
-
-# --- gravity and thrust ------------------------------------------------------------------------------------------
-
-
-def potential_energy(pitch, elevation, p):
-    """Of the point masses [J]."""
-    return GRAVITY * sum(m * position[2] for m, position in masses((pitch, elevation, 0.3), p))
-
-
-@given(rigs(), angle, tilt)
-@settings(max_examples=60, deadline=None)
-def test_gravity_is_the_gradient_of_the_potential_energy(p, pitch, elevation):
-    h = 1e-5
-    slope_pitch = (potential_energy(pitch + h, elevation, p) - potential_energy(pitch - h, elevation, p)) / (2 * h)
-    slope_tilt = (potential_energy(pitch, elevation + h, p) - potential_energy(pitch, elevation - h, p)) / (2 * h)
-    # energies below 100 J: eps V/h and h^2/6 V'' are below 1e-8
-    np.testing.assert_allclose(gravity_torques(pitch, elevation, p), (slope_pitch, slope_tilt), rtol=0, atol=1e-8)
-
-
-@given(rigs(), angle, tilt, angle, st.floats(-10, 10), st.floats(-10, 10))
-@settings(max_examples=60, deadline=None)
-def test_thrust_torques_do_the_virtual_work_of_the_rotors_forces_and_drag(p, pitch, elevation, travel, v_f, v_r):
-    q = (pitch, elevation, travel)
+        inertial = m * (velocity(h) - velocity(-h)) / (2.0 * h)
+        work -= (inertial + [0.0, 0.0, m * GRAVITY]) @ jacobian(place, q)
+        size += np.abs(inertial).max() + m * np.abs(velocity(h)).max() ** 3
     axis = (arm(q) @ about_x(pitch))[:, 2]
-    work = np.zeros(3)
+    # the drag torque works on the body's rotation: axes of rotation in space for pitch, elevation, travel
+    turns = np.stack([arm(q)[:, 0], -arm(q)[:, 1], np.array([0.0, 0.0, 1.0])], axis=-1)
     for side, voltage in ((1.0, v_f), (-1.0, v_r)):
-        force = p.k_f * voltage
-        work += force * axis @ jacobian(lambda at, s=side: body_point(at, [0, s * p.l3, 0], p), q)
-        # the drag torque works on the body's rotation: axes of rotation in space for pitch, elevation, travel
-        turns = np.stack([arm(q)[:, 0], -arm(q)[:, 1], np.array([0.0, 0.0, 1.0])], axis=-1)
-        work += p.k_gf * force * axis @ turns
-    # forces below 3 N on levers below 2 m: rounding of a few eps
-    np.testing.assert_allclose(thrust_torques(pitch, elevation, v_f - v_r, v_f + v_r, p), work, rtol=0, atol=1e-13)
-
-
-# --- the equation of motion --------------------------------------------------------------------------------------
-
-
-def energy(pitch, elevation, w, p):
-    return 0.5 * w @ square(mass_matrix(pitch, elevation, p)) @ w + potential_energy(pitch, elevation, p)
-
-
-@given(rigs(), angle, tilt, st.tuples(rate, rate, rate), st.floats(-10, 10), st.floats(-10, 10))
-@settings(max_examples=60, deadline=None)
-def test_power_of_thrust_less_friction_is_the_rate_of_the_energy(p, pitch, elevation, w, mu_diff, mu_sum):
-    p = p._replace(viscous_pitch=0.003, viscous_elevation=0.05, viscous_travel=0.25)
-    a, w, h = np.array(general_accelerations(pitch, elevation, *w, mu_diff, mu_sum, p)), np.array(w), 1e-5
-    if np.abs(a).max() > 1e3:
-        return  # nearly singular geometry: the difference quotient below would not resolve the motion
-
-    def along(t):
-        return energy(pitch + w[0] * t + a[0] * t * t / 2, elevation + w[1] * t + a[1] * t * t / 2, w + a * t, p)
-
-    friction = np.array([p.viscous_pitch, p.viscous_elevation, p.viscous_travel])
-    power = np.dot(thrust_torques(pitch, elevation, mu_diff, mu_sum, p), w) - friction @ w**2
-    # the path holds to second order, so the central difference is good to h^2 E''' + eps E/h
-    size = np.abs(energy(pitch, elevation, w, p)) + 1.0
-    assert (along(h) - along(-h)) / (2 * h) == pytest.approx(power, abs=1e-9 * size * (1.0 + np.abs(a).max()) ** 2)
-
-
-def energies(states, p):
-    return np.array([energy(s[0], s[1], s[3:6], p) for s in states])
-
-
-@given(rate, rate, rate)
-@settings(max_examples=30, deadline=None)
-def test_accelerations_solve_the_equation_of_motion(w1, w2, w3):
-    at = (0.4, -0.3)
-    M = square(mass_matrix(*at, GENERAL))
-    torque = np.array(thrust_torques(*at, 1.5, 3.0, GENERAL))
-    torque -= np.array(coriolis_torques(*at, w1, w2, w3, GENERAL)) + [*gravity_torques(*at, GENERAL), 0.0]
-    torque -= np.array([GENERAL.viscous_pitch, GENERAL.viscous_elevation, GENERAL.viscous_travel]) * [w1, w2, w3]
-    expected = np.linalg.solve(M, torque)
-    # the condition number of M is about 60
-    np.testing.assert_allclose(general_accelerations(*at, w1, w2, w3, 1.5, 3.0, GENERAL), expected, rtol=0, atol=1e-12)
+        rotor = jacobian(lambda at, side=side: body_point(at, [0, side * p.l3, 0], p), q)
+        work += p.k_f * voltage * (axis @ rotor + p.k_gf * axis @ turns)
+    # the central difference errs by eps v / h and by h^2 / 6 of the velocity's third derivative
+    assert np.abs(work).max() < 1e-8 * size * (1.0 + np.abs(a).max())
 
 
 def test_slender_arm_shows_the_catalogues_inertial_couplings_with_coefficient_one():
