@@ -15,7 +15,7 @@ import pytest
 
 from fmu_src import UNITS, build, unit_class
 from fmu_src.native import NATIVE_UNITS, build_native
-from tests.units import HOSTS, compiled, described, needs_a_compiler, written_log
+from tests.units import HOSTS, compiled, described, host, needs_a_compiler, written_log
 
 SAVED = [unit for unit in UNITS if unit_class(unit).saves_state]
 """Units that depend on nothing outside; test_fmu_rig_link.py tests the life of the one that does."""
@@ -154,20 +154,17 @@ answer([unit.step(0.01 * k, 0.01) for k in range(20) for unit in units])
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_what_a_unit_refuses_among_random_calls_has_no_effect(fmus, log, tmp_path, unit):
+def test_what_a_unit_refuses_among_random_calls_has_no_effect_and_its_native_twin_answers_alike(
+    fmus, twins, log, tmp_path, unit
+):
     """Calls of FMI, allowed and not: no crash, and a second instance gets the accepted calls alone."""
     order = {"parameters": parameters(unit, log), "runs": 25, "calls": 80, "seed": 16}
-    (tmp_path / "order.json").write_text(json.dumps(order))
-    done = subprocess.run(
-        [sys.executable, str(HOSTS / "random_calls.py"), str(fmus[unit]), "order.json"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False,
-        env={**os.environ, "PYTHONPATH": str(HOSTS)},
-    )  # fmt: skip
-    assert done.returncode == 0, f"the host ended with {done.returncode}: {done.stderr[-2000:]}"
-    found = json.loads(done.stdout.strip().splitlines()[-1])
+    found = host("random_calls.py", tmp_path, order, fmus[unit])
     assert found["wrong"] == []
     assert found["refused"] > 125
     assert found["accepted"] > 200
+    if unit in NATIVE_UNITS:
+        assert host("random_calls.py", tmp_path, order, twins[unit])["digest"] == found["digest"]
 
 
 def bare(python, log, fmus, folder, *options):

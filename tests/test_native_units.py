@@ -15,7 +15,7 @@ from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD
 from heli_plant.tabulated_torque import KNOTS
 from tests.fmi_rules import findings
-from tests.units import lockstep, written_log
+from tests.units import host, written_log
 
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
 VOLTAGES = {"v_front": [-5.0, 7.0], "v_rear": [-5.0, 7.0]}
@@ -130,7 +130,7 @@ def orders_of(unit, folder):
 @pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_a_native_unit_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins, unit):
     """Random inputs and steps; states are saved, serialised and restored in between; no difference is allowed."""
-    for run in lockstep(tmp_path, fmus[unit], twins[unit], orders_of(unit, tmp_path)):
+    for run in host("lockstep.py", tmp_path, orders_of(unit, tmp_path), fmus[unit], twins[unit]):
         assert run["different"] == 0 and run["status"] == [0, 0], run
 
 
@@ -139,37 +139,15 @@ def test_a_native_unit_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins,
 )
 def test_both_versions_of_fmi_show_the_same_bits(tmp_path, twins, unit):
     chosen = [{**one, "steps": 300} for one in orders_of(unit, tmp_path)[-2:]]
-    for run in lockstep(tmp_path, twins[unit], twins[unit, 3], chosen):
+    for run in host("lockstep.py", tmp_path, chosen, twins[unit], twins[unit, 3]):
         assert run["different"] == 0, run
 
 
 def test_start_values_are_built_into_the_native_unit(tmp_path, twins):
     changed = {"pitch.gain": 0.25, "effects.dry_friction.pitch": 0.05}
     pair = build("HelicopterPlant", tmp_path / "python", changed), build_native("HelicopterPlant", tmp_path, changed)
-    (run,) = lockstep(tmp_path, *pair, [order({}, VOLTAGES, 200)])
+    (run,) = host("lockstep.py", tmp_path, [order({}, VOLTAGES, 200)], *pair)
     assert run["different"] == 0, run
-
-
-LAWLESS = {
-    "HelicopterPlant": ({"effects.input_delay.rotors": 0.03, "solver.step": 0.005}, VOLTAGES),
-    "AdaptiveIdentifier": ({"watch.pitch": "dry_friction", "report.interval": 0.05}, {**VOLTAGES, **ANGLES}),
-    "PidController": ({"travel.enabled": True}, ANGLES),
-    "StateFeedback": ({"sample.time": 0.1, **FEEDBACK}, ANGLES),
-    "Exciter": ({"excitation.experiment": 2}, {}),
-    "LogPlayer": ({}, {}),
-}
-
-
-@pytest.mark.parametrize("unit", NATIVE_UNITS)
-def test_random_calls_allowed_and_not_find_no_difference(tmp_path, fmus, twins, unit):
-    """The same statuses of steps, words and values as the pythonfmu unit, which is the same afterwards."""
-    parameters, inputs = LAWLESS[unit]
-    if unit == "LogPlayer":
-        parameters = {"log.path": str(written_log(tmp_path))}
-    given = {"parameters": parameters, "inputs": inputs, "calls": 1500, "seed": 8, "step": 0.01}
-    run = lockstep(tmp_path, fmus[unit], twins[unit], given, program="lawless_lockstep.py")
-    assert run["count"] == 0, run["different"]
-    assert run["refused"] > 50
 
 
 IN_BOTH = """

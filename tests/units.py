@@ -49,12 +49,12 @@ def library(folder, translation, more):
     return ctypes.CDLL(str(folder / "model.so"))
 
 
-def lockstep(folder, first, second, orders, program="lockstep.py"):
-    """Run two FMUs side by side in a process of their own."""
+def host(program, folder, orders, *units):
+    """Give the answer of a host, a process of its own, that gives orders to FMUs."""
     path = folder / "order.json"
     path.write_text(json.dumps(orders))
     done = subprocess.run(
-        [sys.executable, str(HOSTS / program), str(first), str(second), str(path)],
+        [sys.executable, str(HOSTS / program), *map(str, units), str(path)],
         capture_output=True, text=True, timeout=600, check=False, env={**os.environ, "PYTHONPATH": str(HOSTS)},
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
