@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from fmu_src import UNITS, build, unit_class
-from fmu_src.native import NATIVE_UNITS, build_native
-from tests.units import HOSTS, compiled, described, host, needs_a_compiler, written_log
+from fmu_src.native import NATIVE_UNITS
+from tests.units import HOSTS, compiled, described, host, written_log
 
 SAVED = [unit for unit in UNITS if unit_class(unit).saves_state]
 """Units that depend on nothing outside; test_fmu_rig_link.py tests the life of the one that does."""
@@ -195,14 +195,6 @@ def test_the_units_show_the_same_bits_on_a_bare_interpreter_elsewhere(fmus, log,
     if python is None:
         pytest.skip(f"this machine has no Python {version}")
     assert bare(python, log, fmus.values(), tmp_path, "--steps", "1000") == digests_here
-
-
-@pytest.mark.slow
-def test_the_native_twins_show_the_bits_of_the_bare_interpreters(log, digests_here, tmp_path):
-    needs_a_compiler()
-    twins = [build_native(unit, tmp_path) for unit in NATIVE_UNITS]
-    expected = [line for line in digests_here if line.split()[0] in NATIVE_UNITS]
-    assert bare(sys.executable, log, twins, tmp_path, "--steps", "1000") == expected
 
 
 @pytest.fixture(scope="module")

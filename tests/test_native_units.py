@@ -271,23 +271,6 @@ answer([shown[0] == shown[1], last, resource.getrusage(resource.RUSAGE_SELF).ru_
     assert more < 20_000, f"{more} kB"
 
 
-def test_a_terminated_unit_takes_no_inputs(fmus, twins, in_host):
-    script = """
-def refused(path):
-    unit = Unit(path).fresh()
-    unit.slave.terminate()
-    before = unit.get("v_front")
-    try:
-        unit.set("v_front", 1.5)
-    except Exception:
-        pass
-    return [before == unit.get("v_front"), unit.log[-1][2]]
-answer([refused(path) for path in sys.argv[1:3]])
-"""
-    ours, theirs = in_host(script, twins["HelicopterPlant"], fmus["HelicopterPlant"])
-    assert ours == theirs == [True, "setReal: v_front cannot be set, the unit is terminated; the value 1.5 was ignored"]
-
-
 # The archive
 
 

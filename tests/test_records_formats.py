@@ -66,14 +66,6 @@ def test_a_matlab_file_of_any_layout_reads_by_the_names_of_matlab(tmp_path, case
     assert same(read_log(tmp_path / "log.mat", LogFormat(columns=columns, units=PLAIN_UNITS)))
 
 
-def test_two_structs_of_six_signals_are_refused_with_both_names(tmp_path):
-    savemat(tmp_path / "log.mat", {"monday": FIELDS, "tuesday": FIELDS})
-    with pytest.raises(LogError, match="'monday.time_s', 'tuesday.time_s'"):
-        read_log(tmp_path / "log.mat")
-    chosen = {name: f"tuesday.{field}" for name, field in zip(NAMES, FIELDS, strict=True)}
-    assert same(read_log(tmp_path / "log.mat", LogFormat(columns=chosen)))
-
-
 @pytest.mark.parametrize("version", ["v7", "v7.3"])
 def test_structs_and_tables_of_either_version_are_read(tmp_path, version):
     matio = pytest.importorskip("matio")
