@@ -15,6 +15,7 @@ from heli_identifier.tools.experiment import (
     Proposal,
     effects_named,
     outlook,
+    proposals,
     ranked,
     rehearsed,
     separation_warning,
@@ -76,6 +77,12 @@ def test_experiments_that_all_leave_two_effects_alike_are_said_to_separate_nothi
 def test_an_experiment_beyond_the_limits_is_not_proposed():
     tight = Limits(pitch=0.05, elevation=0.05)
     assert outlook(multisines(1.5, 0.6), PLANT, (effect("dry_friction", "pitch"),), 40.0, tight) is None
+
+
+def test_every_proposal_keeps_the_voltage_limit_however_small():
+    for limit in (0.5, 2.0):
+        found = [np.abs(one.voltages(1.0)).max() for one in proposals(limit)]
+        assert 9 <= len(found) and max(found) <= limit
 
 
 def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():

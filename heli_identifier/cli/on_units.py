@@ -360,7 +360,7 @@ def design(
     refuse(not ranked, f"no proposal {no_flight}; widen the limits.")
     listed = ranked[: 10 if json else 5]
     table, said = tools.experiment_table(listed, entries), READING if len(entries) > 1 else READING[:-1]
-    answer(json, [own.document(entries) for own in listed], [table], said)
+    answer(json, results.plain([own.document(entries) for own in listed]), [table], said)
     text = tools.separation_warning(listed, entries)
     if text is not None:
         warn(text)

@@ -21,7 +21,7 @@ from scipy.signal import lfilter
 from heli_identifier import tracing
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.files import write_atomically
-from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
+from heli_identifier.online.excitation import Excitation, Multisine, paper_channels, voltages
 from heli_identifier.records import Log
 from heli_identifier.results import Table
 from heli_plant.communication import EncoderCounts
@@ -39,8 +39,8 @@ STEP = 0.01
 BANDS = {"slow": (0.03, 0.4), "middle": (0.1, 1.2), "fast": (0.5, 3.0)}
 """Bands [Hz] of the multisines."""
 
-BASES = (0.0, 0.6, 1.25, 2.5)
-"""Base voltages of each rotor [V]; near zero the rotors reverse."""
+BASES, PAPERS_BASE = (0.0, 0.6, 1.25, 2.5), 1.5
+"""Base voltages of each rotor [V], near zero the rotors reverse; that of the paper's signals."""
 
 STRENGTHS = (0.25, 0.6, 1.2)
 """Root-mean-square values [V] of the signals on the difference and on the sum."""
@@ -165,11 +165,12 @@ def effects_named(words: Sequence[str]) -> tuple[Effect, ...]:
 
 
 def proposals(limit: float) -> Iterator[Proposal]:
-    """Yield the excitations, their voltages clipped to plus or minus ``limit`` [V]."""
-    for experiment in (1, 2):
-        name = f"the paper's experiment {experiment} on both channels, base 1.5 V"
-        yield Proposal(name, paper_excitation(experiment, "both", base=1.5))
-    for base, on_difference, on_sum, rms in product(BASES, BANDS, BANDS, STRENGTHS):
+    """Yield the excitations whose base is within plus or minus ``limit`` [V]; their voltages are clipped to it."""
+    for experiment in (1, 2) if limit >= PAPERS_BASE else ():
+        name = f"the paper's experiment {experiment} on both channels, base {PAPERS_BASE:g} V"
+        yield Proposal(name, Excitation(PAPERS_BASE, *paper_channels(experiment, "both"), limit))
+    bases = [base for base in BASES if base <= limit]
+    for base, on_difference, on_sum, rms in product(bases, BANDS, BANDS, STRENGTHS):
         signals = (
             Multisine(rms, *BANDS[on_difference], period=30.0, seed=1),
             Multisine(rms, *BANDS[on_sum], period=45.0, seed=2),
