@@ -12,7 +12,7 @@ from typing import NamedTuple
 import pytest
 
 from fmu_src.native import Untranslatable
-from fmu_src.native.translator import Translation
+from fmu_src.native.translator.program import Translation
 from tests.units import library
 
 FEW = [0.0, -0.0, 0.1, -0.1, 0.5, 1.0, -1.0, 1.5, 2.5, -2.5, 3.7, -3.7, 1e-300, 1e300, math.inf, -math.inf]

@@ -14,7 +14,7 @@ import pytest
 
 from fmu_src.native import build_native
 from fmu_src.native.toolchain import LINUX, compiler
-from fmu_src.native.translator import header, source
+from fmu_src.native.translator.program import header, source
 
 HOSTS = Path(__file__).parent / "hosts"
 RUNTIME = files("fmu_src.native").joinpath("c")

@@ -9,6 +9,6 @@ of a unit, its memory, the functions of FMI, and for each unit which variable go
 from .builder import NATIVE_UNITS, build_native
 from .controller import controller_sources
 from .toolchain import runs_here, without_compiler
-from .translator import Untranslatable
+from .translator.body import Untranslatable
 
 __all__ = ["NATIVE_UNITS", "Untranslatable", "build_native", "controller_sources", "runs_here", "without_compiler"]

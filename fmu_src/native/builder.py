@@ -22,7 +22,9 @@ from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
 from ..variables import Value
 from .definitions import DEFINITIONS, Exchange
 from .toolchain import binaries
-from .translator import Struct, Translation, annotated, header, quoted, source
+from .translator.program import Translation, header, source
+from .translator.types import Struct, annotated
+from .translator.values import quoted
 
 NATIVE_UNITS = tuple(DEFINITIONS)
 """Units that have a native twin; the others run in Python only."""

@@ -7,7 +7,8 @@ from typing import Any
 from heli_plant.state_feedback import FeedbackSettings, feedback_step, start_feedback
 
 from ..description import rendered
-from .translator import Struct, Translation, functions, rendered_types
+from .translator.program import Translation, functions, rendered_types
+from .translator.types import Struct
 
 
 def controller_sources(settings: FeedbackSettings) -> dict[str, str]:

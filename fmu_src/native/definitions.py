@@ -11,7 +11,6 @@ from heli_identifier.online import excitation
 from heli_plant import communication, continuous, control, laws, motor, state, state_feedback
 from heli_plant.parameters import PlantParameters
 
-from ..errors import BuildError
 from ..units import adaptive_identifier
 from ..variables import Variable
 
@@ -58,8 +57,8 @@ class Definition:
     """Struct that is filled from the variables that name a field of it."""
     memory: Any = type(None)
     """Annotation of what the unit remembers between steps."""
-    externals: Mapping[Callable[..., Any], str | Callable[..., Any]] = field(default_factory=dict)
-    """Functions that have another definition: the name of one in C, or one in Python that is translated."""
+    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)
+    """Names of functions that are written in C."""
     files: tuple[str, ...] = ()
     """Further files in C that the adapter needs."""
     exchange: Exchange | None = None
@@ -78,23 +77,6 @@ _PLANT_EXCHANGE = Exchange(
     continuous.STATES,
 )  # fmt: skip
 """HelicopterPlant as a differential equation, with slopes by its states and its continuous inputs."""
-
-_WATCHABLE = tuple(
-    (axis, tuple(online.candidate(name, axis) for name in names)) for axis, names in online.WATCHABLE.items()
-)
-
-
-def find_candidate(name: str, axis: str) -> online.Candidate:
-    """Return what :func:`candidate` does, by comparison with all effects that can be watched."""
-    for own, candidates in _WATCHABLE:
-        if axis == own:
-            for one in candidates:
-                if name == one.name:
-                    return one
-            names = ", ".join(one.name for one in candidates)
-            raise BuildError(f"effect {name!r} cannot be watched on {axis}; choose of {names}")
-    raise BuildError(f"watched axis {axis!r} must be one of {', '.join(own for own, _ in _WATCHABLE)}")
-
 
 DEFINITIONS = {
     "HelicopterPlant": Definition(
@@ -117,7 +99,6 @@ DEFINITIONS = {
         ),
         online.IdentifierSettings,
         online.Sampled | None,
-        {online.candidate: find_candidate},
     ),
     "PidController": Definition(
         "pid.c",

@@ -103,13 +103,23 @@ def candidate(name: str, axis: str) -> Candidate:
     ConfigurationError
         Unknown axis, or an effect that cannot be watched there; the message lists those that can.
     """
-    if axis not in WATCHABLE:
-        raise ConfigurationError(f"watched axis {axis!r} must be one of {', '.join(WATCHABLE)}")
-    if name not in WATCHABLE[axis]:
-        raise ConfigurationError(f"effect {name!r} cannot be watched on {axis}; choose of {', '.join(WATCHABLE[axis])}")
+    for own, candidates in _CANDIDATES:
+        if axis == own:
+            for one in candidates:
+                if name == one.name:
+                    return one
+            names = ", ".join([one.name for one in candidates])
+            raise ConfigurationError(f"effect {name!r} cannot be watched on {axis}; choose of {names}")
+    raise ConfigurationError(f"watched axis {axis!r} must be one of {', '.join(WATCHABLE)}")
+
+
+def _made(name: str, axis: str) -> Candidate:
     in_rotors = (name, axis) not in {(entry.name, entry.axis) for entry in CATALOGUE}
     entry = effect(name, ROTORS if in_rotors else axis)
     return Candidate(name, axis, law_alone(entry), in_rotors, in_rotors or entry.share_of_lift)
+
+
+_CANDIDATES = tuple((axis, tuple([_made(name, axis) for name in names])) for axis, names in WATCHABLE.items())
 
 
 def candidate_value(c: Candidate, m: Motion) -> float:

@@ -7,13 +7,3 @@
 One definition per equation stays: the functions are read from the project's own sources, also those that
 :mod:`heli_plant.laws` composes of the effects' laws.
 """
-
-from .body import Untranslatable
-from .program import Translation, functions, header, rendered_types, source
-from .types import Struct, annotated
-from .values import quoted
-
-__all__ = [
-    "Struct", "Translation", "Untranslatable", "annotated", "functions", "header", "quoted", "rendered_types",
-    "source",
-]  # fmt: skip

@@ -36,18 +36,6 @@ class Untranslatable(BuildError):
         return f"{self.file}, line {self.line}: {self.reason}"
 
 
-_RESERVED = set(
-    "auto break case char const continue default do double else enum extern float for goto if inline int long register "
-    "restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true "
-    "false space".split()
-)
-
-
-def c_name(name: str) -> str:
-    """Return the name in C of a parameter of Python."""
-    return f"{name}_" if name in _RESERVED else name
-
-
 class Body:
     """One function in translation, with its name in C and the types of its parameters and, if annotated, its result.
 
@@ -74,8 +62,7 @@ class Body:
         self.ended = False
         """Whether this is behind a return."""
         for name, kind in self.parameters.items():
-            text = f"(*{c_name(name)})" if isinstance(kind, c.Struct) else c_name(name)
-            self.env[name] = self.opened(Expr(self, kind, text))
+            self.env[name] = self.opened(Expr(self, kind, f"(*{name})" if isinstance(kind, c.Struct) else name))
         self.loops: list[dict[str, Expr]] = []
         """Of each loop around: the variables that it carries from turn to turn."""
 
@@ -121,10 +108,7 @@ class Body:
         """The function's declaration."""
         parts = ["Space *space"] if self.needs_space else []
         for name, kind in self.parameters.items():
-            if isinstance(kind, c.Struct):
-                parts.append(f"const {kind.name} *{c_name(name)}")
-            else:
-                parts.append(f"{kind.name} {c_name(name)}")
+            parts.append(f"const {kind.name} *{name}" if isinstance(kind, c.Struct) else f"{kind.name} {name}")
         return f"{self.result.name} {self.name}({', '.join(parts) or 'void'})"
 
     def text(self, static: bool) -> str:

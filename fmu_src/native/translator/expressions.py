@@ -17,7 +17,7 @@ from types import FunctionType
 from typing import Any
 
 from .decisions import both, choose, compared, either, is_among, is_none, opposite
-from .functions import STAGED
+from .functions import REFUSED, STAGED
 from .types import NoType
 from .values import Callee, Expr, known_items
 
@@ -52,6 +52,8 @@ def _name(body: Any, node: ast.Name) -> Any:
         raise NoType(f"name {node.id!r} is not defined")
     if not callable(value):
         return value
+    if value in REFUSED:
+        raise NoType(REFUSED[value])
     if value in STAGED:
         return partial(STAGED[value], body)
     function = inspect.unwrap(value)

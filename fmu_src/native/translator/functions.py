@@ -22,7 +22,7 @@ from .types import BOOL, FLOAT, INT, NoType, joined
 from .values import Expr, Run, known_items, type_of, unwrapped
 
 _MATHEMATICS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log2 sqrt copysign".split()
-_REFUSED: dict[Any, str] = {
+REFUSED: dict[Any, str] = {
     math.hypot: "math.hypot of CPython differs from that of C libraries in the last bit; use linear_algebra.hypotenuse",
     sum: "sum() rounds differently from Python 3.12 on; use linear_algebra.total, or add in a loop",
 }
@@ -39,13 +39,6 @@ def _mathematical(name: str) -> Callable[..., Expr]:
         value = body.kept(translate(body, x.value))
         mathematics = SimpleNamespace(sin=partial(_mathematical("sin"), body), cos=partial(_mathematical("cos"), body))
         return Dual(value, slope(x.value, value, mathematics) * x.slope)
-
-    return translate
-
-
-def _refused(reason: str) -> Callable[..., Expr]:
-    def translate(body: Body, *given: Any) -> Expr:
-        raise NoType(reason)
 
     return translate
 
@@ -161,7 +154,6 @@ def _is_new(over: Any) -> bool:
 
 STAGED: dict[Any, Callable[..., Any]] = {
     **{getattr(math, name): _mathematical(name) for name in _MATHEMATICS},
-    **{function: _refused(reason) for function, reason in _REFUSED.items()},
     math.floor: _whole("floor"),
     math.ceil: _whole("ceil"),
     round: _whole("rint"),

@@ -17,10 +17,10 @@ from .statements import translate
 class Translation:
     """Functions and types that a program needs.
 
-    ``externals`` gives functions another definition: the name of one in C, or one in Python that is translated.
+    ``externals`` are names of functions that are written in C.
     """
 
-    def __init__(self, externals: Mapping[Callable[..., Any], Any] | None = None) -> None:
+    def __init__(self, externals: Mapping[Callable[..., Any], str] | None = None) -> None:
         self.externals = externals or {}
         self.functions: dict[tuple[Any, ...], Body] = {}
         self.entries: list[Body] = []
@@ -46,18 +46,15 @@ class Translation:
 
     def function(self, function: Any, arguments: tuple[c.CType, ...]) -> Body:
         """Return the translation of ``function`` for these argument types."""
-        external = self.externals.get(function)
-        function = external if callable(external) else function
         key = function, arguments
         if key not in self.functions:
             parameters = dict(zip(inspect.signature(function).parameters, arguments, strict=True))
             for kind in arguments:
                 self.use(kind)
             hinted = None if c.DUAL in arguments else annotation(function, "return")
-            name = external if isinstance(external, str) else self._name(function, c.DUAL in arguments)
-            body = Body(self, name, function, parameters, hinted)
-            if isinstance(external, str):
-                body.needs_space, body.is_external = True, True
+            body = Body(self, self._name(function, c.DUAL in arguments), function, parameters, hinted)
+            if function in self.externals:
+                body.name, body.needs_space, body.is_external = self.externals[function], True, True
                 self.use(body.result)
             else:
                 translate(body)
