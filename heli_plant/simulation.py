@@ -182,6 +182,7 @@ def run_accelerations(
     if carry is None:
         carry = np.array([record.start[6], record.start[7], record.start[11]])
     compiled(_accelerations, parameters)(
-        record.time, record.inputs, motion, first, carry, record.step, parameter_record(parameters), out
-    )
+        read_only(record.time), read_only(record.inputs), motion, first, carry, record.step,
+        parameter_record(parameters), out,
+    )  # fmt: skip
     return carry

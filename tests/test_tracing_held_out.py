@@ -94,7 +94,7 @@ def test_a_run_alone_is_the_plants_simulation_bit_for_bit():
 
 
 def test_the_true_plant_predicts_an_exact_record_from_the_filters_state():
-    errors = run_along(model(), EXACT_RECORD, np.zeros(3)).errors(ALL)
+    errors = run_along(model(), EXACT_RECORD, np.zeros(3)).errors()
     for name in ("ahead_100ms", "ahead_200ms"):
         assert np.abs(errors[name]).max() < 1e-6  # nothing but rounding
     # from the smoothed motion it errs by the smoothing alone, less than a count of the encoder, .0015 rad
@@ -107,7 +107,7 @@ def test_errors_ahead_are_those_of_a_simulation_from_the_same_state():
     states = simulate(VOLTAGES, H, rest(TABLE_2, VOLTAGES), TABLE_2)[0]
     np.testing.assert_allclose(run.carries[:, :12], states[run.at], rtol=0.0, atol=1e-9)
     wrong = run_along(model(TABLE_2._replace(a_1=TABLE_2.a_1 + 0.05)), EXACT_RECORD, np.zeros(3))
-    difference = run.errors(ALL)["prediction_1s"] - wrong.errors(ALL)["prediction_1s"]
+    difference = run.errors()["prediction_1s"] - wrong.errors()["prediction_1s"]
     omega, decay = TABLE_2.a_e**0.5, 0.5 * TABLE_2.a_wz
     swing = 1.0 - np.exp(-decay) * (np.cos(omega) + decay / omega * np.sin(omega))
     # an oscillator's answer to a step over 1 s, exact but for the damping's square beside omega^2
@@ -119,7 +119,7 @@ def test_a_wrong_gain_errs_more_a_tenth_of_a_second_ahead():
     errors = []
     for factor in (1.0, 0.8, 0.5):
         run = run_along(model(TABLE_2._replace(k_x=factor * TABLE_2.k_x)), record, np.zeros(3))
-        errors.append(np.sqrt(np.mean(run.errors(("ahead_200ms",))["ahead_200ms"][:, 0] ** 2)))
+        errors.append(np.sqrt(np.mean(run.errors()["ahead_200ms"][:, 0] ** 2)))
     assert errors[0] < errors[1] < errors[2]
 
 
@@ -150,7 +150,7 @@ def test_the_offset_of_a_log_is_found_and_costs_its_prior():
 def test_the_noise_floor_is_the_true_plants_own_error():
     runs = [run_along(model(), record_of(windy(seed), RIG), np.zeros(3)) for seed in (11, 12)]
     made = [made_by_itself(run, seed) for seed, run in enumerate(runs)]
-    own, floor = ([run.errors(ALL) for run in of] for of in (runs, made))
+    own, floor = ([run.errors() for run in of] for of in (runs, made))
     for name in ALL:
         figures = [rms_figures([e[name] for e in errors], 0.25) for errors in (own, floor)]
         for mine, least in zip(*figures, strict=True):
@@ -161,7 +161,7 @@ def test_the_noise_floor_is_the_true_plants_own_error():
 
 def test_an_unstable_plant_in_closed_loop_has_a_floor_and_no_free_run(monkeypatch):
     run = run_along(model(UNSTABLE), record_of(flown(7, monkeypatch), RIG), np.zeros(3))
-    assert np.isfinite(made_by_itself(run).errors(ALL)["ahead_200ms"]).all()
+    assert np.isfinite(made_by_itself(run).errors()["ahead_200ms"]).all()
     assert RIG.stable(UNSTABLE) == (False, True, False)
     assert RIG.stable(TABLE_2._replace(cable_stiffness_travel=0.01)) == (True, True, True)
 

@@ -84,20 +84,9 @@ class Event:
 
 
 def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
-    """Find the events in logs of one rig.
+    """Find the events in logs of one rig, which share coefficients and scale; ``voltage_limit`` is in [V].
 
-    Parameters
-    ----------
-    logs : sequence of Log
-        All of one rig: they share coefficients and scale. Their order and their use as training or held-out logs play
-        no role.
-    voltage_limit : float
-        Saturation of both voltages [V].
-
-    Returns
-    -------
-    tuple of Event
-        Log by log, axis by axis, in order of time.
+    They are given log by log, axis by axis, in order of time.
     """
     records = [_reduced(log, voltage_limit) for log in logs]
     motions = [_motion(record) for record in records]

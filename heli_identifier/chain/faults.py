@@ -73,28 +73,15 @@ class Fault:
 
 
 def undone(faults: Mapping[Fault, float], inputs: Array, angles: Array, h: float) -> tuple[Array, Array]:
-    """Undo faults of a log.
-
-    Parameters
-    ----------
-    faults : mapping of Fault to float
-        Their sizes.
-    inputs, angles : Array, shapes (N, 2) and (N, 3)
-        As logged [V], [rad].
-    h : float
-        Sampling interval [s].
-
-    Returns
-    -------
-    inputs, angles : Array
-    """
-    v, y = inputs.copy(), angles.copy()
+    """Undo faults of given sizes in the inputs (N, 2) [V] and angles (N, 3) [rad] of a log, sampled every ``h`` [s]."""
+    signals: dict[tuple[str, ...], Array] = {VOLTAGES: inputs, ANGLES: angles}
     for fault, size in faults.items():
-        for signals, names in ((v, VOLTAGES), (y, ANGLES)):
-            for k, name in enumerate(names):
-                if fault.channel == name or (fault.channel == "voltages" and signals is v):
-                    signals[:, k] = fault.undo(signals[:, k], h, size)
-    return v, y
+        names = ANGLES if fault.channel in ANGLES else VOLTAGES
+        signals[names] = signals[names].copy()
+        for k, name in enumerate(names):
+            if fault.channel in (name, "voltages"):
+                signals[names][:, k] = fault.undo(signals[names][:, k], h, size)
+    return signals[VOLTAGES], signals[ANGLES]
 
 
 def parabola_samples(h: float) -> int:

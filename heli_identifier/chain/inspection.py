@@ -76,15 +76,7 @@ class Defect:
 
 
 def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) -> tuple[Defect, ...]:
-    """Find the defects of a rig's logs.
-
-    Parameters
-    ----------
-    logs : sequence of Log
-    counts : sequence of int
-        Counts per turn of the encoders of pitch, elevation, travel.
-    voltage_limit : float
-        Of the rig [V].
+    """Find the defects of a rig's logs, whose encoders have so many ``counts`` a turn; ``voltage_limit`` is in [V].
 
     Raises
     ------
@@ -93,9 +85,7 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
     """
     found: list[Defect] = []
     for log in logs:
-        _refuse_copies(log)
-        _refuse_folds(log)
-        _refuse_opposed(log)
+        _refuse(log)
     steps_of = [[quantum(log.angles[:, k]) for log in logs] for k in range(len(ANGLES))]
     expected = [all(on_grid(log.angles[:, k], 2.0 * np.pi / counts[k]) for log in logs) for k in range(len(ANGLES))]
     for axis, steps, count, usual in zip(ANGLES, steps_of, counts, expected, strict=True):
@@ -134,19 +124,9 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
 def jitter(angles: Array, step: float) -> tuple[float, float]:
     """Estimate by how much instants err.
 
-    Read at t_k + d_k, the third differences e_i of the angles with rates w_i hold those of d w_i beside noise of their
-    own: the regression of e_i e_j on w_i w_j, i < j, has the slope 20 tau^2.
-
-    Parameters
-    ----------
-    angles : Array, shape (N, 3)
-    step : float
-        Sampling interval [s].
-
-    Returns
-    -------
-    tau, error : float
-        Standard deviation of d [s], and of tau; 0 where no two axes move.
+    Read at t_k + d_k, the third differences e_i of the angles (N, 3) with rates w_i hold those of d w_i beside noise of
+    their own: the regression of e_i e_j on w_i w_j, i < j, has the slope 20 tau^2. Returns tau, the standard deviation
+    of d, and its standard error [s]; 0 where no two axes move.
     """
     length = parabola_samples(step)
     if len(angles) < 4 * length:
@@ -187,16 +167,14 @@ def on_grid(values: Array, step: float) -> bool:
     return bool((np.abs(off - np.round(off)) < ON_GRID).mean() > 0.95)
 
 
-def _refuse_copies(log: Log) -> None:
+def _refuse(log: Log) -> None:
+    """Refuse copies, angles that are folded, and voltages of opposite signs."""
     for i, j in ((0, 1), (0, 2), (1, 2)):
         if np.ptp(log.angles[:, i]) > 0.0 and np.array_equal(log.angles[:, i], log.angles[:, j]):
             raise LogError(
                 f"log {log.name}: {ANGLES[i]} and {ANGLES[j]} are the same numbers, one column was written twice. "
                 f"Mend [log.columns] of heli.toml, or record the {ANGLES[j]} again."
             )
-
-
-def _refuse_folds(log: Log) -> None:
     for axis, angle in zip(ANGLES, log.angles.T, strict=True):
         jumps = np.flatnonzero(np.abs(np.abs(np.diff(angle)) - 2.0 * np.pi) < 0.5)
         if len(jumps):
@@ -204,9 +182,6 @@ def _refuse_folds(log: Log) -> None:
                 f"log {log.name}: the {axis} jumps by a whole turn at {log.start + (jumps[0] + 1) * log.step:.2f} s; "
                 "unwrap it (numpy.unwrap) before it is given."
             )
-
-
-def _refuse_opposed(log: Log) -> None:
     mean, spread = log.voltages.mean(0), log.voltages.std(0)
     if mean[0] * mean[1] < 0.0 and (np.abs(mean) > np.maximum(spread, OPPOSED)).all():
         raise LogError(

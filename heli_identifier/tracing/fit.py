@@ -39,7 +39,7 @@ class Fit:
     point: Point
     e: list[Array]
     motion: list[Array]
-    """e, motion: Innovations [rad], and the filter's motion [rad], [rad/s], shapes (N_i, a) and (N_i, 2a)."""
+    """e, motion: Innovations [rad], and the filter's motion [rad], [rad/s], as of :meth:`.Likelihood.filtered`."""
     sigma: Array
     """Their scales [rad], shape (a,)."""
     value: float
@@ -94,14 +94,7 @@ class Fit:
 
 
 def bounded_step(H: Array, g: Array, low: Array, high: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Minimise g.s + s.H.s/2 under low <= s <= high, H positive definite.
-
-    Returns
-    -------
-    s : Array, shape (n,)
-    fixed : NDArray of bool, shape (n,)
-        Where a bound holds.
-    """
+    """Minimise g.s + s.H.s/2 under low <= s <= high, H positive definite; give s (n,) and where a bound holds."""
     root = np.linalg.cholesky(H)
     s = -cho_solve((root, True), g)
     if ((s < low) | (s > high)).any():
@@ -183,22 +176,9 @@ def fit(
 ) -> Fit:
     """Fit a plant to the records of a rig.
 
-    Parameters
-    ----------
-    likelihood : Likelihood
-    fields : sequence of str
-        Parameters and faults to estimate; other parameters keep the values of ``start``, or what the rig is given as,
-        and other faults of the likelihood stay undone as they are.
-    start : Fit, optional
-        Where to begin.
-    shapes : mapping of str to float, optional
-        Values of parameters to begin from.
-    value_only : bool
-        Whether F alone is asked for: the fit is a rough one, from the air of ``start``.
-
-    Returns
-    -------
-    Fit
+    Estimated are the parameters and faults ``fields``. Other parameters keep the values of ``start``, or what the rig
+    is given as; other faults of the likelihood stay undone as they are. ``shapes`` are values of parameters to begin
+    from. With ``value_only`` F alone is asked for: the fit is a rough one, from the air of ``start``.
     """
     rig = likelihood.rig
     if start is None:

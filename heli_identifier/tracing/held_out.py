@@ -242,7 +242,7 @@ def _standardised(run: Run, model: Model) -> Array:
 
 def _ahead(runs: Sequence[Run]) -> dict[str, list[Array]]:
     """Errors (S, a) [rad] of runs by the name of the figure."""
-    found = [run.errors(tuple(HORIZONS)) for run in runs]
+    found = [run.errors() for run in runs]
     return {name: [own[name] for own in found] for name in HORIZONS}
 
 
@@ -394,7 +394,7 @@ def hold_to(parameters: Parameters, limits: Mapping[str, float], logs: Sequence[
     rig, outcomes = helicopter(DiagnosisSettings(), [own.angles for own in logs], [own.voltages for own in logs]), []
     for own in logs:
         run = run_along(Model.alone(rig, parameters), record_of(own, rig), np.zeros(len(rig.axes)))
-        errors = run.errors(("prediction_1s",))["prediction_1s"]
+        errors = run.errors()["prediction_1s"]
         figures = rms_figures([errors], SPACING, f"log {own.name}, error over 1 s")
         outcomes += [Outcome(own.name, axis, figures[rig.axes.index(axis)], limit) for axis, limit in limits.items()]
     return outcomes

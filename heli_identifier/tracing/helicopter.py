@@ -8,7 +8,7 @@ enter the accelerations.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
-from math import copysign, exp, inf, pi
+from math import atan2, copysign, exp, hypot, inf, pi
 from typing import ClassVar
 
 import numpy as np
@@ -157,8 +157,8 @@ class Tables:
 
     @staticmethod
     def values(record: Record, parameters: PlantParameters, motion: Array) -> Array:
-        """Give the variables (N, V) along a motion (N, 6)."""
-        nu = lagged(record, parameters)
+        """Give the variables (n, V) along a motion (n, 6) at every :attr:`~.rig.Record.held`-th sample."""
+        nu = lagged(record, parameters)[:: record.held]
         return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
 
     @staticmethod
@@ -197,19 +197,25 @@ def _thrust_fields() -> tuple[str, ...]:
     return tuple(entry.field for entry in CATALOGUE if entry.place in (VOLTAGE, THRUST))
 
 
-def _regression(record: Record, p: PlantParameters) -> tuple[list[Array], list[Array]]:
-    """Regressors and accelerations of the axes of one record, from local cubics over .6 s, ends cut off."""
-    angle, rate, acceleration = (local_cubic(record.angles, record.step, WINDOW, order) for order in range(3))
-    nu, window = local_cubic(lagged(record, p), record.step, WINDOW), int(WINDOW / record.step)
-    mu_diff, mu_sum = nu[:, 0] - nu[:, 1], nu[:, 0] + nu[:, 1]
-    sine, cosine = np.sin(angle[:, 0]), np.cos(angle[:, 0])
-    inner = slice(window, -window) if record.samples > 4 * window else slice(None)
-    X = (
-        np.column_stack((-rate[:, 0], -sine, cosine, mu_diff)),
-        np.column_stack((-rate[:, 1], -angle[:, 1], -np.ones_like(sine), -rate[:, 0] * rate[:, 2], mu_sum * cosine)),
-        np.column_stack((-rate[:, 2], mu_sum * sine)),
-    )
-    return [x[inner] for x in X], [acceleration[inner, axis] for axis in range(3)]
+def _signals(record: Record, p: PlantParameters) -> Array:
+    """Signals (N, 5) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda'."""
+    nu, rate = lagged(record, p), np.gradient(record.angles[:, 2], record.step)
+    return np.column_stack((nu.sum(1), nu[:, 0] - nu[:, 1], record.angles[:, :2], rate))
+
+
+def _terms(theta0: float) -> tuple[tuple[Term, ...], ...]:
+    """Equations of motion of the axes in these signals, but for constants."""
+    return (
+        (Term("a_wx", lambda s: -s[:, 2], 1, DAMPING), Term("a_th", lambda s: -np.sin(s[:, 2] - theta0)),
+         Term("k_x", lambda s: s[:, 1])),
+        (Term("a_wz", lambda s: -s[:, 3], 1, DAMPING), Term("a_e", lambda s: -s[:, 3]),
+         Term("k_z", lambda s: s[:, 0] * np.cos(s[:, 2]))),
+        (Term("a_wy", lambda s: -s[:, 4], 0, DAMPING), Term("k_y", lambda s: s[:, 0] * np.sin(s[:, 2]))),
+    )  # fmt: skip
+
+
+_CONSTANTS = ((Term("theta0", lambda s: np.cos(s[:, 2])),), (Term("a_1", lambda s: -np.ones(len(s))),), ())
+"""What the first estimate has beside them: a_th sin theta_0 cos theta, and a_1."""
 
 
 def _motion(record: Record, window: float) -> Array:
@@ -349,17 +355,21 @@ class Rig:
 
     def estimate(self, records: Sequence[Record]) -> PlantParameters:
         """Least squares on smoothed derivatives; biased by the air, only the fit's start depends on it."""
-        rows = [_regression(record, self.parameters) for record in records]
-        X, y = ([np.concatenate([row[part][axis] for row in rows]) for axis in range(3)] for part in range(2))
-        pitch, elevation, travel = (np.linalg.lstsq(x, target, rcond=None)[0] for x, target in zip(X, y, strict=True))
-        sign = copysign(1.0, pitch[1])
-        found = {
-            "a_wx": pitch[0], "a_th": sign * np.hypot(pitch[1], pitch[2]),
-            "theta0": np.arctan2(sign * pitch[2], sign * pitch[1]), "k_x": pitch[3], "a_wz": elevation[0],
-            "a_e": elevation[1], "a_1": elevation[2], "a_lt": elevation[3], "k_z": elevation[4], "a_wy": travel[0],
-            "k_y": travel[1],
-        }  # fmt: skip
-        return self.parameters._replace(**{name: float(value) for name, value in found.items() if name in self.base})
+        found: dict[str, float] = {}
+        for i, own in enumerate(zip(_terms(0.0), _CONSTANTS, strict=True)):
+            terms, X, y = (*own[0], *own[1]), list[Array](), list[Array]()
+            for record in records:
+                signals, window = _signals(record, self.parameters), int(WINDOW / record.step)
+                inner = slice(window, -window) if record.samples > 4 * window else slice(None)
+                columns = [local_cubic(term.of(signals), record.step, WINDOW, term.order)[inner] for term in terms]
+                X.append(np.column_stack(columns))
+                y.append(local_cubic(record.angles[:, i], record.step, WINDOW, 2)[inner])
+            values = np.linalg.lstsq(np.concatenate(X), np.concatenate(y), rcond=None)[0]
+            found |= {term.name: float(value) for term, value in zip(terms, values, strict=True)}
+        sine, cosine = found["a_th"], found["theta0"]
+        found["a_th"] = copysign(hypot(sine, cosine), sine)
+        found["theta0"] = atan2(copysign(1.0, sine) * cosine, abs(sine))
+        return self.parameters._replace(**{name: value for name, value in found.items() if name in self.base})
 
     def measured(self, record: Record, parameters: PlantParameters, window: float = MOTION_WINDOW) -> Array:
         """Accelerations (N, 3) [rad/s^2] of a plant along the measured motion, smoothed over ``window`` [s]."""
@@ -387,39 +397,23 @@ class Rig:
     def regressions(
         self, records: Sequence[Record], parameters: PlantParameters
     ) -> tuple[list[Regression], list[Array]]:
-        """Equations of motion for instruments, in the signals (nu_f + nu_r, nu_f - nu_r, theta, eps, lambda').
+        """Equations of motion for instruments, and their signals (N, 5) of every record.
 
         What effects and tables of the plant add to the model before counts as known.
         """
         off = dict.fromkeys((law.field for law in CATALOGUE if law.field not in self.base), 0.0)
         bare = self.assign(parameters, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
-        signals = []
-        for record in records:
-            nu = lagged(record, parameters)
-            rate = np.gradient(record.angles[:, 2], record.step)
-            signals.append(np.column_stack((nu.sum(1), nu[:, 0] - nu[:, 1], record.angles[:, :2], rate)))
-        terms = (
-            (Term("a_wx", lambda s: -s[:, 2], 1, DAMPING), Term("a_th", lambda s: -np.sin(s[:, 2] - parameters.theta0)),
-             Term("k_x", lambda s: s[:, 1])),
-            (Term("a_wz", lambda s: -s[:, 3], 1, DAMPING), Term("a_e", lambda s: -s[:, 3]),
-             Term("k_z", lambda s: s[:, 0] * np.cos(s[:, 2]))),
-            (Term("a_wy", lambda s: -s[:, 4], 0, DAMPING), Term("k_y", lambda s: s[:, 0] * np.sin(s[:, 2]))),
-        )  # fmt: skip
         known = [self.measured(r, parameters) - self.measured(r, bare) for r in records]
         return [
             Regression(axis, [record.angles[:, i] for record in records], own, [added[:, i] for added in known])
-            for i, (axis, own) in enumerate(zip(AXES, terms, strict=True))
-        ], signals
+            for i, (axis, own) in enumerate(zip(AXES, _terms(parameters.theta0), strict=True))
+        ], [_signals(record, parameters) for record in records]
 
 
 def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Sequence[Array]) -> Rig:
-    """Build the rig for logs of one bench helicopter.
+    """Build the rig for logs of one bench helicopter, angles (N_i, 3) and inputs (N_i, 2).
 
-    Parameters
-    ----------
-    settings : DiagnosisSettings
-    angles, inputs : sequence of Array, shapes (N_i, 3) and (N_i, 2)
-        Of its logs: the operating point is their mean voltage.
+    The operating point is their mean voltage.
     """
     given = {name: (value.value, value.standard_error or 0.0) for name, value in settings.effects.items()}
     largest = max(float(abs(v).max()) for v in inputs)

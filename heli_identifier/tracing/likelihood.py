@@ -49,7 +49,7 @@ class Point:
 
 
 class Move(NamedTuple):
-    """A coordinate moved: the plant, the difference, whether it acts on what is measured, and the logs' faults."""
+    """A coordinate moved: the plant, the difference, whether it needs runs of the filter, and the logs' faults."""
 
     parameters: Parameters
     step: float
@@ -83,13 +83,16 @@ class Likelihood:
         return Point(parameters, np.zeros((SHAPES, a)) if z is None else z, np.zeros((len(self.records), 4 * a)))
 
     def filtered(self, point: Point) -> tuple[list[Array], list[Array]]:
-        """Give the innovations (N_i, a) [rad] of every record and the filter's motion (N_i, 2a) [rad], [rad/s]."""
+        """Give the innovations (N_i, a) [rad] of every record and its filter's motion (n_i, 2a) [rad], [rad/s].
+
+        The motion is that at the beginning of every block of :attr:`.rig.Record.held` samples.
+        """
         found, motions = [], []
         for i, record in enumerate(self.records):
             e, motion = np.empty_like(record.angles), np.empty((record.samples, 2 * len(self.rig.axes)))
             self.run(i, point, 0, record.samples, None, e, motion)
             found.append(e)
-            motions.append(motion)
+            motions.append(motion[:: record.held].copy())
         return found, motions
 
     def beginning(self, seconds: float) -> tuple[Record, ...]:
@@ -98,19 +101,10 @@ class Likelihood:
         return self.records[: 1 + int(np.searchsorted(lengths, seconds))]
 
     def of_axes(self, e: Sequence[Array], records: Sequence[Record] | None = None) -> tuple[Array, Array]:
-        """Give the data's part of F axis by axis, and the scales that minimise it.
+        """Give the data's part of F (a,) [nats], and the scales sigma (a,) [rad] that minimise it.
 
-        Parameters
-        ----------
-        e : sequence of Array, shapes (N_i, a)
-            Innovations [rad] of the ``records``, by default of all.
-
-        Returns
-        -------
-        F : Array, shape (a,)
-            N (ln sigma - 1/2) + sum of rho(e / sigma) [nats].
-        sigma : Array, shape (a,)
-            N sigma^2 = sum of w(e / sigma) e^2 with Huber's weights w [rad]; 1 on an axis where nothing counts.
+        Of innovations ``e`` (N_i, a) [rad] of the ``records``, by default of all: N (ln sigma - 1/2) + sum of
+        rho(e / sigma) with N sigma^2 = sum of w e^2, w Huber's weights; sigma = 1 on an axis where nothing counts.
         """
         used = self.records if records is None else records
         F, scales = np.zeros(len(self.rig.axes)), np.ones(len(self.rig.axes))
@@ -165,7 +159,7 @@ class Likelihood:
             step = -step
         if coordinate.fault is not None:
             faults = {**self.faults, coordinate.fault: coordinate.value(x + step)}
-            return Move(point.parameters, step, True, faults)
+            return Move(point.parameters, step, False, faults)
         values = {**coordinate.beside, **coordinate.assigned(x + step)}
         return Move(self.rig.assign(point.parameters, values), step, coordinate.in_output)
 

@@ -94,16 +94,9 @@ def coordinates_of(rho: Array, c: Array) -> Array:
 
 
 def filters(h: float, linear: Sequence[tuple[float, float]], air: Array) -> list[AxisFilter]:
-    """Give the stationary filters of axes, which are solved together.
+    """Give the stationary filters of n axes at a sampling interval ``h`` [s].
 
-    Parameters
-    ----------
-    h : float
-        Sampling interval [s].
-    linear : sequence of (damping, stiffness)
-        Of n axes [1/s], [1/s^2].
-    air : Array, shape (5, n)
-        Of each rho [1/s^2], c, f [1/s], psi [rad] and k [1/s] (:func:`physical`).
+    ``linear`` are their dampings [1/s] and stiffnesses [1/s^2], ``air`` (5, n) what :func:`physical` gives.
     """
     return _solved(h, tuple(linear), tuple(map(tuple, air.T.tolist())))
 
@@ -184,13 +177,7 @@ def recoloured(e: Array, old: AxisFilter, new: AxisFilter) -> Array:
         e' = det(zI - N')/det(zI - N) det(zI - M)/det(zI - M') e,    N the step of d, u and n,
 
     as the plant's own poles in A, which are the same, cancel: M' has the old plant, whatever plant K' is made for. A
-    linear filter in place of a run of the plant.
-
-    Parameters
-    ----------
-    e : Array, shape (n,)
-        Innovations [rad].
-    old, new : AxisFilter
+    linear filter in place of a run of the plant. ``e`` has the shape (n,) [rad].
     """
     e = lfilter(old.errors, _errors_around(old, [new])[0], e)
     return np.asarray(e if np.array_equal(old.noise, new.noise) else lfilter(new.noise, old.noise, e))
@@ -211,16 +198,8 @@ def slope_of_colour(own: AxisFilter, others: tuple[tuple[AxisFilter, float], ...
 
         de' = d det(zI - N') m - d det(zI - M') g.
 
-    Parameters
-    ----------
-    own : AxisFilter
-    others : tuple of (filter, difference)
-        J filters beside it, and the differences of a parameter that they stand for.
-
-    Returns
-    -------
-    of_g, of_m : Array, shapes (5, J) and (3, J)
-        Weights of g and m 1, 2, ... samples ago.
+    ``others`` are J filters beside it with the differences of a parameter that they stand for; the weights of g (5, J)
+    and of m (3, J) are those of 1, 2, ... samples ago.
     """
     new, steps = [other for other, _ in others], np.array([step for _, step in others])
     of_g = (own.errors - _errors_around(own, new)).T / steps
@@ -242,14 +221,15 @@ def error_dynamics(own: AxisFilter, held: int = 1) -> tuple[Array, Array]:
 
     The filter's error obeys x+ = A (I - K C) x + (h^2/2, h, 0, 0, 0) a, and the innovation changes by -C x. With
     accelerations that are ``held`` over several samples it is that to the first innovation of each such block.
-
-    Returns
-    -------
-    b, a : Array, shapes (6,)
-        Numerator and denominator in powers of z^-1.
+    Numerator and denominator (6,) are in powers of z^-1.
     """
     B = np.array([0.5 * own.h * own.h, own.h, 0.0, 0.0, 0.0])
     return _answer(own, held, np.sum([np.linalg.matrix_power(own.M, i) @ B for i in range(held)], axis=0))
+
+
+def reading_dynamics(own: AxisFilter) -> tuple[Array, Array]:
+    """Transfer function from a further angle that is read [rad] to the innovation [rad]: det(zI - A)/det(zI - M)."""
+    return polynomial(own.A), own.errors
 
 
 def _answer(own: AxisFilter, held: int, B: Array) -> tuple[Array, Array]:

@@ -39,8 +39,8 @@ Array = NDArray[np.float64]
 HORIZONS: Mapping[str, float] = {"ahead_100ms": 0.1, "ahead_200ms": 0.2, "prediction_1s": 1.0, "prediction_2s": 2.0}
 """How far ahead [s] each figure looks."""
 
-FROM_FILTER = ("ahead_100ms", "ahead_200ms")
-"""Figures that start from the filter's state; the others start from the smoothed motion."""
+FROM_FILTER = 2
+"""So many figures start from the filter's state, the others from the smoothed motion."""
 
 Stretch = tuple[int, Array]
 """First sample of a prediction, and its errors (n, a) [rad] from there on."""
@@ -128,20 +128,16 @@ class Run:
         y, h = self.record.angles, self.record.step
         return np.hstack([local_cubic(y, h, SMOOTHING, order)[self.at] for order in (0, 1)])
 
-    def errors(self, names: Sequence[str]) -> dict[str, Array]:
-        """Give the errors (S, a) [rad] of the figures ``names``; not a number where the passage ends before."""
-        K = gains(self.model.filters(self.record.step))
+    def errors(self) -> dict[str, Array]:
+        """Give the errors (S, a) [rad] of the figures; not a number where the passage ends before."""
+        K, none = gains(self.model.filters(self.record.step)), np.zeros_like(self.offset)
         K[:, :4] = 0.0
-        near = [name for name in names if name in FROM_FILTER]
-        far = [name for name in names if name not in FROM_FILTER]
-        steps = {name: max(round(H / self.record.step), 1) for name, H in HORIZONS.items()}
-        found: list[Array] = []
-        if near:  # the state before the innovation at t_i is one step ahead of the corrected state before it
-            found += self._ahead(self.carries, K, self.offset, [steps[name] - 1 for name in near])
-        if far:
-            states = [self.model.rig.placed(c, own) for c, own in zip(self.carries, self.motion, strict=True)]
-            found += self._ahead(states, np.zeros_like(K), np.zeros_like(self.offset), [steps[name] for name in far])
-        return dict(zip((*near, *far), found, strict=True))
+        steps = [max(round(H / self.record.step), 1) for H in HORIZONS.values()]
+        # the state before the innovation at t_i is one step ahead of the corrected state before it
+        near = self._ahead(self.carries, K, self.offset, [n - 1 for n in steps[:FROM_FILTER]])
+        states = [self.model.rig.placed(c, own) for c, own in zip(self.carries, self.motion, strict=True)]
+        far = self._ahead(states, np.zeros_like(K), none, steps[FROM_FILTER:])
+        return dict(zip(HORIZONS, (*near, *far), strict=True))
 
     def measured_ahead(self, seconds: float) -> Array:
         """Angles (S, a) [rad] measured so many seconds after the starts; not a number where the passage ends before."""

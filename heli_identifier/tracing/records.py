@@ -31,14 +31,9 @@ def block_samples(log: Log) -> int:
 
 
 def averaged(log: Log, held: Array) -> Array:
-    """Average what is held over a sample (N, k), voltages or references, from the middle of one block to the next.
-
-    Returns
-    -------
-    Array, shape (n, k)
-        In the order of :func:`record_of`'s samples.
-    """
-    n = block_samples(log)
+    """Average what is held over a sample (N, k), voltages or references, from the middle of one block to the next."""
+    if (n := block_samples(log)) == 1:
+        return held
     count = (log.samples - n // 2) // n
     middles = [held[first : first + count * n].reshape(count, n, -1).mean(1) for first in ((n - 1) // 2, n // 2)]
     return np.asarray(0.5 * (middles[0] + middles[1]))
@@ -48,7 +43,7 @@ def record_of(log: Log, rig: Rig, left_out: LeftOut = NOTHING) -> Record:
     """Prepare a log; the passages ``left_out`` do not count."""
     n, voltages = block_samples(log), averaged(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
-    angles = log.angles[: count * n].reshape(count, n, -1).mean(1)
+    angles = log.angles if n == 1 else log.angles[: count * n].reshape(count, n, -1).mean(1)
     time = np.arange(count, dtype=np.float64) * step
     width = round(REST_TIME / step) | 1
     span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)

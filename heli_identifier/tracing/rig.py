@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.chain import Fault
 
-from .settings import CATALOGUE_WIDTHS, DIFFERENCE, FARTHEST
+from .settings import BLOCK, CATALOGUE_WIDTHS, DIFFERENCE, FARTHEST, SEEN_AT
 
 Array = NDArray[np.float64]
 Parameters = Any
@@ -52,7 +52,7 @@ class Coordinate:
         """Size of a fault of the log."""
         width = max(abs(fault.lower), fault.upper) / CATALOGUE_WIDTHS
         step = fault.step / width
-        return cls(fault.field, 0.0, width, fault.lower, fault.upper, step=step, in_output=True, fault=fault)
+        return cls(fault.field, 0.0, width, fault.lower, fault.upper, step=step, fault=fault)
 
     def value(self, x: float) -> float:
         """Give the parameter at a coordinate."""
@@ -147,3 +147,13 @@ class Record:
     def samples(self) -> int:
         """Number of samples N."""
         return len(self.angles)
+
+    @property
+    def held(self) -> int:
+        """Samples over which sensitivities to torques are held."""
+        return max(1, round(1.0 / (SEEN_AT * self.step)))
+
+    @property
+    def block(self) -> int:
+        """Samples of a block of :data:`.settings.BLOCK` s, a multiple of :attr:`held`."""
+        return self.held * max(1, round(BLOCK / (self.held * self.step)))

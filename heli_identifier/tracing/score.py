@@ -96,21 +96,8 @@ def price(effect: Effect, fitted: Fit) -> float:
     return float(np.log(trials))
 
 
-def _root(H: Array) -> Array:
-    """Give a matrix R with R R' = H, H symmetric and positive semidefinite."""
-    values, vectors = np.linalg.eigh(H)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
-
-
 class Scores:
-    """The quadratic form of F around a fit with further columns, and the scores of any subset of them.
-
-    Parameters
-    ----------
-    fitted : Fit
-    candidates : sequence of Effect
-        Those in the model may be among them.
-    """
+    """The quadratic form of F around a fit with columns of all candidates, and the scores of any subset of them."""
 
     def __init__(self, fitted: Fit, candidates: Sequence[Effect]):
         self.fitted = fitted
@@ -159,10 +146,9 @@ class Scores:
 
     def redrawn(self, truth: Array, rng: np.random.Generator) -> "Scores":
         """Give the same with gradients drawn around a step ``truth`` (n,), as other flights of that plant have them."""
-        spread = np.sqrt(self.dispersion)
-        g = np.array([
-            spread * (_root(H) @ rng.standard_normal(len(H))) - H @ truth for H in self.quadratic.H
-        ])  # fmt: skip
+        spread = np.sqrt(np.outer(self.dispersion, self.dispersion))
+        g = np.array([rng.multivariate_normal(-H @ truth, spread * H, check_valid="ignore", method="eigh")
+                      for H in self.quadratic.H])  # fmt: skip
         drawn = copy(self)
         drawn.quadratic = replace(self.quadratic, g=g)
         return drawn
@@ -222,18 +208,16 @@ class Scores:
 
     def scores(self, selected: Collection[str], among: Collection[str] | None = None) -> dict[str, Score]:
         """Score every candidate: outside of ``selected`` what it would add, inside what would be lost without it."""
-        found: dict[str, Score] = {}
-        outside = [name for name in self.effects if name not in selected]
-        wanted = self.effects if among is None else among
-        if any(name in wanted for name in outside):
-            found |= self._added(selected, [name for name in outside if name in wanted])
+        wanted = [name for name in self.effects if among is None or name in among]
+        found = self._added(selected, [name for name in wanted if name not in selected])
         for name in selected:
             if name in wanted:
-                others = [other for other in selected if other != name]
-                found |= self._added(others, [name])
+                found |= self._added([other for other in selected if other != name], [name])
         return found
 
     def _added(self, selected: Collection[str], names: Sequence[str]) -> dict[str, Score]:
+        if not names:
+            return {}
         d, i = self.minimum(selected)
         columns = np.array([j for name in names for j in self.of_field[name]])
         inside = np.array(i)

@@ -73,26 +73,11 @@ class Selection:
     """The quadratic form there."""
 
 
-def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, most: int | None = None) -> Selection:
-    """Search the catalogue.
-
-    Parameters
-    ----------
-    null : Fit
-        The model before.
-    candidates : sequence of Effect
-    start : Fit, optional
-        A fit to begin from, with effects or curves of its own.
-    most : int, optional
-        Rounds at the most, :data:`.settings.ROUNDS` by default.
-
-    Returns
-    -------
-    Selection
-    """
+def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) -> Selection:
+    """Search the candidates beside the model before, ``null``, from a ``start`` with effects or curves of its own."""
     fitted, left = start or null, dict[str, int]()
     lost: dict[tuple[str, ...], float] = {} if start else {(): null.value}
-    for _ in range(most or ROUNDS):
+    for _ in range(ROUNDS):
         around = Scores(fitted, candidates)
         selected = around.selected
         chosen = stepwise(around, selected, left)
@@ -246,16 +231,8 @@ def _fall(around: Scores, d) -> float:
 def left_out_gain(around: Scores, selected: Collection[str], name: str) -> float:
     """Rise of the log-likelihood of training logs, each left out of search and fit in turn, with an effect [nats].
 
-    Where the other logs do not ask for the effect, the model goes without it: the log itself has brought it in, and
-    cannot say what it is worth.
-
-    Parameters
-    ----------
-    around : Scores
-        Of the last fit.
-    selected : collection of str
-        What the model has beside it.
-    name : str
+    The model has the ``selected`` beside it. Where the other logs do not ask for the effect, it goes without: the log
+    itself has brought it in, and cannot say what it is worth.
     """
     H, g = around.quadratic.H, around.quadratic.g
     gain = 0.0
@@ -270,15 +247,7 @@ def left_out_gain(around: Scores, selected: Collection[str], name: str) -> float
 
 
 def halves_agree(around: Scores, selected: Sequence[str]) -> Agreement | None:
-    """Compare what disjoint halves of the logs establish; None for a single log.
-
-    Parameters
-    ----------
-    around : Scores
-        Of the last fit.
-    selected : sequence of str
-        Effects of the corrected plant.
-    """
+    """Compare what disjoint halves of the logs establish, ``selected`` being the truth; None for a single log."""
     count = len(around.quadratic.H)
     if count < 2:
         return None

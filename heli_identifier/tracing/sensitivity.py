@@ -4,7 +4,8 @@ A further acceleration a_k of an axis along the filter's own motion changes its 
 of the filter, a linear filter. No torque of a bench changes much within 40 ms, so these sensitivities are taken at
 :data:`.settings.SEEN_AT` and held over a block of samples. They have to be those at the block's beginning: a later one
 knows the controller's answer to the innovations that it is multiplied by, and the gradient would be biased. Those to
-the air's parameters are finite differences of the filter at the record's rate. Records are read in chunks, so memory
+the air's parameters are finite differences of the filter at the record's rate; a reading that is wrong passes the same
+linear filter as one that is right. Records are read in chunks, so memory
 grows with the log alone. With J the derivatives of e and Huber's weights w, every axis of every log adds
 
     H += sum_k w_k J_k J_k' / sigma^2,    g += sum_k w_k J_k e_k / sigma^2,
@@ -23,16 +24,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from .likelihood import Likelihood, Move, Point, without
-from .noise import SHAPES, AxisFilter, error_dynamics, filters, physical, slope_of_colour, start_response
+from .likelihood import Likelihood, Point, without
+from .noise import (
+    SHAPES,
+    AxisFilter,
+    error_dynamics,
+    filters,
+    physical,
+    reading_dynamics,
+    slope_of_colour,
+    start_response,
+)
 from .rig import Coordinate, Record
-from .settings import BLOCK, DIFFERENCE, HUBER, SEEN_AT
+from .settings import DIFFERENCE, HUBER
 
 Array = NDArray[np.float64]
 Rows = tuple[NDArray[np.intp], Array]
 """Coordinates (k,), and derivatives by them (k, n)."""
 
-CHUNK = 20000
+CHUNK = 8000
 """Samples that are read at a time."""
 
 @dataclass(frozen=True, eq=False)
@@ -75,18 +85,8 @@ def linearise(
 ) -> Quadratic:
     """Give the quadratic form of F around a point.
 
-    Parameters
-    ----------
-    likelihood : Likelihood
-    point : Point
-    coordinates : sequence of Coordinate
-        The plant's parameters that may move, P of them.
-    x : Array, shape (P,)
-        Where they are.
-    sigma : Array, shape (a,)
-        Scales at the point.
-    filtered : (innovations, motions)
-        Of :meth:`.likelihood.Likelihood.filtered` at the point.
+    The ``coordinates`` that may move are at ``x`` (P,), the scales ``sigma`` (a,) and what :meth:`.Likelihood.filtered`
+    gives are those at the point.
     """
     rig, sensitivities = likelihood.rig, Sensitivities(likelihood, point, coordinates, x)
     a, P = len(rig.axes), len(x)
@@ -117,7 +117,7 @@ def _normal_equations(
 ) -> tuple[Array, Array]:
     """H of every axis (a, n, n) and scores of blocks (B, a, n) of log ``i``; n counts its own torques and start."""
     record, n = sensitivities.likelihood.records[i], sensitivities.count
-    held, length = held_samples(record), block_length(record)
+    held, length = record.held, record.block
     H, scores = np.zeros((len(sigma), n, n)), np.zeros((-(-record.samples // length), len(sigma), n))
     for rows, fast, slow in sensitivities.of_record(i, e, motion):
         block = rows.start // length
@@ -151,8 +151,7 @@ class Sensitivities:
     """Derivatives of the innovations of every record by the coordinates of a point.
 
     They are numbered: the plant's coordinates (P), the air's (5a), the log's torques (a) and its start (2a), which are
-    ``count``. Without ``filters_move`` the filters stay as they are: the innovations' own image, by which a parameter
-    of the air changes them, would explain whatever stands out of them.
+    ``count``.
     """
 
     def __init__(
@@ -161,57 +160,60 @@ class Sensitivities:
         point: Point,
         coordinates: Sequence[Coordinate],
         x: Array,
-        filters_move: bool = True,
     ):
-        self.likelihood, self.point, self.filters_move = likelihood, point, filters_move
+        self.likelihood, self.point = likelihood, point
         self.moves = [likelihood.moved(point, c, float(own)) for c, own in zip(coordinates, x, strict=True)]
         self.own = len(self.moves) + SHAPES * len(likelihood.rig.axes)
         self.count = self.own + 3 * len(likelihood.rig.axes)
         self._at_rate: dict[float, list[_Axis]] = {}
 
     def of_record(self, i: int, e: Array, motion: Array) -> Iterator[tuple[slice, list[Rows], list[Rows]]]:
-        """Give the derivatives of the innovations ``e`` (N, a) of record ``i``, chunk by chunk.
+        """Give the derivatives of the innovations ``e`` (N, a) of record ``i``: the samples of a chunk, then two lists.
 
-        Yields
-        ------
-        rows : slice
-            Samples of the chunk.
-        fast, slow : list of (coordinates, derivatives (k, n))
-            Of every axis those that are not zero: what is taken at every sample, and what is held over blocks of
-            :func:`held_samples`. The derivative is the sum of both.
+        They hold for every axis those that are not zero: what is taken at every sample, and what is held over blocks of
+        ``record.held``. The derivative is the sum of both.
         """
         L, point, moves, rig = self.likelihood, self.point, self.moves, self.likelihood.rig
-        record, a, P, held = L.records[i], len(rig.axes), len(moves), held_samples(L.records[i])
+        record, a, P, held = L.records[i], len(rig.axes), len(moves), L.records[i].held
         if record.step not in self._at_rate:
             self._at_rate[record.step] = self._axes(record)
         axes = self._at_rate[record.step]
         plant, *plants = (L.of_log(i, point, p) for p in (point.parameters, *(move.parameters for move in moves)))
-        logged = L.logged[i] if L.faults else record
-        altered = [without(move.faults, logged) if move.faults else None for move in moves]
         starts = [start_response(axis.own, held, -(-record.samples // held)).T for axis in axes]
-        colours = [_Colour(axis) for axis in axes]
+        pasts = [_past(axis.own, e[:, k]) for k, axis in enumerate(axes)]
         slower = _slower(record, held)
+        altered, read = dict[int, Record](), [dict[int, Array]() for _ in axes]
+        for j, move in enumerate(moves):
+            if move.faults is not None:
+                altered[j] = without(move.faults, L.logged[i] if L.faults else record)
+                for k in np.flatnonzero((altered[j].angles != record.angles).any(0)).tolist():
+                    change = (altered.pop(j).angles[:, k] - record.angles[:, k]) / move.step
+                    read[k][j] = lfilter(*reading_dynamics(axes[k].own), change)
         carried: list = [None] * (P + 1)
         memory = [np.zeros((P + 1, len(axis.transfer[1]) - 1)) for axis in axes]
-        chunk = block_length(record) * max(1, CHUNK // block_length(record))
+        chunk = record.block * max(1, CHUNK // record.block)
         for first in range(0, record.samples, chunk):
             rows = slice(first, min(first + chunk, record.samples))
-            seen = np.ascontiguousarray(motion[rows][::held])
-            blocks = slice(first // held, first // held + len(seen))
+            blocks = slice(first // held, -(-rows.stop // held))
+            seen = motion[blocks]
             torques, base = np.zeros((P + 1, len(seen), a)), np.empty((len(seen), a))
             torques[P] = 1.0
             carried[P] = rig.accelerations(slower, plant, seen, blocks.start, carried[P], base)
-            outputs: list[list[dict[int, Array]]] = [[{} for _ in axes] for _ in range(2)]
+            quick = [{j: change[rows] for j, change in own.items()} for own in read]
+            outputs = [dict[int, Array]() for _ in axes]
             for j, move in enumerate(moves):
-                if not move.in_output:
+                if move.in_output or j in altered:
+                    shown = np.empty_like(e[rows])
+                    carried[j] = L.run(
+                        i, point, rows.start, rows.stop, carried[j], shown, parameters=move.parameters,
+                        record=altered.get(j),
+                    )  # fmt: skip
+                    change = (shown - e[rows]).T / move.step
+                    for k in np.flatnonzero(change.any(1)).tolist():
+                        (quick if j in altered else outputs)[k][j] = change[k] if j in altered else change[k, ::held]
+                elif move.faults is None:
                     carried[j] = rig.accelerations(slower, plants[j], seen, blocks.start, carried[j], torques[j])
                     torques[j] = (torques[j] - base) / move.step
-                    continue
-                shown = np.empty_like(e[rows])
-                carried[j] = self._run(i, move, rows, carried[j], shown, altered[j])
-                change = (shown - e[rows]).T / move.step
-                for k in np.flatnonzero(change.any(1)).tolist():
-                    outputs[bool(move.faults)][k][j] = change[k] if move.faults else change[k, ::held]
             fast, slow = [], []
             for k, axis in enumerate(axes):
                 of_axis = torques[:, :, k]
@@ -219,27 +221,18 @@ class Sensitivities:
                 through, memory[k][passed] = lfilter(*axis.transfer, of_axis[passed], axis=1, zi=memory[k][passed])
                 named = np.where(np.arange(P + 1) < P, np.arange(P + 1), self.own + k)[passed]
                 start = self.own + k + a * np.array([1, 2])
-                slow.append(_stacked((named, through), (start, starts[k][:, blocks]), outputs[0][k]))
-                colour = axis.moving, colours[k].derivatives(e[rows, k])
-                fast.append(_stacked(colour, (np.empty(0, int), np.empty((0, len(e[rows])))), outputs[1][k]))
+                slow.append(_stacked(outputs[k], (named, through), (start, starts[k][:, blocks])))
+                coloured = axis.moving, _by_colour(axis, pasts[k], rows)
+                fast.append(_stacked(quick[k], coloured))
             yield rows, fast, slow
-
-    def _run(
-        self, i: int, move: Move, rows: slice, carry: Array | None, shown: Array, altered: Record | None
-    ) -> Array:
-        return self.likelihood.run(
-            i, self.point, rows.start, rows.stop, carry, shown, parameters=move.parameters, record=altered
-        )
 
     def _axes(self, record: Record) -> list[_Axis]:
         """Give the filters of the axes at the rate of a record, and how the coordinates move them."""
-        now, held = self.likelihood.filters(record, self.point), held_samples(record)
-        if not self.filters_move:
-            nothing = np.empty(0, dtype=int), (np.empty((5, 0)), np.empty((3, 0)))
-            return [_Axis(own, error_dynamics(own, held), *nothing) for own in now]
         return [
-            _Axis(own, error_dynamics(own, held), np.array(list(by)), slope_of_colour(own, tuple(by.values())))
-            for own, by in zip(now, self._other_filters(record.step), strict=True)
+            _Axis(own, error_dynamics(own, record.held), np.array(list(by)), slope_of_colour(own, tuple(by.values())))
+            for own, by in zip(
+                self.likelihood.filters(record, self.point), self._other_filters(record.step), strict=True
+            )
         ]
 
     def _other_filters(self, h: float) -> list[dict[int, tuple[AxisFilter, float]]]:
@@ -264,34 +257,18 @@ class Sensitivities:
         return found
 
 
-class _Colour:
-    """Derivatives of one axis's innovations by what moves its filter, chunk by chunk."""
-
-    def __init__(self, axis: _Axis):
-        self.parts = tuple(zip((axis.own.errors, axis.own.noise), axis.slopes, strict=True))
-        self.states = [np.zeros(len(poles) - 1) for poles, _ in self.parts]
-        self.past = [np.zeros(len(weights)) for _, weights in self.parts]
-
-    def derivatives(self, e: Array) -> Array:
-        """Continue with the innovations (n,); give one row (n,) for each coordinate."""
-        found = np.zeros((self.parts[0][1].shape[1], len(e)))
-        for k, (poles, weights) in enumerate(self.parts):
-            filtered, self.states[k] = lfilter([1.0], poles, e, zi=self.states[k])
-            known, lags = np.concatenate((self.past[k], filtered)), len(weights)
-            found += weights.T @ np.array([known[lags - d : len(known) - d] for d in range(1, lags + 1)])
-            self.past[k] = known[-lags:]
-        return found
+def _past(own: AxisFilter, e: Array) -> list[Array]:
+    """Give innovations (N,) behind the poles of the filter's error and of the noise, zeros before their beginning."""
+    return [np.concatenate((np.zeros(5), lfilter([1.0], poles, e))) for poles in (own.errors, own.noise)]
 
 
-def held_samples(record: Record) -> int:
-    """Count the samples over which sensitivities to torques are held."""
-    return max(1, round(1.0 / (SEEN_AT * record.step)))
-
-
-def block_length(record: Record) -> int:
-    """Count the samples of a block of :data:`.settings.BLOCK` s, a multiple of :func:`held_samples`."""
-    held = held_samples(record)
-    return held * max(1, round(BLOCK / (held * record.step)))
+def _by_colour(axis: _Axis, past: Sequence[Array], rows: slice) -> Array:
+    """Give the derivatives of an axis's innovations by what moves its filter, one row each."""
+    found = np.zeros((len(axis.moving), rows.stop - rows.start))
+    for weights, known in zip(axis.slopes, past, strict=True):
+        lags = range(1, len(weights) + 1)
+        found += weights.T @ np.array([known[rows.start + 5 - d : rows.stop + 5 - d] for d in lags])
+    return found
 
 
 def means(values: Array, held: int) -> Array:
@@ -314,9 +291,7 @@ def _slower(record: Record, held: int) -> Record:
     return replace(record, step=held * record.step, time=np.ascontiguousarray(record.time[::held]), inputs=inputs)
 
 
-def _stacked(first: Rows, second: Rows, others: dict[int, Array]) -> Rows:
+def _stacked(others: dict[int, Array], *rows: Rows) -> Rows:
     """Join rows with their coordinates."""
-    return (
-        np.concatenate((first[0], second[0], np.array(list(others), dtype=int))),
-        np.vstack((first[1], second[1], *others.values())),
-    )
+    named, found = zip(*rows, strict=True)
+    return np.concatenate((*named, np.array(list(others), dtype=int))), np.vstack((*found, *others.values()))

@@ -33,7 +33,7 @@ from .noise import error_dynamics
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict
 from .rig import Effect
 from .select import Selection, select
-from .sensitivity import Sensitivities, held_samples, means
+from .sensitivity import Sensitivities, means
 from .settings import CURVE_WIDTH, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE, UNKNOWN_TRIED
 
 Array = NDArray[np.float64]
@@ -73,7 +73,7 @@ class _Seen:
 
     def __init__(self, fitted: Fit):
         L, point, rig, P = fitted.likelihood, fitted.point, fitted.likelihood.rig, len(fitted.x)
-        sensitivities = Sensitivities(L, point, fitted.coordinates, fitted.x, filters_move=False)
+        sensitivities = Sensitivities(L, point, fitted.coordinates, fitted.x)
         self.tables, self.axes, self.steps, self.response = rig.tables, rig.axes, [], []
         self.times, self.variables = [], []
         self.w: list[Array] = []
@@ -81,7 +81,7 @@ class _Seen:
         self.Q: list[Array] = []
         rows: list[list[Array]] = [[] for _ in rig.axes]  # weight, weighted innovations and derivatives
         for i, record in enumerate(L.records):
-            held = held_samples(record)
+            held = record.held
             for chunk, _, slow in sensitivities.of_record(i, fitted.e[i], fitted.motion[i]):
                 first = np.arange(0, chunk.stop - chunk.start, held)
                 for a, (named, J) in enumerate(slow):
@@ -95,8 +95,7 @@ class _Seen:
             self.steps.append(held * record.step)
             self.response.append([error_dynamics(own, held) for own in L.filters(record, point)])
             self.times.append(means(record.time[:, None], held)[:, 0])
-            variables = rig.tables.values(record, fitted.parameters, fitted.motion[i])
-            self.variables.append(means(variables, held))
+            self.variables.append(rig.tables.values(record, fitted.parameters, fitted.motion[i]))
         self.ends, logs = np.cumsum([0, *map(len, self.times)]), len(self.times)
         for a, chunks in enumerate(rows):
             stacked, N = np.concatenate(chunks), self.ends[-1]
