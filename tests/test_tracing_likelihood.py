@@ -99,7 +99,7 @@ def test_gains_of_a_clean_rig_in_open_loop(clean):
 def test_offsets_that_all_logs_share_are_no_offsets(clean):
     """The logs of a clean rig have none: their spread is estimated near what is known beforehand, not at .1 rad/s^2."""
     fitted = with_own_spread(clean[2])
-    assert (fitted.likelihood.torque_width < 0.02).all()
+    assert (fitted.likelihood.widths[:3] < 0.02).all()
 
 
 def test_bounds_hold_and_the_rest_is_minimised():

@@ -212,7 +212,7 @@ def _scores(log: Log, parameters: PlantParameters, fields: Sequence[str]) -> tra
     likelihood = tracing.Likelihood(rig, tracing.records_of((log,), rig, {}))
     off = parameters._replace(**dict.fromkeys(fields, 0.0))
     air = tracing.coordinates_of(AIR / rounding, np.full(len(rig.axes), 1.0 / AIR_TIME))
-    model = tracing.Model(rig, off, air, rounding, likelihood.torque_width)
+    model = tracing.Model(rig, off, air, rounding, likelihood.widths[:3])
     base = [name for name in rig.base if name not in fields]
     known = tracing.around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
     return tracing.Scores(known, [effect for effect in rig.effects if effect.field in fields])

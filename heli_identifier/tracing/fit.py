@@ -257,11 +257,11 @@ def with_own_spread(fitted: Fit) -> Fit:
     own, and a plant has to name it.
     """
     nu, *s = OWN_PRIOR
-    a, own = len(fitted.likelihood.rig.axes), fitted.point.own
-    squares = (own - own.mean(0)) ** 2 + fitted.quadratic.variance
-    torque, gain = (np.sqrt((nu * size**2 + squares[:, part].sum(0)) / (nu + len(own) - 1))
-                    for size, part in zip(s, (slice(0, a), slice(3 * a, None)), strict=True))  # fmt: skip
-    return fit(replace(fitted.likelihood, torque_width=torque, gain_width=gain), fitted.names, fitted)
+    a, own, widths = len(fitted.likelihood.rig.axes), fitted.point.own, fitted.likelihood.widths.copy()
+    squares = ((own - own.mean(0)) ** 2 + fitted.quadratic.variance).sum(0)
+    for size, part in zip(s, (slice(0, a), slice(3 * a, None)), strict=True):
+        widths[part] = np.sqrt((nu * size**2 + squares[part]) / (nu + len(own) - 1))
+    return fit(replace(fitted.likelihood, widths=widths), fitted.names, fitted)
 
 
 def covariance(fitted: Fit) -> Array:

@@ -63,19 +63,12 @@ class Likelihood:
 
     rig: Rig
     records: tuple[Record, ...]
-    torque_width: Array = field(default_factory=lambda: np.full(3, OWN[0]))
-    """tau of the logs' torques [rad/s^2], shape (a,)."""
-    gain_width: Array = field(default_factory=lambda: np.full(3, OWN[3]))
-    """tau of the logarithms of the logs' gains, shape (a,)."""
+    widths: Array = field(default_factory=lambda: np.repeat(OWN, 3))
+    """Standard deviations tau of what a log has of its own, as in :class:`Point`, shape (4a,)."""
     faults: Mapping[Fault, float] = field(default_factory=dict)
     """Sizes of the faults of the logs that are undone in the records."""
     logged: tuple[Record, ...] = ()
     """The records as they were logged; empty where nothing is undone."""
-
-    @property
-    def widths(self) -> Array:
-        """Standard deviations tau (4a,) of what a log has of its own, as in :class:`Point`."""
-        return np.concatenate((self.torque_width, np.repeat(OWN[1:3], len(self.rig.axes)), self.gain_width))
 
     def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
         """Give the point of a plant in the air of any rig, or in ``z`` (5, a), whose logs have nothing of their own."""

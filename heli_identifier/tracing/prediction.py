@@ -70,7 +70,7 @@ class Model:
             fitted = fit(likelihood, (), replace(fitted, point=replace(fitted.point, harmonics=())))
         counted = sum(record.weights.sum(0) for record in likelihood.records) > 0
         r = np.where(counted, fitted.encoder_noise(), likelihood.rig.resolution / np.sqrt(12.0))
-        return cls(likelihood.rig, fitted.parameters, fitted.point.z, r, likelihood.torque_width)
+        return cls(likelihood.rig, fitted.parameters, fitted.point.z, r, likelihood.widths[: len(r)])
 
     @classmethod
     def alone(cls, rig: Rig, parameters: Parameters) -> "Model":

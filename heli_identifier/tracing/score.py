@@ -88,21 +88,15 @@ def step_times(fitted: Fit, axis: int) -> list[float]:
     return found
 
 
-def price(effect: Effect, fitted: Fit) -> float:
-    """Logarithm of the number of shapes that are tried: what the best of them scores by chance [nats]."""
-    trials = float(len(effect.starts))
-    if effect.steps_in_time:
-        trials *= max(record.time[-1] for record in fitted.likelihood.records) / STEP_APART
-    return float(np.log(trials))
-
-
 class Scores:
     """The quadratic form of F around a fit with columns of all candidates, and the scores of any subset of them."""
 
     def __init__(self, fitted: Fit, candidates: Sequence[Effect]):
         self.fitted = fitted
         self.effects = {effect.field: effect for effect in candidates}
-        self.price = {effect.field: price(effect, fitted) for effect in candidates}
+        instants = max(record.time[-1] for record in fitted.likelihood.records) / STEP_APART
+        trials = {e.field: len(e.starts) * (instants if e.steps_in_time else 1.0) for e in candidates}
+        self.price = {name: float(np.log(count)) for name, count in trials.items()}  # what the best scores by chance
         inside = list(fitted.coordinates)
         further = [c for e in candidates if e.field not in fitted.names for c in columns_of(e, fitted)]
         self.coordinates = [*inside, *further]
