@@ -71,22 +71,9 @@ def _no_sums(plan: FollowPlan) -> tuple[Sums, ...]:
 def correct(
     state: CorrectorState, now: Sample, report: IdentifierReport, plan: FollowPlan
 ) -> tuple[CorrectorState, tuple[Event, ...]]:
-    """Take in the next sample.
+    """Take in the sample ``now`` of k = ``state.samples`` + 1, and what the identifier last said.
 
-    Parameters
-    ----------
-    state : CorrectorState
-    now : Sample
-        At the time of sample k = ``state.samples`` + 1.
-    report : IdentifierReport
-        What the identifier last said.
-    plan : FollowPlan
-
-    Returns
-    -------
-    state : CorrectorState
-    events : tuple of Event
-        What there is to report.
+    Returns the state after it, and the events that there are to report.
     """
     k, suspended = state.samples + 1, state.mode == "suspended"
     voltages, angles = (now.v_front, now.v_rear), (now.pitch, now.elevation, now.travel)

@@ -40,28 +40,11 @@ _STOP, _STUCK = 0.2, 0.5
 class FollowSettings:
     """Everything that can be set on the following twin.
 
-    Parameters
-    ----------
-    sample_time : float
-        Time between two samples h [s].
-    parameters : PlantParameters
-        Values in use at the start.
-    effects : tuple of (name, axis)
-        Effects of the catalogue that may be switched on; those of :data:`heli_identifier.online.WATCHABLE`.
-    window : float
-        Time over which errors 1 s ahead are compared [s].
-    false_alarm_time : float
-        Mean time between two false alarms that is asked for, at least [s].
-    observer_bandwidth : float
-        Of the poles of the observer that keeps the plant on the rig, on pitch and elevation [rad/s]
-        (:mod:`heli_plant.observer`).
-    correcting : bool
-        Whether changes are adopted; without, they are only reported.
-
-    Raises
-    ------
-    ConfigurationError
-        A setting is out of range; the message names it, its value and its bound.
+    Time between two samples h [s]; ``parameters`` in use at the start; ``effects`` (name, axis) that may be switched
+    on, of :data:`heli_identifier.online.WATCHABLE`; ``window`` over which errors 1 s ahead are compared [s]; mean time
+    between two false alarms that is asked for, at least [s]; bandwidth of the observer's poles on pitch and elevation
+    [rad/s] (:mod:`heli_plant.observer`); ``correcting``: whether changes are adopted or only reported.
+    What is out of range is a ConfigurationError; the message names it, its value and its bound.
     """
 
     sample_time: float = 0.01

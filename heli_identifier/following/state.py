@@ -65,10 +65,9 @@ class Sample(NamedTuple):
 
 
 class IdentifierReport(NamedTuple):
-    """What the on-line identifier says.
+    """What the on-line identifier says: the ``excitation`` of the axes [1], the ``scores`` [1] of the effects in order.
 
-    The ``excitation`` of the axes [1] and the ``scores`` [1] of the effects in order; ``estimates`` and their
-    ``standard_errors`` in the order of :data:`HEARD`, empty if nobody says them.
+    ``estimates`` and their ``standard_errors`` in the order of :data:`HEARD`, empty if nobody says them.
     """
 
     excitation: tuple[float, float, float] = (1.0, 1.0, 1.0)

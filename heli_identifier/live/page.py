@@ -97,10 +97,7 @@ def _message(name: str, data: Any) -> bytes:
 def served(address: str, title: str) -> Iterator[tuple[str, Board]]:
     """Serve the page while the block runs; give its address and the board that views are shown on.
 
-    Raises
-    ------
-    ConfigurationError
-        The address is none, or stands for all; or its port is taken.
+    An address that is none or stands for all, and a port that is taken, are a ConfigurationError.
     """
     family, place = find_address(address, "--serve-at", 0)
     if is_every(place[0]):

@@ -101,30 +101,17 @@ Show = Callable[[View | None, Status | None], None]
 
 
 def check_unused(folder: Path) -> None:
-    """Refuse a folder that holds an earlier flight or diagnosis.
-
-    Raises
-    ------
-    ConfigurationError
-        Names the file that is there.
-    """
+    """Refuse a folder that holds an earlier flight or diagnosis: a ConfigurationError that names the file."""
     for name in (RECORDED, PREDICTIONS, DIAGNOSED):
         if (folder / name).exists():
             raise ConfigurationError(f"{folder / name} {_IS_THERE}")
 
 
 class Session:
-    """A twin and the files of its flight.
+    """A twin and the files of its flight, in a folder that must not hold an earlier recording.
 
-    Parameters
-    ----------
-    folder : Path
-        Where the files go; it must not hold an earlier recording.
-    parameters : ParameterSet
-        Of the plant, as a diagnosis delivers them.
-    changed : callable
-        Called when a change was adopted or taken back with the plant's parameters, their standard errors by structured
-        name, and the elevation [rad].
+    ``parameters`` are the plant's, as a diagnosis delivers them. ``changed`` is called when a change was adopted or
+    taken back, with the plant's parameters, their standard errors by structured name, and the elevation [rad].
 
     Raises
     ------

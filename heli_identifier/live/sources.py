@@ -60,14 +60,8 @@ class Status(NamedTuple):
 class Listening:
     """Samples of a rig by UDP.
 
-    Parameters
-    ----------
-    port : Port
-    rate : float or None
-        Sampling rate of the rig [Hz]; None if it is to be found from the times in the datagrams.
-    format : LogFormat
-        The rig's signs, units, exchanged rotors, and voltages before the amplifiers' limit.
-    keep : callable
+    ``rate`` of sampling [Hz], None if it is to be found from the times in the datagrams; ``format``: the rig's signs,
+    units, exchanged rotors, and voltages before the amplifiers' limit; ``keep`` takes every sample in order.
     """
 
     def __init__(self, port: Port, rate: float | None, format: LogFormat, keep: Keep) -> None:
@@ -104,10 +98,7 @@ class Listening:
     def instants(self) -> Iterator[Sample | None]:
         """Give the rig's sample of each instant, with ``fresh`` 0 where there is none; None while there is no instant.
 
-        Raises
-        ------
-        ConfigurationError
-            The rig's rate is out of range.
+        A rate out of range is a ConfigurationError.
         """
         while True:
             select([self.port], [], [], _WAIT)
@@ -224,10 +215,7 @@ class Listening:
 
 
 def find_rate(times: list[float]) -> float:
-    """Return the rate [Hz] at which samples were taken, a whole number within half a percent of one.
-
-    ``times`` [s]: at least two, in order.
-    """
+    """Return the rate [Hz] of samples at ``times``, in order [s]: a whole number within half a percent of one."""
     rate = 1.0 / max(_median_step(times), _SHORTEST)
     return float(round(rate)) if rate >= 1.0 and abs(rate - round(rate)) <= 0.005 * rate else rate
 
