@@ -283,7 +283,7 @@ def effects(
             continue
         bounds = f"{entry.lower:g} to {entry.upper:g}"
         row = (entry.name, entry.axis, results.law_text(entry.law), results.unit_text(entry.unit), bounds)
-        shapes = ", ".join(f"{shape.name} [{results.unit_text(shape.unit) or '1'}]" for shape in entry.shapes)
+        shapes = ", ".join(results.labelled(shape.name, shape.unit) for shape in entry.shapes)
         rows.append((*row, shapes, entry.source) if verbose else row)
         document.append(
             {

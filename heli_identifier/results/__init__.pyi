@@ -23,6 +23,7 @@ __all__ = [
     "drawn_values",
     "effect_name",
     "figure",
+    "labelled",
     "law_text",
     "listed",
     "look",
@@ -78,6 +79,7 @@ from .tables import (
 from .unit import build, check_free_run, played
 from .words import (
     effect_name,
+    labelled,
     law_text,
     listed,
     meaning,

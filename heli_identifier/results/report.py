@@ -193,7 +193,7 @@ def _law_figure(curve: EffectCurve, title: str) -> str:
     own.line(x, 1e3 * y, "after", "law", 2.0)
     if len(curve.points):
         own.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
-    label = f"{words.variable_name(curve.variable)} [{words.unit_text(curve.unit) or '1'}]"
+    label = words.labelled(words.variable_name(curve.variable), curve.unit)
     return figure([own], label, f"{title}: the law with its band over what the training logs show")
 
 

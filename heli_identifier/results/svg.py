@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.files import write_atomically
 from heli_identifier.records import Log
-from heli_identifier.results.words import power_text, unit_text
+from heli_identifier.results.words import labelled, power_text
 from heli_plant.effects import AXES
 
 Array = NDArray[np.float64]
@@ -164,7 +164,7 @@ def run_figure(result: Any, log: Log | None = None) -> str:
     for axis in AXES:
         if (column := columns.get(f"plant.{axis}")) is None:
             continue
-        panel = Axes(f"{axis} [{unit_text(units[column])}]", 115.0)
+        panel = Axes(labelled(axis, units[column]), 115.0)
         if log is not None:
             played = log.time <= time[-1] + 1e-9  # two products of a step may differ by an ulp
             panel.line(log.time[played], log.angles[played, AXES.index(axis)], "measured", "measured", 2.2)

@@ -33,6 +33,11 @@ def unit_text(unit: str) -> str:
     return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_SUPERSCRIPTS), unit).replace(".", "·")
 
 
+def labelled(text: str, unit: str) -> str:
+    """Give the head of an axis or a column with its unit: ``rate [rad/s²]``, of a plain number [1]."""
+    return f"{text} [{unit_text(unit) or '1'}]"
+
+
 def power_text(value: float, _position: float | None = None) -> str:
     """Give a power of ten as 10⁻³, for the ticks of a logarithmic axis."""
     return "10" + str(round(log10(value))).translate(_SUPERSCRIPTS) if value > 0.0 else ""

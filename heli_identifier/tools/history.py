@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from heli_identifier import online
 from heli_identifier.online import Estimate, IdentifierSettings, IdentifierState, ModelParameters, Plan
 from heli_identifier.records import Log
-from heli_identifier.results import Axes, figure, meaning, side_by_side, unit_text
+from heli_identifier.results import Axes, figure, labelled, meaning, side_by_side
 from heli_identifier.tracing import plausible_range
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -86,7 +86,7 @@ def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, 
     drawn = []
     for column, name in enumerate(NAMES):
         final, (low, high) = together[name].value, plausible_range(name, voltage_limit)
-        panel, ends = Axes(f"{name} [{unit_text(BY_FIELD[name].unit) or '1'}]", 130.0), [final]
+        panel, ends = Axes(labelled(name, BY_FIELD[name].unit), 130.0), [final]
         for number, history in enumerate(histories):
             value, half = history.parameters[:, column], 1.96 * history.standard_errors[:, column]
             role, label = ROLES[number % len(ROLES)], history.name if column == 0 else ""
