@@ -132,8 +132,7 @@ def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_p
 def test_in_closed_loop_quiet_hover_hides_gain_and_stiffness_and_multisines_on_the_voltages_show_them():
     outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 30.0, (1.2, 0.8))
     determined = {
-        one.addition.name: {name for name, estimate in one.estimates.items() if estimate.is_determined}
-        for one in outlooks
+        one.added: {name for name, error in one.relative_errors.items() if 1.96 * error <= 0.1} for one in outlooks
     }
     assert not determined["nothing"] & {"k_x", "k_z", "a_e"}
     strong = next(name for name in determined if name.startswith("multisines of 0.4 V"))
@@ -145,5 +144,5 @@ def test_in_closed_loop_quiet_hover_hides_gain_and_stiffness_and_multisines_on_t
 def test_in_closed_loop_no_proposal_departs_by_more_than_the_limits():
     outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 20.0, (0.2, 0.06))
     assert outlooks
-    assert all(one.pitch_departure <= 0.2 and one.elevation_departure <= 0.06 for one in outlooks)
+    assert all(one.pitch_to_rad <= 0.2 and one.elevation_by_rad <= 0.06 for one in outlooks)
     assert len(outlooks) < len(list(additions()))  # steps of .2 and .1 rad go beyond

@@ -349,7 +349,7 @@ def design(
             outlooks = tools.flight_outlooks(plant, pid, hover, duration, (limits.pitch, limits.elevation), progress)
         refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
         default = "no --controller given: the PID of the units flies with its default gains"
-        answer(json, [own.document for own in outlooks], [tools.flight_table(outlooks)], () if gains else (default,))
+        answer(json, results.plain(outlooks), [tools.flight_table(outlooks)], () if gains else (default,))
         return
     foreign = controller is not None or bool(settings)
     refuse(foreign, "--controller and --set are the controller's; give them with --closed-loop.")

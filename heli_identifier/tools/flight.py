@@ -7,13 +7,13 @@ whose angles depart from the references by more than the limits is left out.
 """
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online import PREDICTION_ERROR, Estimate, IdentifierSettings, determined
+from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, determined
 from heli_identifier.online.excitation import Excitation, Multisine
 from heli_identifier.records import Log
 from heli_identifier.results import Table
@@ -41,29 +41,16 @@ BAND = (0.1, 1.2)
 """Of the multisines [Hz]: around the crossover of the loops."""
 
 
-class FlightOutlook(NamedTuple):
-    """The expected result: the ``addition``, ``estimates`` of one flight, and the largest departures [rad]."""
+@dataclass(frozen=True)
+class FlightOutlook:
+    """The expected result of one flight."""
 
-    addition: Proposal
-    estimates: dict[str, Estimate]
-    pitch_departure: float
-    elevation_departure: float
-
-    @property
-    def relative_errors(self) -> dict[str, float]:
-        """Standard error over value of what a loop hides [1]."""
-        own = {name: self.estimates[name] for name in JUDGED}
-        return {name: (one.standard_error or 0.0) / max(abs(one.value), 1e-9) for name, one in own.items()}
-
-    @property
-    def document(self) -> dict[str, Any]:
-        """The same for JSON."""
-        return {
-            "added": self.addition.name,
-            "relative_errors": self.relative_errors,
-            "pitch_to_rad": self.pitch_departure,
-            "elevation_by_rad": self.elevation_departure,
-        }
+    added: str
+    relative_errors: dict[str, float]
+    """Standard error over value of what a loop hides [1]."""
+    pitch_to_rad: float
+    elevation_by_rad: float
+    """Largest pitch, and largest departure of the elevation."""
 
 
 def additions() -> Iterator[Proposal]:
@@ -129,7 +116,9 @@ def flight_outlooks(
         log = flown(addition, plant, pid, hover, duration)
         pitch, elevation, _ = np.abs(log.angles - (0.0, hover, 0.0)).max(axis=0).tolist()
         if pitch <= departure[0] and elevation <= departure[1]:
-            found.append(FlightOutlook(addition, identify_log(log, settings).last, pitch, elevation))
+            last = identify_log(log, settings).last
+            hidden = {name: (last[name].standard_error or 0.0) / max(abs(last[name].value), 1e-9) for name in JUDGED}
+            found.append(FlightOutlook(addition.name, hidden, pitch, elevation))
     return sorted(found, key=lambda one: max(one.relative_errors.values()))
 
 
@@ -138,8 +127,7 @@ def flight_table(outlooks: list[FlightOutlook]) -> Table:
     rows = []
     for one in outlooks:
         errors = (_percent(error) for error in one.relative_errors.values())
-        angles = (f"{angle:.2f} rad" for angle in (one.pitch_departure, one.elevation_departure))
-        rows.append((one.addition.name, *errors, *angles))
+        rows.append((one.added, *errors, f"{one.pitch_to_rad:.2f} rad", f"{one.elevation_by_rad:.2f} rad"))
     columns = ("added to the flight", *JUDGED, "pitch to", "elevation by")
     return Table("Standard errors of what the loop hides, best first", columns, rows)
 
