@@ -97,7 +97,7 @@ BEGUN = (
 GONE = "for _ in {1..600}; do %s >/dev/null || break; sleep .1; done"
 END = f"code=$?; {GONE % MASTERS}; echo exit $code, $({MASTERS} | wc -l) running"
 
-OLD = "find . $TMPDIR -name '.heli-draft-*' -exec touch -d '8 days ago' {} +"
+OLD = "find . $TMPDIR -path '*.heli-draft-*' -exec touch -d '8 days ago' {} +"
 
 
 def ended(name, code):
