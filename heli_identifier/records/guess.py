@@ -26,12 +26,11 @@ from heli_identifier.records.response import (
     Gains,
     angle_unit,
     assign_columns,
-    coarse,
     find_responses,
 )
 from heli_identifier.records.text import NUMBERED
 from heli_identifier.records.timing import check_extent
-from heli_identifier.records.units import ANGLES, COMBINED, STAMP, VOLTAGES, factor_to_si, understood
+from heli_identifier.records.units import ANGLES, STAMP, VOLTAGES, factor_to_si, understood
 
 _NAMES = {
     "time": r"time|t|zeit|seconds?|timestamp|x_value|x|datetime",
@@ -118,7 +117,7 @@ def guess(path: str | PathLike[str]) -> Guess:
     lifted, start = (None, None) if unit == STAMP else _take_off(seconds, candidates[chosen["elevation"]])
     flying = 0 if start is None else int((seconds >= start).argmax())
     flown = np.column_stack((*np.clip(voltages, -limit, limit), *angles))[flying:]
-    found = find_responses(*coarse(flown, rate_hz))
+    found = find_responses(flown, rate_hz)
     signs, swap, why = _signs("v_front" in chosen, found)
     reasons |= why
     for signal in chosen:
@@ -221,13 +220,8 @@ def _choose(
         )
     others = list(candidates)
     named = {signal: others.index(index) for signal, index in known.items() if index in others}
-    for pair, other in ((VOLTAGES, COMBINED), (COMBINED, VOLTAGES)):  # one pair is enough
-        if all(signal in named for signal in pair):
-            named = {signal: index for signal, index in named.items() if signal not in other}
-            break
-    found = None
-    if len(others) <= _MOST_COLUMNS:
-        found = assign_columns(np.column_stack([*candidates.values()]), rate_hz, named)
+    columns = np.column_stack([*candidates.values()])
+    found = assign_columns(columns, rate_hz, named) if len(others) <= _MOST_COLUMNS else None
     if found is None:
         raise LogError(
             f"{table.file} holds {len(others)} columns, among which those of the rig are not found; name them under "

@@ -42,7 +42,7 @@ PITCH_SURE, ELEVATION_SURE = 3.5, 6.0
 """Scores below minus which a gain is beyond doubt of the wrong sign."""
 
 _SHOWN = 2.0  # score from which a log shows that an angle follows its voltage
-_SHORTEST = 50  # samples of the coarse record below which nothing is said
+_SHORTEST = 2.0  # length of a log [s] below which nothing is said
 _BANDWIDTH = 3.0
 """ω of the filter [rad/s]: above the rig's own modes, below the noise of encoders."""
 _COARSE_HZ = 25.0
@@ -112,8 +112,9 @@ def gains(found: Filtered, angle: int, regressors: Array) -> Gains:
     return Gains(value, share, score)
 
 
-def find_responses(values: Array, step: float) -> Gains:
-    """Responses of pitch, elevation and travel [rad] to the voltages [V], the columns of ``values``, shape (M, 5)."""
+def find_responses(columns: Array, rate_hz: float) -> Gains:
+    """Responses of pitch, elevation and travel [rad] to the voltages [V], the columns, shape (N, 5), at ``rate_hz``."""
+    values, step = coarse(columns, rate_hz)
     front, rear, pitch, elevation, travel = values.T
     regressors = (front - rear, (front + rear) * np.cos(pitch), (front + rear) * np.sin(pitch))
     found = filtered(np.column_stack((pitch, elevation, travel, *regressors)), step)
@@ -147,7 +148,10 @@ def assign_columns(columns: Array, rate_hz: float, known: Mapping[str, int]) -> 
     settled = _derivatives(found.value, found.rate) | set(known.values())
     free = [i for i in range(columns.shape[1]) if np.ptp(values[:, i]) > 0.0 and i not in settled]
     options = {signal: [known[signal]] if signal in known else free for signal in (*VOLTAGES, *COMBINED, *ANGLES)}
-    kinds = [kind for kind in (VOLTAGES, COMBINED) if any(signal in known for signal in kind)] or [VOLTAGES, COMBINED]
+    both_known, one_known = (
+        [kind for kind in (VOLTAGES, COMBINED) if few(signal in known for signal in kind)] for few in (all, any)
+    )
+    kinds = both_known[:1] or one_known or [VOLTAGES, COMBINED]
     pairs = [(kind, i, j) for kind in kinds for i in options[kind[0]] for j in options[kind[1]] if i != j]
     pitches, elevations, travels = (np.array(options[angle], dtype=int) for angle in ANGLES)
     if not pairs or not all(map(len, (pitches, elevations, travels))):
@@ -192,10 +196,9 @@ def _derivatives(value: Array, rate: Array) -> set[int]:
 
 def suspicions(log: Log) -> tuple[str, ...]:
     """Give what is probably wrong with a log's columns or signs, one sentence each."""
-    values, step = coarse(np.column_stack((log.voltages, log.angles)), log.rate_hz)
-    if len(values) < _SHORTEST:
+    if log.duration < _SHORTEST:
         return ()
-    found = find_responses(values, step)
+    found = find_responses(np.column_stack((log.voltages, log.angles)), log.rate_hz)
     (k_x, k_z, _), (pitch, elevation, _) = found.value, found.score
     said = []
     if pitch < -PITCH_SURE:

@@ -85,8 +85,6 @@ PLACES = (
 WAIT = 'while [ -z "$(ls -A $TMPDIR)" ] && kill -0 $p; do sleep .05; done; sleep .3'
 LONG = "heli simulate closed_loop -d 100000 >/dev/null 2>&1 & p=$!"
 MASTERS = "pgrep -f 'master.process '$TMPDIR"
-# of this session; the brackets keep the script itself from being found
-WORKERS = "pgrep -s $$ -f [m]ultiprocessing"
 # on a loaded machine a process that has been told to end may need seconds to be gone
 # Until the interpreter has started, Ctrl-C ends it with its own words. It ignores SIGPIPE from its beginning on, and
 # `heli` gives SIGINT back to the system until a command catches SIGTERM as well; a loaded machine takes its time to it.
@@ -121,12 +119,9 @@ SIGNALS = (
         Fault(
             f"SIG{name} in the middle of the demonstration",
             nothing,
-            # its workers run in its middle; where there is one core only there are none to wait for
-            f"set -m; heli demo -o out >/dev/null 2>&1 & p=$!; "
-            f"while [ $(nproc) -gt 1 ] && kill -0 $p; do {WORKERS} >/dev/null && break; sleep .05; done; sleep 1; "
-            f"kill -{name} $p; wait $p 2>/dev/null; code=$?; {GONE % WORKERS}; {f'{OLD}; heli build Exciter -o out/demo/rig-a >/dev/null; ' if name == 'KILL' else ''}"
-            f"echo exit $code, $({WORKERS} | wc -l) running, "
-            "$(find . -name '.heli-draft*' | wc -l) left; rm -rf out",
+            f"set -m; heli demo -o out >/dev/null 2>&1 & p=$!; until [ -n \"$(find . -name '.heli-draft*')\" ] || ! kill -0 $p; do sleep .05; done; sleep 1; "
+            f"kill -{name} $p; wait $p 2>/dev/null; code=$?; {GONE % MASTERS}; {f'{OLD}; heli build Exciter -o out/demo/rig-a >/dev/null; ' if name == 'KILL' else ''}"
+            f"echo exit $code, $({MASTERS} | wc -l) running, $(find . -name '.heli-draft*' | wc -l) left; rm -rf out",
             f"exit {code}, 0 running, 0 left",
             0,
             shell=True,
