@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from ipaddress import ip_address
-from socket import AF_INET6
+from socket import AF_INET6, AddressFamily
 from threading import BoundedSemaphore, Condition, Thread
 from typing import Any
 from urllib.parse import urlsplit
@@ -93,6 +93,75 @@ def _message(name: str, data: Any) -> bytes:
     return f"event: {name}\ndata: {json.dumps(data)}\n\n".encode()
 
 
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+    request_queue_size = 128  # of connections that come at once; one that finds no place comes again after a second
+
+    def __init__(self, family: AddressFamily, place: tuple[str, int], board: Board) -> None:
+        self.address_family, self.host, self.board = family, place[0], board
+        self.free = BoundedSemaphore(MOST_CONNECTIONS)
+        super().__init__(place, _Handler)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer in a thread of its own, or close at once where too many are answered."""
+        if self.free.acquire(blocking=False):
+            super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Answer, and let the next one in."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self.free.release()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing: a reader that leaves is no error."""
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: _Server
+    server_version, sys_version = "heli", ""
+    timeout = 30.0
+
+    def do_GET(self) -> None:
+        """Answer with the page, its parts or the events."""
+        if not self._is_for_us():
+            self._send(421, "text/plain; charset=utf-8", b"this is not the host that was asked for\n")
+        elif self.path == "/events":
+            self._start(200, {"Content-Type": "text/event-stream"})
+            for message in self.server.board.messages():
+                self.wfile.write(message)
+                self.wfile.flush()
+        elif self.path in _PAGES:
+            name, kind = _PAGES[self.path]
+            self._send(200, kind, (files("heli_identifier.live") / "page" / name).read_bytes())
+        else:
+            self._send(404, "text/plain; charset=utf-8", b"there is no such page\n")
+
+    def _is_for_us(self) -> bool:
+        """Whether the request names an address of this server: a foreign name was made to point here."""
+        try:
+            host = urlsplit("//" + self.headers.get("Host", "")).hostname
+        except ValueError:
+            return False
+        return host == self.server.host or (host == "localhost" and ip_address(self.server.host).is_loopback)
+
+    def _send(self, code: int, kind: str, content: bytes) -> None:
+        self._start(code, {"Content-Type": kind, "Content-Length": str(len(content))})
+        self.wfile.write(content)
+
+    def _start(self, code: int, headers: dict[str, str]) -> None:
+        self.send_response(code)
+        for name, value in {**_HEADERS, **headers}.items():
+            self.send_header(name, value)
+        self.end_headers()
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Print nothing: the terminal shows the twin."""
+
+
 @contextmanager
 def served(address: str, title: str) -> Iterator[tuple[str, Board]]:
     """Serve the page while the block runs; give its address and the board that views are shown on.
@@ -102,36 +171,12 @@ def served(address: str, title: str) -> Iterator[tuple[str, Board]]:
     family, place = find_address(address, "--serve-at", 0)
     if is_every(place[0]):
         raise ConfigurationError(f"--serve-at {address} would show it to every network; name one address.")
-    board, free = Board(title), BoundedSemaphore(MOST_CONNECTIONS)
-
-    class Server(ThreadingHTTPServer):
-        address_family = family
-        daemon_threads = True
-        request_queue_size = 128  # of connections that come at once; one that finds no place comes again after a second
-
-        def process_request(self, request: Any, client_address: Any) -> None:
-            """Answer in a thread of its own, or close at once where too many are answered."""
-            if free.acquire(blocking=False):
-                super().process_request(request, client_address)
-            else:
-                self.shutdown_request(request)
-
-        def process_request_thread(self, request: Any, client_address: Any) -> None:
-            """Answer, and let the next one in."""
-            try:
-                super().process_request_thread(request, client_address)
-            finally:
-                free.release()
-
-        def handle_error(self, request: Any, client_address: Any) -> None:
-            """Say nothing: a reader that leaves is no error."""
-
+    board = Board(title)
     try:
-        server = Server(place, _handler(board, place))
+        server = _Server(family, place, board)
     except OSError as error:
         raise ConfigurationError(f"--serve-at {address} cannot be served: {error.strerror}.") from error
-    thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.2}, daemon=True)
-    thread.start()
+    Thread(target=server.serve_forever, kwargs={"poll_interval": 0.2}, daemon=True).start()
     host = f"[{place[0]}]" if family == AF_INET6 else place[0]
     try:
         yield f"http://{host}:{server.server_address[1]}/", board
@@ -139,49 +184,3 @@ def served(address: str, title: str) -> Iterator[tuple[str, Board]]:
         board.end(board.over or "the flight has ended; its last minute stays here until this page is closed")
         server.shutdown()
         server.server_close()
-
-
-def _handler(board: Board, place: tuple[str, int]) -> type[BaseHTTPRequestHandler]:
-    loopback = ip_address(place[0]).is_loopback
-
-    class Handler(BaseHTTPRequestHandler):
-        server_version, sys_version = "heli", ""
-        timeout = 30.0
-
-        def do_GET(self) -> None:
-            """Answer with the page, its parts or the events."""
-            if not self._is_for_us():
-                self._send(421, "text/plain; charset=utf-8", b"this is not the host that was asked for\n")
-            elif self.path == "/events":
-                self._start(200, {"Content-Type": "text/event-stream"})
-                for message in board.messages():
-                    self.wfile.write(message)
-                    self.wfile.flush()
-            elif self.path in _PAGES:
-                name, kind = _PAGES[self.path]
-                self._send(200, kind, (files("heli_identifier.live") / "page" / name).read_bytes())
-            else:
-                self._send(404, "text/plain; charset=utf-8", b"there is no such page\n")
-
-        def _is_for_us(self) -> bool:
-            """Whether the request names an address of this server: a foreign name was made to point here."""
-            try:
-                host = urlsplit("//" + self.headers.get("Host", "")).hostname
-            except ValueError:
-                return False
-            return host == place[0] or (loopback and host == "localhost")
-
-        def _send(self, code: int, kind: str, content: bytes) -> None:
-            self._start(code, {"Content-Type": kind, "Content-Length": str(len(content))})
-            self.wfile.write(content)
-
-        def _start(self, code: int, headers: dict[str, str]) -> None:
-            self.send_response(code)
-            for name, value in {**_HEADERS, **headers}.items():
-                self.send_header(name, value)
-            self.end_headers()
-
-        def log_message(self, format: str, *args: Any) -> None:
-            """Print nothing: the terminal shows the twin."""
-
-    return Handler
