@@ -184,8 +184,3 @@ def from_names(values: Mapping[str, float], start: PlantParameters = TABLE_2) ->
         if name not in BY_NAME:
             raise ParameterError(f"unknown plant parameter {name!r}{did_you_mean(name, BY_NAME)}")
     return checked(start._replace(**{BY_NAME[name].field: float(value) for name, value in values.items()}))
-
-
-def to_names(parameters: PlantParameters) -> dict[str, float]:
-    """Return every parameter by its structured name."""
-    return {row.name: getattr(parameters, row.field) for row in PARAMETERS}

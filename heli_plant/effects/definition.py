@@ -150,20 +150,10 @@ DECLARED: list[Effect] = []
 def declared(
     published: str, *axes: str, bounds: tuple[float, float], shapes: tuple[Shape, ...] = (), **others: Any
 ) -> Callable[[Law], Law]:
-    """Enter the law below into the catalogue, on each of ``axes``.
+    """Enter the law below into the catalogue, on each of ``axes``, or on :data:`ROTORS`.
 
-    Parameters
-    ----------
-    published : str
-        The law as reports print it.
-    axes : str
-        Of :data:`AXES`, or :data:`ROTORS`.
-    bounds : tuple of float
-        Of c.
-    shapes : tuple of Shape
-        ``{axis}`` in a field becomes the axis.
-    others
-        Further fields of :class:`Effect`.
+    ``published`` is the law as reports print it, ``bounds`` are those of c. ``{axis}`` in the field of a shape becomes
+    the axis. ``others`` are further fields of :class:`Effect`.
     """
 
     def enter(law: Law) -> Law:
