@@ -37,16 +37,10 @@ DRIFT_RATE, DRIFT_SHARE = 0.1, 0.5
 
 @dataclass(frozen=True)
 class Noise:
-    """The torque of the air.
+    """Torque of the air.
 
-    Attributes
-    ----------
-    colour
-        ou, slow or swirl.
-    level
-        Standard deviation on pitch, elevation and travel, of `slow` that of the gusts alone [rad/s^2].
-    rate
-        Of `ou` and `slow` the inverse of the correlation time [1/s]; of `swirl` the peak of the spectrum [rad/s].
+    ``level`` [rad/s^2] is its standard deviation on pitch, elevation and travel, of `slow` that of the gusts alone;
+    ``rate`` [1/s] the inverse of the correlation time, of `swirl` the peak of the spectrum [rad/s].
     """
 
     colour: str
@@ -68,24 +62,7 @@ class Noise:
 
 
 def draw_noise(colour: str, rng: np.random.Generator) -> Noise:
-    """Draw level and rate among those of measured rigs.
-
-    Parameters
-    ----------
-    colour
-        ou, slow or swirl.
-    rng
-        Its source; rigs of one seed have the same levels, whatever the colour.
-
-    Returns
-    -------
-    Noise
-
-    Raises
-    ------
-    ValueError
-        For a colour that does not exist.
-    """
+    """Draw level and rate among those of measured rigs; of one seed they are the same whatever the colour."""
     if colour not in COLOURS:
         raise ValueError(f"colour {colour!r} is not known; choose of {', '.join(COLOURS)}")
     pitch, elevation, travel = (float(np.exp(rng.uniform(*np.log(limits)))) for limits in LEVELS)
@@ -110,22 +87,7 @@ def _root(Q: NDArray[np.float64]) -> NDArray[np.float64]:  # noqa: N803
 
 
 def torque(noise: Noise, steps: int, h: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Make the torque of one flight, from a stationary start.
-
-    Parameters
-    ----------
-    noise
-        Colour, level and rate.
-    steps, h
-        Number n of steps, and their length [s].
-    rng
-        Its source.
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
-        Torque over inertia on pitch, elevation and travel [rad/s^2].
-    """
+    """Make the torque of a flight [rad/s^2], shape (steps, 3), from a stationary start, in steps of h [s]."""
     out = np.empty((3, steps))
     for axis in range(3):
         F, P, c = noise.model(axis, h)

@@ -28,16 +28,9 @@ _PITCH_OFF, _ELEVATION_SHARE = 0.03, 0.9
 
 @dataclass(frozen=True)
 class BlindRig:
-    """Logs of one rig.
+    """Three training logs and a held-out one, and the truth that they must not tell.
 
-    Attributes
-    ----------
-    train
-        Three logs, each of shape (n, 6): time [s], two voltages [V], three angles [rad].
-    held
-        The log to validate on, of the same shape.
-    truth
-        What the logs must not tell.
+    A log has the shape (n, 6): time [s], two voltages [V], three angles [rad].
     """
 
     train: tuple[NDArray[np.float64], ...]
@@ -49,23 +42,9 @@ class BlindRig:
 def simulate_log(
     rig: Rig, voltages: NDArray[np.floating], seed: int | np.random.SeedSequence, pushes: Sequence[Push] = ()
 ) -> NDArray[np.float64]:
-    """Simulate one log of a rig.
+    """Simulate a log under voltages (n, 2) that are held over 10 ms [V], as a file holds it, shape (n, 6).
 
-    Parameters
-    ----------
-    rig
-        Its truth.
-    voltages, shape (n, 2)
-        Front and rear voltage, held over 10 ms [V].
-    seed
-        Of the start, the room and the encoders.
-    pushes
-        By a hand.
-
-    Returns
-    -------
-    ndarray, shape (n, 6)
-        Time [s], two voltages [V] and three angles [rad], to the decimals that a file holds.
+    Start, room and encoders follow the seed.
     """
     rng = np.random.default_rng(seed)
     p = rig.base
@@ -84,18 +63,9 @@ def simulate_log(
 
 
 def make_rig(seed: int, kind: str = "clean", scale: float = 1.0, room: Room = STANDARD_ROOM) -> BlindRig:
-    """Draw a rig and make its four logs.
+    """Draw a rig and make its logs: training, the paper's two experiments and multisines; held out, other multisines.
 
-    Parameters
-    ----------
-    seed, kind, scale, room
-        As for `draw_rig`. The room's torque, the excitation and the base parameters depend on the seed alone, so
-        that rigs of one seed differ in their effect and in nothing else.
-
-    Returns
-    -------
-    BlindRig
-        Train logs: the paper's two experiments and multisines; held-out log: multisines of other phases.
+    Room, excitation and base parameters depend on the seed alone: rigs of one seed differ in their effect only.
     """
     rig_seed, phase_seed, *log_seeds = np.random.SeedSequence(seed).spawn(6)
     rng = np.random.default_rng(phase_seed)
@@ -115,18 +85,9 @@ def make_rig(seed: int, kind: str = "clean", scale: float = 1.0, room: Room = ST
 
 @dataclass(frozen=True)
 class Case:
-    """One line of the battery.
+    """One line of the battery: its group, a kind as for `draw_rig`, how many rigs, and the share of the strength.
 
-    Attributes
-    ----------
-    group
-        clean, single, weak, pair, unknown or beyond (in the catalogue, but in no bar).
-    kind
-        As for `draw_rig`.
-    count
-        How many rigs.
-    scale
-        Share of the strength.
+    Groups are clean, single, weak, pair, unknown, and beyond (in the catalogue, but in no bar).
     """
 
     group: str

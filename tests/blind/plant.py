@@ -399,37 +399,26 @@ def fly(
     Parameters
     ----------
     voltages, shape (n, 2)
-        Front and rear voltage, held over each sample; under a controller only the first counts, as the voltages that
-        the motors start from [V].
+        Front and rear voltage, held over each sample; under a controller only the first counts [V].
     start, shape (3,)
         Pitch, elevation and travel at the first sample [rad].
-    coefficients
-        Numbers of the plant.
     torque, shape (n steps, 3)
         Further torque over inertia at each step of 1 ms [rad/s^2].
     shake, shape (n, 3)
-        Of the encoders' lines [counts].
+        Of the encoders' lines [counts]; they read ``zeros`` [rad] where the angles are zero.
     control, references, hover
         The controller, what it is asked for on pitch, elevation (about the elevation ``hover`` [rad]) and travel, shape
         (n, 3) [rad]; none in open loop.
-    rate
-        Sampling and control rate [Hz].
-    lead
-        Samples before the log begins; the cable is relaxed where the log begins.
-    zeros
-        What the encoders read where the angles are zero [rad].
-    strange
-        Numbers of a torque that no catalogue names.
+    rate, lead
+        Samples a second [Hz]; samples before the log begins, where the cable is relaxed.
     changes
         In place of `coefficients`, where the rig changes.
 
     Returns
     -------
-    read, angles, rates : ndarray, shape (n, 3)
+    read, angles, rates, voltages : ndarray
         What the encoders say [rad], the true angles (bending of the arm included) [rad] and the rates of the rigid body
-        [rad/s] at each sample.
-    voltages : ndarray, shape (n, 2)
-        As they are written down [V].
+        [rad/s] at each sample, shape (n, 3); the voltages as they are written down [V], shape (n, 2).
     """
     n, held = len(voltages), np.array(voltages, dtype=float)
     changes = changes or Changes((coefficients,), np.zeros(n, dtype=np.int64), np.ones((n, 2)))

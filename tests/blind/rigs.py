@@ -33,17 +33,9 @@ SHAPE_FIELDS = {
 
 @dataclass(frozen=True)
 class Effect:
-    """One effect of the catalogue, as the rig holds it.
+    """An effect of the catalogue, in its words and units; axis is pitch, elevation, travel or rotors.
 
-    Attributes
-    ----------
-    name, axis
-        The catalogue's words; axis is pitch, elevation, travel or rotors.
-    coefficient
-        Its strength, in the catalogue's unit.
-    shape
-        Further numbers of its law: w_s [rad/s], t_1 [s], w_b [Hz], zeta [1], eps_ground, eps_g and
-        eps_0 [rad].
+    ``shape``: further numbers of its law, w_s [rad/s], t_1 [s], w_b [Hz], zeta [1], eps_ground, eps_g, eps_0 [rad].
     """
 
     name: str
@@ -63,18 +55,9 @@ class Effect:
 
 @dataclass(frozen=True)
 class Unknown:
-    """One torque that no catalogue names.
+    """A torque that no catalogue names: its axis, the variable that it depends on, its largest value [rad/s^2].
 
-    Attributes
-    ----------
-    axis
-        The axis that it acts on.
-    variable
-        What it depends on: time, pitch, elevation or travel.
-    amplitude
-        Its largest value [rad/s^2].
-    shape
-        frequency [Hz]; or centre and width [rad]; or waves [1/turn] and phase [rad].
+    ``shape``: frequency [Hz]; or centre and width [rad]; or waves [1/turn] and phase [rad].
     """
 
     axis: str
@@ -85,17 +68,8 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Room:
-    """Where a rig stands and what reads it.
-
-    Attributes
-    ----------
-    torque_std, torque_time
-        Standard deviation [rad/s^2] and correlation time [s] of the random torque on each axis.
-    encoder_shake
-        Standard deviation of the position of an encoder's lines [counts].
-    elevation_zero
-        Elevation of the arm from the horizon where its encoder reads zero [rad].
-    """
+    """Random torque of each axis [rad/s^2] and its correlation time [s], position of an encoder's lines [counts], and the
+    elevation of the arm from the horizon where its encoder reads zero [rad]."""
 
     torque_std: float = 0.003
     torque_time: float = 1.0
@@ -105,21 +79,8 @@ class Room:
 
 @dataclass(frozen=True)
 class Rig:
-    """Everything that makes one rig different from another.
-
-    Attributes
-    ----------
-    base
-        Parameters of the base model, every effect off.
-    effects
-        What it holds from the catalogue.
-    unknown
-        What it holds beyond the catalogue.
-    presliding
-        How far the bristles of dry friction bend before it slips; 0 for ideal sticking [rad].
-    room
-        Where it stands.
-    """
+    """What makes one rig different from another: base model, effects, an unknown torque, its room, and how far the
+    bristles of dry friction bend before it slips [rad], 0 for ideal sticking."""
 
     base: Coefficients
     effects: tuple[Effect, ...] = ()
@@ -257,28 +218,9 @@ def _draw_unknown(word: str, scale: float, rig: Rig, rng: np.random.Generator) -
 def draw_rig(
     seed: int | np.random.SeedSequence, kind: str = "clean", scale: float = 1.0, room: Room = STANDARD_ROOM
 ) -> Rig:
-    """Draw a rig.
+    """Draw a rig of a kind, its effects at a share ``scale`` of the battery's strength.
 
-    Parameters
-    ----------
-    seed
-        Of the parameters and of whatever the kind leaves open.
-    kind
-        See the module's first lines.
-    scale
-        Share of the battery's strength.
-    room
-        Where it stands.
-
-    Returns
-    -------
-    Rig
-        The same seed gives the same base parameters whatever the kind.
-
-    Raises
-    ------
-    ValueError
-        For a kind that does not exist.
+    The same seed gives the same base parameters whatever the kind.
     """
     base_seed, kind_seed = np.random.default_rng(seed).integers(2**63, size=2)
     rng = np.random.default_rng(kind_seed)

@@ -65,19 +65,9 @@ def _voltages(mu_s: NDArray[np.floating], mu_d: NDArray[np.floating]) -> NDArray
 
 
 def square_and_chirp(duration: float, slowness: float) -> NDArray[np.floating]:
-    """Make the voltages of a square wave and a repeated chirp on mu_s and mu_d.
+    """Make front and rear voltage [V], shape (n, 2), of a square wave and a repeated chirp on mu_s and mu_d.
 
-    Parameters
-    ----------
-    duration
-        Length of the record [s].
-    slowness
-        1 for the first experiment (square period 20 s, chirp period 10 s), 2 for the second.
-
-    Returns
-    -------
-    ndarray, shape (n, 2)
-        Front and rear voltage [V].
+    ``slowness`` is 1 for the first experiment (square period 20 s, chirp period 10 s), 2 for the second.
     """
     t = SAMPLE * np.arange(round(duration / SAMPLE))
     square, chirp = 20.0 * slowness, 10.0 * slowness
@@ -88,20 +78,7 @@ def square_and_chirp(duration: float, slowness: float) -> NDArray[np.floating]:
 
 
 def multisines(duration: float, rng: np.random.Generator) -> NDArray[np.floating]:
-    """Make the voltages of random-phase multisines on mu_s and mu_d.
-
-    Parameters
-    ----------
-    duration
-        Length of the record [s].
-    rng
-        Source of the phases.
-
-    Returns
-    -------
-    ndarray, shape (n, 2)
-        Front and rear voltage [V].
-    """
+    """Make front and rear voltage [V], shape (n, 2), of random-phase multisines on mu_s and mu_d."""
     t = SAMPLE * np.arange(round(duration / SAMPLE))
     mu_s = _MULTISINE_BASE + _multisine(t, _SUM_LINES, _SUM_RMS, rng)
     return _voltages(mu_s, _multisine(t, _DIFFERENCE_LINES, _DIFFERENCE_RMS, rng))
@@ -139,25 +116,9 @@ def _moves(
 def joystick(
     samples: int, rate: float, liveliness: float, travel: bool, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Make the references of one flight, about the hover.
+    """Make references of pitch, elevation and travel [rad], shape (samples, 3), about the hover, at a rate [Hz].
 
-    Parameters
-    ----------
-    samples
-        Number n of control samples.
-    rate
-        Control rate [Hz].
-    liveliness
-        Size of the moves, 1 for the usual [1].
-    travel
-        Whether the pilot moves the travel in place of the pitch.
-    rng
-        Source of the person.
-
-    Returns
-    -------
-    ndarray, shape (n, 3)
-        References of pitch, elevation and travel [rad].
+    ``liveliness`` is the size of the moves, 1 for the usual; ``travel`` moves the travel in place of the pitch.
     """
     t = np.arange(samples) / rate
     pitch = 0.0 * t if travel else liveliness * _moves(t, _PITCH, _PITCH_HOLDS, rng)

@@ -82,19 +82,10 @@ _LIGHT = 80.0
 
 @dataclass(frozen=True)
 class WindyLog:
-    """One log.
+    """Time (n,) [s], front and rear voltage (n, 2) [V], each held to the next sample, angles (n, 3) as read [rad].
 
-    Attributes
-    ----------
-    time, shape (n,)
-        [s].
-    voltages, shape (n, 2)
-        Front and rear [V], each held from its sample to the next.
-    angles, shape (n, 3)
-        Pitch, elevation and travel as the encoders read them [rad].
-    references
-        What the pilot asked for, shape (n,) by axis [rad]; empty if not logged. That of the pitch is the stick's share,
-        that of the travel a rate [rad/s] where the controller holds the rate and not the angle.
+    ``references``, by axis: what the pilot asked for [rad], empty if not logged. That of the pitch is the stick's share,
+    that of the travel a rate [rad/s] where the controller holds the rate and not the angle.
     """
 
     time: NDArray[np.float64]
@@ -105,15 +96,7 @@ class WindyLog:
 
 @dataclass(frozen=True)
 class WindyTruth:
-    """What the logs must not tell.
-
-    Attributes
-    ----------
-    parameters
-        By the paper's names, gains at zero voltage; T_m is the true lag.
-    effects
-        Coefficients by "name/axis".
-    """
+    """Parameters by the paper's names, gains at zero voltage, T_m the true lag; coefficients of effects by "name/axis"."""
 
     parameters: Mapping[str, float]
     effects: Mapping[str, float]
@@ -333,16 +316,12 @@ def windy_rig(
     counts: Mapping[str, int] = COUNTS,
     pushes: Mapping[str, Sequence[Push]] | None = None,
 ) -> WindyRig:
-    """Draw a windy rig and fly its logs.
+    """Draw a windy rig and fly its logs; what is not given follows the seed.
 
     Parameters
     ----------
-    seed
-        Of all that is not given.
-    colour
-        Of the air: ou, slow or swirl.
-    quiet
-        Whether the references are a fifth as large.
+    colour, quiet
+        Of the air: ou, slow or swirl; whether the references are a fifth as large.
     rate
         Sampling and control rate, 100 or 500 [Hz].
     effects
@@ -350,20 +329,8 @@ def windy_rig(
         which come on top of the latter; drawn if not given: every other rig is bare, others hold one of them.
     references
         Whether they are logged.
-    counts
-        Logs by letter; which other logs there are does not change one.
-    pushes
-        By a hand, by the name of the log.
-
-    Returns
-    -------
-    WindyRig
-        The same every time.
-
-    Raises
-    ------
-    ValueError
-        For a colour or an effect that does not exist.
+    counts, pushes
+        Logs by letter, which do not change one another; pushes by a hand by the name of the log.
     """
     drawn, air, held, tuning, pilot, flights = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(6))
     base, hover = _base(rate, drawn)
