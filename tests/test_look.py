@@ -7,24 +7,18 @@ import pytest
 from typer.testing import CliRunner
 
 import heli_identifier as hi
+from benchmarks.rigs import windy_logs
 from heli_identifier.cli.app import app
-from heli_identifier.records import Log, write_log
+from heli_identifier.records import write_log
 from tests.blind.windy import windy_rig
 
 GAINS = ("k_x", "k_z", "k_y")
 
 
-def logs_of(rig, part):
-    return tuple(
-        Log(name, 100.0, log.voltages, log.angles, references=dict(log.references))
-        for name, log in rig.part(part).items()
-    )
-
-
 @pytest.fixture(scope="module")
 def windy():
     rig = windy_rig(11, "swirl", effects="bare")
-    return rig, logs_of(rig, "a")
+    return rig, windy_logs(rig, "a")
 
 
 @pytest.fixture(scope="module")

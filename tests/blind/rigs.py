@@ -68,8 +68,11 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Room:
-    """Random torque of each axis [rad/s^2] and its correlation time [s], position of an encoder's lines [counts], and the
-    elevation of the arm from the horizon where its encoder reads zero [rad]."""
+    """Where a rig stands, and what reads it.
+
+    Standard deviation of the random torque of each axis [rad/s^2], its correlation time [s], standard deviation of the
+    position of an encoder's lines [counts], elevation of the arm from the horizon where its encoder reads zero [rad].
+    """
 
     torque_std: float = 0.003
     torque_time: float = 1.0

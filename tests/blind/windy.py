@@ -84,8 +84,8 @@ _LIGHT = 80.0
 class WindyLog:
     """Time (n,) [s], front and rear voltage (n, 2) [V], each held to the next sample, angles (n, 3) as read [rad].
 
-    ``references``, by axis: what the pilot asked for [rad], empty if not logged. That of the pitch is the stick's share,
-    that of the travel a rate [rad/s] where the controller holds the rate and not the angle.
+    ``references``, by axis: what the pilot asked for [rad], empty if not logged. That of the pitch is the stick's
+    share, that of the travel a rate [rad/s] where the controller holds the rate and not the angle.
     """
 
     time: NDArray[np.float64]
