@@ -96,7 +96,7 @@ class WindyLog:
 
 @dataclass(frozen=True)
 class WindyTruth:
-    """Parameters by the paper's names, gains at zero voltage, T_m the true lag; coefficients of effects by "name/axis"."""
+    """Parameters by the paper's names, gains at zero voltage, T_m the true lag; coefficients by "name/axis"."""
 
     parameters: Mapping[str, float]
     effects: Mapping[str, float]
