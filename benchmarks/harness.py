@@ -80,6 +80,11 @@ def apart(function: Callable[..., Any], *arguments: Any, **environment: str) -> 
     return json.loads(done.stdout.splitlines()[-1])
 
 
+def resident_memory() -> float:
+    """Give the memory of this process [MB]."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
+
+
 def in_parallel(function: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[Any]:
     """Give the results in the order of the jobs, with one thread of linear algebra in each process."""
     with threadpool_limits(1):

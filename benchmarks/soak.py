@@ -7,7 +7,6 @@ positive definite and at most 1 % above its limit, no sample lost, the periodic 
 1e-9 V, 5 MB of memory, a quarter of a jump missing after 60 s.
 """
 
-import os
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness import Bar, apart, bar_table, section, table
+from benchmarks.harness import Bar, apart, bar_table, resident_memory, section, table
 from benchmarks.native_unit import identifier_state
 from fmu_src import CLOSED_LOOP, build
 from fmu_src.master.instance import Instance
@@ -33,21 +32,20 @@ PERIOD = 20.0
 """Period of the multisines [s]; the exciter repeats itself to the last digits if time does not drift."""
 
 GAIN_LIMIT = 1e3
+ADAPTATION = "adaptation (7), omega_f = 3 rad/s, forgetting .1 1/s"
 CASES: dict[str, dict[str, Any]] = {
-    "adaptation": {"method": "adaptation", "filter.frequency": 3.0, "adaptation.forgetting": 0.1},
-    "prediction_error": {"method": "prediction_error", "motor.lag_known": True, "adaptation.forgetting": 0.3},
-    "prediction_error_lag": {"method": "prediction_error", "adaptation.forgetting": 0.3},
-}
+    ADAPTATION: {"method": "adaptation", "filter.frequency": 3.0, "adaptation.forgetting": 0.1},
+    "prediction errors, forgetting .3 1/s": {
+        "method": "prediction_error", "motor.lag_known": True, "adaptation.forgetting": 0.3,
+    },
+    "prediction errors, lag estimated, forgetting .3 1/s": {
+        "method": "prediction_error", "adaptation.forgetting": 0.3,
+    },
+}  # fmt: skip
 """Settings of the identifier. The default forgetting of .001 1/s forgets in a quarter of an hour. The adaptation's .1
 is the least that follows on a flight with other excitation and jumps. Prediction errors are weighed by their variance,
 which a jump of this plant without noise raises ten thousandfold, so that ln 1e4 time constants of forgetting pass
 before new samples outweigh old ones; their .3 was found on this flight."""
-
-TITLES = {
-    "adaptation": "adaptation (7), omega_f = 3 rad/s, forgetting .1 1/s",
-    "prediction_error": "prediction errors, forgetting .3 1/s",
-    "prediction_error_lag": "prediction errors, lag estimated, forgetting .3 1/s",
-}
 
 EXCITER = {
     "excitation.experiment": 3, "excitation.base": 0.0, "multisine.period": PERIOD, "multisine.lowest": 0.1,
@@ -186,7 +184,7 @@ def _flown(loop: Loop, hours: int) -> dict[str, Any]:
         if of_hour in (39, 59):
             extremes.append(_eigenvalues(loop.units["identifier"]))
         if of_hour == 59:
-            resident.append(_resident())
+            resident.append(resident_memory())
     state = identifier_state(loop.units["identifier"])
     return {
         "steps": 60 * hours * minute, "samples": state.samples, "repeats": repeats, "jumps": jumps,
@@ -221,12 +219,6 @@ def _eigenvalues(unit: Instance) -> tuple[float, float]:
     return float(spectra.min()), float(spectra.max())
 
 
-def _resident() -> float:
-    """Return the memory of this process [MB]."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
-
-
 # --- section -------------------------------------------------------------------------------------------------------
 
 
@@ -248,7 +240,7 @@ def _share(part: int, whole: int) -> str:
 def soak() -> str:
     """Fly all cases, each in a process of its own."""
     day = {case: apart(run_day, case, DAY, True) for case in CASES}
-    python = apart(run_day, "adaptation", SHORT, False)
+    python = apart(run_day, ADAPTATION, SHORT, False)
     runs = list(day.values())
     bars = [
         Bar("least eigenvalue of Gamma", min(run["smallest"] for run in runs), 0.0, "", True),
@@ -262,8 +254,8 @@ def soak() -> str:
         "units, method", "steps", "eigenvalues of Gamma", "samples lost", "repeats within [V]", "memory [MB]", "jumps",
         "missing after 60 s, worst", "determined but off by half, excited", "the same, not excited",
     )  # fmt: skip
-    rows = [_row(f"native, {TITLES[case]}", run) for case, run in day.items()]
-    rows.append(_row(f"Python, {TITLES['adaptation']}", python))
+    rows = [_row(f"native, {case}", run) for case, run in day.items()]
+    rows.append(_row(f"Python, {ADAPTATION}", python))
     times = [jump[2] for run in runs for jump in run["jumps"]]
     return section(
         "A day in closed loop",

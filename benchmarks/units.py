@@ -4,7 +4,6 @@ Bars: 5 MB over 1000 instances of a unit; no abort and the same bits in 50 proce
 minute. That native units have the bits of those in Python is tested (tests/test_native_units.py).
 """
 
-import os
 import resource
 import sys
 from pathlib import Path
@@ -12,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.harness import ROOT, Bar, apart, bar_table, section
+from benchmarks.harness import ROOT, Bar, apart, bar_table, resident_memory, section
 
 HOSTS = ROOT / "tests" / "hosts"
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
@@ -24,20 +23,17 @@ def growth(fmu: str, log: str) -> float:
     sys.path.insert(0, str(HOSTS))
     from unit_host import Unit  # type: ignore[import-not-found]
 
-    def resident() -> float:
-        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
-
     unit, before = Unit(fmu), 0.0
     given = {"log.path": log} if "log.path" in unit.variables else {}
     for k in range(WARM_UP + CYCLES):
         if k == WARM_UP:
-            before = resident()
+            before = resident_memory()
         unit.fresh(given)
         if unit.step(0.0, 0.01) != 0:
             raise RuntimeError(f"{fmu} refused a step")
         unit.shown()
         unit.free()
-    return resident() - before
+    return resident_memory() - before
 
 
 def memory() -> str:
