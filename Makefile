@@ -8,7 +8,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 WINDOWS_TESTS := tests/test_files.py tests/test_records_reading.py
 
-.PHONY: demo test test-all test-windows wheel wheels-check release lint size bench blind docs audit lock sbom clean
+.PHONY: demo test test-all test-windows test-wine wheel wheels-check release lint size bench blind docs audit lock sbom clean
 
 $(BIN)/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed, this is " + sys.version)'
@@ -47,6 +47,10 @@ test-all: lint docs test-windows
 # What touches the system once more without fcntl, fork, most signals, and so on; the list is in that sitecustomize.
 test-windows: $(VENV)/.test
 	PYTHONPATH=tests/windows $(BIN)/python -m pytest -p no:xdist $(WINDOWS_TESTS)
+
+# Windows' own Python, where there is Wine; it takes 1.5 GB of packages.
+test-wine: wheel
+	$(BIN)/python tests/windows/wine.py build/dist/*.whl
 
 $(VENV)/release: | $(BIN)/python
 	$(BIN)/python -m venv $@
