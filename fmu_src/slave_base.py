@@ -119,6 +119,7 @@ class SlaveBase(Fmi2Slave):
             self.values.append(kind() if start is None else kind(start))
         self.refused: dict[int, str] = {}  # the reason by reference, until the variable has a good value
         self._initialised_with: list[Any] | None = None
+        self.tuned = True  # whether tunable parameters may differ from what a unit has made of them
         self._enter(INSTANTIATED)
         self._remove_repeated_path_entries()
 
@@ -203,7 +204,8 @@ class SlaveBase(Fmi2Slave):
             self._outdated = phase == INITIALISING or (phase == STEPPING and self._initialised_with is None)
         kinds = _OPEN.get(phase, ("input", "parameter"))
         self._open = {k for k, v in enumerate(self.variables) if v.causality in kinds or v.variability in kinds}
-        self._limits = {k: self.variables[k].bounds for k in self._open if self.variables[k].type == "Real"}
+        inputs = self._open & self.of_type["Real"]  # of them alone; parameters go the thorough way
+        self._limits = {k: self.variables[k].bounds for k in inputs if self.variables[k].causality == "input"}
         self._steady = phase == STEPPING and not self.refused
 
     def _prepare(self) -> None:
@@ -289,6 +291,7 @@ class SlaveBase(Fmi2Slave):
                 problem = self._problem(kind, reference, value)
                 if problem is None:
                     self.values[reference] = value
+                    self.tuned = True
                     self.refused.pop(reference, None)
                 else:
                     self._report(f"set{kind}", Refusal(problem))
@@ -355,7 +358,7 @@ class SlaveBase(Fmi2Slave):
                 self.reached = state["reached"]
                 for (name, kind), saved in zip(self.hidden.items(), state["hidden"], strict=True):
                     setattr(self, name, thawed_state(saved, kind))
-                self._outdated = False
+                self._outdated, self.tuned = False, True
         except BaseException as problem:
             self._report("setFMUstate", problem)
 

@@ -38,12 +38,14 @@ _KEEPING = (
     ),
 )
 
+_CORRECTING = slice(-len(_CORRECTIONS) - len(_KEEPING), -len(_KEEPING))
+"""Values of the corrections."""
+
 
 class FollowingPlant(HelicopterPlant):
     """The plant with an observer that keeps its state on a rig, and corrections of its parameters."""
 
     variables: ClassVar[tuple[Variable, ...]] = (*HelicopterPlant.variables, *_CORRECTIONS, *_KEEPING)
-    adjusted = slice(HelicopterPlant.adjusted.start, -len(_KEEPING))
     hidden = {"memory": PlantMemory, "torque": Torque}
     summary = "HelicopterPlant that follows a rig: an observer keeps its state there, a Corrector its parameters"
 
@@ -53,12 +55,13 @@ class FollowingPlant(HelicopterPlant):
         self.torque = Torque()
 
     def _corrected(self, parameters: PlantParameters) -> PlantParameters:
-        correction = Correction(*self.values[-len(_CORRECTIONS) - len(_KEEPING) : -len(_KEEPING)])
+        self.corrected_by = self.values[_CORRECTING]
+        correction = Correction(*self.corrected_by)
         return with_correction(parameters, correction) if any(correction) else parameters
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s], from where the measured angles of ``time`` put it."""
-        if self.values[self.adjusted] != self.chosen:
+        if self.tuned or self.values[_CORRECTING] != self.corrected_by:
             self._take_parameters()
         # the last corrections are those of the rotors' shares
         front, rear, pitch, elevation, travel, fresh, bandwidth = self.values[-2 - len(_KEEPING) :]

@@ -56,8 +56,6 @@ class HelicopterPlant(SlaveBase):
 
     variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS_AND_OUTPUTS, *_SETTINGS, *PHYSICS)
     hidden = {"memory": PlantMemory}
-    adjusted: ClassVar[slice] = slice(len(_INPUTS_AND_OUTPUTS) + len(_SETTINGS), None)
-    """Values that may change between two steps: the physical parameters."""
     summary = "Bench helicopter (pitch, elevation, travel) driven by two motor voltages"
 
     def initialise(self, time: float) -> None:
@@ -75,8 +73,9 @@ class HelicopterPlant(SlaveBase):
 
     def _take_parameters(self) -> None:
         """Read the parameters."""
+        self.tuned = True  # until they are taken: they may be refused
         self.parameters = in_slots(checked(self._corrected(self.settings(PlantParameters()))))
-        self.chosen, self.delay = self.values[self.adjusted], input_delay(self.parameters)
+        self.delay, self.tuned = input_delay(self.parameters), False
 
     def _corrected(self, parameters: PlantParameters) -> PlantParameters:
         """Return the parameters with their corrections, of which this unit has none."""
@@ -84,7 +83,7 @@ class HelicopterPlant(SlaveBase):
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s]."""
-        if self.values[self.adjusted] != self.chosen:
+        if self.tuned:
             self._take_parameters()
         v_front, v_rear = self.values[:2]
         self.memory = self._flown(self.memory, v_front, v_rear, time, step_size)
