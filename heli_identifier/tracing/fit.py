@@ -168,12 +168,9 @@ class _Place(NamedTuple):
 
 
 def fit(
-    likelihood: Likelihood,
-    fields: Sequence[str],
-    start: Fit | None = None,
-    shapes: Mapping[str, float] | None = None,
-    value_only: bool = False,
-) -> Fit:
+    likelihood: Likelihood, fields: Sequence[str], start: Fit | None = None,
+    shapes: Mapping[str, float] | None = None, value_only: bool = False,
+) -> Fit:  # fmt: skip
     """Fit a plant to the records of a rig.
 
     Estimated are the parameters and faults ``fields``. Other parameters keep the values of ``start``, or what the rig

@@ -165,17 +165,9 @@ class Likelihood:
         return parameters._replace(**of_log)
 
     def run(
-        self,
-        i: int,
-        point: Point,
-        first: int,
-        last: int,
-        carry: Array | None,
-        e: Array,
-        motion: Array = NO_MOTION,
-        parameters: Parameters = None,
-        record: Record | None = None,
-    ) -> Array:
+        self, i: int, point: Point, first: int, last: int, carry: Array | None, e: Array, motion: Array = NO_MOTION,
+        parameters: Parameters = None, record: Record | None = None,
+    ) -> Array:  # fmt: skip
         """Run the filter over samples of record ``i``; fill ``e`` and ``motion``; give the state."""
         record = record or self.records[i]
         p = self.of_log(i, point, point.parameters if parameters is None else parameters)

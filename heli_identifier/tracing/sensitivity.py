@@ -76,13 +76,9 @@ class Quadratic:
 
 
 def linearise(
-    likelihood: Likelihood,
-    point: Point,
-    coordinates: Sequence[Coordinate],
-    x: Array,
-    sigma: Array,
+    likelihood: Likelihood, point: Point, coordinates: Sequence[Coordinate], x: Array, sigma: Array,
     filtered: tuple[Sequence[Array], Sequence[Array]],
-) -> Quadratic:
+) -> Quadratic:  # fmt: skip
     """Give the quadratic form of F around a point.
 
     The ``coordinates`` that may move are at ``x`` (P,), the scales ``sigma`` (a,) and what :meth:`.Likelihood.filtered`
@@ -154,13 +150,7 @@ class Sensitivities:
     ``count``.
     """
 
-    def __init__(
-        self,
-        likelihood: Likelihood,
-        point: Point,
-        coordinates: Sequence[Coordinate],
-        x: Array,
-    ):
+    def __init__(self, likelihood: Likelihood, point: Point, coordinates: Sequence[Coordinate], x: Array):
         self.likelihood, self.point = likelihood, point
         self.moves = [likelihood.moved(point, c, float(own)) for c, own in zip(coordinates, x, strict=True)]
         self.own = len(self.moves) + SHAPES * len(likelihood.rig.axes)
