@@ -5,9 +5,11 @@ import pytest
 
 import heli_identifier as hi
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, gain_matrix
-from heli_identifier.records import RigConfiguration
+from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, IdentifierSettings, gain_matrix
+from heli_identifier.records import Log, RigConfiguration
+from heli_identifier.tools.history import identify_log
 from heli_identifier.tools.identification import LONGER, choose
+from heli_identifier.tools.joint import joint
 from heli_plant.parameters import TABLE_2
 from tests.simulated import closed_loop, drive, noisy
 
@@ -49,6 +51,21 @@ def test_logs_together_are_the_product_of_their_likelihoods_and_one_prior(flown)
     together = omega + gamma @ np.linalg.solve(gamma + R, y - omega)
     assert flown.estimates["k_y"].value == pytest.approx(together[1], rel=1e-6)
     assert flown.together.noise[2] == pytest.approx(np.exp(together[2:]), rel=1e-6)
+
+
+def test_logs_of_different_rates_together_do_not_depend_on_their_order():
+    """Every second sample of a flight, with the mean of the voltages that were held, is a flight at half the rate."""
+    fast, whole = (closed_loop(TABLE_2, 12.0, seed, f"flight {seed}") for seed in (1, 2))
+    voltages = whole.voltages[: 2 * (whole.samples // 2)].reshape(-1, 2, 2).mean(axis=1)
+    slow = Log("slow", 0.5 / whole.step, voltages, whole.angles[::2][: len(voltages)])
+    histories = [
+        identify_log(log, IdentifierSettings(sample_time=log.step, method=PREDICTION_ERROR)) for log in (fast, slow)
+    ]
+    one, other = joint(histories), joint(histories[::-1])
+    for name, estimate in one.estimates.items():
+        # sums of two in either order
+        assert other.estimates[name].value == pytest.approx(estimate.value, rel=1e-9)
+        assert other.estimates[name].standard_error == pytest.approx(estimate.standard_error, rel=1e-6)
 
 
 def test_logs_in_open_loop_are_identified_by_the_papers_adaptation(in_open_loop):
