@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # One thread per process: the tests and the tracer run processes of their own on all cores.
 export OPENBLAS_NUM_THREADS := 1
 
-WINDOWS_TESTS := tests/test_files.py tests/test_records_reading.py
+WINDOWS_TESTS := tests/test_files.py tests/test_records_reading.py tests/test_records_formats.py
 
 .PHONY: demo test test-all test-windows test-wine wheel wheels-check release lint size bench blind docs audit lock sbom clean
 

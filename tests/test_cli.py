@@ -1,6 +1,5 @@
 """The command line answers at once, shows an example for everything, and refuses bad input in one sentence."""
 
-import json
 import os
 import re
 import signal
@@ -17,11 +16,7 @@ from heli_identifier.cli.app import app
 from heli_identifier.cli.arguments import in_scenario, spread, unit_value
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.terminal import print_table
-from heli_identifier.errors import IdentifierError
-from heli_identifier.records import demo_logs
 from heli_identifier.results import Table
-from heli_identifier.results.parameters import read_parameters
-from tests.faults.material import document
 
 COMMANDS = sorted(get_command(app).commands)
 
@@ -194,13 +189,3 @@ def test_a_text_parameter_takes_a_text_that_looks_like_a_number():
 def test_what_a_foreign_fmu_takes_is_left_to_it():
     # a unit from a file may have parameters that this project's unit of the same name does not
     assert in_scenario("open_loop", None, ["plant.mass=2"], foreign=("plant",)) == {"plant.mass": 2.0}
-
-
-def test_every_command_says_the_same_of_a_damaged_parameter_file(tmp_path):
-    file = tmp_path / "parameters.json"
-    file.write_text(json.dumps(document(lambda d: d.pop("values"))))
-    with pytest.raises(IdentifierError) as problem:
-        read_parameters(file)
-    for command, what in (("check", demo_logs("rig-c")[1][0]), ("simulate", "open_loop")):
-        sentence = refused(tmp_path, "missing required field", command, what, "--parameters", file)
-        assert sentence.strip() == f"heli: {problem.value}"

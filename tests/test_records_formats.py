@@ -144,8 +144,8 @@ def test_a_reader_without_end_is_ended(monkeypatch):
         apart(exec, ("while True: pass",), 1, "log.mat")
 
 
-@pytest.mark.skipif(os.name != "posix", reason="Windows bounds no memory")
 def test_a_reader_that_asks_for_all_memory_is_refused(monkeypatch):
+    pytest.importorskip("resource")  # Windows bounds no memory
     monkeypatch.setattr(opening, "MEMORY", 10**9)
     with pytest.raises(LogError, match="log.mat is not readable: it asks for more than 1 GB of memory"):
         apart(bytes, (2 * 10**9,), 1, "log.mat")
