@@ -4,7 +4,6 @@ __all__ = [
     "ClosedLoopErrors",
     "Design",
     "Advice",
-    "EstimateHistory",
     "Finding",
     "GeneratedRig",
     "Identification",
@@ -14,7 +13,6 @@ __all__ = [
     "Row",
     "SHORTEST_TO_SPLIT",
     "Source",
-    "Together",
     "TrueEffect",
     "TrueUnknown",
     "Truth",
@@ -53,11 +51,10 @@ __all__ = [
     "separation_warning",
     "step_figure",
     "summarised",
-    "write_rows",
 ]
 
 from .campaign import CONSOLIDATED, Progress, run_campaign
-from .campaign_rows import Row, campaign_tables, read_rows, summarised, write_rows
+from .campaign_rows import Row, campaign_tables, read_rows, summarised
 from .closed_loop import ClosedLoopErrors, closed_loop_errors
 from .controller import Advice, Design, control_advice, design_controller, design_pid
 from .controller_page import controller_html, design_table, margin_table, step_figure
@@ -66,9 +63,7 @@ from .experiment import Limits, designs, effects_named, experiment_table, separa
 from .fleet import Finding, diagnose_rigs, fleet_of
 from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table
-from .history import EstimateHistory
 from .identification import Identification, identify
-from .joint import Together
 from .linearisation import linearise
 from .loop import CONTROLLER, controller_parameters, controller_settings
 from .rigs import (
