@@ -20,7 +20,7 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, encode, read_layout
 from heli_identifier.live.page import MOST_CONNECTIONS, served
 from heli_identifier.live.screen import draw_screen, stream_line
-from heli_identifier.live.session import Journal, Session
+from heli_identifier.live.session import Journal, Session, check_unused
 from heli_identifier.live.sources import Listening, play, send
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_logs, read_log
@@ -230,6 +230,13 @@ def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):
         journal.close()
     rows = (tmp_path / "a.csv").read_text()
     assert rows.endswith("\n") and len(rows) > 900 and all(row.count(",") == 1 for row in rows.splitlines())
+
+
+def test_a_folder_with_an_earlier_diagnosis_is_refused(tmp_path):
+    check_unused(tmp_path)
+    (tmp_path / "diagnosis.json").write_text("kept", encoding="utf-8")
+    with pytest.raises(ConfigurationError, match="diagnosis.json is there already"):
+        check_unused(tmp_path)
 
 
 @pytest.fixture(scope="module")

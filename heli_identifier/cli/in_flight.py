@@ -185,7 +185,7 @@ def _listener(
         rig = Listening(port, rate, config.format, session.keep)
         session.run(rig.instants(), lambda: 1.0 / (rig.rate or 1.0), stopped, show, lambda: rig.status)
         if why := _stream_sentence(rig.status):
-            session.say(Event(session.time, "stream", why))
+            session.say(Event(session.time, "stream", why=why))
 
     return run
 

@@ -119,17 +119,17 @@ def make_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Findi
     time, reason = state.samples * plan.settings.sample_time, REASONS[why]
     (what,) = [what for what, reasons in WHAT.items() if why in reasons]
     if finding.change < 0:
-        return Event(time, what, reason, since=time)
+        return Event(time, what, since=time, why=reason)
     change, values = plan.changes[finding.change], state.values.end
     blocks = finding.blocks + (0 if why == "suspected" else SWINGING)
     return Event(
         time,
         what,
-        reason,
         name=change.name,
         other=plan.changes[finding.other].name if finding.other >= 0 else "",
         axis=AXES[change.axes[0]] if change.field else "rotors",
         value=change.value(change.applied(finding.size, values)),
         standard_error=finding.standard_error * (1.0 if change.field else change.value(values)),
         since=time - blocks * plan.block * plan.settings.sample_time,
+        why=reason,
     )

@@ -50,6 +50,7 @@ WHAT = {
 }
 """What an event says, and for which reasons; the unit gives the place."""
 
+_KEYS = {"time": "time_s", "since": "since_s", "other": "or"}  # of an event in a file, where they differ
 _DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
 
@@ -86,27 +87,18 @@ class Event(NamedTuple):
 
     time: float
     what: str
-    why: str
     name: str = ""
     other: str = ""
     axis: str = ""
     value: float = 0.0
     standard_error: float = 0.0
     since: float = 0.0
+    why: str = ""
 
     def document(self) -> dict[str, Any]:
         """Return the event as a file has it."""
-        return {
-            "time_s": round(self.time, _DIGITS),
-            "what": self.what,
-            "name": self.name,
-            "or": self.other,
-            "axis": self.axis,
-            "value": self.value,
-            "standard_error": self.standard_error,
-            "since_s": round(self.since, _DIGITS),
-            "why": self.why,
-        }
+        rounded = self._replace(time=round(self.time, _DIGITS), since=round(self.since, _DIGITS))
+        return {_KEYS.get(name, name): value for name, value in rounded._asdict().items()}
 
 
 class Values(NamedTuple):

@@ -195,7 +195,7 @@ class Session:
         for note in () if status is None else status.notes:
             if note not in self._noted:
                 self._noted.add(note)
-                self.say(Event(self.time, "stream", note))
+                self.say(Event(self.time, "stream", why=note))
         show(self.view(), status)
 
     def _step(self, sample: Sample, sample_time: Callable[[], float]) -> None:
