@@ -63,7 +63,7 @@ os._exit(0)  # pythonfmu's library may abort while the interpreter ends
 """
 
 
-def apart(function: Callable[..., Any], *arguments: Any, **environment: str) -> Any:
+def apart(function: Callable[..., Any], *arguments: Any) -> Any:
     """Call a function of a module in a process of its own; arguments and result pass as JSON.
 
     Raises
@@ -73,7 +73,7 @@ def apart(function: Callable[..., Any], *arguments: Any, **environment: str) -> 
     """
     libraries = os.pathsep.join([str(Path(sys.prefix) / "lib"), os.environ.get("LD_LIBRARY_PATH", "")])
     command = [sys.executable, "-c", _CHILD, function.__module__, function.__name__, json.dumps(arguments)]
-    told = {**os.environ, "PYTHONPATH": str(ROOT), "LD_LIBRARY_PATH": libraries, **environment}
+    told = {**os.environ, "PYTHONPATH": str(ROOT), "LD_LIBRARY_PATH": libraries}
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=told)
     if done.returncode:
         raise RuntimeError(f"{function.__name__}{arguments} failed: {done.stdout[-500:]}{done.stderr[-1500:]}")
