@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -92,18 +93,9 @@ def test_settings_that_cannot_be_are_refused_at_once(given, said):
         DiagnosisSettings(**given)
 
 
-class Given:
-    """A source of one rig that is there already."""
-
-    rig = "given"
-
-    def __init__(self, loaded):
-        self.load = lambda: loaded
-
-
 def test_a_campaign_keeps_the_rest_pitch_of_each_rig(logs):
     rig = Rig((logs[0],), (logs[1],), configuration=RigConfiguration(rest_pitch=WRONG))
-    row = diagnosed(Given(rig), DiagnosisSettings())
+    row = diagnosed(SimpleNamespace(rig="given", load=lambda: rig), DiagnosisSettings())
     assert (row["theta0"], row["theta0_se"]) == (WRONG, None)
 
 
