@@ -24,6 +24,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_solve, solve_triangular
 from scipy.signal import lfilter
 from scipy.special import chdtrc, chdtri, gammaln
 
@@ -78,7 +79,8 @@ class _Seen:
         self.times, self.variables = [], []
         self.w: list[Array] = []
         self.e: list[Array] = []
-        self.Q: list[Array] = []
+        self.A: list[Array] = []
+        self.root: list[Array] = []
         rows: list[list[Array]] = [[] for _ in rig.axes]  # weight, weighted innovations and derivatives
         for i, record in enumerate(L.records):
             held = record.held
@@ -96,25 +98,38 @@ class _Seen:
             self.response.append([error_dynamics(own, held) for own in L.filters(record, point)])
             self.times.append(means(record.time[:, None], held)[:, 0])
             self.variables.append(rig.tables.values(record, fitted.parameters, fitted.motion[i]))
-        self.ends, logs = np.cumsum([0, *map(len, self.times)]), len(self.times)
+        self.ends = np.cumsum([0, *map(len, self.times)])
         for a, chunks in enumerate(rows):
-            stacked, N = np.concatenate(chunks), self.ends[-1]
+            stacked = np.concatenate(chunks)
             w = np.sqrt(stacked[:, 0]) / fitted.sigma[a]
             stacked[:, 1:] *= (w / np.maximum(stacked[:, 0], 1e-12))[:, None]
-            widths = np.tile(L.widths[a : 3 * len(rows) : len(rows)], logs)  # torque, angle and rate of every log
-            A = np.zeros((N + P + 3 * logs, P + 3 * logs))
-            A[:N, :P], A[N:] = stacked[:, 2:-3], np.diag(np.concatenate((np.ones(P), 1.0 / widths)))
-            for i, (first, last) in enumerate(pairwise(self.ends)):
-                A[first:last, P + 3 * i : P + 3 * i + 3] = stacked[first:last, -3:]
-            Q = np.linalg.qr(A[:, A[:N].any(0)])[0]
-            e = np.concatenate((stacked[:, 1], fitted.x, point.own[:, a : 3 * len(rows) : len(rows)].ravel() / widths))
-            self.w, self.Q, self.e = [*self.w, w], [*self.Q, Q[:N]], [*self.e, e[:N] - Q[:N] @ (Q.T @ e)]
+            e, A = stacked[:, 1], stacked[:, 2:]
+            self.w, self.A = [*self.w, w], [*self.A, A]
+            part = slice(a, 3 * len(rows), len(rows))  # torque, angle and rate of every log
+            prior = np.concatenate((np.ones(P), np.tile(L.widths[part] ** -2.0, len(self.times))))
+            H, left = np.diag(prior), self.across(a, A[:, :P])
+            H[:, :P] += left
+            H[:P, P:] += left[P:].T
+            for own, (first, last) in zip(range(P, len(H), 3), pairwise(self.ends), strict=True):
+                H[own : own + 3, own : own + 3] += A[first:last, P:].T @ A[first:last, P:]
+            root = np.linalg.cholesky(H)
+            x = prior * np.concatenate((fitted.x, point.own[:, part].ravel()))
+            c = cho_solve((root, True), self.across(a, e) + x)
+            of_logs = [A[first:last, P:] @ own for own, (first, last) in
+                       zip(c[P:].reshape(-1, 3), pairwise(self.ends), strict=True)]  # fmt: skip
+            self.root, self.e = [*self.root, root], [*self.e, e - A[:, :P] @ c[:P] - np.concatenate(of_logs)]
+
+    def across(self, a: int, values: Array) -> Array:
+        """A'v of values v (N, ...): derivatives by the P coordinates first, then by the three of every log's own."""
+        A = self.A[a]
+        own = [A[first:last, -3:].T @ values[first:last] for first, last in pairwise(self.ends)]
+        return np.concatenate((A[:, :-3].T @ values, *own))
 
     def explained(self, a: int, torques: Sequence[Array], width: float) -> tuple[Array, Array, float, float]:
         """Weights of torques (n_i, k) of axis ``a`` under a prior of ``width``, their covariance, S and k."""
         parts = [lfilter(*response[a], Phi, axis=0) for response, Phi in zip(self.response, torques, strict=True)]
         J: Array = np.concatenate(parts) * self.w[a][:, None]
-        known = self.Q[a].T @ J
+        known = solve_triangular(self.root[a], self.across(a, J), lower=True)
         D = width**2 * (J.T @ J - known.T @ known)
         u = -width * (J.T @ self.e[a])
         C = np.linalg.inv(D + np.eye(len(D)))
