@@ -24,7 +24,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve, solve_triangular
+from scipy.linalg import cho_solve, cholesky, solve_triangular
 from scipy.signal import lfilter
 from scipy.special import chdtrc, chdtri, gammaln
 
@@ -112,7 +112,7 @@ class _Seen:
             H[:P, P:] += left[P:].T
             for own, (first, last) in zip(range(P, len(H), 3), pairwise(self.ends), strict=True):
                 H[own : own + 3, own : own + 3] += A[first:last, P:].T @ A[first:last, P:]
-            root = np.linalg.cholesky(H)
+            root = cholesky(H, lower=True)
             x = prior * np.concatenate((fitted.x, point.own[:, part].ravel()))
             c = cho_solve((root, True), self.across(a, e) + x)
             of_logs = [A[first:last, P:] @ own for own, (first, last) in
