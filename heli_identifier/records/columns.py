@@ -152,7 +152,8 @@ def read_stamps(cells: NDArray[Any]) -> NDArray[np.float64]:
             found = pandas.to_datetime("2000-01-01T" + texts, format="ISO8601", errors="coerce", utc=True)
         stamps = found.dt.tz_localize(None).to_numpy().astype("datetime64[ns]")
     wrong = np.isnat(stamps)
-    seconds = (stamps - stamps[wrong.argmin()]).astype("timedelta64[ns]").astype(float) * 1e-9
+    first = next(iter(stamps[~wrong]), np.datetime64("NaT"))
+    seconds = (stamps - first).astype("timedelta64[ns]").astype(float) * 1e-9
     return np.where(wrong, np.nan, seconds)
 
 
