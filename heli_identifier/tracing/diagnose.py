@@ -31,7 +31,7 @@ from .helicopter import LAG_FIELD
 from .identification import FAULT_EFFECTS, Identification, Progress, identify_plant
 from .result import DataEntry, Determination, Diagnosis, FoundEffect, HeldOutLikelihood, RigVerdict, Verdict
 from .select import Finding
-from .settings import KEPT, NAMED, SETTLING, SURE, DiagnosisSettings
+from .settings import KEPT, SETTLING, SURE, DiagnosisSettings
 from .strangers import sign_notes, stranger_notes
 
 Array = NDArray[np.float64]
@@ -115,7 +115,8 @@ def diagnose(
         correlation_labels=labels,
         correlation=matrix,
         data=(*_entries(training, "training"), *_entries(kept, "held out")),
-        settings={**asdict(settings), "score_needed": NAMED, "operating_point": rig.operating_point},
+        settings=asdict(settings)
+        | {"score_needed": found.selection.last.needed, "operating_point": rig.operating_point},
         notes=(
             *data_notes,
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),

@@ -118,7 +118,7 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     A delay of the voltages, in the rig or in its log, may explain the timing about as well.
     """
     score, value = lag_score(fitted), estimates(fitted, C, [LAG_FIELD])[LAG_FIELD]
-    if score <= NAMED or abs(value.value) < TIMED:
+    if score <= selection.last.needed or abs(value.value) < TIMED:
         return None
     around = selection.last.of_pinned(fitted.fields.index(LAG_FIELD))
     rivals = [e for e in around.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
@@ -164,7 +164,7 @@ def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -
         why = f"its standard error of {error:.2g}{unit} could not show even {largest:g}{unit}"
         experiment = effect.experiment
     else:
-        verdict, why = Verdict.NOT_SHOWN, f"score {score:.1f} nats, {NAMED:g} needed"
+        verdict, why = Verdict.NOT_SHOWN, f"score {score:.1f} nats, {selection.last.needed:.3g} needed"
     bound = None if verdict is Verdict.NOT_TESTABLE else _bound(effect, estimate)
     return CatalogueVerdict(effect.name, effect.axis, verdict, estimate, score, visibility, bound, why, experiment)
 

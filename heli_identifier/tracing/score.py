@@ -26,7 +26,7 @@ from .fit import Fit, bounded_step
 from .noise import error_dynamics
 from .rig import Coordinate, Effect
 from .sensitivity import linearise
-from .settings import KEPT, NAMED, SETTLING, STEP_APART, STEPS_TRIED
+from .settings import KEPT, NAMED, NOT_MODELLED, SETTLING, STEP_APART, STEPS_TRIED
 
 Array = NDArray[np.float64]
 
@@ -112,9 +112,18 @@ class Scores:
         self.of_field: dict[str, list[int]] = {}
         for j, coordinate in enumerate(self.coordinates):
             self.of_field.setdefault(coordinate.field, []).append(j)
+        seconds = [record.step * float(record.weights.any(1).sum()) for record in fitted.likelihood.records]
+        self.floors = NOT_MODELLED * np.array(seconds)
+        self.floor = float(self.floors.sum())
+        """What errors of the model are worth at most [nats], by log and of all logs."""
         catalogue = {name for effect in candidates for name in effect.parameters}
         self.nuisance = [j for j, c in enumerate(inside) if c.field not in catalogue]
         self.nuisance += range(P, len(self.g))
+
+    @property
+    def needed(self) -> float:
+        """Score that establishes an effect [nats]."""
+        return max(NAMED, self.floor)
 
     @property
     def selected(self) -> list[str]:
@@ -127,6 +136,7 @@ class Scores:
         part.__dict__.pop("best", None)
         part.H = self.quadratic.H[list(logs)].sum(0) + np.eye(len(self.g))
         part.g = self.quadratic.g[list(logs)].sum(0) + self.quadratic.prior
+        part.floor = float(self.floors[list(logs)].sum())
         return part
 
     def of_pinned(self, column: int) -> "Scores":
@@ -162,7 +172,7 @@ class Scores:
 
     def asked(self, name: str) -> float:
         """Score at which an effect enters the model [nats]: a fault of the log is named or is none."""
-        return NAMED if self.effects[name].fault else KEPT
+        return self.needed if self.effects[name].fault else KEPT
 
     def inside(self, selected: Collection[str]) -> list[int]:
         """Columns of a model: the nuisance, the selected effects and their shapes where these were fitted."""

@@ -43,13 +43,15 @@ class Finding:
     """Whether it is the strongest of its family, which is named by it."""
     exact: float | None = None
     """What is lost without its family by a refit [nats]; None where that was not asked for."""
+    floor: float = 0.0
+    """What errors of the model are worth at most [nats]."""
 
     @property
     def established(self) -> bool:
         """Whether it is shown."""
-        asked = REFITTED if self.effect.certain else NAMED
+        asked = max(self.floor, REFITTED if self.effect.certain else NAMED)
         named = self.score.score > asked or (self.leads and self.family_score > asked)
-        return named and (self.exact is None or self.exact > REFITTED)
+        return named and (self.exact is None or self.exact > max(self.floor, REFITTED))
 
     @property
     def stated(self) -> float:
@@ -203,7 +205,7 @@ def _finding(
         family = (_fall(around, around.minimum(selected)[0]) - _fall(around, around.minimum(rest)[0])) / phi
         family -= KEPT * (len(relatives) - 1)
     leads = all(scores[other].score <= own.score for other in relatives)
-    found = Finding(effect, own, family, (), leads)
+    found = Finding(effect, own, family, (), leads, floor=around.floor)
     if without is None:
         return found
     if found.established:

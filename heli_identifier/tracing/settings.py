@@ -128,6 +128,11 @@ REFITTED = 6.0
 """Score [nats] that a refit has to leave of what the quadratic form establishes, and that establishes an effect that
 every rig has, of which only the size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
 
+NOT_MODELLED = 0.02
+"""Nats per second of flight that an effect has to be worth as well, so that more than 400 s need a larger score. What a
+likelihood leaves out, above all that encoders round and do not err at random, adds up with the length of flights, and
+looks like friction at rest: on clean rigs of up to 3600 s it was worth up to .017 nats per second."""
+
 LEAST_VISIBILITY = 0.01
 """Share of an effect's signature, beside the fitted parameters, below which it is not testable."""
 
