@@ -11,7 +11,9 @@ from heli_identifier.tracing.identification import delivered
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.score import Scores, step_times
 from heli_identifier.tracing.select import halves_agree, left_out_gain, select
+from heli_plant.parameters import TABLE_2
 from tests.blind.windy import windy_rig
+from tests.simulated import drive, noisy
 from tests.test_tracing_likelihood import likelihood_of, logs_of
 
 
@@ -35,6 +37,16 @@ def coupled():
 @pytest.mark.parametrize("index", [1, 3])
 def test_a_clean_rig_is_accused_of_nothing(index):
     selection, _ = searched("clean", index)
+    assert shown(selection) == set()
+
+
+@pytest.mark.slow
+def test_rounding_by_the_encoders_does_not_become_friction_in_long_flights():
+    """In 1500 s slow turns that an encoder rounds are worth more than 8 nats as sticking; a clean rig has none."""
+    torque = np.array([0.02, 0.01, 0.004])
+    likelihood = likelihood_of([noisy(TABLE_2, drive(500.0, k), 10 + k, deviation=torque, name=f"{k}") for k in range(3)])
+    selection = select(with_own_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
+    assert max(finding.stated for finding in selection.findings) > 8.0
     assert shown(selection) == set()
 
 
