@@ -44,7 +44,8 @@ def test_a_clean_rig_is_accused_of_nothing(index):
 def test_rounding_by_the_encoders_does_not_become_friction_in_long_flights():
     """In 1500 s slow turns that an encoder rounds are worth more than 8 nats as sticking; a clean rig has none."""
     torque = np.array([0.02, 0.01, 0.004])
-    likelihood = likelihood_of([noisy(TABLE_2, drive(500.0, k), 10 + k, deviation=torque, name=f"{k}") for k in range(3)])
+    logs = [noisy(TABLE_2, drive(500.0, k), 10 + k, deviation=torque, name=f"{k}") for k in range(3)]
+    likelihood = likelihood_of(logs)
     selection = select(with_own_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
     assert max(finding.stated for finding in selection.findings) > 8.0
     assert shown(selection) == set()
