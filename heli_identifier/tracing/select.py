@@ -45,13 +45,16 @@ class Finding:
     """What is lost without its family by a refit [nats]; None where that was not asked for."""
     floor: float = 0.0
     """What errors of the model are worth at most [nats]."""
+    at_end: bool = False
+    """Whether the rate over which a friction fades lies at the end of its range, which is what encoders resolve: slow
+    turns that they round look like a friction that fades over less."""
 
     @property
     def established(self) -> bool:
         """Whether it is shown."""
         asked = max(self.floor, REFITTED if self.effect.certain else NAMED)
         named = self.score.score > asked or (self.leads and self.family_score > asked)
-        return named and (self.exact is None or self.exact > max(self.floor, REFITTED))
+        return named and not self.at_end and (self.exact is None or self.exact > max(self.floor, REFITTED))
 
     @property
     def stated(self) -> float:
@@ -205,7 +208,10 @@ def _finding(
         family = (_fall(around, around.minimum(selected)[0]) - _fall(around, around.minimum(rest)[0])) / phi
         family -= KEPT * (len(relatives) - 1)
     leads = all(scores[other].score <= own.score for other in relatives)
-    found = Finding(effect, own, family, (), leads, floor=around.floor)
+    names, bound = around.fitted.names, around.fitted.at_bound
+    fades = effect.shapes if effect.drawn_against == "rate" else ()
+    at_end = any(bound[names.index(shape)] for shape in fades if shape in names)
+    found = Finding(effect, own, family, (), leads, floor=around.floor, at_end=at_end)
     if without is None:
         return found
     if found.established:

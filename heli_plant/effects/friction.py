@@ -27,8 +27,9 @@ def dry_friction(rate: float, c: float) -> float:
     source="Stribeck 1902; Armstrong-Helouvry 1994", family=FRICTION, drawn_against="rate",
     experiment="Let the axis start from rest many times: small square waves that just make it move.",
     shapes=(
-        Shape("stribeck_rate", "stribeck_rate_{axis}", "w_s", "rad/s", 0.05, 0.005, 1.0,
-              "rate over which the breakaway friction fades", grid=(0.02, 0.06, 0.18)),
+        Shape("stribeck_rate", "stribeck_rate_{axis}", "w_s", "rad/s", 0.05, 0.02, 1.0,
+              "rate over which the breakaway friction fades; below its least value encoders show no turn",
+              grid=(0.02, 0.06, 0.18)),
     ),
 )  # fmt: skip
 def breakaway_friction(rate: float, c: float, stribeck_rate: float) -> float:
