@@ -70,7 +70,7 @@ static void pass_state(Unit *unit, Bytes *bytes)
     Bytes again = *bytes;
     const bool other = pass_values(unit, bytes) || !had_model || unit->start_time != start_time;
     if (bytes->reading)
-        unit->outdated = phase == INITIALISING;
+        unit->outdated = phase == INITIALISING || (phase == STEPPING && !unit->initialised);
     if (!unit->initialised)
         return;
     if (bytes->reading && other) {

@@ -126,7 +126,7 @@ Status unit_exit_initialisation(Unit *unit)
     if (unit->phase != INITIALISING)
         return wrong_phase(unit, "exitInitializationMode");
     unit->phase = STEPPING;
-    unit->outdated = false;
+    unit->outdated = true; /* whoever reads outputs of a failed initialisation is told why, at every time */
     if (unit_prepare(unit, "exitInitializationMode") == OK)
         return OK;
     memcpy(unit->failure, unit->refusal.message, sizeof unit->failure);

@@ -110,7 +110,7 @@ Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
     own->refused = false;
     own->real = value;
     unit->stale = EXCHANGE && unit->initialised;
-    unit->outdated = unit->phase == INITIALISING;
+    unit->outdated |= unit->phase == INITIALISING;
     return OK;
 }
 
@@ -126,7 +126,7 @@ Status unit_set_text(Unit *unit, uint32_t reference, const char *text)
         return unit_say(unit, ERROR, "setString: %s has no text", VARIABLES[reference].name);
     free(unit->values[reference].text);
     unit->values[reference].text = copy;
-    unit->outdated = unit->phase == INITIALISING;
+    unit->outdated |= unit->phase == INITIALISING;
     return OK;
 }
 
