@@ -9,7 +9,6 @@ import struct
 import types
 from collections.abc import Iterator
 from contextlib import contextmanager
-from ctypes import c_double
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,8 +18,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_src.master import compiled_loop as machine
-from fmu_src.master.instance import Instance, Place
+from fmu_src.master import loop as machine
+from fmu_src.master.instance import Instance
 from fmu_src.native import build_native
 from fmu_src.state import thawed_state
 from fmu_src.variables import Value
@@ -37,15 +36,13 @@ def _drive(unit, rows, fed, shown, record, step, every):  # type: ignore[no-unty
     for k in range(len(rows)):
         for i in range(len(fed)):
             fed[i] = rows[k, i]
-        to_set = (unit[machine.COMPONENT], unit[machine.INPUTS], unit[machine.INPUTS_COUNT], unit[machine.FED])
-        status = machine.call(unit[machine.SET], to_set)
+        status = machine.transfer(unit, machine.PUT)
         if status <= 1:
             status = machine.call(unit[machine.STEP], (unit[machine.COMPONENT], k * step, step, np.int32(1)))
         if status > 1:
             return k
         if (k + 1) % every == 0:
-            to_get = (unit[machine.COMPONENT], unit[machine.OUTPUTS], unit[machine.OUTPUTS_COUNT], unit[machine.SHOWN])
-            machine.call(unit[machine.GET], to_get)
+            machine.transfer(unit, machine.GET)
             record[(k + 1) // every - 1] = shown
     return -1
 
@@ -64,10 +61,8 @@ class Units:
         try:
             instance.initialise({"sample.time": log.step, **parameters}, 0.0, 1e9)
             instance.finish_initialisation(0.0)
-            given, asked = instance.references(list(INPUTS)), instance.references(list(outputs))
-            buffers = [(c_double * len(values)).from_buffer(values.data) for values in (fed, shown)]
-            place = Place(instance, given, buffers[0], asked, buffers[1])
-            unit = np.array(machine.unit_row(place), dtype=np.int64)
+            instance.connect(list(INPUTS), fed, list(outputs), shown)
+            unit = np.array(instance.row(), dtype=np.int64)
             refused = _drive(unit, rows, fed, shown, record, log.step, every)
             if refused >= 0:
                 raise RuntimeError(f"sample {refused}: {instance.messages}")

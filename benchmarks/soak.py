@@ -97,18 +97,10 @@ class Loop:
             self.set("controller", to_excite)
         self.wired = Wired(replace(CLOSED_LOOP, connections=wires), self.units, STEP, RECORDED)
         self.wired.fetch(0.0)
-        self.compiled = self.wired.compiled() if all(unit.is_native for unit in self.units.values()) else None
 
     def at(self, name: str) -> int:
         """Return the place of an output."""
         return self.wired.names.index(name)
-
-    def take(self, record: NDArray[np.float64], first: int) -> None:
-        """Take a step for each row of ``record``, from the step number ``first`` on."""
-        if self.compiled is not None:
-            self.compiled(record, first)
-        else:
-            self.wired.play(record, range(first, first + len(record)))
 
 
 def run_day(case: str, hours: int, native: bool) -> dict[str, Any]:
@@ -165,7 +157,7 @@ def _flown(loop: Loop, hours: int) -> dict[str, Any]:
                 loop.set("plant", {"mass_position": place})
                 truth["a_e"] = 2.59 + STIFFNESS * place
                 stretch = [("a_e", before["a_e"], truth["a_e"], [])]
-        loop.take(record, k * minute)
+        loop.wired.play(record, k * minute)
         block = record[:, of_exciter]
         first_period = block[:period].copy() if first_period is None else first_period
         repeats = max(repeats, float(np.abs(block[:period] - first_period).max()))

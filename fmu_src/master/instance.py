@@ -1,4 +1,4 @@
-"""One unit under the master: its FMU unpacked and loaded, its life, and its prepared calls.
+"""One unit under the master: its FMU unpacked and loaded, its life, and where its inputs and outputs lie.
 
 Every answer is checked, the status and what the unit logs: a pythonfmu unit cannot refuse a set call by its status.
 Anything worse than a warning becomes a :class:`fmu_src.errors.MasterError` that names unit, call and time and quotes
@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Mapping
-from ctypes import Array, PyDLL, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
-from functools import partial
+from ctypes import byref, c_void_p, cast
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import unquote_to_bytes
 
 import fmpy
+import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (
     FMU2Slave,
@@ -29,6 +29,8 @@ from fmpy.fmi2 import (
 )
 from fmpy.logging import addLoggerProxy
 from lxml import etree
+from numpy.ctypeslib import as_ctypes
+from numpy.typing import NDArray
 
 from heli_identifier.files import check_zip
 from heli_plant.errors import did_you_mean
@@ -36,11 +38,10 @@ from heli_plant.errors import did_you_mean
 from ..errors import MasterError
 from ..variables import TYPES, Value
 
+Array = NDArray[np.float64]
+
 WARNING = 1
 _STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
-
-_NO_EARLIER_STATE = c_int.from_param(1)
-"""Argument of fmi2DoStep: the master will not restore a state from before the step."""
 
 _WANTED = {"Real": "a number", "Integer": "a whole number", "Boolean": "true or false", "String": "text"}
 
@@ -53,7 +54,7 @@ def _hear(environment: int | None, _name: bytes, status: int, _category: bytes, 
     unit = _HEARD.get(environment or 0)
     if unit is not None:
         unit.messages.append(message.decode("utf-8", "replace"))
-        unit.worst = max(unit.worst, status)
+        unit.worst[0] = max(unit.worst[0], status)
 
 
 _LOGGER = fmi2CallbackLoggerTYPE(_hear)
@@ -71,12 +72,9 @@ def alive() -> None:
         watch()
 
 
-class Call(NamedTuple):
-    """A call that is prepared once and made at every step: ``run`` returns the status of ``unit``."""
-
-    run: Callable[[], int]
-    unit: Instance
-    name: str
+def _name_in_c(call: str) -> str:
+    """Return the name of a function of FMI: of ``doStep`` it is ``fmi2DoStep``."""
+    return f"fmi2{call[0].upper()}{call[1:]}"
 
 
 def unpack(name: str, fmu: Path, folder: Path) -> Any:
@@ -111,7 +109,7 @@ class Instance:
         alive()
         self.name, self.folder = name, str(folder)
         self.messages: list[str] = []  # what it has logged
-        self.worst = 0  # the worst status of a message
+        self.worst = np.zeros(1, dtype=np.int64)  # the worst status of a message
         self.description = unpack(name, fmu, folder)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self.outputs = [name for name, v in self.variables.items() if v.causality == "output" and v.type == "Real"]
@@ -135,8 +133,6 @@ class Instance:
         )
         if Path(self.folder, "resources", "slavemodule.txt").is_file():
             self._give_resources_as_they_are()
-        # PyDLL keeps the interpreter's lock over a call: the unit needs it at once, and no other thread has to run.
-        self._library = PyDLL(self.slave.dll._name, handle=self.slave.dll._handle)
         self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=id(self))
         addLoggerProxy(byref(self._callbacks))
         self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
@@ -157,7 +153,7 @@ class Instance:
 
     def check(self, call: str, time: float, status: int = 0) -> None:
         """Raise MasterError if the answer to ``call`` at ``time`` [s], or one in the log, is worse than a warning."""
-        worst = status if status > WARNING else self.worst
+        worst = status if status > WARNING else self.worst[0]
         if worst > WARNING:
             word = _STATUSES[worst] if worst < len(_STATUSES) else f"status {worst}"
             reason = "; ".join(self.messages) or "the unit gives no reason"
@@ -207,35 +203,32 @@ class Instance:
     def reset(self) -> None:
         """Set the unit back to where it was when it was instantiated."""
         self.messages.clear()
-        self.worst = 0
+        self.worst[0] = 0
         self._call("reset", 0.0, self.slave.reset)
 
-    # fmpy's methods make new ctypes arrays with every call; these are bound to their C arguments once.
+    def connect(self, inputs: list[str], fed: Array, outputs: list[str], shown: Array) -> None:
+        """Let these inputs take their values from the array ``fed``, and these outputs put theirs into ``shown``."""
+        self._arrays = {"setReal": (self._references(inputs), fed), "getReal": (self._references(outputs), shown)}
 
-    def transfer(self, name: str, references: Any, values: Any) -> list[Call]:
-        """Prepare ``setReal`` or ``getReal`` of the C array ``values``, read or written in place; nothing if empty."""
-        number = c_size_t.from_param(len(references))
-        return [self._prepare(name, byref(references), number, byref(values))] if len(references) else []
+    def _references(self, names: list[str]) -> NDArray[np.uint32]:
+        return np.array([self.variable(name).valueReference for name in names], dtype=np.uint32)
 
-    def do_step(self, time: c_double, step: c_double) -> Call:
-        """Prepare ``doStep`` at the values that ``time`` and ``step`` [s] have when it is made."""
-        return self._prepare("doStep", time, step, _NO_EARLIER_STATE)
+    def transfer(self, call: str, time: float) -> None:
+        """Set (``setReal``) or get (``getReal``) what :meth:`connect` has named, at ``time`` [s]."""
+        references, values = self._arrays[call]
+        if len(values):
+            pointers = as_ctypes(references), len(values), as_ctypes(values)
+            self._call(call, time, getattr(self.slave, _name_in_c(call)), self.slave.component, *pointers)
 
-    def _prepare(self, name: str, *arguments: Any) -> Call:
-        component = c_void_p.from_param(self.slave.component)
-        return Call(partial(self._function(name), component, *arguments), self, name)
+    def row(self) -> list[int]:
+        """Return what :func:`.loop.step_all` knows of the unit, which has to outlive it: addresses, and lengths."""
+        to_c = [int(self.slave.component), self._address("doStep")]
+        for call, (references, values) in self._arrays.items():
+            to_c += [self._address(call), references.ctypes.data, len(values), values.ctypes.data]
+        return to_c
 
-    def _function(self, name: str) -> Any:
-        """Return a function of the FMU (``doStep``: fmi2DoStep)."""
-        return self._library[f"fmi2{name[0].upper()}{name[1:]}"]
-
-    def address(self, name: str) -> int:
-        """Return the address of a function of the FMU."""
-        return int(cast(self._function(name), c_void_p).value or 0)
-
-    def references(self, names: list[str]) -> Any:
-        """Return the value references of variables as a C array."""
-        return (c_uint * len(names))(*(self.variable(name).valueReference for name in names))
+    def _address(self, call: str) -> int:
+        return int(cast(self.slave.dll[_name_in_c(call)], c_void_p).value or 0)
 
     @property
     def is_native(self) -> bool:
@@ -253,12 +246,3 @@ class Instance:
             del _HEARD[id(self)]
             shutil.rmtree(self.folder, ignore_errors=True)
 
-
-class Place(NamedTuple):
-    """A unit with the C arrays of its inputs and outputs: value references, and values within those of all units."""
-
-    unit: Instance
-    inputs: Array[c_uint]
-    fed: Array[c_double]
-    outputs: Array[c_uint]
-    shown: Array[c_double]

@@ -1,22 +1,29 @@
 """The master's loop: set all inputs, step all units, get all outputs, at t_k = k H; once, or many times.
 
-All inputs of all units lie in one array, all outputs in another, and the wiring table becomes one array of indices. A
-communication step therefore copies all connections at once and makes at most three prepared calls per unit.
+All inputs of all units lie in one array, all outputs in another, and the wiring table is one array of indices: a step
+copies all connections at once and makes at most three calls a unit. The loop is machine code that calls the functions
+of the units by their addresses: a call through ctypes takes about 2 us, a step of a native unit less than one. It keeps
+the interpreter's lock, which units in Python need at once, and stops at the first answer that is worse than a warning.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from ctypes import c_double
-from functools import partial
+from hashlib import sha256
 from pathlib import Path
-from time import monotonic, perf_counter, sleep
+from time import perf_counter, sleep
+from typing import Any
 
+import numba
 import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from heli_identifier.files import draft_folder
+from heli_plant.compiled import kept_on_disk
 from heli_plant.errors import did_you_mean
 
 from ..builder import build, scenario_fmus
@@ -24,7 +31,7 @@ from ..errors import MasterError, WiringError
 from ..native import build_native
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
-from .instance import WARNING, Call, Instance, Place, alive
+from .instance import Array, Instance, alive
 from .result import Bands, Result
 
 STRIDE = 1000
@@ -32,9 +39,6 @@ STRIDE = 1000
 
 LONGEST_SLEEP = 1.0
 """Time after which a run in real time that waits for its next step says that it is alive [s]."""
-
-WORTH_COMPILING = 100_000
-"""Steps from which on loading the compiled loop (.5 s) takes less time than it saves (5 us a step of four units)."""
 
 SHARE = 0.95
 """Share of many runs inside of a band."""
@@ -73,7 +77,7 @@ def run(
     record : collection of str, optional
         Outputs to record (``identifier.a_wx``); outputs that feed an input are recorded as well. All by default.
     native : bool
-        Build units in C in place of units in Python; runs of 100 000 steps and more take them in a compiled loop.
+        Build units in C in place of units in Python.
     variations : sequence of mapping
         Parameters of further runs, on top of ``parameters``. Their units have to be native; they are loaded once and
         reset before every run. Of these runs bands are kept; one that a unit refuses is counted, and its reason kept.
@@ -98,20 +102,16 @@ def run(
             raise MasterError(f"many runs need native units; {in_python[0]} is none, build it with --native")
         wired = Wired(wiring, units, step, record)
         values = np.empty((steps + 1, len(wired.names)))
-        compiled = not in_python and (variations or steps >= WORTH_COMPILING)
-        take = wired.compiled() if compiled else None
 
         def fly(given: Mapping[str, Mapping[str, Value]]) -> float:
             """Fill ``values``; return the time that the steps take [s]."""
             values[0] = wired.start(given, steps * step)
-            began = perf_counter()
-            if take is not None:
-                for first in range(0, steps, WORTH_COMPILING):
-                    alive()
-                    take(values[first + 1 : first + 1 + WORTH_COMPILING], first)
-            else:
-                counted = _counted(steps, progress, wiring.title)
-                wired.play(values[1:], _paced(counted, step) if wiring.in_real_time else counted)
+            began, stride = perf_counter(), 1 if wiring.in_real_time else STRIDE
+            for first in _counted(range(0, steps, stride), progress, wiring.title):
+                if wiring.in_real_time:
+                    _wait_until(began + first * step)
+                alive()
+                wired.play(values[first + 1 : first + 1 + stride], first)
             return perf_counter() - began
 
         seconds = fly(given)
@@ -172,67 +172,49 @@ class Wired:
                 raise WiringError(f"scenario {wiring.name} has no output {name!r}{did_you_mean(name, every)}")
         wanted = set(every) if record is None else {*record, *feeding}
         self.names = tuple(name for name in every if name in wanted)
-        inputs = {name: [wire for wire in wiring.connections if wire.target_unit == name] for name in units}
         place = {name: k for k, name in enumerate(self.names)}
+        inputs = {name: [wire for wire in wiring.connections if wire.target_unit == name] for name in units}
         sources = [place[f"{wire.source_unit}.{wire.source}"] for own in inputs.values() for wire in own]
         self.sources = np.array(sources, dtype=np.intp)
         self.shown, self.fed = np.zeros(len(self.names)), np.zeros(len(sources))
-        self.places: list[Place] = []
+        worst = np.zeros(len(units), dtype=np.int64)
         physical, first_in, first_out = [], 0, 0
-        for name, unit in units.items():
+        for k, (name, unit) in enumerate(units.items()):
             put = [unit.variable(wire.target, "input").name for wire in inputs[name]]
             get = [output for output in unit.outputs if f"{name}.{output}" in place]
+            fed, shown = self.fed[first_in : first_in + len(put)], self.shown[first_out : first_out + len(get)]
+            unit.connect(put, fed, get, shown)
+            worst[k], unit.worst = unit.worst[0], worst[k : k + 1]
             physical += [unit.variable(output).unit or "1" for output in get]
-            fed = (c_double * len(put)).from_buffer(self.fed.data, first_in * self.fed.itemsize)
-            shown = (c_double * len(get)).from_buffer(self.shown.data, first_out * self.shown.itemsize)
-            self.places.append(Place(unit, unit.references(put), fed, unit.references(get), shown))
             first_in, first_out = first_in + len(put), first_out + len(get)
         self.physical_units = tuple(physical)
-        self._time, self._step = c_double(0.0), c_double(step)
-        self._copy_connections = partial(self.shown.take, self.sources, None, self.fed, "clip")
-        self._puts = [place.unit.transfer("setReal", place.inputs, place.fed) for place in self.places]
-        self._gets = [place.unit.transfer("getReal", place.outputs, place.shown) for place in self.places]
+        rows = np.array([unit.row() for unit in units.values()], dtype=np.int64)
+        self._arrays = rows, self.sources, self.fed, self.shown, worst
+        self._loop = kept_on_disk(step_all, sha256(Path(__file__).read_bytes()).hexdigest()[:16])
+        self.play(np.empty((0, len(self.names))), 0)  # compiled, or loaded, here
 
-    def start(self, given: Mapping[str, Mapping[str, Value]], stop: float) -> NDArray[np.float64]:
+    def start(self, given: Mapping[str, Mapping[str, Value]], stop: float) -> Array:
         """Initialise all units with the parameters of each at t = 0; return the outputs then."""
         for name, unit in self.units.items():
             unit.initialise(given[name], 0.0, stop)
         self.fetch(0.0)
-        self._copy_connections()
-        for unit, put, get in zip(self.units.values(), self._puts, self._gets, strict=True):
-            self._make(0.0, put)
+        self.shown.take(self.sources, out=self.fed, mode="clip")
+        for unit in self.units.values():
+            unit.transfer("setReal", 0.0)
             unit.finish_initialisation(0.0)
-            self._make(0.0, get)
+            unit.transfer("getReal", 0.0)
         return self.shown
 
     def fetch(self, time: float) -> None:
         """Get the outputs of all units at ``time`` [s]."""
-        self._make(time, [call for get in self._gets for call in get])
+        for unit in self.units.values():
+            unit.transfer("getReal", time)
 
-    def _make(self, time: float, calls: Iterable[Call]) -> None:
-        """Make prepared calls at ``time`` [s]; an answer worse than a warning, or a refusal in a log, is an error."""
-        self._time.value = time
-        for run, unit, name in calls:
-            if (status := run()) > WARNING or unit.worst > WARNING:
-                unit.check(name, time, status)
-
-    def play(self, values: NDArray[np.float64], counted: Iterable[int]) -> None:
-        """Take a step for each number of ``counted``; row k of ``values`` receives the outputs behind step k."""
-        calls: list[Call] = []
-        for unit, put, get in zip(self.units.values(), self._puts, self._gets, strict=True):
-            calls += [*put, unit.do_step(self._time, self._step), *get]
-        for k in counted:
-            if k % STRIDE == 0:
-                alive()
-            self._copy_connections()
-            self._make(k * self.step, calls)
-            values[k] = self.shown
-
-    def compiled(self) -> Callable[[NDArray[np.float64], int], None]:
-        """Return the loop in machine code, for native units (:mod:`.compiled_loop`)."""
-        from .compiled_loop import compiled_loop  # late: numba takes .5 s to import
-
-        return compiled_loop(self.places, self.sources, self.fed, self.shown, self.step)
+    def play(self, record: Array, first: int) -> None:
+        """Take a step for each row of ``record``, from t = ``first`` H on; row k gets the outputs behind its step."""
+        k, u, call, status = self._loop(*self._arrays, record, self.step, first)
+        if k >= 0:
+            list(self.units.values())[u].check(("setReal", "doStep", "getReal")[call], k * self.step, status)
 
     def reset(self) -> None:
         """Set all units back to where they were when they were instantiated."""
@@ -240,21 +222,67 @@ class Wired:
             unit.reset()
 
 
-def _paced(counted: Iterable[int], step: float) -> Iterator[int]:
-    """Give each number ``k`` of ``counted`` at the time k ``step`` [s] after the first one, or late."""
-    began = monotonic()
-    for k in counted:
-        while (ahead := began + k * step - monotonic()) > 0.0:
-            alive()
-            sleep(min(ahead, LONGEST_SLEEP))
-        yield k
+def _wait_until(due: float) -> None:
+    """Wait until :func:`perf_counter` shows this time [s], if it has not passed."""
+    while (ahead := due - perf_counter()) > 0.0:
+        alive()
+        sleep(min(ahead, LONGEST_SLEEP))
 
 
-def _counted(steps: int, progress: bool, title: str) -> Iterable[int]:
-    """Count the steps, with a progress bar on the error stream if ``progress``."""
+def _counted(steps: range, progress: bool, title: str) -> Iterable[int]:
+    """Give each number of ``steps``, with a progress bar on the error stream if ``progress``."""
     if not progress:
-        return range(steps)
+        return steps
     from rich.console import Console
     from rich.progress import track
 
-    return track(range(steps), title, console=Console(stderr=True))
+    return track(steps, title, console=Console(stderr=True))
+
+
+def _call(typing: Any, function: Any, arguments: Any) -> Any:
+    """Call the C function at the address ``function``; pointers are integers, as they are to the machine."""
+
+    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
+        values = cgutils.unpack_tuple(builder, given[1])
+        kind = ir.FunctionType(ir.IntType(32), [value.type for value in values])
+        return builder.call(builder.inttoptr(given[0], kind.as_pointer()), values)
+
+    return types.int32(function, arguments), emit
+
+
+call: Any = intrinsic(_call)
+
+COMPONENT, STEP, PUT, GET = 0, 1, 2, 6
+"""Places in a unit's row; behind the function at PUT or GET stand references, their number, and values."""
+
+
+@numba.njit
+def transfer(unit, at):
+    """Set (PUT) or get (GET) the values of a unit; return the status."""
+    if unit[at + 2] == 0:
+        return np.int32(0)
+    return call(unit[at], (unit[COMPONENT], unit[at + 1], unit[at + 2], unit[at + 3]))
+
+
+@numba.njit
+def step_all(units, sources, fed, shown, worst, record, step, first):
+    """Take len(record) steps from ``first`` on; return (step, unit, call, status) of the first refusal, or -1, zeros.
+
+    ``units`` has the row of each unit, ``worst`` the worst status that each has logged.
+    """
+    for k in range(len(record)):
+        for i in range(len(sources)):
+            fed[i] = shown[sources[i]]
+        for u in range(len(units)):
+            unit = units[u]
+            status = transfer(unit, PUT)
+            if status > 1 or worst[u] > 1:
+                return first + k, u, 0, status
+            status = call(unit[STEP], (unit[COMPONENT], (first + k) * step, step, np.int32(1)))
+            if status > 1 or worst[u] > 1:
+                return first + k, u, 1, status
+            status = transfer(unit, GET)
+            if status > 1 or worst[u] > 1:
+                return first + k, u, 2, status
+        record[k] = shown
+    return -1, 0, 0, 0
