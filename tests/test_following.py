@@ -25,21 +25,18 @@ from heli_identifier.following import (
     prepare_following,
     start_correcting,
 )
-from heli_identifier.following.baseline import Coefficients, discount, learn_coefficients
-from heli_identifier.following.blocks import Evidence, add_products, add_sample, shift_block, start_sums
-from heli_identifier.following.cusum import Cusum, Inflation, lorden_threshold, siegmund_threshold, update_cusum
-from heli_identifier.following.observer import (
+from heli_identifier.following.covariance import (
     Covariance,
-    Roughness,
     correct_covariance,
     find_steady_state,
     gap_memory,
-    learn_roughness,
     predict_covariance,
-    start_instant,
 )
+from heli_identifier.following.cusum import Cusum, Inflation, siegmund_threshold
+from heli_identifier.following.encoders import Encoder, read_encoders
+from heli_identifier.following.evidence import Coefficients, Evidence, shift_block, start_sums
+from heli_identifier.following.observer import Roughness, start_instant
 from heli_identifier.following.prediction import compare_errors
-from heli_identifier.following.stream import Encoder, Stream, is_discounted, is_doubtful, update_stream
 from heli_identifier.following.trial import watch_change
 from heli_plant.observer import observer_gains
 from heli_plant.parameters import TABLE_2
@@ -89,8 +86,8 @@ def test_blocks_after_an_adoption_are_those_of_a_twin_that_had_the_change(seed):
     def block(errors):
         sums = start_sums(3)
         for row, error in zip(psi, errors, strict=True):
-            sums = add_products(add_sample(sums, tuple(row), float(error)))
-        return (Evidence(sums.information, sums.response),)
+            sums = sums.with_sample(tuple(row), float(error)).with_products()
+        return (sums.evidence(1.0),)
 
     moved = shift_block(block(e), tuple((0, i, x) for i, x in enumerate(theta)), 2.0)
     assert np.allclose(moved[0].response, block(e - 2.0 * psi @ theta)[0].response, rtol=1e-9, atol=1e-9)
@@ -116,7 +113,7 @@ def test_the_mean_time_between_false_alarms_is_the_stated_one(information):
     safe side, the more the larger they are.
     """
     rng, asked, longest = np.random.default_rng(2), 1000.0, 20000
-    limit = siegmund_threshold(lorden_threshold(2, asked, 1.0), information)
+    limit = siegmund_threshold(math.log(2.0 * asked), information)
     up, down, times = np.zeros(600), np.zeros(600), np.full(600, longest)
     for k in range(longest):
         response = math.sqrt(information) * rng.standard_normal(600)
@@ -134,7 +131,7 @@ def test_a_cusum_is_the_largest_sum_that_ends_now(responses, nu):
     """Page 1954: S_k = max(0, max over j of s_j + ... + s_k); the run is the length of that sum."""
     cusum = Cusum()
     for response in responses:
-        cusum = update_cusum(cusum, response, 1.0, nu)
+        cusum = cusum.add(response, 1.0, nu)
     steps = [nu * response - 0.5 * nu * nu for response in responses]
     sums = [sum(steps[j:]) for j in range(len(steps))]
     assert cusum.total == pytest.approx(max([0.0, *sums]), abs=1e-9)
@@ -152,7 +149,7 @@ def test_a_block_as_the_tests_see_it_has_the_likelihood_of_a_twin_whose_values_e
     r, b = psi.T @ psi, rng.standard_normal(4)
     a = rng.standard_normal((4, 4))
     p, m, d = a @ a.T, rng.standard_normal(4), rng.standard_normal(4)
-    w, u = discount(Evidence(rows_of(r), tuple(b)), Coefficients(tuple(m), rows_of(p)))
+    w, u = Coefficients(tuple(m), rows_of(p)).discount(Evidence(rows_of(r), tuple(b)))
     inverse = np.linalg.inv(r + r @ p @ r)
     rest, moved = b - r @ m, b - r @ (m + 0.3 * d)
     wanted = 0.5 * (rest @ inverse @ rest - moved @ inverse @ moved)
@@ -169,7 +166,7 @@ def test_the_baseline_is_bayes_estimate_and_wanders_within_its_prior():
     for _ in range(3):
         psi = rng.standard_normal((20, 3))
         r, b = psi.T @ psi, psi.T @ (psi @ theta + rng.standard_normal(20))
-        own = learn_coefficients(discount(Evidence(rows_of(r), tuple(b)), own), own, deviation)
+        own = own.learn(own.discount(Evidence(rows_of(r), tuple(b))), deviation)
         after = np.linalg.inv(np.linalg.inv(p) + r)
         m = kept * after @ (np.linalg.solve(p, m) + b)
         p = kept**2 * after + (1.0 - kept**2) * prior
@@ -414,11 +411,11 @@ def test_a_straight_line_misses_a_kick_and_its_neighbours_and_nothing_is_learned
     rows = [tuple(row) for row in rng.standard_normal((n, 2)) * 0.1]
     known = start = Roughness(0.0, 0.0, 0, rows[0], rows[0], 1)
     for row in rows[1:]:
-        known = learn_roughness(known, row, False, H)
+        known = known.learn(row, False, H)
     assert [known.total, known.difference] == pytest.approx([0.03, 0.03], rel=4.0 * math.sqrt(4.0 / n))
-    known = learn_roughness(learn_roughness(start, (5.0, 2.0), True, H), (9.0, 2.0), False, H)
+    known = start.learn((5.0, 2.0), True, H).learn((9.0, 2.0), False, H)
     assert known.samples == 0
-    assert learn_roughness(known, (13.0, 3.0), False, H)[:3] == (0.25, 0.25, 1)
+    assert known.learn((13.0, 3.0), False, H)[:3] == (0.25, 0.25, 1)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.03])
@@ -518,7 +515,7 @@ def test_what_came_in_from_an_encoder_before_it_had_stood_for_half_a_second_is_w
     rows, parameters = rows_with_travel(lambda k: float(jitter[k] if k % 2 else COUNT - jitter[k]) if k < 3080 else 0.0)
     plan = prepare_following(FollowSettings(parameters=parameters))
     states = [start_correcting(plan, Sample(*rows[0])), *stepped(rows[:3132], plan=plan)]
-    after = next(k for k in range(3080, 3132) if is_discounted(states[k].stream.encoders[2], plan))
+    after = next(k for k in range(3080, 3132) if states[k].encoders[2].is_discounted(plan))
     assert 3100 < after < 3132
     assert states[after - 1].cusums != states[3099].cusums and states[after].cusums == states[3099].cusums
     block = states[-1].blocks[-1]
@@ -533,30 +530,32 @@ def at(state):
 
 
 def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settled():
-    noise, rest = (6e-4, 6e-4, 3e-4), start_state(0.0, 0.0, 0.0)
-    stream = Stream((Encoder(0.0),) * 3)
+    rest, encoders, counted = at(start_state(0.0, 0.0, 0.0)), (Encoder(0.0),) * 3, []
     for _ in range(PLAN.stuck):
-        stream = update_stream(stream, (0.0, 0.0, 0.0), True, at(rest), noise, PLAN)
-    counted = []
+        encoders, _ = read_encoders(encoders, (0.0, 0.0, 0.0), rest, (6e-4, 6e-4, 3e-4), PLAN)
     for k in range(PLAN.settling + 1):
-        stream = update_stream(stream, (0.0, 0.0, COUNT * (1 + k % 2)), True, at(rest), (1.0, 1.0, 1.0), PLAN)
-        counted.append(not is_discounted(stream.encoders[2], PLAN))
+        encoders, _ = read_encoders(encoders, (0.0, 0.0, COUNT * (1 + k % 2)), rest, (1.0, 1.0, 1.0), PLAN)
+        counted.append(not encoders[2].is_discounted(PLAN))
     assert counted == [False] * PLAN.settling + [True]
 
 
 def test_an_alarm_waits_while_an_encoder_stands_from_which_the_rig_has_gone():
     """.1 rad/s in 20 ms are 2 mrad, 3.3 deviations, in 10 ms 1.7; .05 rad/s seen since are .8 deviations a sample."""
-    noise, still = (6e-4, 6e-4, 3e-4), (0.0, 0.0, 0.0)
-    rest = start_state(0.0, 0.0, 0.0)
-    for at_first, later, wanted in ((0.1, 0.1, [False, True, True]), (0.0, -0.05, [False, False, False])):
-        stream, seen = Stream((Encoder(0.0),) * 3), []
-        for k in range(3):
-            rate = later if k else at_first
-            stream = update_stream(stream, still, True, at(rest._replace(pitch_rate=rate)), noise, PLAN)
-            seen.append(is_doubtful(stream, noise, PLAN))
+    deviation, rest = 6e-4, start_state(0.0, 0.0, 0.0)
+
+    def read(encoders, rate, pitch=0.0):
+        angles, noise = (pitch, 0.0, 0.0), (deviation, deviation, 3e-4)
+        encoders, _ = read_encoders(encoders, angles, at(rest._replace(pitch_rate=rate)), noise, PLAN)
+        return encoders, encoders[0].is_doubtful(deviation, PLAN)
+
+    for rates, wanted in (
+        ((0.1, 0.1, 0.1), [False, True, True]),
+        ((0.0, -0.05, -0.05, -0.05), [False, False, False, True]),
+    ):
+        encoders, seen = (Encoder(0.0),) * 3, []
+        for rate in rates:
+            encoders, doubtful = read(encoders, rate)
+            seen.append(doubtful)
         assert seen == wanted
-    moving = rest._replace(pitch_rate=-0.05)
-    assert is_doubtful(update_stream(stream, still, True, at(moving), noise, PLAN), noise, PLAN)
     # as soon as the encoder moves there is no doubt
-    moved = update_stream(stream, (-0.0015, 0.0, 0.0), True, at(rest), noise, PLAN)
-    assert not is_doubtful(moved, noise, PLAN)
+    assert read(encoders, 0.0, -0.0015)[1] is False

@@ -3,6 +3,7 @@
 Pure steps, standard library only: units carry them (``Corrector``), and ``heli follow`` runs the same.
 """
 
+from .changes import HEARD as HEARD
 from .corrector import Follower as Follower
 from .corrector import FollowState as FollowState
 from .corrector import correct as correct
@@ -15,7 +16,6 @@ from .plan import DEFAULT_EFFECTS as DEFAULT_EFFECTS
 from .plan import FollowPlan as FollowPlan
 from .plan import FollowSettings as FollowSettings
 from .plan import prepare_following as prepare_following
-from .state import HEARD as HEARD
 from .state import MODES as MODES
 from .state import REASONS as REASONS
 from .state import WHAT as WHAT

@@ -8,12 +8,12 @@ The acceleration of an axis is linear in what may change: with the thrust voltag
 
 followed on each axis by the laws of the effects that may be switched on, with c = 1, and on pitch and elevation by
 that of the axis' stiffness, -sin(theta - theta_0) and -epsilon: no change of it is looked for, but the twin's value of
-it is never exact (:mod:`.baseline`). A change of size delta adds delta D to the coefficients of these regressors. A
+it is never exact (:mod:`.evidence`). A change of size delta adds delta D to the coefficients of these regressors. A
 gain has one entry in D. A rotor that loses the share delta of its thrust F = (mu_s +- mu_d)/2 has entries on all three
 axes: that is how it differs from a change of one gain.
 """
 
-from math import cos, inf, sin
+from math import cos, inf, sin, sqrt
 from typing import NamedTuple
 
 from heli_plant.effects import AXES, effect
@@ -25,18 +25,33 @@ from ..online import Candidate, Motion, candidate, candidate_value
 PITCH, ELEVATION, TRAVEL = range(3)
 """Numbers of the axes."""
 
+GAINS, DAMPINGS = ("k_x", "k_z", "k_y"), ("a_wx", "a_wz", "a_wy")
+HEARD = (*GAINS, "a_1", *DAMPINGS)
+"""Fields of the parameters that stand first in the values of a twin, and that the on-line identifier estimates."""
+
+Vector = tuple[float, ...]
+Matrix = tuple[Vector, ...]
+
 Laws = tuple[tuple[Candidate, ...], ...]
 """Laws of the effects that may be switched on, by axis; a constant torque is the regressor 1."""
 
 Direction = tuple[tuple[int, int, float], ...]
 """D: axis, regressor and value of every entry that is not zero."""
 
-_COMMON = 4  # regressors of each axis before those of the effects
+_OFFSET_COLUMN, _DAMPING_COLUMN, _COMMON = 2, 3, 4  # regressors of each axis; those of the effects begin at _COMMON
 _GAIN_SHARE, _THRUST_SHARE = 0.15, 0.1  # smallest change of a gain and of a rotor's thrust that matters [1]
 
 _OFFSET, _DAMPING, _FRICTION, _CABLE = 0.04, 0.15, 0.02, 0.04
 """Smallest change that matters of an offset torque [rad/s^2], a damping [1/s], a dry friction [rad/s^2] and of any
 other effect [its unit]."""
+
+_SHARE_ERROR, _MISMATCH_ERROR, _OFFSET_ERROR, _DAMPING_ERROR, _EFFECT_ERROR = 0.01, 0.003, 0.004, 0.01, 0.1
+"""Standard deviations before the flight, the errors of diagnoses from a few minutes: of gains and stiffnesses, and of
+what a rotor has more thrust than the other, as shares; of the balance of torques in hover [rad/s^2] and of a damping
+[1/s]; of an effect, as a share of the smallest change that matters."""
+
+_HOVER = 5.0
+"""Sum of the voltages in hover, about [V]: there the offset of the elevation balances the gain, and errs with it."""
 
 _ROTORS = (("rotor.front", (-2,), 0.5, 0.5), ("rotor.rear", (-1,), 0.5, -0.5), ("rotors.thrust", (-2, -1), 1.0, 0.0))
 """Names, places in the values of a twin, and entries of D, as shares of the gain, for the first two regressors."""
@@ -61,24 +76,24 @@ class Change(NamedTuple):
     lower: float
     upper: float
 
-    def direction(self, values: tuple[float, ...]) -> Direction:
+    def direction(self, values: Vector) -> Direction:
         """Return D for a twin with these ``values``, of which the gains k_x, k_z, k_y stand first."""
         if not self.times_gain:
             return self.entries
         return tuple([(axis, column, share * values[axis]) for axis, column, share in self.entries])
 
-    def value(self, values: tuple[float, ...]) -> float:
+    def value(self, values: Vector) -> float:
         """Return the value that is changed; of both rotors, the front one's share."""
         return values[self.places[0]]
 
-    def applied(self, size: float, values: tuple[float, ...]) -> tuple[float, ...]:
+    def applied(self, size: float, values: Vector) -> Vector:
         """Return ``values`` after a change of ``size``."""
         after = list(values)
         for place in self.places:
             after[place] = after[place] + size if self.field else after[place] * (1.0 + size)
         return tuple(after)
 
-    def bounds(self, values: tuple[float, ...]) -> tuple[float, float]:
+    def bounds(self, values: Vector) -> tuple[float, float]:
         """Return the smallest and largest size that is physically possible."""
         value = self.value(values)
         least, most = self.lower - value, self.upper - value
@@ -102,33 +117,47 @@ def list_laws(effects: tuple[tuple[str, str], ...]) -> Laws:
 
 def list_changes(p: PlantParameters, effects: tuple[tuple[str, str], ...], laws: Laws) -> tuple[Change, ...]:
     """Return everything that may change about a twin with the parameters ``p``."""
-    found: list[Change] = []
+    own: list[Change] = []
 
-    def add(
-        name: str, field: str, axis: int, column: int, size: float, low: float, high: float, times_gain: bool = False
-    ) -> None:
-        place, entry = len(found), (axis, column, 1.0)
-        found.append(Change(name, field, (axis,), (place,), (entry,), times_gain, size, low, high))
+    def add(field: str, axis: int, column: int, size: float, low: float, high: float, times_gain: bool = False) -> None:
+        place, entries = len(own), ((axis, column, 1.0),)
+        own.append(Change(BY_FIELD[field].name, field, (axis,), (place,), entries, times_gain, size, low, high))
 
-    for axis, field in enumerate(("k_x", "k_z", "k_y")):
+    for axis, field in enumerate(GAINS):
         value = getattr(p, field)
         low, high = sorted((value / 3.0, 3.0 * value))  # a gain keeps its sign
-        add(BY_FIELD[field].name, field, axis, 0, _GAIN_SHARE * abs(value), low, high)
-    add("elevation.offset", "a_1", ELEVATION, 2, _OFFSET, -inf, inf)
-    for axis, field in enumerate(("a_wx", "a_wz", "a_wy")):
-        add(f"{AXES[axis]}.damping", field, axis, 3, _DAMPING, 0.0, inf)
-    before_rotors = len(found)
+        add(field, axis, 0, _GAIN_SHARE * abs(value), low, high)
+    add("a_1", ELEVATION, _OFFSET_COLUMN, _OFFSET, -inf, inf)
+    for axis, field in enumerate(DAMPINGS):
+        add(field, axis, _DAMPING_COLUMN, _DAMPING, 0.0, inf)
+    before_rotors = len(own)
     for name, on in effects:
         axis, row = AXES.index(on), BY_FIELD[effect(name, on).field]
-        names = [law.name for law in laws[axis]]
-        place = names.index(name) if name in names else -1
-        column, times_gain = (_COMMON + place, laws[axis][place].times_gain) if place >= 0 else (2, False)
-        add(row.name, row.field, axis, column, smallest_size(name, row.unit), row.minimum, row.maximum, times_gain)
+        column, times_gain = _OFFSET_COLUMN, False
+        for place, law in enumerate(laws[axis]):
+            if law.name == name:
+                column, times_gain = _COMMON + place, law.times_gain
+        add(row.field, axis, column, smallest_size(name, row.unit), row.minimum, row.maximum, times_gain)
     rotors = []
     for name, places, share, apart in _ROTORS:
         entries = tuple([entry for axis in range(3) for entry in ((axis, 0, share), (axis, 1, apart))])
         rotors.append(Change(name, "", (PITCH, ELEVATION, TRAVEL), places, entries, True, _THRUST_SHARE, 0.2, 1.5))
-    return (*found[:before_rotors], *rotors, *found[before_rotors:])
+    return (*own[:before_rotors], *rotors, *own[before_rotors:])
+
+
+def prior_deviations(p: PlantParameters, laws: Laws) -> Matrix:
+    """Return for each axis by how much the coefficients of its regressors err, as standard deviations."""
+    found = []
+    for axis, stiffness in enumerate((p.a_th, p.a_e, 0.0)):
+        k = abs(getattr(p, GAINS[axis]))
+        balance = _SHARE_ERROR * k * _HOVER if axis == ELEVATION else 0.0
+        offset = sqrt(_OFFSET_ERROR * _OFFSET_ERROR + balance * balance)
+        own = [_SHARE_ERROR * k, _MISMATCH_ERROR * k, offset, _DAMPING_ERROR]
+        for law in laws[axis]:
+            unit = BY_FIELD[effect(law.name, AXES[axis]).field].unit
+            own.append(_EFFECT_ERROR * smallest_size(law.name, unit) * (k if law.times_gain else 1.0))
+        found.append(tuple(own if axis == TRAVEL else [*own, _SHARE_ERROR * abs(stiffness)]))
+    return tuple(found)
 
 
 def regress_motion(

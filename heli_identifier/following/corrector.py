@@ -13,10 +13,10 @@ from ..online import before_samples as before_identifier
 from ..online import prepare as prepare_identifier
 from ..online import start as start_identifier
 from ..online import step as step_identifier
-from . import blocks
-from .baseline import allow_for_baseline, hold_baseline, learn_baseline, start_baseline
-from .blocks import Sums, Vector
+from .changes import HEARD, Vector
 from .cusum import PROVED, Cusum, Inflation
+from .encoders import Encoder, read_encoders
+from .evidence import Evidence, Noise, Sums, project_block, settled_baseline, start_baseline, start_sums
 from .naming import make_event
 from .observer import (
     Angles,
@@ -25,18 +25,15 @@ from .observer import (
     Weight,
     advance_observer,
     correct_observer,
-    miss_sample,
     start_instant,
     weigh_sample,
 )
 from .plan import FollowPlan, FollowSettings, prepare_following
 from .prediction import Copies, Predictions, launch_copies, move_copies
-from .state import HEARD, CorrectorState, Event, IdentifierReport, Sample, Values
-from .stream import Encoder, Stream, is_discounted, update_stream
+from .state import CorrectorState, Event, IdentifierReport, Sample, Values
 from .trial import judge_block
 
 _LARGEST_INNOVATION = 4.0  # innovations count with at most this many standard deviations
-_RAMP = 2.0  # time in which an adopted change is ramped in [s]
 _KEPT = 90  # blocks that are kept: a change is looked for in the last minute and a half
 _TESTED = PROVED + 3  # blocks that are kept as the tests see them: a proved one and the two before it
 _DROPPED = 2  # blocks before a fault of the stream that are dropped: it is seen only after a while
@@ -45,17 +42,16 @@ _FORGETTING = 0.02  # of the identifier beside the twin [1/s]: what changed a mi
 
 def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     """Return the state at sample 0, the plant at rest in its angles."""
-    voltages, angles = (now.v_front, now.v_rear), (now.pitch, now.elevation, now.travel)
-    twin, changes = plan.alone, len(plan.changes)
+    voltages, angles, twin, changes = now[:2], now[2:5], plan.alone, len(plan.changes)
     instant = start_instant(start_state(*angles, *voltages), twin.parameters, plan)
     return CorrectorState(
         settled=plan.settling,
         observer=Observer(instant, instant, voltages, Roughness(0.0, 0.0, 0, voltages, voltages, 1)),
-        stream=Stream(tuple([Encoder(angle) for angle in angles])),
+        encoders=tuple([Encoder(angle) for angle in angles]),
         values=Values(twin, twin.values, twin.values, (0.0,) * len(twin.values)),
         predictions=Predictions((Copies(predicted=angles),) * 2),
         sums=_no_sums(plan),
-        noises=(blocks.Noise(),) * 3,
+        noises=(Noise(),) * 3,
         baseline=start_baseline(plan.deviations),
         inflations=(Inflation(),) * changes,
         cusums=(Cusum(),) * (2 * changes),
@@ -65,7 +61,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
 
 
 def _no_sums(plan: FollowPlan) -> tuple[Sums, ...]:
-    return tuple([blocks.start_sums(len(own)) for own in plan.deviations])
+    return tuple([start_sums(len(own)) for own in plan.deviations])
 
 
 def correct(
@@ -75,30 +71,34 @@ def correct(
 
     Returns the state after it, and the events that there are to report.
     """
-    k, suspended = state.samples + 1, state.mode == "suspended"
-    voltages, angles = (now.v_front, now.v_rear), (now.pitch, now.elevation, now.travel)
-    values, noise, fresh = _ramp(state.values, k, plan), blocks.deviations_of(state.noises), now.fresh > 0.5
+    k, suspended, voltages, angles = state.samples + 1, state.mode == "suspended", now[:2], now[2:5]
+    values, noise, came_in = state.values.at(k, plan), state.noise, now.fresh > 0.5
     unseen = 0 if suspended else state.observer.unseen
-    observer, arrived = advance_observer(state.observer, voltages, k, fresh and unseen > 0, values.now, plan)
-    weight = weigh_sample(observer, unseen, noise, values.now.parameters, plan) if fresh else Weight(plan.gains)
-    scatter = tuple([a * b for a, b in zip(weight.deviations, noise, strict=True)])
-    stream = update_stream(state.stream, angles, fresh, observer.instant, scatter, plan)
-    fresh = fresh and not stream.broken
+    observer, arrived = advance_observer(state.observer, voltages, k, came_in and unseen > 0, values.now, plan)
+    weight, encoders, broken = Weight(()), state.encoders, suspended or unseen + 1 >= plan.stop
+    if came_in:
+        weight = weigh_sample(observer, unseen, noise, values.now.parameters, plan)
+        scatter = tuple([a * b for a, b in zip(weight.deviations, noise, strict=True)])
+        encoders, broken = read_encoders(encoders, angles, observer.instant, scatter, plan)
+    fresh = came_in and not broken
     front, rear = state.predictions.arrived
     predictions = state.predictions._replace(arrived=(front + arrived[0], rear + arrived[1]), compared=False)
-    state = state._replace(samples=k, observer=observer, values=values, stream=stream, predictions=predictions)
+    state = state._replace(samples=k, observer=observer, values=values, encoders=encoders, predictions=predictions)
     events: list[Event] = []
-    if stream.broken and not suspended:
-        state, events = _suspend(state, plan)
+    if broken and not suspended:
+        state, events = _suspend(state, "frozen" if came_in else "stopped", plan)
     elif suspended and fresh:
         state, events = _resume(state, angles, plan)
-    elif k % plan.block < plan.stuck and any(one.still == plan.stuck for one in stream.encoders):
+    elif k % plan.block < plan.stuck and any(one.still == plan.stuck for one in encoders):
         state = _withdraw_block(state, plan)
     state = state._replace(sums=_take_innovations(state, angles, fresh, weight, noise, plan))
     if fresh:
-        state = state._replace(observer=correct_observer(state.observer, angles, weight, plan))
+        observer = correct_observer(state.observer, angles, weight, plan)
     else:
-        state = state._replace(observer=miss_sample(state.observer, arrived))
+        front, rear = state.observer.arrived
+        passed = (front + arrived[0], rear + arrived[1])
+        observer = state.observer._replace(unseen=state.observer.unseen + 1, arrived=passed)
+    state = state._replace(observer=observer)
     if k % plan.coarse == 0:
         state = _coarse_step(state, angles, fresh, plan)
     if k % plan.block == 0:
@@ -107,18 +107,9 @@ def correct(
     return state, tuple(events)
 
 
-def _ramp(values: Values, k: int, plan: FollowPlan) -> Values:
-    """Return the values of sample ``k``: on the ramp from ``begin`` to ``end``, then there."""
-    if values.now.values == values.end:
-        return values
-    share = min(1.0, (k - values.ramp) * plan.settings.sample_time / _RAMP)
-    now = tuple([a + share * (b - a) for a, b in zip(values.begin, values.end, strict=True)])
-    return values._replace(now=plan.twin(values.end if share >= 1.0 else now))
-
-
-def _suspend(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
+def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
     """Return the state with everything at rest; a trial is broken off."""
-    events = [make_event(state, "stopped" if state.stream.unseen >= plan.stop else "frozen", plan)]
+    events = [make_event(state, why, plan)]
     if state.mode == "on trial":
         events.append(make_event(state, "cut", plan, state.finding))
     state = state.without_alarm().with_rival()
@@ -127,19 +118,19 @@ def _suspend(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorState, l
         predictions=state.predictions.drop_running(),
         blocks=state.blocks[:-_DROPPED],
         tested=(),
-        baseline=hold_baseline(state.baseline.proved),
+        baseline=settled_baseline(state.baseline.proved),
         observer=state.observer._replace(covariances=()),
     ), events
 
 
 def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
     """Return the state with the observer begun again from a sample's ``angles``."""
-    (before, since, held), parameters = state.observer.instant.memory, state.values.now.parameters
+    before, since, held = state.observer.instant.memory
     first = start_state(*angles, before.nu_front, before.nu_rear)._replace(cable_rest=before.cable_rest)
-    instant = start_instant(first, parameters, plan)
+    instant = start_instant(first, state.values.now.parameters, plan)
     instant = instant._replace(memory=PlantMemory(instant.memory.state, since, held))
     return state.enter(
-        "following" if blocks.is_noise_known(state.noises) else "starting",
+        "following" if state.is_noise_known else "starting",
         settled=state.samples + plan.settling,
         observer=state.observer._replace(instant=instant),
     ), [make_event(state, "back", plan)]
@@ -150,7 +141,7 @@ def _withdraw_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
 
     An encoder has just stood for half a second, and in the last block too, which is seen only now.
     """
-    nothing = blocks.close_block(_no_sums(plan), state.noises)
+    nothing = tuple([Evidence(one.information, one.response) for one in _no_sums(plan)])
     return state._replace(
         blocks=(*state.blocks[:-1], *[nothing for _ in state.blocks[-1:]]),
         tested=(*state.tested[:-1], *[((0.0, 0.0),) * len(plan.changes) for _ in state.tested[-1:]]),
@@ -164,19 +155,17 @@ def _take_innovations(
     """Return the sums with a sample's innovations; sums without them are spoiled."""
     instant, k = state.observer.instant, state.samples
     predicted = measured_angles(instant.memory.state)
-    ramping = k < state.values.ramp + round(_RAMP / plan.settings.sample_time)
-    resting = k < state.settled or state.stream.broken or ramping
+    resting = k < state.settled or state.mode == "suspended" or state.values.is_ramping(k, plan)
     result: list[Sums] = []
     for axis, total in enumerate(state.sums):
-        if resting or is_discounted(state.stream.encoders[axis], plan):
-            total = total if total.spoiled else total._replace(spoiled=True)
+        if resting or state.encoders[axis].is_discounted(plan):
+            total = total._replace(spoiled=True)
         elif fresh:
             share = 1.0 / weight.deviations[axis]
             innovation = share * (angles[axis] - predicted[axis])
             if state.mode != "starting":
                 innovation = saturate(innovation, _LARGEST_INNOVATION * noise[axis])
-            psi = tuple([share * x for x, _, _ in instant.sensitivities[axis]])
-            total = blocks.add_sample(total, psi, innovation)
+            total = total.with_sample(tuple([share * x for x, _, _ in instant.sensitivities[axis]]), innovation)
         result.append(total)
     return tuple(result)
 
@@ -190,22 +179,22 @@ def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: Follo
             predictions = launch_copies(predictions, state.observer.instant.memory.state, angles, fresh, plan)
         else:
             predictions = predictions.drop_running()
-    return state._replace(predictions=predictions, sums=tuple([blocks.add_products(one) for one in state.sums]))
+    return state._replace(predictions=predictions, sums=tuple([one.with_products() for one in state.sums]))
 
 
 def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Return the state with the block that is complete taken in, and noise and baseline learned from it."""
-    block = blocks.close_block(state.sums, state.noises)
-    if state.mode in ("starting", "following", "adopted", "on trial"):
-        learned = [blocks.learn_noise(*own) for own in zip(state.noises, state.sums, strict=True)]
-        state = state._replace(noises=tuple(learned))
+    pairs = list(zip(state.sums, state.noises, strict=True))
+    block = tuple([one.evidence(noise.variance) for one, noise in pairs])
+    if state.mode not in ("alarmed", "suspended"):
+        state = state._replace(noises=tuple([noise.learn(one) for one, noise in pairs]))
     state = state._replace(sums=_no_sums(plan))
     if state.mode == "starting":
         return state
-    seen = allow_for_baseline(block, state.baseline)
+    seen = tuple([own.discount(one) for own, one in zip(state.baseline.now, block, strict=True)])
     if state.mode == "following":
-        state = state._replace(baseline=learn_baseline(seen, state.baseline, plan.deviations))
-    tested = tuple([blocks.project_block(seen, change.direction(state.values.end)) for change in plan.changes])
+        state = state._replace(baseline=state.baseline.learn(seen, plan.deviations))
+    tested = tuple([project_block(seen, change.direction(state.values.end)) for change in plan.changes])
     return state._replace(blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_TESTED:])
 
 

@@ -1,6 +1,6 @@
 """Has something changed? A two-sided CUSUM of every change; by how much and how surely: by likelihood.
 
-With R and b of the blocks (:mod:`.blocks`) and D the direction of a change (:mod:`.changes`), a change of size delta
+With R and b of the blocks (:mod:`.evidence`) and D the direction of a change (:mod:`.changes`), a change of size delta
 has in each block the log-likelihood ratio against no change
 
     s(delta) = delta D^T b - delta^2/2 D^T R D
@@ -27,7 +27,7 @@ Sequential Analysis, 1985, chapter 2; Newey and West, Econometrica 55 (1987), wi
 from math import log, sqrt
 from typing import NamedTuple
 
-from .blocks import MEMORY
+from .evidence import MEMORY
 
 PROVED = 20
 """Blocks after which a block without an alarm counts as one without a change."""
@@ -52,6 +52,11 @@ class Cusum(NamedTuple):
 
     total: float = 0.0
     run: int = 0
+
+    def add(self, response: float, information: float, delta: float) -> "Cusum":
+        """Return the sum after a block with D^T b ``response`` and D^T R D ``information``."""
+        total = self.total + delta * response - 0.5 * delta * delta * information
+        return Cusum(total, self.run + 1) if total > 0.0 else Cusum()
 
 
 class Inflation(NamedTuple):
@@ -97,21 +102,10 @@ class Finding(NamedTuple):
 NOTHING = Finding()
 
 
-def lorden_threshold(tests: int, false_alarm_time: float, block_time: float) -> float:
-    """Return ln(M T / block) [1], the threshold of each of ``tests`` by Lorden's bound; times [s]."""
-    return log(tests * false_alarm_time / block_time)
-
-
 def siegmund_threshold(limit: float, information: float) -> float:
     """Return the threshold [1] of one test: ``limit`` is Lorden's, ``information`` s of a block [1]."""
     s = min(max(information, _LEAST_PER_BLOCK), _MOST_PER_BLOCK)
     return limit + log(0.5 * s) - _OVERSHOOT * sqrt(s)
-
-
-def update_cusum(cusum: Cusum, response: float, information: float, delta: float) -> Cusum:
-    """Return the sum after a block with D^T b ``response`` and D^T R D ``information``."""
-    total = cusum.total + delta * response - 0.5 * delta * delta * information
-    return Cusum(total, cusum.run + 1) if total > 0.0 else Cusum()
 
 
 def judge_size(

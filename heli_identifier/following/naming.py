@@ -17,10 +17,11 @@ from math import copysign, sqrt
 from heli_plant.effects import AXES
 
 from ..online.linear_algebra import total
-from .blocks import project_block
+from .changes import GAINS, HEARD
 from .cusum import NOTHING, Finding, judge_size
+from .evidence import project_block
 from .plan import FollowPlan
-from .state import HEARD, REASONS, WHAT, CorrectorState, Event, IdentifierReport
+from .state import REASONS, WHAT, CorrectorState, Event, IdentifierReport
 
 LEAD = 4.6
 """Lead in ln B, ln 100, at which the likeliest change is named without waiting."""
@@ -29,10 +30,7 @@ SWINGING = 2
 """Blocks after a change in which the innovations still swing."""
 
 _LEAST_BLOCKS = 5  # blocks that are needed after them
-
 _SURELY = 3.0
-
-_GAINS = 3  # places in :data:`.state.HEARD`, and in the values of a twin, that a rotor changes: the first ones
 
 
 def sums_back(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:
@@ -105,12 +103,12 @@ def is_contradicted(state: CorrectorState, finding: Finding, report: IdentifierR
         return False
     change = plan.changes[finding.change]
     before = state.heard[max(0, len(state.heard) - 1 - finding.blocks - SWINGING)]
-    for slot, (name, now, error) in enumerate(zip(HEARD, report.estimates, report.standard_errors, strict=True)):
-        of_rotors = not change.field and slot < _GAINS
-        size = finding.size * (plan.alone.values[slot] if of_rotors else 1.0)
-        moved = copysign(1.0, size) * (now - before[slot])
-        if (of_rotors or name == change.field) and error > 0.0 and moved < -_SURELY * sqrt(2.0) * error:
-            return True
+    for slot, (field, now, error) in enumerate(zip(HEARD, report.estimates, report.standard_errors, strict=True)):
+        if change.field == field or (not change.field and field in GAINS):
+            size = finding.size * (1.0 if change.field else plan.alone.values[slot])
+            moved = copysign(1.0, size) * (now - before[slot])
+            if error > 0.0 and moved < -_SURELY * sqrt(2.0) * error:
+                return True
     return False
 
 

@@ -1,4 +1,4 @@
-"""The observer that keeps the twin on the rig, what a change makes of its innovations, and what a gap leaves unknown.
+"""The observer that keeps the twin on the rig, what a change makes of its innovations, and how it crosses a gap.
 
 **Sensitivity.** An acceleration g that the plant lacks moves the errors of the observer (:mod:`heli_plant.observer`).
 With (x, w, d) what g makes of them per unit, and the axis' own stiffness a and damping b,
@@ -14,34 +14,26 @@ back to the gap's begin and through it once more, under voltages on a straight l
 
     V_j = V_0 + (V_n - V_0) j/n,     j = 0 .. n - 1  of  n  sampling intervals
 
-The state is then known less well. With P the covariance of the errors (x, w, d), in units of the variance r of the
-encoder's noise, and s that of the innovation,
-
-    P <- F P F^T + diag(0, q_w, q_d),    F = [[1, h, h^2/2], [0, 1, h], [0, 0, exp(-gamma h)]]
-    s = P_xx + 1,    l = P_(.x)/s,    P <- P - l P_(x.)
-
-q_d = omega_o^6 h^2 is what the observer's bandwidth stands for, and q_w = (k h sigma)^2/r for each lost voltage, k the
-gain of the axis. sigma is by how much the line misses, learned where no sample is missing, over two minutes:
+The state is then known less well, and the sample is weighed by the covariance (:mod:`.covariance`), with
+q_w = (k h sigma)^2/r for each lost voltage, k the gain of the axis. sigma is by how much the line misses, learned where
+no sample is missing, over two minutes:
 
     sigma^2 = mean of (V_(k-1) - (V_(k-2) + V_k)/2)^2    for difference (front - rear) and sum of the voltages
-
-Sources: Anderson and Moore, Optimal Filtering, 1979, chapter 3; Gustafsson, Adaptive Filtering and Change Detection,
-2000, section 8.3; Sinopoli and others, IEEE Transactions on Automatic Control 49 (2004).
 """
 
-from functools import lru_cache
-from math import cos, log, sin, sqrt
+from math import cos, sin, sqrt
 from typing import NamedTuple
 
 from heli_plant.communication import PlantMemory, begin, communicate
 from heli_plant.laws import thrust_voltages
-from heli_plant.observer import ObserverGains, Torque, measured_against, observer_gains, predicted, with_share
+from heli_plant.observer import ObserverGains, Torque, measured_against, predicted, with_share
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import arriving
 from heli_plant.state import PlantState
 
-from .blocks import MEMORY, Vector
-from .changes import regress_motion
+from .changes import Vector, regress_motion
+from .covariance import Covariance, correct_covariance, gap_memory, predict_covariance
+from .evidence import MEMORY
 from .plan import FollowPlan, Twin
 
 Angles = tuple[float, float, float]
@@ -52,30 +44,6 @@ Voltages = tuple[float, float]
 
 Sensitivity = tuple[tuple[float, float, float], ...]
 """(x, w, d) of each regressor of an axis: what it makes of angle [rad], rate [rad/s] and torque [rad/s^2] per unit."""
-
-_ALMOST = 100.0
-"""The covariance has come back to its steady state when what a gap has made of it is less by this factor."""
-
-_STEADY = 4.0  # the steady state is looked for in this many times the samples in which a gap is forgotten
-
-
-class Covariance(NamedTuple):
-    """P of one axis, over r: ``angle`` xx [1], ``angle_rate`` xw [1/s], ``rate`` ww [1/s^2] and so on for d."""
-
-    angle: float
-    angle_rate: float
-    angle_torque: float
-    rate: float
-    rate_torque: float
-    torque: float
-
-
-class Steady(NamedTuple):
-    """Of one axis in a stream without gaps: P after a correction, s, and the drive q_d [1/s^4]."""
-
-    covariance: Covariance
-    variance: float
-    drive: float
 
 
 class Roughness(NamedTuple):
@@ -90,6 +58,17 @@ class Roughness(NamedTuple):
     last: Voltages
     before: Voltages
     in_a_row: int
+
+    def learn(self, voltages: Voltages, missing: bool, h: float) -> "Roughness":
+        """Return what is known after a sample with ``voltages`` [V], before which one was ``missing`` or not."""
+        in_a_row = 1 if missing else self.in_a_row + 1
+        if in_a_row < 3:
+            return self._replace(last=voltages, before=self.last, in_a_row=in_a_row)
+        front, rear = [b - 0.5 * (a + c) for a, b, c in zip(self.before, self.last, voltages, strict=True)]
+        count = min(self.samples + 1, round(MEMORY / h))
+        difference = self.difference + ((front - rear) * (front - rear) - self.difference) / count
+        total = self.total + ((front + rear) * (front + rear) - self.total) / count
+        return Roughness(difference, total, count, voltages, self.last, in_a_row)
 
 
 class Instant(NamedTuple):
@@ -128,64 +107,6 @@ class Observer(NamedTuple):
     arrived: Voltages = (0.0, 0.0)
 
 
-def gap_memory(bandwidth: float, h: float) -> int:
-    """Return the samples in which a gap is forgotten; ``bandwidth`` [rad/s], sampling period ``h`` [s].
-
-    The slowest poles of the error have the real part -omega_o/2, and a covariance fades with twice that.
-    """
-    return round(log(_ALMOST) / (bandwidth * h))
-
-
-@lru_cache
-def find_steady_state(bandwidth: float, h: float) -> Steady:
-    """Return the steady state for a ``bandwidth`` omega_o [rad/s] and samples every ``h`` [s]."""
-    drive, kept = bandwidth**6 * h * h, observer_gains(bandwidth, h).kept
-    u, variance = Covariance(1.0, 0.0, 0.0, bandwidth**2, 0.0, bandwidth**4), 1.0
-    for _ in range(round(_STEADY * gap_memory(bandwidth, h))):
-        u = predict_covariance(u, h, kept, 0.0, drive)
-        variance = u.angle + 1.0
-        _, u = correct_covariance(u, kept)
-    return Steady(u, variance, drive)
-
-
-def predict_covariance(u: Covariance, h: float, kept: float, of_rate: float, drive: float) -> Covariance:
-    """Return P one sampling interval later; ``of_rate`` q_w [1/s^2] and ``drive`` q_d [1/s^4]."""
-    xx, xw, xd, ww, wd, dd = u
-    half = 0.5 * h * h
-    # M = F P, of which only what F P F^T needs
-    m_xx, m_xw, m_xd = xx + h * xw + half * xd, xw + h * ww + half * wd, xd + h * wd + half * dd
-    m_ww, m_wd = ww + h * wd, wd + h * dd
-    return Covariance(
-        m_xx + h * m_xw + half * m_xd,
-        m_xw + h * m_xd,
-        kept * m_xd,
-        m_ww + h * m_wd + of_rate,
-        kept * m_wd,
-        kept * kept * dd + drive,
-    )
-
-
-def correct_covariance(u: Covariance, kept: float) -> tuple[ObserverGains, Covariance]:
-    """Return the Kalman gain l of a sample, and P after the correction by it."""
-    xx, xw, xd, ww, wd, dd = u
-    s = xx + 1.0
-    after = Covariance(xx / s, xw / s, xd / s, ww - xw * xw / s, wd - xw * xd / s, dd - xd * xd / s)
-    return ObserverGains(xx / s, xw / s, xd / s, kept), after
-
-
-def learn_roughness(r: Roughness, voltages: Voltages, missing: bool, h: float) -> Roughness:
-    """Return what is known after a sample with ``voltages`` [V], before which one was ``missing`` or not."""
-    in_a_row = 1 if missing else r.in_a_row + 1
-    if in_a_row < 3:
-        return r._replace(last=voltages, before=r.last, in_a_row=in_a_row)
-    front = r.last[0] - 0.5 * (r.before[0] + voltages[0])
-    rear = r.last[1] - 0.5 * (r.before[1] + voltages[1])
-    count = min(r.samples + 1, round(MEMORY / h))
-    difference = r.difference + ((front - rear) * (front - rear) - r.difference) / count
-    total = r.total + ((front + rear) * (front + rear) - r.total) / count
-    return Roughness(difference, total, count, voltages, r.last, in_a_row)
-
-
 def start_instant(first: PlantState, p: PlantParameters, plan: FollowPlan) -> Instant:
     """Return the twin in the state ``first``, nothing having acted on the regressors."""
     return Instant(begin(first, p), Torque(), tuple([((0.0, 0.0, 0.0),) * len(own) for own in plan.deviations]))
@@ -204,35 +125,27 @@ def advance_instant(
 
     ``voltages`` [V] are held meanwhile; what arrived is without the rotors' shares.
     """
-    h, p, before = plan.settings.sample_time, twin.parameters, now.memory.state
+    h, p, before, gains = plan.settings.sample_time, twin.parameters, now.memory.state, plan.steady[0].gains
     front, rear = apply_shares(voltages, twin)
     memory = communicate(now.memory, front, rear, 0.0, time, 0.0, h, h, plan.delay, p)
     if plan.delay > 0.0:
         front, rear = arriving(memory.since, memory.held, len(memory.since) - 1, time, h, p)
         voltages = (front / twin.values[-2], rear / twin.values[-1])
-    kept, torque = predicted(memory.state, now.torque, h, plan.gains[0])
+    kept, torque = predicted(memory.state, now.torque, h, gains)
     # the accelerations by which each change would have acted, from the motion at the step's begin
     mu_diff, mu_sum = thrust_voltages(
         0.5 * (before.nu_front + kept.nu_front), 0.5 * (before.nu_rear + kept.nu_rear), time + h, p
     )
     acting = regress_motion(before, mu_diff, mu_sum, plan.laws, p.theta0)
-    a, b = (p.a_th * cos(before.pitch - p.theta0), p.a_e, 0.0), (p.a_wx, p.a_wz, p.a_wy)
-    rows = zip(now.sensitivities, acting, a, b, strict=True)
-    found = tuple([predict_sensitivity(own, g, a, b, h, plan.gains[0].kept) for own, g, a, b in rows])
-    return Instant(memory._replace(state=kept), torque, found), voltages
-
-
-def predict_sensitivity(s: Sensitivity, acting: list[float], a: float, b: float, h: float, kept: float) -> Sensitivity:
-    """Return the sensitivity one sample later, before its correction: x is then psi.
-
-    ``acting``: the accelerations g over the step [rad/s^2 per unit]; stiffness ``a`` [1/s^2] and damping ``b`` [1/s] of
-    the axis; exp(-gamma h) ``kept``.
-    """
+    stiffnesses, dampings = (p.a_th * cos(before.pitch - p.theta0), p.a_e, 0.0), (p.a_wx, p.a_wz, p.a_wy)
     found = []
-    for (x, w, d), g in zip(s, acting, strict=True):
-        total = g + d - a * x - b * w
-        found.append((x + h * w + 0.5 * h * h * total, w + h * total, kept * d))
-    return tuple(found)
+    for own, accelerations, a, b in zip(now.sensitivities, acting, stiffnesses, dampings, strict=True):
+        rows = []
+        for (x, w, d), g in zip(own, accelerations, strict=True):
+            total = g + d - a * x - b * w
+            rows.append((x + h * w + 0.5 * h * h * total, w + h * total, gains.kept * d))
+        found.append(tuple(rows))
+    return Instant(memory._replace(state=kept), torque, tuple(found)), voltages
 
 
 def advance_observer(
@@ -254,12 +167,6 @@ def advance_observer(
     return observer._replace(instant=instant, voltages=voltages), (front, rear)
 
 
-def miss_sample(observer: Observer, arrived: Voltages) -> Observer:
-    """Return the observer after an instant without a sample, reached under the voltages ``arrived`` [V]."""
-    total = observer.arrived[0] + arrived[0], observer.arrived[1] + arrived[1]
-    return observer._replace(unseen=observer.unseen + 1, arrived=total)
-
-
 def correct_observer(observer: Observer, angles: Angles, weight: Weight, plan: FollowPlan) -> Observer:
     """Return the observer after the correction by a sample of the ``angles`` [rad]."""
     before, voltages, h = observer.instant, observer.voltages, plan.settings.sample_time
@@ -269,7 +176,7 @@ def correct_observer(observer: Observer, angles: Angles, weight: Weight, plan: F
         left = 1.0 - g.angle
         rows.append(tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in own]))
     instant = Instant(before.memory._replace(state=kept), torque, tuple(rows))
-    roughness = learn_roughness(observer.roughness, voltages, observer.unseen > 0, h)
+    roughness = observer.roughness.learn(voltages, observer.unseen > 0, h)
     recent = roughness.in_a_row < gap_memory(plan.settings.observer_bandwidth, h)
     return Observer(instant, instant, voltages, roughness, weight.covariances if recent else ())
 
@@ -281,7 +188,7 @@ def weigh_sample(observer: Observer, unseen: int, noise: Vector, p: PlantParamet
     """
     known, rough, h = observer.covariances, observer.roughness, plan.settings.sample_time
     if not known and unseen == 0:
-        return Weight(plan.gains)
+        return Weight(tuple([one.gains for one in plan.steady]))
     of_travel = p.k_y * sin(observer.instant.memory.state.pitch)
     kicks = (
         (p.k_x * h) ** 2 * rough.difference,
@@ -289,9 +196,9 @@ def weigh_sample(observer: Observer, unseen: int, noise: Vector, p: PlantParamet
         (of_travel * h) ** 2 * rough.total,
     )
     found = []
-    for axis, bandwidth in enumerate(plan.bandwidths):
-        steady, kept = find_steady_state(bandwidth, h), plan.gains[axis].kept
-        u = predict_covariance(known[axis] if known else steady.covariance, h, kept, 0.0, steady.drive)
+    for axis, steady in enumerate(plan.steady):
+        kept, u = steady.gains.kept, known[axis] if known else steady.covariance
+        u = predict_covariance(u, h, kept, 0.0, steady.drive)
         of_rate = kicks[axis] * steady.variance / (noise[axis] * noise[axis])
         for _ in range(unseen):
             u = predict_covariance(u, h, kept, of_rate, steady.drive)

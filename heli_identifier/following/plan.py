@@ -1,18 +1,17 @@
 """Settings of the following twin, and what a step of it computes with, made once from them."""
 
 from dataclasses import dataclass, field
+from math import log
 from typing import NamedTuple
 
 from heli_plant.laws import input_delay
-from heli_plant.observer import TRAVEL_BANDWIDTH, ObserverGains, observer_gains
+from heli_plant.observer import TRAVEL_BANDWIDTH
 from heli_plant.parameters import PlantParameters
 
 from ..errors import require_positive, require_range
 from ..online import candidate
-from .baseline import prior_deviations
-from .blocks import Matrix, Vector
-from .changes import Change, Laws, list_changes, list_laws
-from .cusum import lorden_threshold
+from .changes import Change, Laws, Matrix, Vector, list_changes, list_laws, prior_deviations
+from .covariance import Steady, find_steady_state
 
 DEFAULT_EFFECTS = (
     ("dry_friction", "pitch"),
@@ -24,16 +23,12 @@ DEFAULT_EFFECTS = (
 )
 """Effects that may be switched on: a bearing, a mass or a cable that moved."""
 
-BLOCK_TIME = 1.0
-"""Length of a block of sums, about [s]."""
-
+_BLOCK_TIME = 1.0  # length of a block of sums, about [s]
 _SLOWEST = 0.1  # longest sampling period [s]: the observer's poles of 7 rad/s need three samples in their time constant
 _COARSE = 0.05  # step of the copies that run 1 s ahead, about [s]: a hundredth of the shortest period of the motion
 _APART, _HORIZON = 0.2, 1.0  # time between two starts of copies, and time that a copy runs, about [s]
 _SETTLING = 3.0  # time until the observer has settled [s]
-
-_STOP, _STUCK = 0.2, 0.5
-"""Time without a sample that is a stop, and time at one count after which an encoder's angle does not count [s]."""
+_STOP, _STUCK = 0.2, 0.5  # times without a sample that is a stop, and at one count that does not count [s]
 
 
 @dataclass(frozen=True)
@@ -77,8 +72,8 @@ class FollowPlan(NamedTuple):
 
     ``changes``: what may change. ``changeable``: names of the values in use, ``fields`` those of the parameters among
     them; the two rotors' shares stand last. ``alone``: the twin of the start. ``deviations``: by how much the twin's
-    coefficients of the regressors of each axis may err; ``laws`` of the effects among them. ``bandwidths`` [rad/s] and
-    ``gains`` of the observer's axes; ``delay``: the plant's input delay [s]. ``threshold``: Lorden's [1].
+    coefficients of the regressors of each axis may err; ``laws`` of the effects among them. ``steady``: the observer of
+    each axis without gaps; ``delay``: the plant's input delay [s]. ``threshold``: Lorden's [1].
 
     In samples: the ``coarse`` step of copies, the time between two starts of them (``launch``) and the ``horizon`` that
     they run; a ``block`` of sums; ``settling``, ``stop`` and ``stuck``. ``window``: comparisons in a window.
@@ -91,8 +86,7 @@ class FollowPlan(NamedTuple):
     alone: Twin
     deviations: Matrix
     laws: Laws
-    bandwidths: Vector
-    gains: tuple[ObserverGains, ...]
+    steady: tuple[Steady, ...]
     delay: float
     threshold: float
     coarse: int
@@ -116,7 +110,6 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
     laws = list_laws(settings.effects)
     changes = list_changes(p, settings.effects, laws)
     own = [change for change in changes if change.field]
-    bandwidths = (bandwidth, bandwidth, TRAVEL_BANDWIDTH * bandwidth)
 
     def samples(time: float, multiple_of: int = 1) -> int:
         return multiple_of * max(1, round(time / (multiple_of * h)))
@@ -131,14 +124,13 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
         alone=Twin((*(getattr(p, change.field) for change in own), 1.0, 1.0), p),
         deviations=prior_deviations(p, laws),
         laws=laws,
-        bandwidths=bandwidths,
-        gains=tuple([observer_gains(one, h) for one in bandwidths]),
+        steady=tuple([find_steady_state(one * bandwidth, h) for one in (1.0, 1.0, TRAVEL_BANDWIDTH)]),
         delay=input_delay(p),
-        threshold=lorden_threshold(2 * len(changes), settings.false_alarm_time, BLOCK_TIME),
+        threshold=log(2 * len(changes) * settings.false_alarm_time / _BLOCK_TIME),
         coarse=coarse,
         launch=launch,
         horizon=samples(_HORIZON, launch),
-        block=samples(BLOCK_TIME, coarse),
+        block=samples(_BLOCK_TIME, coarse),
         settling=samples(_SETTLING),
         stop=samples(_STOP),
         stuck=samples(_STUCK),

@@ -1,21 +1,19 @@
 """What the following twin takes in, remembers between two samples, and reports."""
 
+from math import sqrt
 from typing import Any, NamedTuple
 
-from .baseline import Baseline
-from .blocks import Block, Noise, Sums, Vector
+from .changes import Vector
 from .cusum import NOTHING, Cusum, Finding, Inflation
+from .encoders import Encoder
+from .evidence import Baseline, Block, Noise, Sums
 from .observer import Observer
 from .plan import FollowPlan, Twin
 from .prediction import Copies, Predictions
-from .stream import Stream
 
 MODES = ("starting", "following", "alarmed", "on trial", "adopted", "suspended")
 """The noise is being learned; all is well; a change is being named; it is on trial; it was adopted and is watched; the
 stream has stopped."""
-
-HEARD = ("k_x", "k_z", "k_y", "a_1", "a_wx", "a_wz", "a_wy")
-"""Fields of the identifier's estimates that are compared with a change, in their order."""
 
 REASONS = {
     "suspected": "the innovations no longer fit the values in use; this change explains them best so far",
@@ -50,6 +48,8 @@ WHAT = {
 }
 """What an event says, and for which reasons; the unit gives the place."""
 
+_LEARNED = 9  # blocks from which the noise is known
+_RAMP = 2.0  # time in which an adopted change is ramped in [s]
 _KEYS = {"time": "time_s", "since": "since_s", "other": "or"}  # of an event in a file, where they differ
 _DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
@@ -68,7 +68,7 @@ class Sample(NamedTuple):
 class IdentifierReport(NamedTuple):
     """What the on-line identifier says: the ``excitation`` of the axes [1], the ``scores`` [1] of the effects in order.
 
-    ``estimates`` and their ``standard_errors`` in the order of :data:`HEARD`, empty if nobody says them.
+    ``estimates`` and their ``standard_errors`` in the order of :data:`.changes.HEARD`, empty if nobody says them.
     """
 
     excitation: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -114,12 +114,24 @@ class Values(NamedTuple):
     ramp: int = 0
     rival: tuple[Twin, ...] = ()
 
+    def at(self, k: int, plan: FollowPlan) -> "Values":
+        """Return the values of sample ``k``."""
+        if self.now.values == self.end:
+            return self
+        share = min(1.0, (k - self.ramp) * plan.settings.sample_time / _RAMP)
+        now = tuple([a + share * (b - a) for a, b in zip(self.begin, self.end, strict=True)])
+        return self._replace(now=plan.twin(self.end if share >= 1.0 else now))
+
+    def is_ramping(self, k: int, plan: FollowPlan) -> bool:
+        """Return whether sample ``k`` lies on a ramp; the twin of the start counts as one that was ramped in."""
+        return k < self.ramp + round(_RAMP / plan.settings.sample_time)
+
 
 class CorrectorState(NamedTuple):
     """Everything remembered.
 
     ``samples`` so far; ``mode``, and the sample ``since`` which it lasts; ``settled``: sample from which sums count.
-    ``blocks``: the last ones; ``tested``: D^T u and D^T W D of every change (:mod:`.baseline`) in the last few of them;
+    ``blocks``: the last ones; ``tested``: D^T u and D^T W D of every change (:mod:`.evidence`) in the last few of them;
     ``cusums`` of the changes, up and down in turn, those before the last block, and the largest sum over its threshold
     (``alarm``); ``run``: blocks for which the sum that gave the alarm had been above zero; ``scored``: blocks for which
     the score of each effect has been beyond its threshold; ``heard``: what the identifier estimated after each block.
@@ -127,7 +139,7 @@ class CorrectorState(NamedTuple):
 
     settled: int
     observer: Observer
-    stream: Stream
+    encoders: tuple[Encoder, ...]
     values: Values
     predictions: Predictions
     sums: tuple[Sums, ...]
@@ -146,6 +158,16 @@ class CorrectorState(NamedTuple):
     run: int = 0
     finding: Finding = NOTHING
     heard: tuple[Vector, ...] = ()
+
+    @property
+    def noise(self) -> Vector:
+        """Standard deviations of the innovations of the axes [rad]."""
+        return tuple([sqrt(one.variance) for one in self.noises])
+
+    @property
+    def is_noise_known(self) -> bool:
+        """Whether enough blocks have told the noise; an axis that never moves tells none."""
+        return max(one.blocks for one in self.noises) >= _LEARNED
 
     def blocks_in_mode(self, plan: FollowPlan) -> int:
         """Return the blocks for which the mode has lasted."""

@@ -11,14 +11,13 @@ estimated, so that its errors 1 s ahead are out of sample for both. Name and siz
 since the change. The values before go on as the rival after an adoption.
 """
 
-from .baseline import add_uncertainty, hold_baseline
-from .blocks import Vector, deviations_of, is_noise_known, shift_block
-from .cusum import NOTHING, PROVED, Cusum, Finding, siegmund_threshold, update_cusum
+from .changes import Vector
+from .cusum import NOTHING, PROVED, Cusum, Finding, siegmund_threshold
+from .evidence import settled_baseline, shift_block
 from .naming import LEAD, SWINGING, explain, find_changes, find_likelier, is_contradicted, make_event, refine_size
 from .plan import FollowPlan
 from .prediction import WINDOWS, compare_errors
 from .state import CorrectorState, Event, IdentifierReport
-from .stream import is_doubtful
 
 Judged = tuple[CorrectorState, list[Event]]
 """The state after a block, and what there is to report."""
@@ -50,7 +49,7 @@ _REFINING = 2.5  # z of what is left of an adopted change at which its size is p
 
 def judge_block(state: CorrectorState, report: IdentifierReport, plan: FollowPlan) -> Judged:
     """Return the state after a complete block, and what there is to report."""
-    if state.mode == "starting" and is_noise_known(state.noises):
+    if state.mode == "starting" and state.is_noise_known:
         return state.enter("following"), []
     if state.mode in ("starting", "suspended"):
         return state, []
@@ -81,7 +80,7 @@ def _update_cusums(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorSt
         if c.blocks > 0.0:
             limit = siegmund_threshold(limit, change.size * change.size * c.information / (c.blocks * c.factor))
         for delta in (change.size, -change.size):
-            cusums.append(update_cusum(state.cusums[len(cusums)], share * response, share * information, delta))
+            cusums.append(state.cusums[len(cusums)].add(share * response, share * information, delta))
             alarm = max(alarm, cusums[-1].total / limit)
             longest = max(longest, cusums[-1].run if cusums[-1].total > limit else 0)
     return state._replace(cusums=tuple(cusums), cusums_before=state.cusums, alarm=alarm), longest
@@ -97,10 +96,11 @@ def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Judged
         mean, t = compare_errors(alone, used, (0, 1, 2))
         if mean < -_WORSE and t < -_CLEARLY:
             return take_back(state, plan.alone.values, "worse than alone", plan)
-    if run > 0 and not is_doubtful(state.stream, deviations_of(state.noises), plan):
+    encoders = zip(state.encoders, state.noise, strict=True)
+    if run > 0 and not any(one.is_doubtful(deviation, plan) for one, deviation in encoders):
         found, _ = find_changes(state, run + SWINGING, plan)
         first = found[0] if found else NOTHING
-        baseline = hold_baseline(state.baseline.proved)
+        baseline = settled_baseline(state.baseline.proved)
         state = state.enter("alarmed", finding=first, run=run, baseline=baseline)
         return state, [make_event(state, "suspected", plan, first)]
     for slot, blocks in enumerate(state.scored):
@@ -188,7 +188,7 @@ def _adopt(state: CorrectorState, finding: Finding, error: float, plan: FollowPl
         "adopted",
         finding=finding,
         blocks=tuple([shift_block(block, direction, finding.size) for block in state.blocks[-finding.blocks :]]),
-        baseline=add_uncertainty(state.baseline, direction, finding.standard_error, change.size),
+        baseline=state.baseline.loosen(direction, finding.standard_error, change.size),
         tested=(),
     )
 

@@ -1,0 +1,217 @@
+"""What a block of one second tells of the coefficients theta that the regressors of an axis lack.
+
+On one axis, with psi (n regressors) and e scaled to unit variance, a block holds
+
+    R = sum psi psi^T,    b = sum psi e
+
+over its samples. The products are taken of means over some .05 s: psi hardly changes in that time. The scale is the
+innovations' variance lambda, a mean over two minutes, in which one block counts with a bounded value only: a change
+must not hide itself in the noise.
+
+**Baseline.** The values of a twin are off by something while nothing changes as well. This theta is N(m, P), with the
+prior N(0, P_0); it is learned in flight, and allowed for by every test. Given everything before,
+
+    b ~ N(R m, R + R P R)   without a change,     b ~ N(R (m + delta D), R + R P R)   with one.
+
+The log-likelihood ratio of the two, the prequential one (Dawid, Journal of the Royal Statistical Society A 147, 1984),
+is that of a block with
+
+    W = (I + R P)^-1 R   in place of R,           u = (I + R P)^-1 (b - R m)   in place of b
+
+Afterwards
+
+    m <- m + P u,   P <- P - P W P     (Kalman filter),    then   m <- a m,   P <- a^2 P + (1 - a^2) P_0,
+
+the last because values wander within P_0 over a time of _WANDERING: a baseline never becomes certain. It is learned
+while the twin follows. A change is far larger than P_0 allows, so that little of it is learned before the alarm.
+"""
+
+from math import exp
+from typing import NamedTuple
+
+from ..online.linear_algebra import dot
+from .changes import Direction, Matrix, Vector
+
+MEMORY = 120.0
+"""Blocks over which the noise is averaged."""
+
+_LARGEST = 4.0  # of the mean square of innovations over lambda in one block
+_COUNT = 1.5e-3  # width of an encoder's grid that the noise begins with [rad]
+_WANDERING = 1800.0  # blocks, of about 1 s, in which values wander: half an hour, in which motors and bearings warm up
+_AGE = 20  # blocks after which what was learned counts as learned without a change
+_ADOPTED = 0.1  # standard deviation of what was adopted as a share of the smallest change that matters
+
+
+class Evidence(NamedTuple):
+    """R (``information``) and b (``response``) of one axis in a block; zero where it is not to be used."""
+
+    information: Matrix
+    response: Vector
+
+
+Block = tuple[Evidence, ...]
+"""Of pitch, elevation and travel."""
+
+
+class Sums(NamedTuple):
+    """Sums of one axis.
+
+    Since the last product was taken: ``psi`` and ``e`` over ``taken`` samples. In this block: R (``information``) and b
+    (``response``), and the ``squares`` of e over ``seen`` samples; ``spoiled``: it is not to be used.
+    """
+
+    psi: Vector
+    information: Matrix
+    response: Vector
+    e: float = 0.0
+    taken: int = 0
+    squares: float = 0.0
+    seen: int = 0
+    spoiled: bool = False
+
+    def with_sample(self, psi: Vector, e: float) -> "Sums":
+        """Return the sums with a sample."""
+        total, squares = tuple([a + b for a, b in zip(self.psi, psi, strict=True)]), self.squares + e * e
+        return self._replace(psi=total, e=self.e + e, taken=self.taken + 1, squares=squares, seen=self.seen + 1)
+
+    def with_products(self) -> "Sums":
+        """Return the sums with the products of what came in since the last ones."""
+        if self.taken == 0:
+            return self
+        mean = [1.0 / self.taken * x for x in self.psi]
+        rows = zip(self.information, mean, strict=True)
+        information = tuple([tuple([r + x * y for r, y in zip(row, self.psi, strict=True)]) for row, x in rows])
+        response = tuple([b + x * self.e for b, x in zip(self.response, mean, strict=True)])
+        return self._replace(psi=(0.0,) * len(mean), e=0.0, taken=0, information=information, response=response)
+
+    def evidence(self, variance: float) -> Evidence:
+        """Return the complete block, scaled by the ``variance`` lambda."""
+        scale = 0.0 if self.spoiled else 1.0 / variance
+        rows = [tuple([scale * x for x in row]) for row in self.information]
+        return Evidence(tuple(rows), tuple([scale * x for x in self.response]))
+
+
+def start_sums(size: int) -> Sums:
+    """Return the sums before the first sample of ``size`` regressors."""
+    zero = (0.0,) * size
+    return Sums(zero, (zero,) * size, zero)
+
+
+class Noise(NamedTuple):
+    """Noise of one axis: ``variance`` lambda [rad^2], and the ``blocks`` that it comes from."""
+
+    variance: float = _COUNT * _COUNT / 12.0
+    blocks: float = 0.0
+
+    def learn(self, s: Sums) -> "Noise":
+        """Return the noise after a complete block."""
+        if s.spoiled or s.seen == 0:
+            return self
+        mean = s.squares / s.seen
+        if self.blocks == 0.0:
+            return Noise(mean, 1.0)
+        blocks = min(self.blocks + 1.0, MEMORY)
+        return Noise(self.variance + (min(mean, _LARGEST * self.variance) - self.variance) / blocks, blocks)
+
+
+def project_block(block: Block, direction: Direction) -> tuple[float, float]:
+    """Return D^T b and D^T R D of a block."""
+    response = information = 0.0
+    for axis, i, x in direction:
+        response += x * block[axis].response[i]
+        for other, j, y in direction:
+            if other == axis:
+                information += x * y * block[axis].information[i][j]
+    return response, information
+
+
+def shift_block(block: Block, direction: Direction, size: float) -> Block:
+    """Return ``block`` for a twin in which a change of ``size`` along ``direction`` is in use: b - R D size."""
+    shifted = list(block)
+    for axis, i, x in direction:
+        rows, response = shifted[axis]
+        moved = [b - size * x * row[i] for b, row in zip(response, rows, strict=True)]
+        shifted[axis] = Evidence(rows, tuple(moved))
+    return tuple(shifted)
+
+
+class Coefficients(NamedTuple):
+    """theta of one axis: ``mean`` m (n) and ``covariance`` P (n, n)."""
+
+    mean: Vector
+    covariance: Matrix
+
+    def discount(self, seen: Evidence) -> Evidence:
+        """Return a block as the tests see it: W and u in place of R and b."""
+        (r, b), (m, p), n = seen, self, len(self.mean)
+        # [I + R P | R | b - R m], solved by Gauss and Jordan; I + R P has eigenvalues of 1 and more, no pivot is zero
+        table = [[*[(i == j) + dot(r[i], p[j]) for j in range(n)], *r[i], b[i] - dot(r[i], m)] for i in range(n)]
+        for i in range(n):
+            pivot = 1.0 / table[i][i]
+            table[i] = [pivot * x for x in table[i]]
+            for k in range(n):
+                factor = table[k][i]
+                if k != i and factor != 0.0:
+                    table[k] = [x - factor * y for x, y in zip(table[k], table[i], strict=True)]
+        w = [tuple([0.5 * (table[i][n + j] + table[j][n + i]) for j in range(n)]) for i in range(n)]
+        return Evidence(tuple(w), tuple([row[-1] for row in table]))
+
+    def learn(self, tested: Evidence, deviation: Vector) -> "Coefficients":
+        """Return theta after a block with W and u; ``deviation``: square roots of P_0's diagonal."""
+        (w, u), (m, p), n = tested, self, len(self.mean)
+        kept = exp(-1.0 / _WANDERING)
+        covariance = []
+        for i in range(n):
+            seen = [dot(p[i], row) for row in w]
+            row = [kept * kept * (p[i][j] - dot(seen, p[j])) for j in range(n)]
+            row[i] += (1.0 - kept * kept) * deviation[i] ** 2
+            covariance.append(tuple(row))
+        return Coefficients(tuple([kept * (m[i] + dot(p[i], u)) for i in range(n)]), tuple(covariance))
+
+
+class Baseline(NamedTuple):
+    """theta of pitch, elevation and travel: ``now``, and as it was a while ago.
+
+    ``proved`` is from one to two times _AGE blocks old, ``coming`` follows it in _AGE blocks less ``age``.
+    """
+
+    now: tuple[Coefficients, ...]
+    coming: tuple[Coefficients, ...]
+    proved: tuple[Coefficients, ...]
+    age: int = 0
+
+    def learn(self, tested: Block, deviations: Matrix) -> "Baseline":
+        """Return the baseline after a block in which nothing changed, ``tested`` as the tests see it."""
+        rows = zip(self.now, tested, deviations, strict=True)
+        now = tuple([own.learn(block, deviation) for own, block, deviation in rows])
+        if self.age + 1 < _AGE:
+            return self._replace(now=now, age=self.age + 1)
+        return Baseline(now, now, self.coming)
+
+    def loosen(self, direction: Direction, error: float, size: float) -> "Baseline":
+        """Return the baseline after an adoption along ``direction`` D: P + (error^2 + (.1 nu)^2) D D^T.
+
+        ``error`` is the standard error of what was adopted, ``size`` the smallest change that matters nu.
+        """
+        square = error * error + _ADOPTED * _ADOPTED * size * size
+        added = [[list(row) for row in own.covariance] for own in self.now]
+        for axis, i, x in direction:
+            for other, j, y in direction:
+                if other == axis:
+                    added[axis][i][j] += square * x * y
+        rows = zip(self.now, added, strict=True)
+        return settled_baseline(tuple([Coefficients(own.mean, tuple(map(tuple, new))) for own, new in rows]))
+
+
+def settled_baseline(axes: tuple[Coefficients, ...]) -> Baseline:
+    """Return a baseline of which nothing is to be forgotten."""
+    return Baseline(axes, axes, axes)
+
+
+def start_baseline(deviations: Matrix) -> Baseline:
+    """Return the baseline N(0, P_0); ``deviations`` of each axis as in :meth:`Coefficients.learn`."""
+    axes = []
+    for own in deviations:
+        rows = [tuple([x * x if i == j else 0.0 for j in range(len(own))]) for i, x in enumerate(own)]
+        axes.append(Coefficients((0.0,) * len(own), tuple(rows)))
+    return settled_baseline(tuple(axes))
