@@ -6,7 +6,6 @@ from math import sqrt
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from heli_identifier.chain import BENDING, TIMING, event_notes
@@ -30,11 +29,10 @@ from .held_out import compare
 from .helicopter import LAG_FIELD
 from .identification import FAULT_EFFECTS, Identification, Progress, identify_plant
 from .result import DataEntry, Determination, Diagnosis, FoundEffect, HeldOutLikelihood, RigVerdict, Verdict
+from .rig import Array, Parameters
 from .select import Finding
 from .settings import KEPT, SETTLING, SURE, DiagnosisSettings
 from .strangers import sign_notes, stranger_notes
-
-Array = NDArray[np.float64]
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
@@ -204,7 +202,7 @@ def _verdict(effects: Sequence[FoundEffect]) -> RigVerdict:
     return RigVerdict.EFFECTS_SHOWN if effects else RigVerdict.MODEL_ADEQUATE
 
 
-def _base(fitted: Fit, C) -> dict[str, Estimate]:
+def _base(fitted: Fit, C: Array) -> dict[str, Estimate]:
     """Parameters of the simplified model by the paper's symbols; T_m with the lag that was fitted beside it."""
     rig = fitted.likelihood.rig
     effects = {effect.field for effect in rig.effects}
@@ -214,7 +212,7 @@ def _base(fitted: Fit, C) -> dict[str, Estimate]:
     return found | {"T_m": Estimate(fitted.parameters.T_m + lag.value, lag.standard_error, "s")}
 
 
-def _plant(after: Fit, effects: Sequence[FoundEffect]):
+def _plant(after: Fit, effects: Sequence[FoundEffect]) -> Parameters:
     """Parameter set of the delivered plant: a lag that is no finding belongs to T_m."""
     p = after.parameters
     if any(effect.name == "motor_lag" for effect in effects):

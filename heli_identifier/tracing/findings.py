@@ -34,12 +34,10 @@ from .result import (
     ParameterReport,
     Verdict,
 )
-from .rig import Effect
+from .rig import Array, Effect
 from .score import Score
 from .select import Finding, Selection
 from .settings import CONTRADICTION, DETERMINED, KEPT, LEAST_VISIBILITY, MATTERS, NAMED, TIMED
-
-Array = NDArray[np.float64]
 
 
 def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimate]:

@@ -8,7 +8,7 @@ with the first :data:`.settings.COARSE` s of flight.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,20 +20,18 @@ from heli_identifier.chain import FAULTS
 
 from .likelihood import Likelihood, Point
 from .noise import physical
-from .rig import Coordinate, Parameters
+from .rig import Array, Coordinate, Parameters
 from .sensitivity import Quadratic, linearise
 from .settings import AIR_SCAN, COARSE, CONVERGED, FARTHEST, HALVINGS, ITERATIONS, LARGEST_STEP, OWN_PRIOR, ROUGHLY
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A plant fitted to the records of a rig."""
+    """A plant fitted to the records of a rig, or on the way to it."""
 
     likelihood: Likelihood
     coordinates: tuple[Coordinate, ...]
-    """What was estimated, P of them, the sizes of faults last."""
+    """What is estimated, P of them, the sizes of faults last."""
     x: Array
     """Shape (P,)."""
     point: Point
@@ -44,10 +42,37 @@ class Fit:
     """Their scales [rad], shape (a,)."""
     value: float
     """F [nats]."""
-    quadratic: Quadratic
-    """Of F there."""
-    at_bound: NDArray[np.bool_]
-    """Shape (P,)."""
+
+    @classmethod
+    def at(cls, likelihood: Likelihood, coordinates: tuple[Coordinate, ...], x: Array, point: Point) -> "Fit":
+        """Go to where the plant and the faults have the coordinates ``x`` (P,)."""
+        values, faults = dict[str, float](), dict(likelihood.faults)
+        for c, v in zip(coordinates, x, strict=True):
+            values |= c.assigned(float(v))
+            if c.fault is not None:
+                faults[c.fault] = c.value(float(v))
+        likelihood = likelihood.undoing(faults) if faults != likelihood.faults else likelihood
+        point = replace(point, parameters=likelihood.rig.assign(point.parameters, values))
+        e, motion = likelihood.filtered(point)
+        of_axes, sigma = likelihood.of_axes(e)
+        value = float(of_axes.sum()) + likelihood.priors(x, point)
+        return cls(likelihood, coordinates, x, point, e, motion, sigma, value)
+
+    @cached_property
+    def quadratic(self) -> Quadratic:
+        """Quadratic form of F."""
+        return linearise(self.likelihood, self.point, self.coordinates, self.x, self.sigma, (self.e, self.motion))
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the coordinates, shape (P,) each."""
+        low, high = np.array([c.bounds for c in self.coordinates]).reshape(-1, 2).T
+        return low, high
+
+    @property
+    def at_bound(self) -> NDArray[np.bool_]:
+        """Which of the coordinates are at a bound, shape (P,)."""
+        return np.asarray(np.isclose(self.x, self.bounds, rtol=1e-9, atol=1e-9).any(0))
 
     @property
     def parameters(self) -> Parameters:
@@ -92,65 +117,21 @@ class Fit:
         own = self.likelihood.filters(self.likelihood.records[0], self.point)
         return np.asarray(self.sigma / np.sqrt([axis.S for axis in own]))
 
-
-def bounded_step(H: Array, g: Array, low: Array, high: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Minimise g.s + s.H.s/2 under low <= s <= high, H positive definite; give s (n,) and where a bound holds."""
-    root = np.linalg.cholesky(H)
-    s = -cho_solve((root, True), g)
-    if ((s < low) | (s > high)).any():
-        s = lsq_linear(root.T, -solve_triangular(root, g, lower=True), (low, high), method="bvls").x
-    return s, (s <= low) | (s >= high)
-
-
-class _Place(NamedTuple):
-    """A point and F there; the first fields of a :class:`Fit`."""
-
-    likelihood: Likelihood
-    coordinates: tuple[Coordinate, ...]
-    x: Array
-    point: Point
-    e: list[Array]
-    motion: list[Array]
-    sigma: Array
-    value: float
-
-    @classmethod
-    def of(cls, likelihood: Likelihood, coordinates: tuple[Coordinate, ...], x: Array, point: Point) -> "_Place":
-        """Go to where the plant has the coordinates ``x`` (P,)."""
-        values, faults = dict[str, float](), dict(likelihood.faults)
-        for c, v in zip(coordinates, x, strict=True):
-            values |= c.assigned(float(v))
-            if c.fault is not None:
-                faults[c.fault] = c.value(float(v))
-        likelihood = likelihood.undoing(faults) if faults != likelihood.faults else likelihood
-        point = replace(point, parameters=likelihood.rig.assign(point.parameters, values))
-        e, motion = likelihood.filtered(point)
-        of_axes, sigma = likelihood.of_axes(e)
-        value = float(of_axes.sum()) + likelihood.priors(x, point)
-        return cls(likelihood, coordinates, x, point, e, motion, sigma, value)
-
-    def quadratic(self) -> Quadratic:
-        """Quadratic form of F."""
-        return linearise(
-            self.likelihood, self.point, self.coordinates, self.x, self.sigma, (self.e, self.motion)
-        )  # fmt: skip
-
-    def stepped(self, quadratic: Quadratic, s: Array) -> "_Place | None":
+    def stepped(self, s: Array) -> "Fit | None":
         """Go a step ``s`` (n,), halved until F falls; None if it does not."""
         P, shape = len(self.x), self.point.z.shape
-        low, high = np.array([c.bounds for c in self.coordinates]).reshape(-1, 2).T
         share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
         for _ in range(HALVINGS):
             taken = share * s
-            own = self.point.own + np.array([share * c - D @ taken for c, D in quadratic.back])
+            own = self.point.own + np.array([share * c - D @ taken for c, D in self.quadratic.back])
             point = replace(self.point, z=self.point.z + taken[P:].reshape(shape), own=own)
-            there = self.of(self.likelihood, self.coordinates, np.clip(self.x + taken[:P], low, high), point)
+            there = self.at(self.likelihood, self.coordinates, np.clip(self.x + taken[:P], *self.bounds), point)
             if there.value < self.value:
                 return there
             share *= 0.5
         return None
 
-    def in_better_air(self) -> "_Place | None":
+    def in_better_air(self) -> "Fit | None":
         """Move the air of every axis to the best of a coarse grid; None if F does not fall by enough to go on."""
         z, few = self.point.z, self.likelihood.beginning(COARSE)
         e, chosen = self.e[: len(few)], self.point.z.copy()
@@ -163,8 +144,17 @@ class _Place(NamedTuple):
             chosen[:, better] = tried[:, better]
         if (chosen == z).all():
             return None
-        there = self.of(self.likelihood, self.coordinates, self.x, replace(self.point, z=chosen))
+        there = self.at(self.likelihood, self.coordinates, self.x, replace(self.point, z=chosen))
         return there if there.value < self.value - ROUGHLY else None
+
+
+def bounded_step(H: Array, g: Array, low: Array, high: Array) -> Array:
+    """Minimise g.s + s.H.s/2 over s (n,) under low <= s <= high, H positive definite."""
+    root = np.linalg.cholesky(H)
+    s = -cho_solve((root, True), g)
+    if ((s < low) | (s > high)).any():
+        s = lsq_linear(root.T, -solve_triangular(root, g, lower=True), (low, high), method="bvls").x
+    return np.asarray(s)
 
 
 def fit(
@@ -212,20 +202,17 @@ def _searched(
     ``at`` are the parameters that tell the signs of gains.
     """
     coordinates, x = _placed(likelihood, fields, at)
-    low, high = np.array([c.bounds for c in coordinates]).reshape(-1, 2).T
-    point = replace(point, z=np.clip(point.z, -FARTHEST, FARTHEST))
-    now = _Place.of(likelihood, coordinates, x, point)
-    reach, moved, P = np.ones(point.z.size), np.zeros(point.z.size), len(x)  # of the air: shorter where it swings
+    now = Fit.at(likelihood, coordinates, x, replace(point, z=np.clip(point.z, -FARTHEST, FARTHEST)))
+    low, high = now.bounds
+    reach, moved = np.ones(point.z.size), np.zeros(point.z.size)  # of the air: shorter where it swings
     for _ in range(ITERATIONS):
-        quadratic, z = now.quadratic(), now.point.z.ravel()
-        H, g = quadratic.total
-        s, fixed = bounded_step(
+        before, z, (H, g) = now, now.point.z.ravel(), now.quadratic.total
+        s = bounded_step(
             H, g, np.concatenate((low - now.x, np.maximum(-reach, -FARTHEST - z))),
             np.concatenate((high - now.x, np.minimum(reach, FARTHEST - z))),
         )  # fmt: skip
-        promised = -(g @ s + 0.5 * s @ H @ s) + quadratic.by_own
-        there, before = now.stepped(quadratic, s) if promised >= least else None, now
-        if there is not None:
+        promised = -(g @ s + 0.5 * s @ H @ s) + now.quadratic.by_own
+        if promised >= least and (there := now.stepped(s)) is not None:
             now, last, moved = there, moved, there.point.z.ravel() - z
             reach = np.where(moved * last < 0.0, 0.5 * reach, np.minimum(1.5 * reach, 1.0))
         if before.value - now.value > least:
@@ -234,16 +221,12 @@ def _searched(
         if better is None:
             break
         now = better
-    else:
-        quadratic = now.quadratic()
-    return Fit(*now, quadratic, fixed[:P])
+    return now
 
 
 def around(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: Array) -> Fit:
     """Take a plant, its air and the scales ``sigma`` (a,) [rad] as known; a fit would estimate ``fields``."""
-    coordinates, x = _placed(likelihood, fields, point.parameters)
-    there = _Place.of(likelihood, coordinates, x, point)._replace(sigma=sigma)
-    return Fit(*there, there.quadratic(), np.zeros(len(x), dtype=bool))
+    return replace(Fit.at(likelihood, *_placed(likelihood, fields, point.parameters), point), sigma=sigma)
 
 
 def with_own_spread(fitted: Fit) -> Fit:

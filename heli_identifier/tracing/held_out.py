@@ -20,7 +20,6 @@ from functools import cached_property
 from math import log, pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.special import chdtrc
 
@@ -44,10 +43,8 @@ from .result import (
     ParameterReport,
     Use,
 )  # fmt: skip
-from .rig import Parameters, Record
+from .rig import Array, Parameters, Record
 from .settings import FLOWN, HUBER, OWN, SPACING, WHITE_TIME, DiagnosisSettings
-
-Array = NDArray[np.float64]
 
 
 def likelihood_of(model: Model, record: Record, passages: Sequence[tuple[int, int]] = ()) -> tuple[Run, Array]:

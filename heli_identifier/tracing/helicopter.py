@@ -12,7 +12,6 @@ from math import atan2, copysign, exp, hypot, inf, pi
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from heli_identifier.chain import local_cubic
@@ -27,7 +26,7 @@ from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
 from .instruments import Regression, Term
-from .rig import Coordinate, Effect, Record
+from .rig import Array, Coordinate, Effect, Record
 from .settings import (
     CATALOGUE_WIDTHS,
     CURVE_WIDTH,
@@ -38,8 +37,6 @@ from .settings import (
     WINDOW,
     DiagnosisSettings,
 )
-
-Array = NDArray[np.float64]
 
 LAG_FIELD = "motor_lag_rotors"
 BASE = (*ModelParameters._fields, LAG_FIELD)
@@ -222,7 +219,9 @@ def _motion(record: Record, window: float) -> Array:
     return np.column_stack([local_cubic(record.angles, record.step, window, order) for order in (0, 1)])
 
 
-def _variable(record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters):
+def _variable(
+    record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters
+) -> tuple[str, str, Array]:
     """Name, unit and values of a variable that effects are drawn over."""
     if kind in ("mu_sum", "mu_rate"):
         total = lagged(record, parameters).sum(1)

@@ -42,9 +42,9 @@ from scipy.special import chdtri, fdtrc, stdtrit
 
 from heli_identifier.errors import LogError
 
+from .rig import Array
 from .settings import AR_ORDER, BLOCK, CORNER, LAGUERRE_ORDER, LAGUERRE_POLE, SEEN_AT, SETTLING, WHITE_FLOOR
 
-Array = NDArray[np.float64]
 Rows = Sequence[NDArray[Any]]
 
 

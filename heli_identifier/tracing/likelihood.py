@@ -18,16 +18,13 @@ from math import exp
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier.chain import Fault, undone
 
 from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, physical, recoloured
-from .rig import Coordinate, Parameters, Record
+from .rig import Array, Coordinate, Parameters, Record
 from .settings import HUBER, OWN
-
-Array = NDArray[np.float64]
 
 NO_HARMONICS = np.empty((0, 4))
 NO_MOTION = np.empty((0, 6))

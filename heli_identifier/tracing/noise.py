@@ -27,12 +27,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from .rig import Array
 from .settings import COLOURED, LEAST_DAMPING, MOST_ROTATED, NOISE_CENTRE, NOISE_WIDTH
-
-Array = NDArray[np.float64]
 
 SHAPES = len(NOISE_WIDTH)
 """Parameters of the noise of one axis: logarithms of rho [1/s^2], c and f [1/s], psi [rad], logarithm of k [1/s]."""

@@ -15,7 +15,7 @@ Intervals come from a bootstrap over segments (Kuensch 1989). The noise floor is
 it made itself, with the air and the encoders' noise of its fit.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -31,10 +31,8 @@ from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, physical
 from .references import CHANNELS, Controller
 from .result import ErrorFigure
-from .rig import Parameters, Record
+from .rig import Array, Parameters, Record
 from .settings import BLOCK, DRAWS, ROUND, SETTLED, SETTLING, SMOOTHING, SPACING
-
-Array = NDArray[np.float64]
 
 HORIZONS: Mapping[str, float] = {"ahead_100ms": 0.1, "ahead_200ms": 0.2, "prediction_1s": 1.0, "prediction_2s": 2.0}
 """How far ahead [s] each figure looks."""
@@ -246,7 +244,9 @@ def run_along(
     return Run(model, record, offset, at, ends, np.concatenate(kept), e)
 
 
-def _states(model, record, offset, at, e, carry=None, first=0) -> Array:
+def _states(
+    model: Model, record: Record, offset: Array, at: Iterable[int], e: Array, carry: Array | None = None, first: int = 0
+) -> Array:
     """States (S, n) of the filter before the samples ``at``; fills the innovations ``e`` up to the last of them."""
     K = gains(model.filters(record.step))
     carry, carries = None if carry is None else carry.copy(), []

@@ -9,16 +9,14 @@ a controller answers within a block moves the rig by less than a thousandth of a
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from heli_identifier.records import Log
 
 from .helicopter import Rig
-from .rig import Record
+from .rig import Array, Record
 from .settings import RECORD_STEP, REST_COUNTS, REST_TIME, SETTLING
 
-Array = NDArray[np.float64]
 LeftOut = Mapping[str, Sequence[tuple[float, float]]]
 """By log the passages (start, end) [s] in which something other than the plant acts."""
 

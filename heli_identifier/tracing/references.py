@@ -23,16 +23,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.signal import lfilter
 from scipy.special import fdtrc
 
 from heli_identifier.records import Log
 
+from .rig import Array
 from .settings import ADDED_R2, AS_GOOD, EXACT, OUTSIDE_SHARE, POLES, ROWS, SATURATED_SHARE, STILL_RATE
 
-Array = NDArray[np.float64]
 CHANNELS: Mapping[str, tuple[float, tuple[str, ...], tuple[int, ...]]] = {
     "v_front - v_rear": (-1.0, ("pitch", "travel"), (0, 2)),
     "v_front + v_rear": (1.0, ("elevation",), (1,)),

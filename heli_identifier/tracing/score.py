@@ -19,16 +19,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from .fit import Fit, bounded_step
 from .noise import error_dynamics
-from .rig import Coordinate, Effect
+from .rig import Array, Coordinate, Effect
 from .sensitivity import linearise
 from .settings import KEPT, NAMED, NOT_MODELLED, SETTLING, STEP_APART, STEPS_TRIED
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -207,7 +204,7 @@ class Scores:
             if name in self.effects and name not in selected:
                 j = self.of_field[name][0]
                 d[j] = self.coordinates[j].coordinate(0.0) - self.x[j]
-        d[i], _ = bounded_step(self.H[np.ix_(i, i)], (self.g + self.H @ d)[i], self.low[i], self.high[i])
+        d[i] = bounded_step(self.H[np.ix_(i, i)], (self.g + self.H @ d)[i], self.low[i], self.high[i])
         return d, i
 
     def scores(self, selected: Collection[str], among: Collection[str] | None = None) -> dict[str, Score]:

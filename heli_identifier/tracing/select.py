@@ -21,7 +21,7 @@ import numpy as np
 
 from .fit import Fit, fit
 from .result import Agreement
-from .rig import Effect
+from .rig import Array, Effect
 from .score import Score, Scores
 from .settings import HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, REFITTED, ROUNDS
 
@@ -232,7 +232,7 @@ def _alternatives(around: Scores, name: str, selected: Sequence[str], own: Score
     return found
 
 
-def _fall(around: Scores, d) -> float:
+def _fall(around: Scores, d: Array) -> float:
     return -float(around.g @ d + 0.5 * d @ around.H @ d)
 
 

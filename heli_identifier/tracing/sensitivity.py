@@ -35,10 +35,9 @@ from .noise import (
     slope_of_colour,
     start_response,
 )
-from .rig import Coordinate, Record
+from .rig import Array, Coordinate, Record
 from .settings import DIFFERENCE, HUBER
 
-Array = NDArray[np.float64]
 Rows = tuple[NDArray[np.intp], Array]
 """Coordinates (k,), and derivatives by them (k, n)."""
 

@@ -40,12 +40,11 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 
 from .fit import Fit
+from .helicopter import Rig
 from .noise import error_dynamics
 from .records import LeftOut, record_of
-from .rig import Record
+from .rig import Array, Record
 from .settings import ALIEN, FEWEST, HUBER, LEAST_STIFFNESS, LEAST_ZERO, MISTAKE, OTHER_GAIN, OUTLYING, ROUNDS, SURE
-
-Array = NDArray[np.float64]
 
 ELEVATION = 1
 
@@ -176,7 +175,7 @@ def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
     return float(F.sum()), np.where(record.weights.any(0), sigma, np.nan)
 
 
-def _mirrors(rig, record: Record) -> list[tuple[str, Record]]:
+def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
     """Give a record as it would be with the usual mistakes undone."""
     found = [("front and rear exchanged", replace(record, inputs=np.ascontiguousarray(record.inputs[:, ::-1])))]
     for i, axis in enumerate(rig.axes):

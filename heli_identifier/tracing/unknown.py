@@ -23,7 +23,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 from scipy.signal import lfilter
 from scipy.special import chdtrc, chdtri, gammaln
@@ -32,12 +31,11 @@ from .fit import Fit, covariance, fit
 from .helicopter import Tables
 from .noise import error_dynamics
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict
-from .rig import Effect
+from .rig import Array, Effect
 from .select import Selection, select
 from .sensitivity import Sensitivities, means
 from .settings import CURVE_WIDTH, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE, UNKNOWN_TRIED
 
-Array = NDArray[np.float64]
 TIME, POINTS = "time", 121
 """The variable of periods, and the points of a drawn curve."""
 
