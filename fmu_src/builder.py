@@ -24,7 +24,7 @@ from heli_plant.errors import did_you_mean
 from .description import model_description, rendered, xml_text
 from .errors import BuildError, WiringError
 from .slave_base import SlaveBase
-from .variables import TYPES, Value, problem_with
+from .variables import TYPES, Value, Variable, problem_with
 from .vendoring import content_hash, needed_sources, renamed, slave_script
 from .wiring import Scenario
 
@@ -55,21 +55,42 @@ def unit_class(name: str) -> type[SlaveBase]:
     return getattr(import_module(UNITS[name]), name)
 
 
-def checked_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value]) -> dict[str, Value]:
-    """Return ``parameters`` as start values of ``unit``, each of the variable's type.
+def parameters_of(unit: type[SlaveBase]) -> dict[str, Variable]:
+    """Return the parameters of a unit by name."""
+    return {variable.name: variable for variable in unit.variables if variable.causality == "parameter"}
 
-    BuildError says which name is no parameter of the unit, or which value is out of range.
+
+def checked_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value], within: str = "") -> dict[str, Value]:
+    """Return ``parameters`` as start values of ``unit``, each of the variable's type; a number may come as its text.
+
+    BuildError says which name, behind ``within``, is no parameter of the unit, or which value is out of range.
     """
-    known = {variable.name: variable for variable in unit.variables if variable.causality == "parameter"}
+    known = parameters_of(unit)
     values: dict[str, Value] = {}
     for name, value in parameters.items():
         if name not in known:
             raise BuildError(f"{unit.__name__} has no parameter {name!r}{did_you_mean(name, tuple(known))}")
-        problem = problem_with(known[name], value)
-        if problem is not None:
+        variable = known[name]._replace(name=within + name)
+        if variable.type != "String":
+            value = number_or_text(value)
+        if problem := problem_with(variable, value):
             raise BuildError(problem)
-        values[name] = TYPES[known[name].type](value)
+        if isinstance(value, str) and not value.isprintable():
+            raise BuildError(f"{variable.name} = {value!r} holds a character that is no text in XML")
+        values[name] = TYPES[variable.type](value)
     return values
+
+
+def number_or_text(value: Value) -> Value:
+    """Return a text as the number that it says, if it is one; true and false are 1 and 0."""
+    if not isinstance(value, str):
+        return value
+    if value.lower() in ("true", "false"):
+        return float(value.lower() == "true")
+    try:
+        return float(value)
+    except ValueError:
+        return value
 
 
 def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | None = None) -> Path:

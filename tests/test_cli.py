@@ -12,8 +12,9 @@ from typer import Typer
 from typer.main import get_command
 from typer.testing import CliRunner
 
+from fmu_src import checked_start_values, unit_class
 from heli_identifier.cli.app import app
-from heli_identifier.cli.arguments import in_scenario, spread, unit_value
+from heli_identifier.cli.arguments import in_scenario, spread
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.terminal import print_table
 from heli_identifier.results import Table
@@ -183,7 +184,7 @@ def test_a_command_that_is_asked_to_end_does_and_leaves_nothing_whatever_a_libra
 
 
 def test_a_text_parameter_takes_a_text_that_looks_like_a_number():
-    assert unit_value("LogPlayer", "log.path", "3", "log.path") == "3"
+    assert checked_start_values(unit_class("LogPlayer"), {"log.path": "3"}) == {"log.path": "3"}
 
 
 def test_what_a_foreign_fmu_takes_is_left_to_it():

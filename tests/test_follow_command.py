@@ -14,7 +14,8 @@ import pytest
 from typer.testing import CliRunner
 
 from heli_identifier.cli.app import app
-from heli_identifier.cli.in_flight import Adviser, controller_of, part
+from heli_identifier.cli.arguments import controller_of
+from heli_identifier.cli.in_flight import Adviser, part
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live import USUAL_LAYOUT, Datagram, encode, read_layout
 from heli_identifier.online import Estimate
@@ -188,7 +189,7 @@ def test_a_log_is_followed_to_its_end_and_diagnosed(flight, tmp_path):
 
 @pytest.mark.slow
 def test_the_controller_is_judged_beside_the_loop_and_its_gains_are_offered(tmp_path):
-    adviser = Adviser(tmp_path, PidSettings())
+    adviser = Adviser(tmp_path, None)
     assert adviser.look() == ""
     adviser.ask(TABLE_2._replace(k_z=2.0 * TABLE_2.k_z), {"elevation.gain": 0.01}, 0.1)
     sentence = adviser.look(wait=True)
@@ -200,7 +201,7 @@ def test_the_controller_is_judged_beside_the_loop_and_its_gains_are_offered(tmp_
 
 def test_the_controller_of_the_rig_is_taken_from_its_file(tmp_path, flight):
     gains = ParameterSet("PidController", {"pitch.integral": Estimate(1.25, None, "V/(rad s)")})
-    found = controller_of(gains.write(tmp_path / "controller.json"))
+    found = controller_of(PidSettings(), gains.write(tmp_path / "controller.json"))
     assert found == PidSettings()._replace(pitch=PidSettings().pitch._replace(integral=1.25))
     with pytest.raises(ConfigurationError, match="those of the PidController are needed"):
-        controller_of(flight / "parameters.json")
+        controller_of(PidSettings(), flight / "parameters.json")

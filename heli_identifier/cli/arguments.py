@@ -1,26 +1,24 @@
-"""What a command is given: options that several share, ``--set name=value``, logs and the rig's configuration.
-
-A value of ``--set`` must be of its parameter's type and in its range. The refusal names the parameter, the value, what
-is wanted, the bounds and the unit: ``plant.pitch.damping = 'abc' must be a number in [-10, 10] 1/s``.
-"""
+"""What a command is given: options that several share, logs and the rig's configuration, ``--set name=value``."""
 
 import os
 import re
 from collections.abc import Collection, Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand
 
 import fmu_src
 import heli_identifier as hi
-from heli_identifier import records
+from heli_identifier import records, tools
 from heli_identifier.cli.guard import fail
 from heli_identifier.cli.terminal import note, print_notes, warn
 from heli_identifier.errors import ConfigurationError
-from heli_plant.errors import did_you_mean
+
+if TYPE_CHECKING:
+    from heli_plant.control import PidSettings
 
 
 def option(text: str, *names: str, metavar: str = "", **more: Any) -> Any:
@@ -102,15 +100,12 @@ class Command(TyperCommand):
 def spread(words: Iterable[str]) -> list[str]:
     """Give ``--validate a b``, or ``--validate=a b``, as the option once for each value."""
     out: list[str] = []
-    inside = first = False  # among the option's values, and whether the first one is still to come
+    takes = False
     for word in words:
         if word.startswith("-"):
-            first = word == SPREAD
-            inside = first or word.startswith(f"{SPREAD}=")
-        elif inside and not first:
+            takes = word.partition("=")[0] == SPREAD
+        elif takes and out[-1] != SPREAD:
             out.append(SPREAD)
-        else:
-            first = False
         out.append(word)
     return out
 
@@ -118,7 +113,7 @@ def spread(words: Iterable[str]) -> list[str]:
 # --- logs and configuration ------------------------------------------------------------------------------------------
 
 
-def configuration_file(path: Path | None, rigs: str = "") -> Path | None:
+def configuration_file(path: Path | None, rigs: str = ", for rigs without one of their own") -> Path | None:
     """Give the configuration that was named, else heli.toml of this folder, whatever it is, and say so; else None."""
     here = Path(records.CONFIGURATION_NAME)
     if path is not None or not os.path.lexists(here):
@@ -129,13 +124,8 @@ def configuration_file(path: Path | None, rigs: str = "") -> Path | None:
 
 def found_configuration(path: Path | None) -> "hi.RigConfiguration":
     """Read the rig's configuration: the file that was named, else heli.toml of this folder, else the defaults."""
-    file = configuration_file(path)
+    file = configuration_file(path, "")
     return hi.RigConfiguration() if file is None else hi.read_configuration(file)
-
-
-def shared_configuration(path: Path | None) -> Path | None:
-    """Give the configuration of rigs that have none of their own: the file that was named, else this folder's."""
-    return configuration_file(path, ", for rigs without one of their own")
 
 
 def logs_of(
@@ -149,8 +139,6 @@ def logs_of(
 
 
 # --- parameters ------------------------------------------------------------------------------------------------------
-
-Value = float | str
 
 PLANTS = ("HelicopterPlant", "FollowingPlant", "Corrector")
 """Units that take the parameters of a plant; a corrector begins with the plant that it corrects."""
@@ -171,11 +159,16 @@ def assignments(
     return values
 
 
-def by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, dict[str, float]]:
-    """Give the start values of a parameters.json under the units that take them; nothing without a file.
+def read_with_doubts(file: Path) -> "hi.ParameterSet":
+    """Read a parameters.json, and warn of axes that its diagnosis does not call fit for control."""
+    parameters = hi.read_parameters(file)
+    for text in parameters.doubts:
+        warn(text)
+    return parameters
 
-    If none of ``units`` takes them, that is refused.
-    """
+
+def by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, dict[str, float]]:
+    """Give the values of a parameters.json under the units that take them; refuse it if none of ``units`` does."""
     if file is None:
         return {}
     parameters = read_with_doubts(file)
@@ -185,79 +178,32 @@ def by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str
     return dict.fromkeys(takers, parameters.start_values)
 
 
-def read_with_doubts(file: Path) -> "hi.ParameterSet":
-    """Read a parameters.json, and warn of axes that its diagnosis does not call fit for control."""
-    parameters = hi.read_parameters(file)
-    for text in parameters.doubts:
-        warn(text)
-    return parameters
-
-
-def of_unit(unit: str, words: Sequence[str], file: Path | None = None) -> dict[str, Value]:
-    """Give parameters of one unit from a file of this unit and from ``name=value`` words, which outrank it."""
-    of_file = by_unit(file, [unit], f"those of the {unit} are needed")
-    return {**of_file.get(unit, {}), **{n: unit_value(unit, n, text, n) for n, text in assignments(words).items()}}
-
-
-def numbers_of_unit(unit: str, words: Sequence[str], file: Path | None = None) -> dict[str, float]:
-    """Give the same of a unit all of whose parameters are numbers."""
-    return {name: float(value) for name, value in of_unit(unit, words, file).items()}
+def controller_of(default: "PidSettings", file: Path | None, words: Sequence[str] = ()) -> "PidSettings":
+    """Give a PID with the parameters of its file, if there is one, and of ``name=value`` words, which outrank it."""
+    unit = tools.CONTROLLER
+    values: dict[str, Any] = by_unit(file, [unit], f"those of the {unit} are needed").get(unit, {})
+    own = fmu_src.checked_start_values(fmu_src.unit_class(unit), assignments(words))
+    return tools.controller_settings(default, values | own)
 
 
 def in_scenario(
     scenario: str, file: Path | None, words: Sequence[str], foreign: Collection[str] = ()
-) -> dict[str, Value]:
+) -> dict[str, fmu_src.Value]:
     """Give all parameters by unit name in a scenario; ``--set unit.parameter=value`` outranks the file.
 
     Units named in ``foreign`` come as FMU files, and their parameters are not checked here.
-
-    Raises
-    ------
-    ConfigurationError, WiringError
-        The file or a value cannot be used, the scenario is unknown or has no unit that takes the file's parameters.
     """
     units = dict(fmu_src.scenario(scenario).units)
     given = by_unit(file, units.values(), f"which scenario {scenario} does not have")
-    values: dict[str, Value] = {
+    values: dict[str, fmu_src.Value] = {
         f"{name}.{key}": value for name, unit in units.items() for key, value in given.get(unit, {}).items()
     }
     for label, text in assignments(words).items():
         unit, _, name = label.partition(".")
         if not name:
             raise ConfigurationError(f"--set {label}={text} must name unit and parameter, as plant.pitch.damping=0.1.")
-        known = unit in units and unit not in foreign
-        values[label] = unit_value(units[unit], name, text, label) if known else _number_or_text(text)
+        values[label] = fmu_src.number_or_text(text)
+        if unit in units and unit not in foreign:
+            kind = fmu_src.unit_class(units[unit])
+            values[label] = fmu_src.checked_start_values(kind, {name: text}, f"{unit}.")[name]
     return values
-
-
-def unit_value(unit: str, name: str, text: str, label: str) -> Value:
-    """Give ``text`` as a value of the parameter ``name`` of a unit; ``label`` is its name on the command line.
-
-    Raises
-    ------
-    ConfigurationError
-        The unit has no such parameter (the nearest one is proposed), or the value is of the wrong type or out of range.
-    """
-    variables = fmu_src.unit_class(unit).variables
-    known = {variable.name: variable for variable in variables if variable.causality == "parameter"}
-    if name not in known:
-        raise ConfigurationError(f"--set {label}: the {unit} has no parameter {name!r}{did_you_mean(name, known)}")
-    variable = known[name]._replace(name=label)
-    value = text if variable.type == "String" else _number_or_text(text)
-    if problem := fmu_src.problem_with(variable, value):
-        raise ConfigurationError(f"{problem}.")
-    if isinstance(value, str) and not value.isprintable():
-        raise ConfigurationError(
-            f"{label} = {value!r} holds a character that is no text in XML; a model description cannot state it."
-        )
-    return value
-
-
-def _number_or_text(text: str) -> Value:
-    """Give a text as a number if it is one, true and false as 1 and 0."""
-    if text.lower() in ("true", "false"):
-        return float(text.lower() == "true")
-    try:
-        return float(text)
-    except ValueError:
-        return text

@@ -26,11 +26,13 @@ from heli_identifier.provenance import from_command_line
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
 
+    from heli_identifier.following import Sample
     from heli_identifier.live.session import Session, Show
-    from heli_plant.control import PidSettings
+    from heli_identifier.live.sources import Keep, Status
     from heli_plant.parameters import PlantParameters
 
-    Source = Callable[[Session, Callable[[], bool], Show], None]
+    Source = Callable[[Keep], tuple[Iterator[Sample | None], Callable[[], float], Callable[[], Status | None]]]
+    """Gives the rig's instants, the time between two of them [s], and how the stream is doing."""
 
 SERVED_AT = "127.0.0.1:8042"
 """Where the page is shown by default."""
@@ -76,7 +78,8 @@ def follow(
     adoption the controller's margins are computed again: control_advice.json, and controller.json with gains that are
     offered, not applied.
     """
-    from heli_identifier.live.screen import event_line
+    from heli_identifier.following import Event
+    from heli_identifier.live.screen import event_line, faults_of
     from heli_identifier.live.session import Session, check_unused
 
     one = (log is None) != (listen is None)
@@ -90,7 +93,7 @@ def follow(
         inside = read is not None and os.path.realpath(read.parent) == os.path.realpath(output)
         refuse(inside, f"{read} lies in the folder of the flight, whose files would replace it; name another folder.")
     check_unused(output)
-    twin, adviser = args.read_with_doubts(parameters), Adviser(output, controller_of(controller))
+    twin, adviser = args.read_with_doubts(parameters), Adviser(output, controller)
     with ExitStack() as stack:
         if log is not None:
             source, configuration = _player(log, config, 1.0 if speed is None else speed, start, end)
@@ -108,7 +111,10 @@ def follow(
             session.notice = adviser.look()
             show(view, status)
 
-        source(session, stopped, show_all)
+        instants, sample_time, status = source(session.keep)
+        session.run(instants, sample_time, stopped, show_all, status)
+        if why := faults_of(status()):
+            session.say(Event(session.time, "stream", why=why))
         interrupted = stopped()
         session.notice = adviser.look(wait=True)
     typer.echo(f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples")
@@ -152,24 +158,19 @@ def stream(
 def _player(
     path: Path, config: Path | None, speed: float, start: float | None, end: float | None
 ) -> "tuple[Source, hi.RigConfiguration]":
-    """Return a function that lets a session follow a log, and the rig's configuration."""
+    """Return a log as a source, and the rig's configuration."""
     from heli_identifier.live.sources import SPEEDS, play
 
     if speed != 0.0:
         require_range("--speed", speed, "times real time", *SPEEDS)
     ((recorded,), configuration) = args.logs_of([path], config, start, end)
-
-    def run(session: "Session", stopped: Callable[[], bool], show: "Show") -> None:
-        session.run(play(recorded, speed, session.keep), lambda: recorded.step, stopped, show)
-
-    return run, configuration
+    return lambda keep: (play(recorded, speed, keep), lambda: recorded.step, lambda: None), configuration
 
 
 def _listener(
     stack: ExitStack, listen: str, sender: str, layout: str | None, rate: float | None, config: "hi.RigConfiguration"
 ) -> "Source":
-    """Open the port and return a function that lets a session follow what comes in."""
-    from heli_identifier.following import Event
+    """Open the port and return what comes in as a source."""
     from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
     from heli_identifier.live.sources import Listening, check_rate
 
@@ -181,30 +182,11 @@ def _listener(
     stack.callback(port.close)
     note(f"listening on {port.address[0]}:{port.address[1]}")
 
-    def run(session: "Session", stopped: Callable[[], bool], show: "Show") -> None:
-        rig = Listening(port, rate, config.format, session.keep)
-        session.run(rig.instants(), lambda: 1.0 / (rig.rate or 1.0), stopped, show, lambda: rig.status)
-        if why := _stream_sentence(rig.status):
-            session.say(Event(session.time, "stream", why=why))
+    def source(keep: "Keep") -> Any:
+        rig = Listening(port, rate, config.format, keep)
+        return rig.instants(), lambda: 1.0 / (rig.rate or 1.0), lambda: rig.status
 
-    return run
-
-
-def _stream_sentence(status: Any) -> str:
-    """Say how the samples came in, if any was lost, late, doubled, damaged or somebody else's."""
-    counts = status.counts
-    said = {
-        "were lost": counts.lost,
-        "came too late": counts.late,
-        "were overtaken": counts.reordered,
-        "came twice": counts.duplicated,
-        "had a damaged time": counts.stray,
-    }
-    told = [f"{number} {what}" for what, number in said.items() if number]
-    told += [f"{status.refused} datagrams held no sample"] if status.refused else []
-    told += [f"{status.foreign} datagrams came from others"] if status.foreign else []
-    told += [f"the rig started again {terminal.counted(counts.restarted, 'time')}"] if counts.restarted else []
-    return f"of {counts.received + counts.lost} samples " + ", ".join(told) if told else ""
+    return source
 
 
 def _shows(stack: ExitStack, title: str, address: str | None) -> "Show":
@@ -250,33 +232,25 @@ def first_interrupt() -> Iterator[Callable[[], bool]]:
 
 
 class Adviser:
-    """Judges the controller in a process of its own, one plant after the other.
+    """Judges the controller of a parameters.json, by default the project's PID, in a process of its own; writes it."""
 
-    Parameters
-    ----------
-    folder : Path
-        Where the advice is written.
-    settings : PidSettings or None
-        The controller that flies the rig; None for that of the project's PidController.
-    """
+    def __init__(self, folder: Path, controller: Path | None) -> None:
+        from heli_plant.control import PidSettings
 
-    def __init__(self, folder: Path, settings: "PidSettings | None") -> None:
-        self.folder, self.settings = folder, settings
+        self.folder = folder
+        self.settings = args.controller_of(PidSettings(), controller) if controller else None
         self.pool: ProcessPoolExecutor | None = None
         self.asked: Future[tools.Advice] | None = None
         self.sentence = ""
 
     def ask(self, plant: "PlantParameters", errors: Mapping[str, float], elevation: float) -> None:
-        """Have the controller judged around a plant; what waits for its turn is dropped."""
+        """Have the controller judged around a plant; what was asked before is left."""
         from concurrent.futures import ProcessPoolExecutor
         from multiprocessing import get_context
 
+        self.close()
         with unheard(signal.SIGINT):  # Ctrl-C is for the command
-            if self.pool is not None and self.asked is not None and not self.asked.done():
-                self.asked.cancel()
-            else:  # a process without work may have been ended meanwhile
-                self.close()
-                self.pool = ProcessPoolExecutor(1, get_context("spawn"), end_with_parent, (os.getpid(),))
+            self.pool = ProcessPoolExecutor(1, get_context("spawn"), end_with_parent, (os.getpid(),))
             self.asked = self.pool.submit(tools.control_advice, plant, dict(errors), 0.0, elevation, self.settings)
 
     def look(self, wait: bool = False) -> str:
@@ -302,18 +276,9 @@ class Adviser:
         return self.sentence
 
     def close(self) -> None:
-        """Let the process end, at once or with the question that it is at; others are dropped."""
+        """Let the process end, at once or with the question that it is at."""
         if self.pool is not None:
             self.pool.shutdown(wait=False, cancel_futures=True)
-
-
-def controller_of(path: Path | None) -> "PidSettings | None":
-    """Return the controller in a parameters.json of the PidController; what it leaves out is the unit's default."""
-    from heli_plant.control import PidSettings
-
-    if path is None:
-        return None
-    return tools.controller_settings(PidSettings(), args.numbers_of_unit(tools.CONTROLLER, (), path))
 
 
 # --- the end of a flight: its recording is diagnosed -----------------------------------------------------------------
@@ -329,15 +294,14 @@ LEAST_AFTER_CHANGE = 30.0
 
 
 def _conclude(session: "Session", folder: Path, configuration: "hi.RigConfiguration") -> None:
-    """Leave the twin's parameters and unit, and diagnose the recording; its plant replaces the twin if it is better."""
+    """Diagnose the recording; leave parameters and unit of the twin, or of the recording's plant if that is better."""
     import numpy as np
 
-    from heli_identifier.live.session import IN_USE, RECORDED
+    from heli_identifier.live.session import EVENTS, IN_USE, PREDICTIONS, RECORDED
 
-    twin = session.in_use()
+    twin, path, better = session.in_use(), folder / RECORDED, None
     twin.write(folder / IN_USE)
     _deliver(twin, folder)
-    path = folder / RECORDED
     few = path.read_bytes().count(b"\n", 0, 4096) < 2
     times = np.zeros(0) if few else np.loadtxt(path, delimiter=",", skiprows=1, usecols=0, ndmin=1)
     begin, end, why = part(times, session.events)
@@ -346,11 +310,16 @@ def _conclude(session: "Session", folder: Path, configuration: "hi.RigConfigurat
     else:
         note(f"diagnosed: {begin:.4g} s to {end:.4g} s of {path}{why}")
         try:
-            if _diagnose(path, folder, begin, end, configuration, twin):
-                return
+            better = _diagnosed_plant(path, folder, begin, end, configuration, twin)
         except IdentifierError as error:
             warn(f"the recording cannot be diagnosed: {error}")
-    note_written(folder, (*_flight(folder), "parameters.json", f"{twin.unit}.fmu"), ", as the twin flew last")
+    names = [name for name in (EVENTS, RECORDED, PREDICTIONS, IN_USE, ADVICE, GAINS) if (folder / name).is_file()]
+    names += ["parameters.json", f"{twin.unit}.fmu"]
+    if better is None:
+        note_written(folder, names, ", as the twin flew last")
+    else:
+        _deliver(better, folder)
+        note_written(folder, (*names, *(f"{DIAGNOSIS}/{name}" for name in results.RESULTS)))
 
 
 def _deliver(plant: "hi.ParameterSet", folder: Path) -> None:
@@ -360,34 +329,30 @@ def _deliver(plant: "hi.ParameterSet", folder: Path) -> None:
         hi.build(plant.unit, draft, plant)
 
 
-def _diagnose(
+def _diagnosed_plant(
     path: Path, folder: Path, begin: float, end: float, configuration: "hi.RigConfiguration", twin: "hi.ParameterSet"
-) -> bool:
-    """Diagnose a part of the recording, print the result; say whether its plant was delivered in place of the twin."""
+) -> "hi.ParameterSet | None":
+    """Diagnose a part of the recording, print the result, and give its plant if it is better than the twin."""
     from heli_identifier.cli.on_logs import diagnosed
 
     # The recording has the contract's columns, signs and units; what is left of the rig's own are its limits.
     own = configuration.format
     limits = hi.LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts)
-    rig = replace(configuration, format=limits)
     with results.whole_folder(folder / DIAGNOSIS) as draft:
         training, held_out, held_back = tools.read_split((path,), (), limits, begin, end)
         note(held_back)
         terminal.print_notes((*training, *held_out))
         with progress_bar() as progress:
-            diagnosis = diagnosed(training, held_out, rig, draft, progress)
+            diagnosis = diagnosed(training, held_out, replace(configuration, format=limits), draft, progress)
     terminal.print_diagnosis(diagnosis)
     gain = tracing.log_likelihood(diagnosis.plant_after, held_out) - tracing.log_likelihood(twin.plant(), held_out)
     seconds = sum(log.duration for log in held_out)
     compared = f"makes the last {seconds:.3g} s of the recording likelier by {abs(gain):.3g} nats than the"
     if gain <= 0.0:
         note(f"the twin {compared} diagnosis of the recording, and stays")
-        return False
-    _deliver(results.corrected_parameters(diagnosis), folder)
+        return None
     note(f"the diagnosis of the recording {compared} twin, and replaces it")
-    delivered = ("parameters.json", f"{twin.unit}.fmu")
-    note_written(folder, (*_flight(folder), *delivered, *(f"{DIAGNOSIS}/{name}" for name in results.RESULTS)))
-    return True
+    return results.corrected_parameters(diagnosis)
 
 
 def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:
@@ -400,21 +365,13 @@ def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, st
     if len(times) < 2:
         return 0.0, 0.0, ""
     changes = [event["since_s"] for event in events if event["what"] in ("alarm", "adopted", "rolled back")]
-    last = changes[-1] if changes else times[0]
-    after = times[-1] - last >= LEAST_AFTER_CHANGE
-    first = max(last if after else times[0], times[-1] - LONGEST)
-    why = f", after the last change at {last:.4g} s" if changes and after else ""
-    if changes and not after:
-        why = f"; the rig may have changed within it, at {last:.4g} s"
-    kept = times[times >= first]
-    steps = np.diff(kept)
-    cuts = np.flatnonzero(steps > (records.GAP_STEPS + 0.5) * np.median(np.diff(times)))
-    begins, ends = np.append(0, cuts + 1), np.append(cuts, len(kept) - 1)
-    longest = int((kept[ends] - kept[begins]).argmax())
-    return float(kept[begins[longest]]), float(kept[ends[longest]]), why
-
-
-def _flight(folder: Path) -> tuple[str, ...]:
-    from heli_identifier.live.session import EVENTS, IN_USE, PREDICTIONS, RECORDED
-
-    return tuple(name for name in (EVENTS, RECORDED, PREDICTIONS, IN_USE, ADVICE, GAINS) if (folder / name).is_file())
+    first, why = times[0], ""
+    if changes and times[-1] - changes[-1] >= LEAST_AFTER_CHANGE:
+        first, why = changes[-1], f", after the last change at {changes[-1]:.4g} s"
+    elif changes:
+        why = f"; the rig may have changed within it, at {changes[-1]:.4g} s"
+    kept = times[times >= max(first, times[-1] - LONGEST)]
+    cuts = np.flatnonzero(np.diff(kept) > (records.GAP_STEPS + 0.5) * np.median(np.diff(times)))
+    begins, ends = kept[np.append(0, cuts + 1)], kept[np.append(cuts, len(kept) - 1)]
+    longest = int((ends - begins).argmax())
+    return float(begins[longest]), float(ends[longest]), why

@@ -246,7 +246,7 @@ def fleet(
     """
     rigs, failures = {}, {}
     with results.whole_folder(output) as draft:
-        for folder in tools.rig_folders(folders, args.shared_configuration(config)):
+        for folder in tools.rig_folders(folders, args.configuration_file(config)):
             try:
                 rig = rigs[folder.rig] = folder.load(start, end)
             except IdentifierError as error:
@@ -327,7 +327,7 @@ def _sources(
         refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
         said = f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none."
         refuse(first_seed is not None, said)
-        return [*tools.rigs_below(folder, args.shared_configuration(config))]
+        return [*tools.rigs_below(folder, args.configuration_file(config))]
     if rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.

@@ -63,9 +63,7 @@ def build(
     given = args.by_unit(parameters, names, f"which is not among {', '.join(names)}")
     several = bool(settings) and len(names) != 1
     refuse(several, "--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
-    for name in names:
-        fmu_src.unit_class(name)
-    own, kind = args.of_unit(names[0], settings), {"all_platforms": all_platforms, "model_exchange": model_exchange}
+    own, kind = args.assignments(settings), {"all_platforms": all_platforms, "model_exchange": model_exchange}
     with results.whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
@@ -88,10 +86,9 @@ def _print_sizes(*files: Path) -> None:
 
 
 def _warn_of_missing_compilers(all_platforms: bool = False) -> None:
-    """Say for which platforms native units hold sources only."""
     from fmu_src.native import without_compiler
 
-    if problem := without_compiler(all_platforms):
+    if problem := without_compiler(all_platforms):  # for some platforms native units hold sources only
         warn(problem)
 
 
@@ -154,13 +151,10 @@ def simulate(
             step = recorded.step if recorded else 0.01
         if duration is None:
             duration = _length(recorded, step) if recorded else 60.0
-        begun = {**played, **values}
-        if runs is None:
-            shown = not json and sys.stderr.isatty()
-            result = master.run_apart(scenario, duration, step, begun, files, progress=shown, native=native)
-        else:
-            drawn, outputs = _variations(scenario, parameters, args.assignments(settings), runs, seed)
-            result = master.run_apart(scenario, duration, step, begun, files, variations=drawn, record=outputs)
+        more: dict[str, Any] = {"progress": not json and sys.stderr.isatty(), "native": native}
+        if runs is not None:
+            more = _variations(scenario, parameters, args.assignments(settings), runs, seed)
+        result = master.run_apart(scenario, duration, step, {**played, **values}, files, **more)
     if output is not None:
         result.write_csv(output)
     if plot is not None:
@@ -170,11 +164,11 @@ def simulate(
 
 def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) -> None:
     """Print figures of every output, of many runs the range of 95 % of them, and how far the plant is off a log."""
-    many, values, end = hasattr(result, "refused"), result.values, f"{result.time[-1]:g} s"
-    if many:
-        title = f"{result.runs} runs of {end}; 95 % of them lie between low and high"
-        low, high = result.low, result.high
-        figures = {"last": values[-1], "last_low": low[-1], "last_high": high[-1], "widest": (high - low).max(axis=0)}
+    values, bands, end = result.values, result.bands, f"{result.time[-1]:g} s"
+    if bands is not None:
+        title = f"{bands.runs} runs of {end}; 95 % of them lie between low and high"
+        widest = (bands.high - bands.low).max(axis=0)
+        figures = {"last": values[-1], "last_low": bands.low[-1], "last_high": bands.high[-1], "widest": widest}
     else:
         title = f"{end} in steps of {result.time[1]:g} s"
         figures = {"first": values[0], "last": values[-1], "smallest": values.min(0), "largest": values.max(0)}
@@ -186,10 +180,10 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
         if everything or own["name"].count(".") == 1
     ]
     document: Any = outputs
-    if many:
-        document = {"runs": result.runs, "refused": len(result.refused), "outputs": outputs}
-        if refused := result.refused:
-            warn(f"{len(refused)} of {result.runs + len(refused)} runs were refused; first: {refused[0]}")
+    if bands is not None:
+        document = {"runs": bands.runs, "refused": len(bands.refused), "outputs": outputs}
+        if refused := bands.refused:
+            warn(f"{len(refused)} of {bands.runs + len(refused)} runs were refused; first: {refused[0]}")
     elif log is not None and (errors := _off_the_log(result, log)):
         document = [own | ({"rms_error": errors[own["name"]]} if own["name"] in errors else {}) for own in outputs]
         said = ", ".join(f"{name.removeprefix('plant.')} {1e3 * value:.3g} mrad" for name, value in errors.items())
@@ -239,8 +233,8 @@ def _played(
 
 def _variations(
     scenario: str, file: Path | None, given: Mapping[str, Any], count: int, seed: int
-) -> tuple[list[dict[str, float]], list[str]]:
-    """Draw the plants' parameters by their standard errors, but for what was given; name the plants' outputs."""
+) -> dict[str, list[Any]]:
+    """Draw the plants' parameters by their standard errors, but for what was given; record the plants' outputs."""
     if file is None:
         raise ConfigurationError(
             "--runs varies parameters by their standard errors; name the parameters.json of a diagnosis: --parameters."
@@ -259,8 +253,8 @@ def _variations(
     )
     how = "with their covariance" if read.covariance else "independently by their standard errors"
     note(f"{len(drawn[0])} parameters are drawn {how} (seed {seed}).")
-    outputs = [variable.name for variable in fmu_src.unit_class(PLANT).variables if variable.causality == "output"]
-    return drawn, [f"{plant}.{name}" for plant in plants for name in outputs]
+    outputs = [own.name for own in fmu_src.unit_class(PLANT).variables if own.causality == "output"]
+    return {"variations": drawn, "record": [f"{plant}.{name}" for plant in plants for name in outputs]}
 
 
 # --- the plant -------------------------------------------------------------------------------------------------------
@@ -276,13 +270,10 @@ def effects(
 
     axes = sorted({entry.axis for entry in CATALOGUE})
     refuse(axis not in ("", *axes), f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
-    document: list[dict[str, Any]] = []
-    rows = []
-    for entry in CATALOGUE:
-        if axis not in ("", entry.axis):
-            continue
-        bounds = f"{entry.lower:g} to {entry.upper:g}"
-        row = (entry.name, entry.axis, results.law_text(entry.law), results.unit_text(entry.unit), bounds)
+    document, rows = [], []
+    for entry in (own for own in CATALOGUE if axis in ("", own.axis)):
+        law, unit = results.law_text(entry.law), results.unit_text(entry.unit)
+        row = (entry.name, entry.axis, law, unit, f"{entry.lower:g} to {entry.upper:g}")
         shapes = ", ".join(results.labelled(shape.name, shape.unit) for shape in entry.shapes)
         rows.append((*row, shapes, entry.source) if verbose else row)
         document.append(
@@ -311,6 +302,8 @@ READING = (
 )
 """How the table of experiments is read; the last line is of two effects."""
 
+DEFAULT_GAINS = "no --controller given: the PID of the units flies with its default gains"
+
 
 def design(
     separate: Annotated[tuple[str, str] | None, option(SEPARATE, metavar="A B")] = None,
@@ -337,22 +330,21 @@ def design(
     require_range("duration", duration, "s", 20.0, 3600.0)
     one = [separate is not None, show is not None, closed_loop].count(True) == 1
     refuse(not one, "give one of --separate A B, --show A, and --closed-loop.")
+    foreign = not closed_loop and (controller is not None or bool(settings))
+    refuse(foreign, "--controller and --set are the controller's; give them with --closed-loop.")
     no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
     if closed_loop:
         refuse(output is not None, "--output writes voltages of an open loop; with --closed-loop there are none.")
-        gains = args.numbers_of_unit(tools.CONTROLLER, settings, controller)
         plant = _plant(parameters)
+        pid = args.controller_of(PidSettings(voltage_limit=plant.v_max), controller, settings)
         limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
         require_range("hover", hover, "rad", -1.5, 1.5)
-        pid = tools.controller_settings(PidSettings(voltage_limit=plant.v_max), gains)
         with progress_bar() as progress:
             outlooks = tools.flight_outlooks(plant, pid, hover, duration, (limits.pitch, limits.elevation), progress)
         refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
-        default = "no --controller given: the PID of the units flies with its default gains"
-        answer(json, results.plain(outlooks), [tools.flight_table(outlooks)], () if gains else (default,))
+        gains = [] if controller or settings else [DEFAULT_GAINS]
+        answer(json, results.plain(outlooks), [tools.flight_table(outlooks)], gains)
         return
-    foreign = controller is not None or bool(settings)
-    refuse(foreign, "--controller and --set are the controller's; give them with --closed-loop.")
     entries = tools.effects_named(separate if separate is not None else (show or "",))
     plant, limits = _plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
     with progress_bar() as progress:
@@ -371,12 +363,12 @@ def design(
 
 def _plant(file: Path | None) -> "PlantParameters":
     """Give the plant of a parameters.json; without one the published model, and say so."""
-    from heli_plant.parameters import PlantParameters, from_names
+    from heli_plant.parameters import TABLE_2
 
     if file is None:
         note("no --parameters given: the published model, Table 2, stands in for the rig")
-        return PlantParameters()
-    return from_names(args.numbers_of_unit(PLANT, (), file), PlantParameters())
+        return TABLE_2
+    return args.read_with_doubts(file).plant()
 
 
 def linearise(

@@ -73,12 +73,29 @@ def stream_line(status: Status) -> str:
     if not status.sender:
         refused = f"; {status.refused} datagrams refused: {status.reason}" if status.refused else ""
         return f"waiting for the rig{refused}"
-    counts = {**status.counts._asdict(), "refused": status.refused, "of others": status.foreign}
-    faults = [f"{number} {name}" for name, number in counts.items() if number and name != "received"]
-    said = [", ".join([f"{status.sender}: {status.counts.received} samples", *faults]), *status.notes]
+    said = [f"{status.sender}: {faults_of(status) or f'{status.counts.received} samples'}", *status.notes]
     if status.silence > SILENCE:
         said.append(f"nothing for {status.silence:.1f} s")
     return "; ".join(said)
+
+
+def faults_of(status: Status | None) -> str:
+    """Say how samples came in, if any was lost, late, doubled, damaged or somebody else's."""
+    if status is None:
+        return ""
+    counts = status.counts
+    said = {
+        "were lost": counts.lost,
+        "came too late": counts.late,
+        "were overtaken": counts.reordered,
+        "came twice": counts.duplicated,
+        "had a damaged time": counts.stray,
+        "datagrams held no sample": status.refused,
+        "datagrams came from others": status.foreign,
+        "starts of the rig": counts.restarted + 1 if counts.restarted else 0,
+    }
+    told = ", ".join(f"{number} {what}" for what, number in said.items() if number)
+    return f"of {counts.received + counts.lost} samples {told}" if told else ""
 
 
 def event_line(event: Any) -> str:

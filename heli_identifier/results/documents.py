@@ -27,7 +27,8 @@ File = TypeVar("File")
 
 def plain(value: Any) -> Any:
     """Give a value as JSON can hold it: objects, lists, plain numbers, and null for what is not finite."""
-    return json.loads(msgspec.json.encode(value, enc_hook=_plain))
+    text = json.dumps(msgspec.to_builtins(value, enc_hook=_plain))  # escapes names of files that are no UTF-8
+    return json.loads(text, parse_constant=lambda not_finite: None)
 
 
 def _plain(value: Any) -> Any:
