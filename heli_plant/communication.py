@@ -1,8 +1,6 @@
-"""One communication step of the plant: equal integration steps under held, delayed and possibly quantised signals.
+"""One communication step of a unit: equal integration steps under held, delayed and possibly quantised signals.
 
-    steps = ceil(H / h_max),    h = H / steps,    state at t_k + i h,    i = 0 .. steps
-
-This is what a unit does between two communication points, as pure functions; the units in Python and in C run it.
+steps = ceil(H / h_max),    h = H / steps,    state at t_k + i h,    i = 0 .. steps
 """
 
 from math import ceil, floor, isfinite, pi
@@ -18,11 +16,7 @@ _ROUNDING = 1e-9
 
 
 class PlantMemory(NamedTuple):
-    """What a unit remembers between communication steps.
-
-    The state, and the instants [s] from which voltages [V] (front, rear) were held, as far back as the input delay
-    reaches; both are empty without one.
-    """
+    """The state, and the instants [s] ``since`` which voltages [V] (front, rear) were held; empty without a delay."""
 
     state: PlantState
     since: list[float]
@@ -65,22 +59,9 @@ def communicate(
     memory: PlantMemory, v_front: float, v_rear: float, mass_command: float, time: float, start_time: float,
     step_size: float, longest: float, delay: float, p: PlantParameters,
 ) -> PlantMemory:  # fmt: skip
-    """Return the memory one communication step later.
+    """Return the memory one communication step H = ``step_size`` [s] after ``time`` [s], voltages [V] held over it.
 
-    Parameters
-    ----------
-    memory : PlantMemory
-    v_front, v_rear : float
-        Voltages held over the step [V].
-    mass_command : float
-        Commanded position of the ADO's mass [m].
-    time, start_time, step_size : float
-        Communication point, start of the record, and communication step H [s].
-    longest : float
-        Longest integration step [s].
-    delay : float
-        Input delay of ``p`` [s].
-    p : PlantParameters
+    ``mass_command`` [m]; ``start_time`` of the record, ``longest`` integration step and input ``delay`` of ``p`` [s].
     """
     state, since, held = memory
     if delay > 0.0:

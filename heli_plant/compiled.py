@@ -4,9 +4,9 @@
 compiled twins in their place; nothing is written twice. Parameters are handed over as a NumPy record whose fields are
 those of :class:`heli_plant.parameters.PlantParameters` (:func:`parameter_record`).
 
-numba's disk cache notices a change in a function's own file only, not in what the function calls or names; its folder
-is therefore named by the content of all the plant's sources. numba unpickles what it finds there, so whoever can write
-there can run code: the folder has to belong to the user, and nobody else may write to it. It stands in
+numba's disk cache notices a change in a function's own file only, not in what the function calls or names; here its
+folder is named by the content of all sources of the function's package. numba unpickles what it finds there, so whoever
+can write there can run code: the folder has to belong to the user, and nobody else may write to it. It stands in
 ``HELI_CACHE_DIR``, or else in ``~/.cache/heli-twin``, or else, where that cannot be used, in one that is removed when
 the process ends. What a full disk or another library has damaged is dropped and compiled again.
 """
@@ -14,20 +14,18 @@ the process ends. What a full disk or another library has damaged is dropped and
 import atexit
 import hashlib
 import os
-import stat
 import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from threading import RLock
 from types import FunctionType
 from typing import Any
 
 import numba
 import numpy as np
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import PlantError
@@ -40,7 +38,6 @@ PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in PlantParameters._fi
 """Record type of a parameter set."""
 
 VARIABLE = "HELI_CACHE_DIR"
-_LOCK = RLock()
 
 
 def parameter_record(parameters: PlantParameters) -> np.void:
@@ -49,37 +46,19 @@ def parameter_record(parameters: PlantParameters) -> np.void:
 
 
 def read_only(values: ArrayLike) -> NDArray[np.float64]:
-    """Return ``values`` as a contiguous array of floats that cannot be written to, without a copy where they are one.
-
-    Whether an array can be written to is part of its type: without this a function is compiled once for frozen logs and
-    once more for arrays that somebody has just made.
-    """
+    """Return ``values`` as a contiguous array that cannot be written to; numba compiles for each kind of array."""
     view = np.ascontiguousarray(values, dtype=float).view()
     view.flags.writeable = False
     return view
 
 
 def compiled(function: Callable, parameters: PlantParameters | None = None) -> Callable:
-    """Return ``function`` compiled by numba, with every function of the plant that it calls.
+    """Return ``function``, with every function of the plant that it calls, compiled by numba and kept on disk.
 
-    If the general model and tables are off in ``parameters``, it is compiled without them, in half of the time.
-
-    Parameters
-    ----------
-    function : FunctionType
-        A function of plain floats, tuples, arrays and records that uses ``math`` and other such functions only. It
-        releases the interpreter's lock, and divides by zero as IEEE 754 does.
-    parameters : PlantParameters, optional
-        What it is called with.
-
-    Raises
-    ------
-    PlantError
-        ``HELI_CACHE_DIR`` names a folder that cannot be used.
+    It releases the interpreter's lock, and divides by zero as IEEE 754 does. If the general model and tables are off in
+    the ``parameters`` that it will be called with, it is compiled without them, in half of the time.
     """
-    is_plain = parameters is not None and parameters.general_model <= 0.5 and not has_tables(parameters)
-    with _LOCK:
-        return _entry(function, is_plain)
+    return _entry(function, parameters is not None and parameters.general_model <= 0.5 and not has_tables(parameters))
 
 
 _PLAIN: dict[Any, Any] = {
@@ -92,8 +71,8 @@ _PLAIN: dict[Any, Any] = {
 
 @cache
 def _entry(function: Any, is_plain: bool) -> Any:
-    """Dispatcher of a function that Python calls, kept on disk."""
-    return kept_on_disk(_jit(function, is_plain), _version())
+    """Dispatcher of a function that Python calls."""
+    return kept_on_disk(_jit(function, is_plain))
 
 
 @cache
@@ -112,55 +91,55 @@ def _jit(function: Any, is_plain: bool, **options: Any) -> Any:
         for name, value in named.items()
         if isinstance(value, FunctionType) and value.__module__.partition(".")[0] == __package__
     }
-    code = function.__code__
-    if not Path(code.co_filename).is_file():  # numba keys its cache by a file; a composed function has none of its own
-        code = code.replace(co_filename=str(sys.modules[function.__module__].__file__))
-    twin = FunctionType(code, {**function.__globals__, **twins}, function.__name__, function.__defaults__)
-    # numba names machine code by this and by a count of its own; two functions of one name that two processes have
-    # cached would be taken for each other by a third that loads both
-    twin.__qualname__ = f"{function.__qualname__}_{_version()}{'_plain' * is_plain}"
+    twin = FunctionType(function.__code__, {**function.__globals__, **twins}, function.__name__, function.__defaults__)
+    # numba names files and machine code by this and by a count of its own
+    twin.__qualname__ = f"{function.__qualname__}{'_plain' * is_plain}"
     return numba.njit(nogil=True, error_model="numpy", **options)(twin)
 
 
+def kept_on_disk(dispatcher: Any) -> Any:
+    """Return a function of numba, made without ``cache=True``, that keeps its machine code in :func:`cache_folder`."""
+    if hasattr(dispatcher, "py_func"):  # it is a plain function under NUMBA_DISABLE_JIT
+        dispatcher._cache = _PatientCache(dispatcher.py_func)
+    return dispatcher
+
+
+class _Place(UserProvidedCacheLocator):
+    """The folder of one function's machine code."""
+
+    def __init__(self, py_func: Any, py_file: str) -> None:
+        self._version = _version(py_func.__module__.partition(".")[0])
+        self._cache_path = str(cache_folder() / f"numba-{self._version}")
+        self._py_file, self._lineno = py_file, py_func.__code__.co_firstlineno
+
+    def get_source_stamp(self) -> str:
+        """Say what the machine code depends on."""
+        return self._version
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> "_Place":
+        """Locate a function; one that was composed has no file."""
+        return cls(py_func, py_file)
+
+
 @cache
-def _version() -> str:
-    """Name for all sources of the plant."""
+def _version(package: str) -> str:
+    """Name for the content of all sources of a package."""
     digest = hashlib.sha256()
-    for folder in sys.modules[__package__].__path__:
+    for folder in sys.modules[package].__path__:
         for file in sorted(Path(folder).rglob("*.py")):
             digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
 
 
-def kept_on_disk(dispatcher: Any, key: str) -> Any:
-    """Let a function of numba keep its machine code on the disk; return it.
-
-    Parameters
-    ----------
-    dispatcher : numba dispatcher
-        Without ``cache=True``, which would keep it beside the source. Under ``NUMBA_DISABLE_JIT`` it stays as it is.
-    key : str
-        Names everything that the machine code depends on.
-
-    Raises
-    ------
-    PlantError
-        ``HELI_CACHE_DIR`` names a folder that cannot be used.
-    """
-    config: Any = numba.config
-    with _LOCK:
-        outer, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder() / f"numba-{key}")
-        try:
-            if hasattr(dispatcher, "py_func"):
-                with suppress(OSError, RuntimeError):  # no place for files: it is compiled in every process
-                    dispatcher._cache = _PatientCache(dispatcher.py_func)
-        finally:
-            config.CACHE_DIR = outer
-    return dispatcher
+class _Kept(CompileResultCacheImpl):
+    _locator_classes = [_Place]
 
 
 class _PatientCache(FunctionCache):
     """The cache of one function. Nothing that is wrong with it reaches the caller."""
+
+    _impl_class = _Kept
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Give compiled code, or None if there is none that can be used."""
@@ -168,7 +147,7 @@ class _PatientCache(FunctionCache):
             return super().load_overload(sig, target_context)
         except Exception:  # numba raises what it meets in a damaged file, or in code of another machine
             with suppress(OSError):
-                self._cache_file.flush()
+                self.flush()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -178,35 +157,22 @@ class _PatientCache(FunctionCache):
 
 
 def cache_folder() -> Path:
-    """Folder of all compiled code.
-
-    Raises
-    ------
-    PlantError
-        ``HELI_CACHE_DIR`` names one that cannot be made, or that somebody else can write to.
-    """
+    """Folder of all compiled code; PlantError if one is named that cannot be made, or that others can write to."""
     named = os.environ.get(VARIABLE)
     try:
         folder = Path(named or Path.home() / ".cache" / "heli-twin")
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        if _is_private(folder) and (named or os.access(folder, os.W_OK | os.X_OK)):
+        status = folder.stat()
+        is_private = not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o022)
+        if is_private and (named or os.access(folder, os.W_OK | os.X_OK)):
             return folder
         reason = "others can write to it, so what is loaded need not be yours"
-        remedy = f"set {VARIABLE} to a folder of your own (chmod go-w)"
     except (RuntimeError, OSError) as problem:  # RuntimeError: there is no home
         reason = getattr(problem, "strerror", None) or str(problem)
-        remedy = f"set {VARIABLE} to a folder that can be written"
     if named:
+        remedy = f"set {VARIABLE} to a folder that can be written, by you alone"
         raise PlantError(f"compiled code cannot be kept in {named}: {reason}; {remedy}")
     return _temporary_folder()
-
-
-def _is_private(folder: Path) -> bool:
-    """Whether a folder is the user's and nobody else may write to it; other systems than POSIX keep this themselves."""
-    if not hasattr(os, "getuid"):
-        return True
-    status = folder.stat()
-    return status.st_uid == os.getuid() and not stat.S_IMODE(status.st_mode) & 0o022
 
 
 @cache

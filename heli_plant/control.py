@@ -77,18 +77,9 @@ def risen(references: Three, rises: Three, time: float, rise_time: float) -> Thr
 def pid_step(
     state: PidState, pitch: float, elevation: float, travel: float, references: Three, h: float, settings: PidSettings
 ) -> tuple[PidState, Voltages]:
-    """Return (state after ``h`` [s], (v_front, v_rear) [V] held over it).
+    """Return the state after the control period ``h`` [s] and the voltages (front, rear) [V] held over it.
 
-    Parameters
-    ----------
-    state : PidState
-    pitch, elevation, travel : float
-        Measured angles [rad].
-    references : tuple of float
-        Pitch, elevation, travel [rad]; the pitch's is ignored while the travel loop is on.
-    h : float
-        Control period [s].
-    settings : PidSettings
+    Angles and ``references`` of pitch, elevation, travel [rad]; the pitch's is ignored while the travel loop is on.
     """
     angles = (pitch, elevation, travel)
     voltages, pitch_reference, beyond = _outputs(state, angles, references, settings)

@@ -18,8 +18,7 @@ Source: laboratory of TTK4115 Linear System Theory, NTNU, "Helicopter lab assign
 from dataclasses import dataclass
 from math import hypot, log, sin, sqrt
 
-GRAVITY = 9.81
-"""[m/s^2]"""
+from .models import GRAVITY
 
 MASS_ERROR, LENGTH_ERROR = 0.02, 0.01
 """Relative standard deviations of weighed masses, whose cables and frame are shared out by eye, and of lengths."""
@@ -35,14 +34,7 @@ STEEPER = 2.0
 class Geometry:
     """Masses [kg], lengths [m] and hover of a rig, in the names of the course's script; None: not stated.
 
-    Attributes
-    ----------
-    m_p, m_c : float or None
-        One motor with its share of the head, and the counterweight.
-    l_c, l_h, l_p : float or None
-        From the elevation's axis to the counterweight and to the head, from the pitch's axis to a motor.
-    hover_voltage : float or None
-        Sum of both voltages [V] at which the horizontal arm hovers.
+    ``hover_voltage`` is the sum of both voltages [V] at which the horizontal arm hovers.
     """
 
     m_p: float | None = None

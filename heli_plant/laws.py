@@ -45,10 +45,7 @@ for _law in (entry.function for entry in CATALOGUE):
 
 
 def _expression(entry: Effect, given: tuple[str, ...]) -> str:
-    """Give what a law returns; its arguments are ``given``, or parameters, or follow from others.
-
-    Calls of the laws would take half as long again in a unit.
-    """
+    """Give what a law returns, of what is ``given`` and of parameters; calls would take half as long again."""
     known = {name: f"p.{name}" for name in entry.arguments} | {name: name for name in given}
     known |= {shape.name: f"p.{shape.field}" for shape in entry.shapes}
     known |= {"c": f"p.{entry.field}", "rate": f"{entry.axis}_rate"}

@@ -2,8 +2,6 @@
 
 The lag is exact for a voltage v held over the step. A delayed voltage changes within an integration step; the step
 takes its mean over [t - delay, t + h - delay]. Before the first instant the first voltage is taken to have been held.
-One function serves a record, whose instants are its samples, and a unit, whose history grows with its communication
-steps.
 """
 
 from math import exp
@@ -42,16 +40,7 @@ def saturate(voltage: float, limit: float) -> float:
 def mean_held(since: Any, voltages: Any, last: int, start: float, end: float) -> tuple[float, float]:
     """Return the mean front and rear voltage [V] over [``start``, ``end``] [s]; of one instant, the voltage held then.
 
-    Parameters
-    ----------
-    since : sequence of float
-        Instants [s] from which the voltages are held, growing.
-    voltages : sequence of pairs, or array of shape (N, 2)
-        Front and rear [V].
-    last : int
-        Index of the last instant that counts; its voltage is held for good.
-    start, end : float
-        [s].
+    ``voltages``, shape (N, 2) [V], are held from the growing instants ``since`` [s] on, number ``last`` for good.
     """
     i = last
     while i > 0 and since[i] > start:
@@ -72,10 +61,9 @@ def mean_held(since: Any, voltages: Any, last: int, start: float, end: float) ->
 def remember(
     since: list[float], voltages: Held, time: float, v_front: float, v_rear: float, reach: float
 ) -> tuple[list[float], Held]:
-    """Return a history in which the pair is held from ``time`` [s] on.
+    """Return a history in which the pair is held from ``time`` [s] on, without what ended ``reach`` [s] before.
 
-    Entries that ended more than ``reach`` [s] ago are dropped. So are entries that begin at ``time`` or later: a host
-    may set the state back and repeat a step.
+    Entries that begin at ``time`` or later are dropped: a host may set the state back and repeat a step.
     """
     kept = len(since)
     while kept > 0 and since[kept - 1] >= time:

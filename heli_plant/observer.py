@@ -17,6 +17,7 @@ damaged loses a share of its thrust. Motors and thrust are linear in the simplif
 before the motor, behind the saturation of its voltage.
 """
 
+from collections.abc import Sequence
 from math import cos, exp, sqrt
 from typing import NamedTuple
 
@@ -89,10 +90,7 @@ def predicted(state: PlantState, torque: Torque, h: float, g: ObserverGains) -> 
 def measured_against(
     state: PlantState, torque: Torque, angles: tuple[float, float, float], gains: tuple[ObserverGains, ...]
 ) -> Kept:
-    """Return state and unmodelled accelerations after a sample of the three angles [rad].
-
-    ``gains`` are those of pitch, elevation and travel, whose encoder is finer (:data:`TRAVEL_BANDWIDTH`).
-    """
+    """Return state and unmodelled accelerations after a sample of the three angles [rad]; ``gains`` of each axis."""
     errors = [(y - x, g) for y, x, g in zip(angles, measured_angles(state), gains, strict=True)]
     turned = [x + g.angle * e for x, (e, g) in zip(state[:3], errors, strict=True)]
     rates = [w + g.rate * e for w, (e, g) in zip(state[3:6], errors, strict=True)]
@@ -100,36 +98,19 @@ def measured_against(
     return Kept(PlantState._make((*turned, *rates, *state[6:])), Torque(*torques))
 
 
-class Correction(NamedTuple):
-    """What is added to the parameters of the same names, and to the rotors' shares of thrust, which are 1 without."""
-
-    k_x: float = 0.0
-    k_z: float = 0.0
-    k_y: float = 0.0
-    a_1: float = 0.0
-    a_wx: float = 0.0
-    a_wz: float = 0.0
-    a_wy: float = 0.0
-    dry_friction_pitch: float = 0.0
-    dry_friction_elevation: float = 0.0
-    dry_friction_travel: float = 0.0
-    constant_torque_pitch: float = 0.0
-    constant_torque_travel: float = 0.0
-    cable_stiffness_travel: float = 0.0
-    front: float = 0.0
-    rear: float = 0.0
+_FIELDS = (
+    "k_x", "k_z", "k_y", "a_1", "a_wx", "a_wz", "a_wy", "dry_friction_pitch", "dry_friction_elevation",
+    "dry_friction_travel", "constant_torque_pitch", "constant_torque_travel", "cable_stiffness_travel",
+)  # fmt: skip
+CORRECTED = (
+    *((BY_FIELD[field].name, BY_FIELD[field].unit) for field in _FIELDS), ("rotor.front", "1"), ("rotor.rear", "1"),
+)  # fmt: skip
+"""Name and unit of what is corrected: parameters, and the rotors' shares of thrust, which are 1 without."""
 
 
-CORRECTED = tuple(
-    (BY_FIELD[field].name, BY_FIELD[field].unit) if field in BY_FIELD else (f"rotor.{field}", "1")
-    for field in Correction._fields
-)
-"""Name and unit of what each field corrects."""
-
-
-def with_correction(p: PlantParameters, c: Correction) -> PlantParameters:
-    """Return ``p`` with the corrections added; the rotors' shares are not among the parameters."""
-    return p._replace(**{field: getattr(p, field) + getattr(c, field) for field in Correction._fields[:-2]})
+def with_correction(p: PlantParameters, corrections: Sequence[float]) -> PlantParameters:
+    """Return ``p`` with the ``corrections`` of :data:`CORRECTED` added, but for those of the rotors' shares."""
+    return p._replace(**{field: getattr(p, field) + c for field, c in zip(_FIELDS, corrections, strict=False)})
 
 
 def with_share(voltage: float, share: float, limit: float) -> float:

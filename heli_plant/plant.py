@@ -1,15 +1,20 @@
-"""One step of the plant under held voltages: classical Runge-Kutta of order 4 on the three axes.
+"""The plant: its accelerations, one step under held voltages, and the differential equation.
 
-The motors of eq. (9) are advanced exactly, so their voltages at the step's start, middle and end are known before
-the mechanical stages run. Whatever stays the same over the step is computed once, before the stages. A unit in
-Python interprets this source, a native unit has it in C, and a diagnosis runs it compiled.
-
-The bending of the arm is a mode that the rotors drive, so it takes its own Runge-Kutta step beside that of the axes;
-its law is :func:`heli_plant.effects.arm.arm_bending`.
+**Step:** classical Runge-Kutta of order 4 on the three axes. The motors of eq. (9) are advanced exactly, so their
+voltages at the step's start, middle and end are known before the mechanical stages run. The bending of the arm
+(:func:`heli_plant.effects.arm.arm_bending`) is a mode that the rotors drive, so it takes its own Runge-Kutta step.
 
 The ADO (active disturbance) is a mass that a lead screw moves along the arm. At the position x [m] from its middle the
 mass shifts a_1 by ado_offset x and a_e by ado_stiffness x. It follows its command at the lead screw's speed, between
 the ends of its travel; over one integration step it counts as standing where it arrives.
+
+**Differential equation** x' = f(t, x, u), for model exchange and linear models:
+
+    x = (theta, epsilon, lambda, theta', epsilon', lambda', nu_f, nu_r, q, q')      :data:`STATES`
+    u = (v_f, v_r, x_m)                                                            voltages [V], the ADO's mass [m]
+
+with eq. (9) as nu_i' = (u_i - nu_i) / T_m behind saturation. It has no input delay, no encoders and no lead screw: the
+ADO's mass stands where x_m says, within its travel.
 """
 
 from typing import Any
@@ -62,22 +67,8 @@ def accelerations(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Return (theta'', epsilon'', lambda'') [rad/s^2]: the chosen model, the ADO, the effects that are switched on.
 
-    Parameters
-    ----------
-    t : float
-        Time [s].
-    th, ep, la, w_th, w_ep, w_la : float
-        Pitch, elevation, travel [rad] and their rates [rad/s].
-    mu_diff, mu_sum : float
-        Difference and sum of the rotors' thrust voltages [V].
-    mass_position : float
-        Of the ADO [m].
-    cable_rest : float
-        Travel at which the cable is slack [rad].
-    switches : tuple of bool
-        From :func:`heli_plant.laws.switched_on`.
-    p : PlantParameters
-        Or a NumPy record with the same fields.
+    Time [s], angles [rad], rates [rad/s], thrust voltages [V], mass of the ADO [m], travel at which the cable is slack
+    [rad], ``switches`` from :func:`heli_plant.laws.switched_on`; ``p`` may be a NumPy record with the same fields.
     """
     if p.general_model > 0.5:
         a_th, a_ep, a_la = general_accelerations(th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, p)
@@ -121,19 +112,9 @@ def bending_at_rest(mu_sum: float, p: PlantParameters) -> float:
 def step(
     state: PlantState, v_front: float, v_rear: float, mass_command: float, t: float, h: float, p: PlantParameters
 ) -> PlantState:
-    """Return the state one step later.
+    """Return the state ``h`` [s] after ``t`` [s], under voltages [V] that arrive: :func:`advance` delays them.
 
-    Parameters
-    ----------
-    state : PlantState
-    v_front, v_rear : float
-        Voltages that arrive, held over the step [V]: :func:`advance` delays them.
-    mass_command : float
-        Commanded position of the ADO's mass [m].
-    t, h : float
-        Time at the start of the step and its length [s].
-    p : PlantParameters
-        Or a NumPy record with the same fields.
+    ``mass_command`` is the commanded position of the ADO's mass [m]; ``p`` may be a NumPy record with the same fields.
     """
     th, ep, la, w1, w2, w3, nu_front, nu_rear, bending, bending_rate, x, rest = state
     switches = switched_on(p)
@@ -198,20 +179,16 @@ def arriving(since: Any, voltages: Any, last: int, t: float, h: float, p: PlantP
 def advance(
     state: PlantState, since: Any, voltages: Any, k: int, mass_command: float, h: float, p: PlantParameters
 ) -> PlantState:
-    """Return the state one sample later, input delay included; ``state`` is that at ``since[k]``.
+    """Return the state one sample later than ``since[k]`` [s], input delay included.
 
-    ``since`` are the instants [s] of a record, ``h`` [s] apart, which begins at 0; ``voltages``, shape (N, 2), are held
-    from each of them on [V]. The rest as for :func:`step`.
+    ``since`` are the instants of a record, ``h`` [s] apart; ``voltages``, shape (N, 2) [V], are held from them on.
     """
     v_front, v_rear = arriving(since, voltages, k, since[k], h, p)
     return step(state, v_front, v_rear, mass_command, since[k], h, p)
 
 
 def rigid_start(state: PlantState, p: PlantParameters) -> PlantState:
-    """Return ``state`` with the bending mode at rest under the motors' voltages, so that the record starts without it.
-
-    The elevation of ``state`` is what the encoder reads. The rigid angle is smaller by the bending.
-    """
+    """Return ``state``, whose elevation the encoder reads, with the bending mode at rest under the motors' voltages."""
     if not bends(p):
         return state
     _, mu_sum = thrust_voltages(state.nu_front, state.nu_rear, 0.0, p)
@@ -222,3 +199,34 @@ def rigid_start(state: PlantState, p: PlantParameters) -> PlantState:
 def measured_angles(state: PlantState) -> tuple[float, float, float]:
     """Pitch, elevation and travel [rad] as the encoders' shafts turn: the elevation with the arm's bending."""
     return state.pitch, state.elevation + state.bending, state.travel
+
+
+_UNITS = (*("rad",) * 3, *("rad/s",) * 3, "V", "V", "rad", "rad/s")
+_NOMINALS = (*(1.0,) * 6, 5.0, 5.0, 0.1, 1.0)
+STATES = tuple(zip(PlantState._fields[: len(_UNITS)], _UNITS, _NOMINALS, strict=True))
+"""Name, unit and nominal value of each state of the differential equation."""
+
+
+def rates_of_change(
+    t: float, th: float, ep: float, la: float, w1: float, w2: float, w3: float, nu_front: float, nu_rear: float,
+    q: float, w_q: float, v_front: float, v_rear: float, mass_position: float, cable_rest: float, p: PlantParameters,
+) -> tuple[float, float, float, float, float, float, float, float, float, float]:  # fmt: skip
+    """Return x' at the time ``t`` [s] in the order of :data:`STATES`; lagged voltages count only with a lag."""
+    u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
+    time_constant = motor_time_constant(p)
+    if time_constant > 0.0:
+        rate_front, rate_rear = (u_front - nu_front) / time_constant, (u_rear - nu_rear) / time_constant
+        mu_diff, mu_sum = thrust_voltages(nu_front, nu_rear, t, p)
+    else:
+        rate_front, rate_rear = 0.0, 0.0
+        mu_diff, mu_sum = thrust_voltages(u_front, u_rear, t, p)
+    x = saturate(mass_position, p.ado_travel)
+    a1, a2, a3 = accelerations(t, th, ep, la, w1, w2, w3, mu_diff, mu_sum, x, cable_rest, switched_on(p), p)
+    return w1, w2, w3, a1, a2, a3, rate_front, rate_rear, w_q, bending_acceleration(q, w_q, mu_sum, p)
+
+
+def measured(
+    th: float, ep: float, la: float, w1: float, w2: float, w3: float, q: float, w_q: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return what the shafts show: pitch, elevation with the arm's bending, travel [rad], and their rates [rad/s]."""
+    return th, ep + q, la, w1, w2 + w_q, w3

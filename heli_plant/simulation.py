@@ -106,15 +106,10 @@ def run_filter(
     record: Any, parameters: PlantParameters, gains: Array, local: Array, harmonics: Array, first: int, last: int,
     carry: Array | None, innovations: Array, motion: Array,
 ) -> Array:  # fmt: skip
-    """Run the filter over samples ``first`` to ``last`` of a record; ``carry`` is None at its beginning.
+    """Run the filter over samples ``first`` to ``last`` of a record; return ``carry``, changed in place.
 
-    ``local`` are further torques [rad/s^2], shape (3,) or one row a sample, (N, 3). With gains of zero the plant runs
-    alone, and the innovations are what it errs.
-
-    Returns
-    -------
-    carry : Array, shape (21,)
-        State behind the last sample: the plant's, then d, its companion and n of all axes; changed in place.
+    ``carry``, shape (21,), is the state behind the last sample: the plant's, then d, its companion and n of all axes;
+    None at the record's beginning. ``local`` are further torques [rad/s^2], shape (3,) or one row a sample, (N, 3).
     """
     if carry is None:
         start = rigid_start(PlantState(*(float(value) for value in record.start)), parameters)
@@ -130,31 +125,10 @@ def run_filter(
 def simulate(
     voltages: ArrayLike, h: float, start: ArrayLike, parameters: PlantParameters, torque: Array | None = None
 ) -> tuple[Array, Array]:
-    """Simulate the plant alone over a record.
+    """Simulate the plant alone, ``voltages`` (N, 2) [V] held ``h`` [s] each and further ``torque`` [rad/s^2].
 
-    Parameters
-    ----------
-    voltages : ndarray, shape (N, 2)
-        Front and rear voltage [V], row k held over [t_k, t_k + h).
-    h : float
-        Sampling period and integration step [s].
-    start : PlantState, or ndarray, shape (12,)
-        State at t = 0; its elevation is what the encoder reads.
-    parameters : PlantParameters
-    torque : ndarray, shape (3,) or (N, 3), optional
-        Further torques [rad/s^2].
-
-    Returns
-    -------
-    states : ndarray, shape (N, 12)
-        Columns are the fields of :class:`heli_plant.state.PlantState`.
-    angles : ndarray, shape (N, 3)
-        Pitch, elevation, travel [rad] as the encoders' shafts turn, without quantisation.
-
-    Raises
-    ------
-    ValueError
-        Shapes do not fit; compiled code would read past the arrays.
+    ``start`` is the state at t = 0 with the elevation that the encoder reads. Returns states (N, 12) and angles (N, 3)
+    [rad] as the encoders' shafts turn, without quantisation. ValueError: shapes do not fit.
     """
     voltages = read_only(voltages)
     count = len(voltages)

@@ -7,11 +7,9 @@ from .parameters import PlantParameters
 
 
 class PlantState(NamedTuple):
-    """Everything the plant remembers between steps, as floats.
+    """Angles [rad], rates [rad/s], lagged voltages of eq. (9) [V], the arm's bending q [rad] and its rate [rad/s].
 
-    Angles [rad], rates [rad/s], ``nu_front`` and ``nu_rear`` the lagged voltages of eq. (9) [V], ``bending`` the
-    arm's bending q [rad] and its rate [rad/s], ``mass_position`` of the ADO [m], ``cable_rest`` the travel at which
-    the cable is slack [rad].
+    ``mass_position`` of the ADO [m]; ``cable_rest``: the travel at which the cable is slack [rad].
     """
 
     pitch: float = 0.0
@@ -29,13 +27,9 @@ class PlantState(NamedTuple):
 
 
 def start_state(
-    pitch: float,
-    elevation: float,
-    travel: float,
-    v_front: float = 0.0,
-    v_rear: float = 0.0,
+    pitch: float, elevation: float, travel: float, v_front: float = 0.0, v_rear: float = 0.0,
     rates: tuple[float, float, float] = (0.0, 0.0, 0.0),
-) -> PlantState:
+) -> PlantState:  # fmt: skip
     """State at the start of a record: motors settled at the first voltages [V], cable slack at the first travel."""
     return PlantState(pitch, elevation, travel, rates[0], rates[1], rates[2], v_front, v_rear, cable_rest=travel)
 

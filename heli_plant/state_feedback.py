@@ -147,16 +147,7 @@ def feedback_step(
 ) -> FeedbackState:  # fmt: skip
     """Return the state after a period; ``now`` in it is what the voltages of the next one are beside ``hover`` [V].
 
-    Parameters
-    ----------
-    state : FeedbackState
-    pitch, elevation, travel : float
-        Measured angles [rad].
-    references : tuple of float
-        Pitch, elevation, travel [rad]; of pitch and travel the one that is controlled counts.
-    added : Rotors
-        Voltages [V] of an excitation, which come on top.
-    s : FeedbackSettings
+    Angles and ``references`` [rad]; of pitch and travel the one that is controlled counts. An excitation is ``added``.
     """
     x, angles = state.estimate, (pitch, elevation, travel)
     wrong = Angles._make([y - point - own for y, point, own in zip(angles, s.point, x[:3], strict=True)])

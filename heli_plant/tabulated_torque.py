@@ -27,15 +27,7 @@ VARIABLES = {
 
 
 def tabulated_torque(x: float, first: float, spacing: float, y: Any) -> float:
-    """Return the torque per inertia [rad/s^2] of a table at ``x``.
-
-    Parameters
-    ----------
-    x, first, spacing : float
-        Value of the variable, its first value in the table and the distance to the next, all in its unit.
-    y : tuple of float
-        The :data:`KNOTS` torques [rad/s^2], a tuple of this length in C as well.
-    """
+    """Return the torque per inertia [rad/s^2] at ``x`` of a table of the :data:`KNOTS` torques ``y`` [rad/s^2]."""
     s = (x - first) / spacing
     if s <= 0.0:
         return y[0]

@@ -6,12 +6,11 @@ from random import Random
 import numpy as np
 import pytest
 
-from heli_plant.continuous import rates_of_change
 from heli_plant.dual import Dual, seeded, slopes, with_duals
 from heli_plant.effects import CATALOGUE
 from heli_plant.laws import next_step_time
 from heli_plant.parameters import TABLE_2
-from heli_plant.plant import step
+from heli_plant.plant import rates_of_change, step
 from heli_plant.state import PlantState
 
 BY = tuple(range(1, 14))

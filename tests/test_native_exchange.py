@@ -11,9 +11,8 @@ from scipy.integrate import solve_ivp
 
 from fmu_src import BuildError
 from fmu_src.native import build_native
-from heli_plant.continuous import STATES, measured, rates_of_change
 from heli_plant.parameters import from_names
-from heli_plant.plant import rigid_start
+from heli_plant.plant import STATES, measured, rates_of_change, rigid_start
 from heli_plant.state import start_state
 
 OUTPUTS = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate")

@@ -8,7 +8,7 @@ from typing import Any
 
 from heli_identifier import online
 from heli_identifier.online import excitation
-from heli_plant import communication, continuous, control, laws, motor, state, state_feedback
+from heli_plant import communication, control, laws, motor, plant, state, state_feedback
 from heli_plant.parameters import PlantParameters
 
 from ..units import adaptive_identifier
@@ -67,14 +67,14 @@ class Definition:
 _MOTION = ("th", "ep", "la", "w1", "w2", "w3")
 _PLANT_EXCHANGE = Exchange(
     "plant_exchange.c",
-    (continuous.rates_of_change, (laws.next_step_time, float, PlantParameters)),
+    (plant.rates_of_change, (laws.next_step_time, float, PlantParameters)),
     {
-        continuous.rates_of_change: (
+        plant.rates_of_change: (
             *_MOTION, "nu_front", "nu_rear", "q", "w_q", "v_front", "v_rear", "mass_position",
         ),
-        continuous.measured: (*_MOTION, "q", "w_q"),
+        plant.measured: (*_MOTION, "q", "w_q"),
     },
-    continuous.STATES,
+    plant.STATES,
 )  # fmt: skip
 """HelicopterPlant as a differential equation, with slopes by its states and its continuous inputs."""
 

@@ -8,7 +8,6 @@ from heli_plant.communication import PlantMemory, shown
 from heli_plant.observer import (
     CORRECTED,
     TRAVEL_BANDWIDTH,
-    Correction,
     Torque,
     measured_against,
     observer_gains,
@@ -56,8 +55,7 @@ class FollowingPlant(HelicopterPlant):
 
     def _corrected(self, parameters: PlantParameters) -> PlantParameters:
         self.corrected_by = self.values[_CORRECTING]
-        correction = Correction(*self.corrected_by)
-        return with_correction(parameters, correction) if any(correction) else parameters
+        return with_correction(parameters, self.corrected_by) if any(self.corrected_by) else parameters
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s], from where the measured angles of ``time`` put it."""

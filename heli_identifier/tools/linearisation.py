@@ -7,8 +7,8 @@ make the accelerations of all three axes zero. Around it
 
 with x the deviations of pitch, elevation, travel [rad], their rates [rad/s], the lagged voltages nu_front, nu_rear [V]
 and, where the arm bends, q [rad] and q' [rad/s]; u = (v_front, v_rear) [V]; y = the encoders' pitch, elevation, travel
-[rad]. A and B are the slopes of the plant's differential equation (:mod:`heli_plant.continuous`); with a period h the
-slopes of the plant's own step, x_{k+1} = F x_k + G u_k. Both come from dual numbers of the plant's source
+[rad]. A and B are the slopes of :func:`heli_plant.plant.rates_of_change`, F and G with a period h those of the
+plant's own step, x_{k+1} = F x_k + G u_k. Both come from dual numbers of the plant's source
 (:mod:`heli_plant.dual`), without a width of differences to choose.
 
 Dry and breakaway friction are left out: at rest their slope is that of a smoothing, not of a rig.
@@ -23,12 +23,11 @@ from scipy.optimize import root
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.results import PlantSource, plant_of
-from heli_plant.continuous import rates_of_change
 from heli_plant.dual import seeded, slopes, with_duals
 from heli_plant.effects import AXES, CATALOGUE, FRICTION
 from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltages
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import accelerations, measured_angles, rigid_start, step
+from heli_plant.plant import accelerations, measured_angles, rates_of_change, rigid_start, step
 from heli_plant.state import PlantState, start_state
 
 STATES = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate", "nu_front", "nu_rear")

@@ -1,7 +1,7 @@
 """The catalogue: every physical effect that the simplified model may lack.
 
-A law and what is declared of it stand in one place (:mod:`.definition` says what that is), in the file of its kind. To
-add one, write it there; parameters, the plant's sums, FMU variables, search, report and documentation follow from that.
+To add one, write its law and what is declared of it (:mod:`.definition`) in the file of its kind; parameters, the
+plant's sums, FMU variables, search, report and documentation follow from that.
 Sources: section 2.3 of the paper (neglects) and its footnote on thrust asymmetry; eq. (1); LAAS report 18040.
 """
 

@@ -2,12 +2,10 @@
 
 A law is a function of plain floats with a docstring and one ``return``, under :func:`declared`. It has the name of its
 effect, with ``_<axis>`` behind it where each axis has a law of its own. Its arguments are ``c``, the names of the
-effect's shapes, names of :data:`VOCABULARY`, symbols of the simplified model's parameters (``a_e``, ``theta0``, ...)
-and ``horizontal_offset``.
+effect's shapes, names of :data:`VOCABULARY` and fields of the plant's parameters (``a_e``, ``horizontal_offset``, ...).
 
-What a law returns depends on its place. ACCELERATION [rad/s^2]: it is added to the axis. VOLTAGE, THRUST, LAG, DELAY:
-it takes the place of the argument ``voltage``, ``nu``, ``time_constant``, ``delay``. BENDING [rad/s^2]: it accelerates
-the bending mode.
+At the place ACCELERATION it returns what is added to the axis [rad/s^2], at BENDING to the bending mode. At VOLTAGE,
+THRUST, LAG, DELAY it returns what takes the place of its argument ``voltage``, ``nu``, ``time_constant``, ``delay``.
 
 A published law writes the symbols of the vocabulary and of the shapes, a product without a sign between the factors,
 ``condition: law, else law`` where it has two branches, and ``x -> law`` where it takes the place of x.
@@ -59,12 +57,11 @@ THRUST_MAP = "LAAS report 18040, thrust map"
 
 @dataclass(frozen=True)
 class Shape:
-    """A parameter of a law beside its coefficient.
+    """A parameter of a law beside its coefficient; ``symbol`` is that in the published law.
 
-    ``field`` names it in :class:`heli_plant.parameters.PlantParameters`, ``symbol`` in the published law. A search
-    starts from the values of ``grid`` (the default if it is empty), or from what ``start`` says. ``estimated``: a fit
-    estimates it beside the coefficient; else it is given, or shared by several laws. ``difference_step`` is the width
-    of its numerical derivative where the response has corners.
+    A search starts from ``grid`` (the default if it is empty), or from what ``start`` says. One that is not
+    ``estimated`` is given, or shared by several laws. ``difference_step``: width of its numerical derivative where the
+    response has corners.
     """
 
     name: str
@@ -85,31 +82,14 @@ class Shape:
 class Effect:
     """One effect on one axis, or on the rotors.
 
-    Attributes
-    ----------
-    name, axis : str
-        The contract: they stand in parameter sets, FMU variables and reports.
-    function : callable
-        The law, of arguments of the vocabulary.
-    law : str
-        The same as it is published.
-    unit : str
-        Of the coefficient c.
-    lower, upper : float
-        Bounds of c: what is physically plausible, the sign rule among them.
-    source, family, experiment : str
-        Where the law comes from; the mechanism that it is a law of; what to measure to see it.
-    drawn_against : str or None
-        Variable of its curve: "rate", "other_rate" (of the axis that it couples with), "pitch_rate" ..., "pitch",
-        "elevation", "travel", "mu_sum", "mu_rate", "time"; None if it acts through no torque.
-    place : str
-    shapes : tuple of Shape
-    watchable : bool
-        Whether the on-line identifier can watch it: its signal follows from the motion at one instant.
-    share_of_lift : bool
-        Whether c is a share of the axis's lift, so that a regression finds c times the axis's gain.
-    certain : bool
-        Whether every rig has it, as a term of rigid-body mechanics with c = 1; only how much of it shows is open.
+    ``name`` and ``axis`` stand in parameter sets, FMU variables and reports. ``function`` is the law, ``law`` the same
+    as it is published, ``unit`` that of c, ``lower`` and ``upper`` its bounds: what is plausible, the sign rule among
+    them. ``family`` is the mechanism, ``experiment`` what to measure to see it, ``drawn_against`` the variable of its
+    curve ("other_rate": of the axis that it couples with; None if it acts through no torque).
+
+    ``watchable``: its signal follows from the motion at one instant. ``share_of_lift``: c is a share of the axis's
+    lift, so that a regression finds c times the axis's gain. ``certain``: every rig has it, as a term of rigid-body
+    mechanics with c = 1; only how much of it shows is open.
     """
 
     name: str
@@ -150,10 +130,9 @@ DECLARED: list[Effect] = []
 def declared(
     published: str, *axes: str, bounds: tuple[float, float], shapes: tuple[Shape, ...] = (), **others: Any
 ) -> Callable[[Law], Law]:
-    """Enter the law below into the catalogue, on each of ``axes``, or on :data:`ROTORS`.
+    """Enter the law below into the catalogue, on each of ``axes``, or on :data:`ROTORS`; ``bounds`` are those of c.
 
-    ``published`` is the law as reports print it, ``bounds`` are those of c. ``{axis}`` in the field of a shape becomes
-    the axis. ``others`` are further fields of :class:`Effect`.
+    ``{axis}`` in the field of a shape becomes the axis. ``others`` are further fields of :class:`Effect`.
     """
 
     def enter(law: Law) -> Law:

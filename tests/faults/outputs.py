@@ -65,7 +65,7 @@ PLACES = (
     Fault("a home that cannot be written", parameters(), f"HOME=/proc/none {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
     Fault("no home", parameters(), f"unset HOME; {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
     Fault("a folder for compiled code that cannot be made", parameters(), f"HELI_CACHE_DIR=/proc/none {CHECK}", "set HELI_CACHE_DIR to a folder that can be written", shell=True),
-    Fault("a cache that was damaged", parameters(), f"export HELI_CACHE_DIR=$PWD/cache; {CHECK} >/dev/null; for f in cache/*/*/*.nb*; do truncate -s 100 $f; done; {CHECK} >/dev/null; echo exit $?", "exit 0", 0, ("cache",), True),
+    Fault("a cache that was damaged", parameters(), f"export HELI_CACHE_DIR=$PWD/cache; {CHECK} >/dev/null; for f in cache/*/*.nb*; do truncate -s 100 $f; done; {CHECK} >/dev/null; echo exit $?", "exit 0", 0, ("cache",), True),
     Fault("a folder for temporary files that is missing", nothing, f"TMPDIR=/proc/none TEMP= TMP= {SIMULATE} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
     Fault("no room for temporary files", nothing, f"ulimit -f 8; {SIMULATE}", "File too large", shell=True),
     Fault("a name that is no UTF-8", lambda f: (good(f), os.rename(f / "log.csv", os.fsencode(f) + b"/log\xff.csv")), "heli identify log*.csv -o out >/dev/null; echo exit $?", "exit 0", 0, ("out",), True),

@@ -28,7 +28,7 @@ static void rates(const Model *model, const Unit *unit, double time, double rate
 {
     const PlantState *x = &model->memory.state;
     const Value *u = unit->values;
-    const Row10 rate = continuous_rates_of_change(
+    const Row10 rate = plant_rates_of_change(
         time, x->pitch, x->elevation, x->travel, x->pitch_rate, x->elevation_rate, x->travel_rate, x->nu_front,
         x->nu_rear, x->bending, x->bending_rate, u[REF_v_front].real, u[REF_v_rear].real, u[REF_mass_position].real,
         x->cable_rest, &model->parameters);
@@ -45,10 +45,10 @@ static void slopes(
         x[i] = (Dual){values[i], states[i]};
     for (int i = 0; i < INPUTS; i++)
         u[i] = (Dual){unit->values[i].real, inputs[i]};
-    const Row_d_d_d_d_d_d_d_d_d_d rate = continuous_rates_of_change_dual(
+    const Row_d_d_d_d_d_d_d_d_d_d rate = plant_rates_of_change_dual(
         time, x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9], u[0], u[1], u[2],
         model->memory.state.cable_rest, &model->parameters);
-    const Row_d_d_d_d_d_d out = continuous_measured_dual(x[0], x[1], x[2], x[3], x[4], x[5], x[8], x[9]);
+    const Row_d_d_d_d_d_d out = plant_measured_dual(x[0], x[1], x[2], x[3], x[4], x[5], x[8], x[9]);
     const Dual *all_rates = &rate.x0, *all_outputs = &out.x0;
     for (int i = 0; i < STATES; i++)
         rates[i] = all_rates[i].slope;
