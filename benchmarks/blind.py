@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from benchmarks.harness import ROOT, measured_at, options, table
-from benchmarks.rigs import DETECTABLE, GROUPS, TOLD, blind_sources
+from benchmarks.rigs import DETECTABLE, GROUPS, TOLD, blind_sources, measured_rig
 from heli_identifier.cli.on_logs import rigs_done
 from heli_identifier.online import ModelParameters
 from heli_identifier.tools.campaign import run_campaign
@@ -159,8 +159,8 @@ def blind(arguments: Sequence[str]) -> None:
     rigs = blind_sources(asked.groups.split(","), asked.limit)
     groups: dict[str, list[Row]] = {}
     with rigs_done() as progress:
-        rows = run_campaign([source for _, source in rigs.values()], asked.output, measure="benchmarks.rigs:measured",
-                            workers=asked.workers, progress=progress)  # fmt: skip
+        sources = [source for _, source in rigs.values()]
+        rows = run_campaign(sources, asked.output, workers=asked.workers, progress=progress, work=measured_rig)
     for row in rows:
         groups.setdefault(rigs[row["rig"]][0].group, []).append(row)
     print(*(miss(row) for group, own in groups.items() for row in own if is_miss(group, row)), sep="\n")

@@ -27,7 +27,7 @@ from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, plant_values, significant
 from heli_identifier.tools import Design, design_controller
 from heli_identifier.tools.judging import LONGEST, Judged
-from heli_identifier.tools.linearisation import linear_model, operating_point
+from heli_identifier.tools.linearisation import linear_model
 from heli_identifier.tools.loop import settling_time, step_response
 from heli_identifier.tools.margins import (
     closed_loop,
@@ -70,8 +70,8 @@ class Verdict:
 
 def judged_on(truth: PlantParameters, design: Design, judged: Judged, transfer: float) -> Verdict:
     """Put a design around the true plant, linearised where the true plant is in equilibrium."""
-    point = operating_point(truth, design.plants.model.point.pitch, design.plants.model.point.elevation)
-    model, omega = linear_model(truth, point, AIM.period), frequencies(AIM.period)
+    point = design.plants.model.point
+    model, omega = linear_model(truth, point.pitch, point.elevation, AIM.period), frequencies(AIM.period)
     closed = closed_loop(model, judged.settings)
     if not is_stable(closed):
         return Verdict(transfer=transfer)
@@ -88,8 +88,8 @@ def judged_on(truth: PlantParameters, design: Design, judged: Judged, transfer: 
 
 def predicted_steps(plant: PlantParameters, judged: Judged, design: Design) -> np.ndarray:
     """Step responses of the whole plant, both axes one behind the other [rad]."""
-    point = operating_point(plant, design.plants.model.point.pitch, design.plants.model.point.elevation)
-    model = linear_model(plant, point, AIM.period)
+    point = design.plants.model.point
+    model = linear_model(plant, point.pitch, point.elevation, AIM.period)
     return np.concatenate([step_response(model, judged.settings, axis, 0.1, 8.0).angle for axis in design.axes])
 
 

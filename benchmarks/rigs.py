@@ -11,7 +11,7 @@ import numpy as np
 
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
-from heli_identifier.tools import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
+from heli_identifier.tools import Rig, Row, Source, TrueEffect, TrueUnknown, Truth, diagnosed, generated_rig
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
@@ -29,7 +29,7 @@ DETECTABLE = 8.0
 TOLD = "told_score"
 """Name of the measure in a campaign's rows."""
 
-Sources = dict[str, tuple[Any, GeneratedRig]]
+Sources = dict[str, tuple[Any, Source]]
 """Case and source of each rig by its name, which no diagnosis sees."""
 
 
@@ -58,7 +58,7 @@ def windy_plant(rig: WindyRig) -> PlantParameters:
 def blind_sources(groups: Collection[str] = GROUPS, limit: int | None = None) -> Sources:
     """Give the rigs of some groups of the blind battery, at most ``limit`` of each of its cases."""
     return {
-        name: (case, GeneratedRig(name, "benchmarks.rigs:blind_rig", (*words, index), ("tests.blind",)))
+        name: (case, generated_rig(name, "benchmarks.rigs:blind_rig", *words, index, ingredients=("tests.blind",)))
         for case in BATTERY
         if case.group in groups
         for words in ((case.group, case.kind, case.count, case.scale),)
@@ -109,3 +109,8 @@ def measured(rig: Rig, diagnosis: Diagnosis) -> dict[str, float]:
     effects = rig.truth.effects if rig.truth else ()
     scores = told_scores(rig.training, [effect(true.name, true.axis).field for true in effects])
     return {TOLD: max(scores.values())} if scores else {}
+
+
+def measured_rig(source: Source, settings: DiagnosisSettings) -> Row:
+    """Diagnose a rig, with its told score."""
+    return diagnosed(source, settings, measured)

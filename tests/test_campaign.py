@@ -6,6 +6,7 @@ import signal
 import sys
 from collections import Counter
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
 from types import SimpleNamespace
 
@@ -19,19 +20,20 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log, demo_logs, read_log, write_log
 from heli_identifier.tools import (
     CONSOLIDATED,
-    GeneratedRig,
     Rig,
+    Source,
     TrueEffect,
     TrueUnknown,
     Truth,
     campaign,
+    diagnosed,
+    generated_rig,
     generated_rigs,
     read_rows,
-    rig_folder,
     rigs_below,
     run_campaign,
 )
-from heli_identifier.tools.campaign import diagnosed, result_key
+from heli_identifier.tools.campaign import result_key
 from heli_identifier.tools.campaign_rows import complete, judged, summarised, truth_columns, write_rows
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
@@ -50,13 +52,19 @@ def folder_with(tmp_path, *files):
     return tmp_path
 
 
-def test_every_sub_folder_with_a_log_is_a_rig_as_for_a_fleet(tmp_path):
-    folder_with(tmp_path, "b/run1.mat", "b/run2.csv", "a/train.csv", "a/held1.csv", "a/heli.toml", "lab.toml")
-    folder_with(tmp_path, "notes/readme.txt", "other.csv")
-    first, second = rigs_below(tmp_path, tmp_path / "lab.toml")
-    assert (first.rig, [path.name for path in first.held_out]) == ("a", ["held1.csv"])
-    assert (second.rig, [path.name for path in second.training], second.held_out) == ("b", ["run1.mat", "run2.csv"], ())
-    assert [rig.configuration.name for rig in (first, second)] == ["heli.toml", "lab.toml"]
+def test_every_sub_folder_with_a_log_is_a_rig_whose_content_follows_every_byte_that_a_diagnosis_reads(tmp_path):
+    folder_with(tmp_path, "b/run1.mat", "b/run2.csv", "a/train.csv", "a/held1.csv", "a/heli.toml", "a/notes.txt")
+    folder_with(tmp_path, "notes/readme.txt", "other.csv", "lab.toml")
+    sources = rigs_below(tmp_path, tmp_path / "lab.toml")
+    assert [source.rig for source in sources] == ["a", "b"]
+    for source, own in zip(sources, (("train.csv", "held1.csv", "heli.toml"), ("run1.mat", "run2.csv")), strict=True):
+        seen = {source.content()}
+        (tmp_path / "a" / "notes.txt").write_text("nothing that a diagnosis reads")
+        assert source.content() in seen
+        for name in (*(f"{source.rig}/{file}" for file in own), *(("lab.toml",) if source.rig == "b" else ())):
+            (tmp_path / name).write_text("other")
+            assert source.content() not in seen
+            seen.add(source.content())
 
 
 def test_folders_without_a_log_to_fit_to_are_refused_by_name(tmp_path):
@@ -68,18 +76,6 @@ def test_folders_without_a_log_to_fit_to_are_refused_by_name(tmp_path):
     ):
         with pytest.raises(ConfigurationError, match=said):
             rigs_below(tmp_path / folder)
-
-
-def test_content_of_a_folder_follows_every_byte_of_its_logs_and_its_configuration(tmp_path):
-    folder_with(tmp_path, "train.csv", "held.csv", "heli.toml", "notes.txt")
-    source = rig_folder(tmp_path, "a")
-    seen = {source.content()}
-    (tmp_path / "notes.txt").write_text("nothing that a diagnosis reads")
-    assert source.content() in seen
-    for name in ("train.csv", "held.csv", "heli.toml"):
-        (tmp_path / name).write_text("other")
-        assert source.content() not in seen
-        seen.add(source.content())
 
 
 # What a worker does here in place of a diagnosis: it notes who begins and ends what, and takes its time.
@@ -96,8 +92,8 @@ def make(seed):
 def nothing(seed):
     return None
 
-def work(source, settings, measure):
-    seed, folder, seconds, first = source.arguments
+def work(source, settings):
+    seed, folder, seconds, first = source.load()
     if not list(Path(folder).glob(f"began.{seed}.*")):
         seconds = first
     mark = f"{seed}.{os.getpid()}.{time.time_ns()}"
@@ -123,33 +119,28 @@ def test_generator_is_called_with_one_seed_after_another_and_the_content_follows
     sources = generated_rigs(f"{module}:make", 3, first_seed=5)
     assert [source.rig for source in sources] == ["seed 5", "seed 6", "seed 7"]
     assert [source.load().training[0].voltages[0, 0] for source in sources] == [5.0, 6.0, 7.0]
-    assert len({source.content() for source in sources}) == 3
-    before = source_digest((module,))
+    contents = [source.content() for source in sources]
     source_digest.cache_clear()
     (tmp_path / f"{module}.py").write_text(MODULE.replace("9", "8"))
-    assert source_digest((module,)) != before
+    assert len({*contents, *(source.content() for source in sources)}) == 6
 
 
 def test_rigs_that_are_none_are_refused(module):
     log = Log("log", 100.0, np.zeros((9, 2)), np.zeros((9, 3)))
-    with pytest.raises(ConfigurationError, match="NoneType"):
-        GeneratedRig("r", f"{module}:nothing", (1,)).load()
-    with pytest.raises(ConfigurationError, match="held_out"):
-        Rig((log,), ())
-    with pytest.raises(ConfigurationError, match="dry_friction.*rotors"):
-        TrueEffect("dry_friction", "rotors", 0.02)
+    for wrong, said in (
+        (generated_rig("r", f"{module}:nothing", 1).load, "NoneType"),
+        (partial(Rig, (log,), ()), "held_out"),
+        (partial(TrueEffect, "dry_friction", "rotors", 0.02), "dry_friction.*rotors"),
+    ):
+        with pytest.raises(ConfigurationError, match=said):
+            wrong()
 
 
 def test_result_is_called_by_rig_content_settings_and_code():
-    first = result_key("a", "content", SETTINGS, "code")
-    assert first == result_key("a", "content", replace(SETTINGS), "code")
-    others = {
-        result_key("b", "content", SETTINGS, "code"),
-        result_key("a", "other", SETTINGS, "code"),
-        result_key("a", "content", replace(SETTINGS, voltage_limit=6.0), "code"),
-        result_key("a", "content", SETTINGS, "newer"),
-    }
-    assert len(others | {first}) == 5
+    first = ("a", "content", SETTINGS, "code")
+    assert result_key(*first) == result_key("a", "content", replace(SETTINGS), "code")
+    others = ("b", "other", replace(SETTINGS, voltage_limit=6.0), "newer")
+    assert len({result_key(*first), *(result_key(*first[:i], others[i], *first[i + 1 :]) for i in range(4))}) == 5
 
 
 # --- on a cluster ------------------------------------------------------------------------------------------------
@@ -157,38 +148,36 @@ def test_result_is_called_by_rig_content_settings_and_code():
 
 @pytest.fixture
 def stand_in(module, tmp_path):
-    """Give work for the workers, and a function that tells (event, seed, process) of all they noted."""
+    """Run campaigns of work that takes some seconds, and tell (event, seed, process) of all that the workers noted."""
     (tmp_path / "marks").mkdir()
+    marks, folder, work = str(tmp_path / "marks"), tmp_path / "results", import_module(module).work
 
-    def sources(seeds, seconds=0.0, first=None):
+    def run(seeds, seconds=0.0, first=None, **options):
         """Rigs that take some seconds, the first time as many as ``first`` says of a seed."""
-        marks = str(tmp_path / "marks")
-        return [
-            GeneratedRig(f"rig {seed}", f"{module}:work", (seed, marks, seconds, (first or {}).get(seed, seconds)))
+        sources = [
+            Source(f"rig {seed}", partial(tuple, (seed, marks, seconds, (first or {}).get(seed, seconds))), str)
             for seed in seeds
         ]
+        return run_campaign(sources, folder, work=work, **options)
 
     def noted(event):
-        marks = sorted((tmp_path / "marks").glob(f"{event}.*"), key=lambda path: path.name.split(".")[3])
-        return [(int(seed), int(process)) for _, seed, process, _ in (path.name.split(".") for path in marks)]
+        files = sorted((tmp_path / "marks").glob(f"{event}.*"), key=lambda path: path.name.split(".")[3])
+        return [(int(seed), int(process)) for _, seed, process, _ in (path.name.split(".") for path in files)]
 
-    return SimpleNamespace(work=import_module(module).work, sources=sources, noted=noted, folder=tmp_path / "results")
+    return SimpleNamespace(run=run, noted=noted, folder=folder)
 
 
 @pytest.mark.slow
 def test_restart_makes_only_what_is_missing(stand_in):
-    first = run_campaign(stand_in.sources(range(3)), stand_in.folder, workers=1, work=stand_in.work)
+    first = stand_in.run(range(3), workers=1)
     (stand_in.folder / "rows" / f"{first[1]['key']}.parquet").unlink()
     told = []
-    again = run_campaign(
-        stand_in.sources(range(4)), stand_in.folder, workers=1, work=stand_in.work,
-        progress=lambda done, total, row: told.append((done, total)),
-    )  # fmt: skip
+    again = stand_in.run(range(4), workers=1, progress=lambda done, total, row: told.append((done, total)))
     assert again[:3] == first
     assert Counter(seed for seed, _ in stand_in.noted("ended")) == {0: 1, 1: 2, 2: 1, 3: 1}
     assert told == [(2, 4), (3, 4), (4, 4)]
     # With nothing left to do no cluster is started: this call would fail on the scheduler that is not there.
-    assert run_campaign(stand_in.sources(range(4)), stand_in.folder, scheduler="tcp://127.0.0.1:1") == again
+    assert stand_in.run(range(4), scheduler="tcp://127.0.0.1:1") == again
 
 
 @pytest.mark.slow
@@ -202,8 +191,7 @@ def test_killed_worker_costs_no_result_and_doubles_none(stand_in):
             killed.append(process)
             os.kill(process, signal.SIGKILL)
 
-    sources = stand_in.sources(range(8), 0.2, {0: 60.0})
-    rows = run_campaign(sources, stand_in.folder, workers=2, progress=kill_the_one_at_work, work=stand_in.work)
+    rows = stand_in.run(range(8), 0.2, {0: 60.0}, workers=2, progress=kill_the_one_at_work)
     assert [(row["rig"], row["error"]) for row in rows] == [(f"rig {seed}", None) for seed in range(8)]
     assert len(list((stand_in.folder / "rows").iterdir())) == 8
     assert read_rows(stand_in.folder / CONSOLIDATED) == rows
@@ -220,7 +208,7 @@ def test_rig_that_kills_every_worker_fails_alone_however_long_they_take_to_come_
     import dask
 
     with dask.config.set({"distributed.worker.preload": preload}):
-        bad, good = run_campaign(stand_in.sources((-1, 1)), stand_in.folder, workers=1, work=stand_in.work)
+        bad, good = stand_in.run((-1, 1), workers=1)
     assert "KilledWorker" in bad["error"]
     assert (bad["rig"], bad["verdict"], good["verdict"]) == ("rig -1", None, "model adequate")
 
@@ -235,32 +223,26 @@ def test_scheduler_that_runs_already_is_used_and_left_running_but_not_one_of_ano
     request.addfinalizer(source_digest.cache_clear)
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as machines:
         address = machines.scheduler_address
-        rows = run_campaign(stand_in.sources(range(2)), stand_in.folder, scheduler=address, work=stand_in.work)
-        assert [row["verdict"] for row in rows] == ["model adequate"] * 2
+        assert [row["verdict"] for row in stand_in.run(range(2), scheduler=address)] == ["model adequate"] * 2
         with Client(machines) as still:
             assert len(still.nthreads()) == 1
         # As if this process had fewer packages; a worker digests all that it has itself.
         monkeypatch.setattr(campaign, "CODE", ("heli_plant",))
         with pytest.raises(ConfigurationError, match="another version of this software"):
-            run_campaign(stand_in.sources((5,)), stand_in.folder, scheduler=address)
+            stand_in.run((5,), scheduler=address)
 
 
-def test_campaign_that_is_ended_before_its_first_result_leaves_nothing(stand_in):
+def test_what_ends_before_the_first_result_leaves_no_folder(stand_in):
     def ended(done, total, row):
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        run_campaign(stand_in.sources((1,)), stand_in.folder, progress=ended)
-    assert not stand_in.folder.exists()
-
-
-def test_rigs_of_one_name_and_workers_of_a_scheduler_that_has_its_own_are_refused_and_leave_no_folder(stand_in):
-    for seeds, options, said in (
-        ((1, 1), {}, "two rigs are called 'rig 1'"),
-        ((1,), {"scheduler": "tcp://127.0.0.1:1", "workers": 2}, "has its own"),
+    for seeds, options, kind, said in (
+        ((1,), {"progress": ended}, KeyboardInterrupt, None),
+        ((1, 1), {}, ConfigurationError, "two rigs are called 'rig 1'"),
+        ((1,), {"scheduler": "tcp://127.0.0.1:1", "workers": 2}, ConfigurationError, "has its own"),
     ):
-        with pytest.raises(ConfigurationError, match=said):
-            run_campaign(stand_in.sources(seeds), stand_in.folder, **options)
+        with pytest.raises(kind, match=said):
+            stand_in.run(seeds, **options)
     assert not stand_in.folder.exists()
 
 
@@ -277,20 +259,6 @@ def test_missing_package_is_told_with_the_command_that_installs_it(monkeypatch):
 # --- the work and its rows ---------------------------------------------------------------------------------------
 
 
-class Given:
-    """A source that has its rig already, or an error in its place."""
-
-    rig = "given"
-
-    def __init__(self, loaded):
-        self.loaded = loaded
-
-    def load(self):
-        if isinstance(self.loaded, Exception):
-            raise self.loaded
-        return self.loaded
-
-
 FRICTION = Truth("dry_friction", {"a_wx": 0.060}, (TrueEffect("dry_friction", "pitch", 0.02),))
 AIRSPEED = Truth(
     "airspeed",
@@ -302,7 +270,9 @@ DETENT = Truth("detent", unknown=TrueUnknown("pitch", "pitch"))
 
 def test_truth_stands_beside_a_failed_diagnosis_and_changes_nothing_of_it():
     train, held = (Log(name, 100.0, np.zeros((400, 2)), np.zeros((400, 3))) for name in ("train", "held"))
-    with_truth, without = (diagnosed(Given(Rig((train,), (held,), one)), SETTINGS) for one in (FRICTION, None))
+    with_truth, without = (
+        diagnosed(Source("given", partial(Rig, (train,), (held,), truth), str), SETTINGS) for truth in (FRICTION, None)
+    )
     assert (with_truth["true_kind"], with_truth["true_a_wx"]) == ("dry_friction", 0.06)
     assert with_truth["error"] == without["error"] != ""
 

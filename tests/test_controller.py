@@ -50,7 +50,7 @@ def parameters(plant=TABLE_2, error=0.03):
 
 
 def designed(plant=TABLE_2, other="pitch", integral=True, effort=1.0):
-    model = linear_model(plant, operating_point(plant, None if other == "travel" else 0.0, 0.1), H)
+    model = linear_model(plant, None if other == "travel" else 0.0, 0.1, H)
     return synthesised(model, AIM, other, integral, effort), model.point
 
 
@@ -88,7 +88,7 @@ def test_an_input_delay_shifts_the_response_and_nothing_else(periods):
     """
     plain, point = designed(integral=False)
     late_plant = TABLE_2._replace(input_delay_rotors=periods * H)
-    late = synthesised(linear_model(late_plant, point, H), AIM, "pitch", False)
+    late = synthesised(linear_model(late_plant, 0.0, 0.1, H), AIM, "pitch", False)
     wanted = references(point, 6.0, elevation=0.05)
     prompt, _ = flown(TABLE_2, plain, point, wanted)
     delayed, _ = flown(late_plant, late, point, wanted)
@@ -98,8 +98,8 @@ def test_an_input_delay_shifts_the_response_and_nothing_else(periods):
 
 def test_within_the_disk_margin_the_loop_stays_stable():
     """Complex factors (2 + d e)/(2 - d e) at both rotors, |e| = 1: stable below the margin, on its edge at it."""
-    settings, point = designed()
-    model, omega = linear_model(TABLE_2, point, H), frequencies(H)
+    settings, _ = designed()
+    model, omega = linear_model(TABLE_2, 0.0, 0.1, H), frequencies(H)
     plant, law = plant_response(model, omega), controller_response(settings, H, omega)
     (margin,) = disk_margins(plant[None], law)
     assert is_stable(closed_loop(model, settings))
@@ -167,12 +167,12 @@ def test_what_cannot_be_designed_is_refused_in_one_sentence(change, said):
 
 def test_the_corrected_script_has_the_identified_gains():
     """With K_f, J_p and J_lambda of the corrected script the course's own equations give k_x, k_z and k_y."""
-    point = operating_point(TABLE_2, 0.0, 0.1)
-    own = {n: e.value for n, e in corrected_values(parameters(), linear_model(TABLE_2, point, H), COURSE).items()}
+    model = linear_model(TABLE_2, 0.0, 0.1, H)
+    own = {n: e.value for n, e in corrected_values(parameters(), model, COURSE).items()}
     assert own["K_f"] * COURSE.l_p / own["J_p"] == pytest.approx(TABLE_2.k_x, rel=1e-12)
     assert own["K_f"] * COURSE.l_h / own["J_e"] == pytest.approx(TABLE_2.k_z, rel=1e-12)
     assert -own["K_f"] * COURSE.l_h / own["J_lambda"] == pytest.approx(TABLE_2.k_y, rel=1e-12)
-    assert own["K_3"] == pytest.approx(TABLE_2.k_y * (point.v_front + point.v_rear), rel=1e-12)
+    assert own["K_3"] == pytest.approx(TABLE_2.k_y * model.point.lift, rel=1e-12)
 
 
 def test_a_script_is_read_and_not_run(tmp_path):
@@ -186,9 +186,7 @@ def test_a_script_is_read_and_not_run(tmp_path):
     script.write_text("m_c = weigh();\n")
     with pytest.raises(ConfigurationError, match=r"line 1: m_c = weigh\(\) is no number"):
         course_values(script)
-    text = corrected_init(
-        parameters(), linear_model(TABLE_2, operating_point(TABLE_2), H), values, Geometry(), "init_heli.m"
-    )
+    text = corrected_init(parameters(), linear_model(TABLE_2), values, Geometry(), "init_heli.m")
     assert text.isascii()
 
 

@@ -240,7 +240,7 @@ class Adviser:
         self.folder = folder
         self.settings = args.controller_of(PidSettings(), controller) if controller else None
         self.pool: ProcessPoolExecutor | None = None
-        self.asked: Future[tools.Advice] | None = None
+        self.asked: Future[tuple[dict[str, Any], hi.ParameterSet | None]] | None = None
         self.sentence = ""
 
     def ask(self, plant: "PlantParameters", errors: Mapping[str, float], elevation: float) -> None:
@@ -260,7 +260,7 @@ class Adviser:
         if self.asked is not None and (wait or self.asked.done()):
             asked, self.asked = self.asked, None
             try:
-                advice = asked.result()
+                document, gains = asked.result()
             except ConfigurationError as error:
                 self.sentence = f"The controller cannot be judged around the changed plant: {error}"
             except BrokenExecutor:
@@ -269,10 +269,10 @@ class Adviser:
                     "outside, for want of memory perhaps. `heli linearise` does it afterwards."
                 )
             else:
-                self.sentence = advice.sentence
-                write_atomically(self.folder / ADVICE, results.document_text(advice.document))
-                if advice.gains is not None:
-                    replace(advice.gains, provenance=from_command_line()).write(self.folder / GAINS)
+                self.sentence = document["sentence"]
+                write_atomically(self.folder / ADVICE, results.document_text(document))
+                if gains is not None:
+                    replace(gains, provenance=from_command_line()).write(self.folder / GAINS)
         return self.sentence
 
     def close(self) -> None:

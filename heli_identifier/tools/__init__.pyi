@@ -3,9 +3,7 @@ __all__ = [
     "CONTROLLER",
     "ClosedLoopErrors",
     "Design",
-    "Advice",
     "Finding",
-    "GeneratedRig",
     "Identification",
     "Limits",
     "Progress",
@@ -30,6 +28,7 @@ __all__ = [
     "design_pid",
     "designs",
     "diagnose_rigs",
+    "diagnosed",
     "effects_named",
     "experiment_table",
     "fleet_html",
@@ -38,13 +37,13 @@ __all__ = [
     "fleet_tables",
     "flight_outlooks",
     "flight_table",
+    "generated_rig",
     "generated_rigs",
     "identify",
     "linearise",
     "margin_table",
     "read_rows",
     "read_split",
-    "rig_folder",
     "rig_folders",
     "rigs_below",
     "run_campaign",
@@ -53,10 +52,10 @@ __all__ = [
     "summarised",
 ]
 
-from .campaign import CONSOLIDATED, Progress, run_campaign
+from .campaign import CONSOLIDATED, Progress, diagnosed, run_campaign
 from .campaign_rows import Row, campaign_tables, read_rows, summarised
 from .closed_loop import ClosedLoopErrors, closed_loop_errors
-from .controller import Advice, Design, control_advice, design_controller, design_pid
+from .controller import Design, control_advice, design_controller, design_pid
 from .controller_page import controller_html, design_table, margin_table, step_figure
 from .course import controller_m, corrected_init, course_values
 from .experiment import Limits, designs, effects_named, experiment_table, separation_warning
@@ -68,15 +67,14 @@ from .linearisation import linearise
 from .loop import CONTROLLER, controller_parameters, controller_settings
 from .rigs import (
     SHORTEST_TO_SPLIT,
-    GeneratedRig,
     Rig,
     Source,
     TrueEffect,
     TrueUnknown,
     Truth,
+    generated_rig,
     generated_rigs,
     read_split,
-    rig_folder,
     rig_folders,
     rigs_below,
 )

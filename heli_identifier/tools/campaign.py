@@ -14,7 +14,7 @@ import json
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import asdict
 from functools import partial
 from itertools import islice
@@ -30,18 +30,26 @@ from heli_identifier.files import draft_folder
 from heli_identifier.results import whole_folder
 from heli_identifier.tools import campaign_rows
 from heli_identifier.tools.campaign_rows import Row
-from heli_identifier.tools.rigs import Source, error_text, named_function, source_digest
-from heli_identifier.tracing import DiagnosisSettings
+from heli_identifier.tools.rigs import Rig, Source, error_text, source_digest
+from heli_identifier.tracing import Diagnosis, DiagnosisSettings
 
 CONSOLIDATED = "campaign.parquet"
 
 CODE = ("heli_plant", "heli_identifier.online", "heli_identifier.records", "heli_identifier.tracing")
 """Packages that a diagnosis runs."""
 
-ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
-"""Environment of a worker process; linear-algebra libraries read it once, when they are loaded."""
+LOCAL = {
+    # environment of a worker, which linear-algebra libraries read once, when they are loaded
+    "distributed.nanny.pre-spawn-environ": {
+        f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "NUMBA")
+    },
+    # Dask looks 15 s after the death of a worker whether there is one, and otherwise gives its place up for good. On a
+    # busy machine, where a start takes seconds, it may find it between two deaths; without a worker a campaign would
+    # never end. Should there be none for a long time all the same, the rigs that wait fail, with a row that says so.
+    "distributed.deploy.lost-worker-timeout": "1 day",
+    "distributed.scheduler.no-workers-timeout": "10 minutes",
+}
+"""Settings of Dask for workers on this machine."""
 
 MOST_WORKERS = 1000
 """Processes that are started on one machine at most."""
@@ -49,67 +57,17 @@ MOST_WORKERS = 1000
 CONNECTING = 60.0
 """Time limit [s] for a scheduler to answer, and then for its first worker."""
 
-PATIENCE = {"distributed.deploy.lost-worker-timeout": "1 day", "distributed.scheduler.no-workers-timeout": "10 minutes"}
-"""How long a worker that has died may take to come back.
-
-Dask looks 15 s after the death of a worker whether there is one, and otherwise gives its place up for good. On a busy
-machine, where a start takes seconds, it may find it between two deaths; without a worker a campaign would never end.
-Should there be none for a long time all the same, the rigs that wait for one fail, with a row that says so.
-"""
-
 Progress = Callable[[int, int, Row | None], None]
 """Called with the number of rigs done, the number in all, and the row that has just arrived, if any."""
 
 
-def run_campaign(
-    sources: Sequence[Source],
-    folder: str | Path,
-    settings: DiagnosisSettings | None = None,
-    measure: str | None = None,
-    scheduler: str | None = None,
-    workers: int | None = None,
-    progress: Progress = lambda done, total, row: None,
-    work: Callable[..., Row] | None = None,
-) -> list[Row]:
-    """Diagnose every rig that has no result yet; return one row per source, in their order.
+def diagnosed(
+    source: Source, settings: DiagnosisSettings, measure: Callable[[Rig, Diagnosis], Mapping[str, float]] | None = None
+) -> Row:
+    """Load and diagnose one rig, whose own configuration overrides the settings.
 
-    The ``folder`` holds ``rows/<key>.parquet``, one row each, and ``campaign.parquet`` of them all; a file appears
-    whole or not at all. ``measure`` is the "module:function" of further figures, ``scheduler`` the address of a running
-    one, "tcp://host:8786"; without it ``workers`` processes are started on this machine, by default one per core.
-    ``work`` is what a worker does in place of :func:`diagnosed`.
-
-    ConfigurationError if two rigs have the same name, no scheduler answers, it has no worker or its workers run another
-    version of this software, or the folder cannot be used.
-    """
-    if workers is not None and scheduler is not None:
-        raise ConfigurationError(f"workers = {workers} is for processes on this machine; {scheduler} has its own.")
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise ConfigurationError(f"workers = {workers} must lie in [1, {MOST_WORKERS}].")
-    settings = settings or DiagnosisSettings()
-    with whole_folder(folder) as draft:
-        by_key, files = _keyed(sources, settings, measure), Path(folder) / "rows"
-        earlier = [file for key in by_key if (file := files / f"{key}.parquet").exists()]
-        rows = (row for file in earlier for row in campaign_rows.read_rows(file))
-        known = {row["key"]: row for row in rows if row["error"] is None}
-        progress(len(known), len(by_key), None)
-        if waiting := {key: source for key, source in by_key.items() if key not in known}:
-            with connected(scheduler, workers) as client:
-                for row in _arriving(client, waiting, partial(work or diagnosed, settings=settings, measure=measure)):
-                    campaign_rows.write_rows([row], files / f"{row['key']}.parquet")
-                    known[row["key"]] = campaign_rows.complete(row)
-                    progress(len(known), len(by_key), row)
-        found = [known[key] for key in by_key]
-        campaign_rows.write_rows(found, draft / CONSOLIDATED)
-    return found
-
-
-def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None = None) -> Row:
-    """Load and diagnose one rig.
-
-    The rig's own configuration overrides the settings. ``measure``, "module:function", is called with the rig, truth
-    included, and its diagnosis after that has ended, and returns further figures, a mapping of str to float for the
-    column ``measures``. A rig that cannot be read or diagnosed gives a row with the text of its ``error``: one bad rig
-    does not end the campaign.
+    The column ``measures`` has what ``measure`` says of the rig, truth included, and its diagnosis. A rig that cannot
+    be read or diagnosed gives a row with the text of its ``error``: one bad rig does not end the campaign.
     """
     began = perf_counter()
     row: Row = {"rig": source.rig}
@@ -119,10 +77,55 @@ def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None =
         diagnosis = rig.diagnose(settings)
         row |= campaign_rows.diagnosis_columns(diagnosis)
         if measure:
-            row["measures"] = dict(named_function(measure)(rig, diagnosis))
+            row["measures"] = dict(measure(rig, diagnosis))
     except Exception as error:
         row |= {"error": error_text(error), "seconds": perf_counter() - began}
     return row
+
+
+def run_campaign(
+    sources: Sequence[Source],
+    folder: str | Path,
+    settings: DiagnosisSettings | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    progress: Progress = lambda done, total, row: None,
+    work: Callable[..., Row] = diagnosed,
+) -> list[Row]:
+    """Diagnose every rig that has no result yet; return one row per source, in their order.
+
+    The ``folder`` holds ``rows/<key>.parquet``, one row each, and ``campaign.parquet`` of them all; a file appears
+    whole or not at all. ``scheduler`` is the address of a running one, "tcp://host:8786"; without it ``workers``
+    processes are started on this machine, by default one per core. ``work`` is what a worker does with a rig and the
+    settings.
+
+    ConfigurationError if two rigs have the same name, no scheduler answers, it has no worker or its workers run another
+    version of this software, or the folder cannot be used.
+    """
+    if workers is not None and scheduler is not None:
+        raise ConfigurationError(f"workers = {workers} is for processes on this machine; {scheduler} has its own.")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise ConfigurationError(f"workers = {workers} must lie in [1, {MOST_WORKERS}].")
+    for name, count in Counter(source.rig for source in sources).most_common(1):
+        if count > 1:
+            raise ConfigurationError(f"two rigs are called {name!r}; every rig needs its own name.")
+    settings = settings or DiagnosisSettings()
+    with whole_folder(folder) as draft:
+        code = code_digest() + source_digest((work.__module__,))
+        by_key = {result_key(own.rig, own.content(), settings, code): own for own in sources}
+        files = {key: Path(folder) / "rows" / f"{key}.parquet" for key in by_key}
+        rows = (row for file in files.values() if file.exists() for row in campaign_rows.read_rows(file))
+        known = {row["key"]: row for row in rows if row["error"] is None}
+        progress(len(known), len(by_key), None)
+        if waiting := {key: source for key, source in by_key.items() if key not in known}:
+            with connected(scheduler, workers) as client:
+                for row in _arriving(client, waiting, partial(work, settings=settings)):
+                    campaign_rows.write_rows([row], files[row["key"]])
+                    known[row["key"]] = campaign_rows.complete(row)
+                    progress(len(known), len(by_key), row)
+        found = [known[key] for key in by_key]
+        campaign_rows.write_rows(found, draft / CONSOLIDATED)
+    return found
 
 
 def code_digest() -> str:
@@ -139,67 +142,49 @@ def result_key(rig: str, content: str, settings: DiagnosisSettings, code: str) -
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:24]
 
 
-def _keyed(sources: Sequence[Source], settings: DiagnosisSettings, measure: str | None) -> dict[str, Source]:
-    """Return the sources by the keys of their results."""
-    ((most, count),) = Counter(source.rig for source in sources).most_common(1) or [("", 0)]
-    if count > 1:
-        raise ConfigurationError(f"two rigs are called {most!r}; every rig needs its own name.")
-    code = code_digest()
-    if measure:
-        named_function(measure)
-        code += f" {measure} {source_digest((measure.partition(':')[0],))}"
-    return {result_key(source.rig, source.content(), settings, code): source for source in sources}
-
-
 @contextmanager
 def connected(scheduler: str | None = None, workers: int | None = None) -> Iterator[Client]:
     """Yield a Dask client of a scheduler, or of processes on this machine that are closed at the end."""
-    with ExitStack() as stack:
-        if scheduler is None:
-            scratch = str(stack.enter_context(draft_folder()))
-            # The scheduler makes its folder, too; that of the workers is named below.
-            local = {"distributed.nanny.pre-spawn-environ": ONE_THREAD, "temporary-directory": scratch, **PATIENCE}
-            stack.enter_context(dask.config.set(local))
-            # No memory limit: pausing a diagnosis would not reduce the memory that it needs.
-            # Any free port for Dask's own pages: two campaigns may run at once.
-            cluster = LocalCluster(
+    if scheduler is None:
+        # The scheduler makes its folder, too. No memory limit: pausing a diagnosis would not reduce the memory that it
+        # needs. Any free port for Dask's own pages: two campaigns may run at once.
+        with (
+            draft_folder() as scratch,
+            dask.config.set({**LOCAL, "temporary-directory": str(scratch)}),
+            LocalCluster(
                 n_workers=workers or os.cpu_count() or 1, threads_per_worker=1, memory_limit=0, dashboard_address=":0",
-                silence_logs=CRITICAL, local_directory=scratch,
-            )  # fmt: skip
-            yield stack.enter_context(Client(stack.enter_context(cluster)))
-            return
-        try:
-            client = stack.enter_context(Client(scheduler, timeout=CONNECTING))
-        except (OSError, ValueError) as error:
-            raise ConfigurationError(
-                f"no Dask scheduler answers at {scheduler}; start one with `dask scheduler` and give its tcp:// "
-                "address."
-            ) from error
+                silence_logs=CRITICAL, local_directory=str(scratch),
+            ) as cluster,
+            Client(cluster) as client,
+        ):  # fmt: skip
+            yield client
+        return
+    try:
+        client = Client(scheduler, timeout=CONNECTING)
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(
+            f"no Dask scheduler answers at {scheduler}; start one with `dask scheduler` and give its tcp:// address."
+        ) from error
+    with client:
         try:
             client.wait_for_workers(1, timeout=CONNECTING)
+            digests = client.run(code_digest)
         except TimeoutError:
             raise ConfigurationError(
                 f"the scheduler at {scheduler} has no worker; start some with "
                 f"`dask worker {scheduler} --nthreads 1 --nworkers -1`."
             ) from None
-        _check_versions(client)
+        except ImportError as error:
+            raise ConfigurationError(
+                f"a worker cannot import {error.name}; install this software, with its cluster extra, on every machine."
+            ) from error
+        # The rows of workers whose code differs would be taken for results of this version.
+        if others := sorted(worker for worker, digest in digests.items() if digest != code_digest()):
+            raise ConfigurationError(
+                f"the worker at {others[0]} runs another version of this software ({len(others)} of {len(digests)} "
+                "do); install the same one on every machine."
+            )
         yield client
-
-
-def _check_versions(client: Client) -> None:
-    """Refuse workers whose code differs: their rows would be taken for results of this version."""
-    try:
-        digests = client.run(code_digest)
-    except ImportError as error:
-        raise ConfigurationError(
-            f"a worker cannot import {error.name}; install this software, with its cluster extra, on every machine."
-        ) from error
-    others = sorted(worker for worker, digest in digests.items() if digest != code_digest())
-    if others:
-        raise ConfigurationError(
-            f"the worker at {others[0]} runs another version of this software ({len(others)} of {len(digests)} do); "
-            "install the same one on every machine."
-        )
 
 
 def _arriving(client: Client, waiting: Mapping[str, Source], work: Callable[[Source], Row]) -> Iterator[Row]:

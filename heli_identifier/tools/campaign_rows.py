@@ -40,9 +40,7 @@ BASE = ModelParameters._fields
 UNKNOWN = "unknown"
 """Name of an entry for a torque that is no effect of the catalogue."""
 
-ERRORS = {
-    f"{axis}_1s_{stage}_rad": (axis, stage) for axis in AXES for stage in ("before", "after", "noise_floor")
-}
+ERRORS = {f"{axis}_1s_{stage}_rad": (axis, stage) for axis in AXES for stage in ("before", "after", "noise_floor")}
 """Columns of the 1 s prediction errors [rad]: their axis, and of what."""
 
 _TEXT, _NUMBER = pa.string(), pa.float64()
@@ -51,33 +49,29 @@ _EFFECT = {
     "verdict": _TEXT, "alternatives": pa.list_(_TEXT), "variable": _TEXT, "frequency_hz": _NUMBER,
 }  # fmt: skip
 _POSSIBLE = {"name": _TEXT, "axis": _TEXT, "score": _NUMBER, "in_plant": pa.bool_()}
-_TRUE_EFFECT = {"name": _TEXT, "axis": _TEXT, "coefficient": _NUMBER}
-COLUMNS = {
-    "rig": _TEXT,
-    "key": _TEXT,
-    "error": _TEXT,
-    "verdict": _TEXT,
-    "effects": pa.list_(pa.struct(list(_EFFECT.items()))),
-    "possible": pa.list_(pa.struct(list(_POSSIBLE.items()))),
-    "closed_loop": pa.bool_(),
-    "held_out_nats": _NUMBER,
-    **{f"{axis}_use": _TEXT for axis in AXES},
-    **{column: _NUMBER for symbol in BASE for column in (symbol, f"{symbol}_se")},
-    **dict.fromkeys(ERRORS, _NUMBER),
-    "seconds": _NUMBER,
-    "measures": pa.map_(_TEXT, _NUMBER),
-    "true_kind": _TEXT,
-    "true_effects": pa.list_(pa.struct(list(_TRUE_EFFECT.items()))),
-    "true_unknown": pa.struct([("axis", _TEXT), ("variable", _TEXT)]),
-    **{f"true_{symbol}": _NUMBER for symbol in BASE},
-}
-SCHEMA = pa.schema(list(COLUMNS.items()))
+SCHEMA = pa.schema(
+    {
+        **dict.fromkeys(("rig", "key", "error", "verdict"), _TEXT),
+        "effects": pa.list_(pa.struct(_EFFECT)),
+        "possible": pa.list_(pa.struct(_POSSIBLE)),
+        "closed_loop": pa.bool_(),
+        "held_out_nats": _NUMBER,
+        **{f"{axis}_use": _TEXT for axis in AXES},
+        **{column: _NUMBER for symbol in BASE for column in (symbol, f"{symbol}_se")},
+        **dict.fromkeys((*ERRORS, "seconds"), _NUMBER),
+        "measures": pa.map_(_TEXT, _NUMBER),
+        "true_kind": _TEXT,
+        "true_effects": pa.list_(pa.struct({"name": _TEXT, "axis": _TEXT, "coefficient": _NUMBER})),
+        "true_unknown": pa.struct({"axis": _TEXT, "variable": _TEXT}),
+        **{f"true_{symbol}": _NUMBER for symbol in BASE},
+    }
+)
 """Columns and their types."""
 
 
 def complete(row: Row) -> Row:
     """Return a row with every column, None in those that it lacks."""
-    return dict.fromkeys(COLUMNS) | row
+    return dict.fromkeys(SCHEMA.names) | row
 
 
 def read_rows(path: Path) -> list[Row]:
@@ -118,17 +112,14 @@ def diagnosis_columns(diagnosis: Diagnosis) -> Row:
 
 
 def _effect(found: FoundEffect) -> Row:
-    coefficient = found.coefficient
-    return {
-        "name": found.name,
-        "axis": found.axis,
-        "coefficient": coefficient.value if coefficient else None,
-        "standard_error": coefficient.standard_error if coefficient else None,
-        "score": found.score,
+    shape, row = found.shape, {name: getattr(found, name, None) for name in _EFFECT}
+    if found.coefficient:
+        row |= {"coefficient": found.coefficient.value, "standard_error": found.coefficient.standard_error}
+    return row | {
         "verdict": found.verdict.value,
-        "alternatives": [f"{name} {axis}" for name, axis in found.alternatives],
-        "variable": None if isinstance(found.shape, NamedShape) else found.shape.variable,
-        "frequency_hz": found.shape.frequency_hz if isinstance(found.shape, PeriodicShape) else None,
+        "alternatives": [" ".join(entry) for entry in found.alternatives],
+        "variable": None if isinstance(shape, NamedShape) else shape.variable,
+        "frequency_hz": shape.frequency_hz if isinstance(shape, PeriodicShape) else None,
     }
 
 

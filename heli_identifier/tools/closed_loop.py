@@ -7,7 +7,7 @@ simulated less measured angles. Feedback cannot flatter it: the simulated voltag
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf
 from os import PathLike
 from typing import Any
 
@@ -17,7 +17,7 @@ from scipy.signal import lfilter
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log, LogSource, read_logs
-from heli_identifier.results import PlantSource, Table, Tabular, plant_of, significant
+from heli_identifier.results import PlantSource, Table, Tabular, plain, plant_of, significant
 from heli_identifier.tools.loop import Memory, Settings, answered, begun, fly, read_controller
 from heli_identifier.tracing import record_start
 from heli_plant.effects import AXES
@@ -34,16 +34,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, repr=False)
 class ClosedLoopErrors(Tabular):
-    """Closed-loop errors over 3 s."""
+    """Closed-loop errors over 3 s, by log and axis [rad]; up to ``limit`` they pass on the ``followed`` axes.
+
+    ``voltages`` are by log what the controller asks for along the measured angles less what was logged [V], root mean
+    square.
+    """
 
     errors: dict[str, dict[str, float]]
-    """By log and axis [rad]."""
     voltages: dict[str, float]
-    """By log, what the controller asks for along the measured angles less what was logged [V]: root mean square."""
     followed: tuple[str, ...]
-    """Axes that the controller follows."""
     limit: float = inf
-    """Largest error of these that passes [rad]."""
 
     @property
     def table(self) -> Table:
@@ -68,9 +68,8 @@ class ClosedLoopErrors(Tabular):
 
     def to_dict(self) -> dict[str, Any]:
         """Give the figures as a JSON file has them."""
-        limit = self.limit if isfinite(self.limit) else None
         errors = {"closed_loop_3s_rad": self.errors, "voltages_V": self.voltages}
-        return {**errors, "limit_rad": limit, "passed": self.passed}
+        return plain({**errors, "limit_rad": self.limit, "passed": self.passed})
 
 
 def closed_loop_errors(
@@ -86,27 +85,29 @@ def closed_loop_errors(
     """
     plant = plant_of(parameters)
     settings = read_controller(controller, plant.v_max) if isinstance(controller, str | PathLike) else controller
-    found = {log.name: _flown_again(log, plant, settings) for log in read_logs(logs)}
-    errors = {log: dict(zip(AXES, own.tolist(), strict=True)) for log, (own, _) in found.items()}
-    return ClosedLoopErrors(errors, {log: differ for log, (_, differ) in found.items()}, _followed(settings), limit)
-
-
-def _followed(settings: Settings) -> tuple[str, ...]:
-    return ("elevation", "travel" if settings.travel_enabled else "pitch")
+    followed, errors, voltages = ("elevation", "travel" if settings.travel_enabled else "pitch"), {}, {}
+    for log in read_logs(logs):
+        if missing := [axis for axis in followed if axis not in log.references]:
+            raise ConfigurationError(
+                f"log {log.name} has no reference of the {' and the '.join(missing)}, which this controller follows; "
+                "name the column in [log.references] of heli.toml."
+            )
+        own, voltages[log.name] = _flown_again(log, plant, settings)
+        errors[log.name] = dict(zip(AXES, own.tolist(), strict=True))
+    return ClosedLoopErrors(errors, voltages, followed, limit)
 
 
 def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[Array, float]:
     """Root mean square errors (3,) [rad] over all stretches of a log, and of the controller's voltages [V]."""
-    if missing := [axis for axis in _followed(settings) if axis not in log.references]:
-        raise ConfigurationError(
-            f"log {log.name} has no reference of the {' and the '.join(missing)}, which this controller follows; name "
-            "the column in [log.references] of heli.toml."
-        )
     zero = np.zeros(len(log.angles))
     references = np.column_stack([log.references.get(axis, zero) for axis in AXES])
     share, first = kept(log.step, motor_time_constant(plant)), log.voltages[0]
     lagged = lfilter([0.0, 1.0 - share], [1.0, -share], log.voltages - first, axis=0) + first
-    length, memories, asked = round(AHEAD / log.step), *_along(log, settings, references)
+    length, asked, memories = round(AHEAD / log.step), np.empty_like(log.voltages), list[Memory]()
+    memory = begun(settings, *log.angles[0].tolist())
+    for k, (own, wanted) in enumerate(zip(log.angles.tolist(), references.tolist(), strict=True)):
+        memories.append(memory)
+        memory, asked[k] = answered(settings, memory, own, wanted, log.step)
     squares = []
     for k in range(length, len(log.angles) - length, length):
         part = slice(k, k + length)
@@ -120,13 +121,3 @@ def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[
             f"log {log.name} lasts {log.duration:.3g} s; to be flown again it needs {3 * AHEAD:g} s."
         )
     return np.sqrt(np.mean(squares, axis=(0, 1))), float(np.sqrt(np.mean((asked[:-1] - log.voltages[1:]) ** 2)))
-
-
-def _along(log: Log, settings: Settings, references: Array) -> tuple[list[Memory], Array]:
-    """States of the controller along the measured angles, before each sample, and the voltages [V] it then asks for."""
-    asked, memories, memory = np.empty_like(log.voltages), [], None
-    for k, (angles, wanted) in enumerate(zip(log.angles.tolist(), references.tolist(), strict=True)):
-        memory = begun(settings, *angles) if memory is None else memory
-        memories.append(memory)
-        memory, asked[k] = answered(settings, memory, angles, wanted, log.step)
-    return memories, asked

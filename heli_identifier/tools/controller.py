@@ -38,11 +38,8 @@ OTHERS = ("pitch", "travel")
 DRAWS, TRIED = 1000, 200
 """Drawn plants over which a design is judged, and those over which a robust one is searched."""
 
-FEW = 60
-"""Drawn plants of the retuned PID: the ends of a 95 % interval are then known to a tenth of its width."""
-
-ROBUST = 30
-"""Drawn plants for which a retuned PID has to keep its margins."""
+FEW, ROBUST = 60, 30
+"""The same of a retuned PID: the ends of a 95 % interval are then known to a tenth of its width."""
 
 DEARER, DEAREST = 1.5, 24
 """Factor by which the voltages become dearer, and how often at most."""
@@ -55,20 +52,20 @@ _FLOWN_BY = {"pitch": "k_x", "elevation": "k_z", "travel": "k_y"}
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Two controllers of one kind around an identified plant."""
+    """Two controllers of one kind around an identified plant.
+
+    ``kind`` is pid, lqr or lqi, ``axes`` the controlled angles, ``plants`` those over which both were judged:
+    ``baseline`` is what the weights say, or the present PID. ``continuous`` is the nominal design in continuous time,
+    None of a PID.
+    """
 
     kind: str
-    """pid, lqr or lqi."""
     axes: tuple[str, ...]
-    """Controlled angles."""
     plants: Plants
-    """Over which they were judged."""
     baseline: Judged
-    """What the weights say, or the present PID."""
     robust: Judged
     notes: tuple[str, ...]
     continuous: FeedbackSettings | None = None
-    """The nominal design in continuous time; None of a PID."""
 
     def document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
         """Return the content of design.json; null stands for an infinite value."""
@@ -81,7 +78,7 @@ class Design:
                 "axes": self.axes,
                 "operating_point": model.point,
                 "period_s": model.sampled.dt,
-                "input_delay_s": model.input_delay,
+                "input_delay_s": model.plant.input_delay_rotors,
                 "plants": len(self.plants.drawn),
                 "confidence": CONFIDENCE,
                 "nominal": self.baseline.document,
@@ -122,7 +119,7 @@ class Design:
             "inputs": continuous.input_labels,
             "outputs": continuous.output_labels,
             "operating_point": asdict(model.point),
-            "input_delay": model.input_delay,
+            "input_delay": model.plant.input_delay_rotors,
         }
         for name in "AB":
             ends = np.quantile([getattr(one, name) for one in drawn], (0.025, 0.975), axis=0)
@@ -136,10 +133,9 @@ class Design:
         return out.getvalue()
 
 
-def check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use) -> None:
+def _check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use) -> None:
     """Refuse a plant of whose axes the diagnosis says one of these uses, and say what to fly."""
-    unfit = [axis for axis in axes if axis in parameters.axes_for(*unfit_for)]
-    if unfit:
+    if unfit := [axis for axis in axes if axis in parameters.axes_for(*unfit_for)]:
         fly = helicopter(DiagnosisSettings(), [np.zeros((1, 3))], [np.zeros((1, 2))]).fly
         flights = " ".join(f"For the {axis}: {fly[_FLOWN_BY[axis]]}" for axis in unfit)
         raise ConfigurationError(
@@ -165,12 +161,12 @@ def design_controller(
     ConfigurationError if the diagnosis does not call an axis fit for control, there is no equilibrium within the
     motors' voltages, the design is unstable, or the period too long.
     """
-    aim, travels = aim or ControllerConfiguration(), other == "travel"
+    aim, travels, axes = aim or ControllerConfiguration(), other == "travel", ("elevation", other)
     if kind not in KINDS or other not in OTHERS:
         raise ConfigurationError(
             f"{kind} of {other} is not designed; choose of {', '.join(KINDS)}, of pitch or travel."
         )
-    check_usable(parameters, (*LOOPS, *(("travel",) if travels else ())), Use.NOTHING, Use.PREDICTION)
+    _check_usable(parameters, (*LOOPS, *(("travel",) if travels else ())), Use.NOTHING, Use.PREDICTION)
     plants = allowed_plants(parameters, None if travels else pitch, elevation, aim.period, draws, progress)
     model, notes = plants.model, plants.notes
     if travels and abs(model.point.lift) < LEAST_LIFT:
@@ -191,7 +187,6 @@ def design_controller(
         if reached < aim.disk_margin:
             missed = f"no weight of the voltages reaches a disk margin of {aim.disk_margin:g}"
             notes = (*notes, f"{missed}; the best has {reached:.2f}")
-    axes = ("elevation", other)
     progress("judging the nominal design", 0.7)
     first = judge(plants, nominal, axes)
     if not first.is_stable:
@@ -237,7 +232,7 @@ def design_pid(
     ConfigurationError if there is no equilibrium, of the plant or of any plant that the data allow; the motors have no
     lag; the diagnosis calls an axis of a loop not usable; or the parameters are those of another unit than the plant.
     """
-    check_usable(parameters, LOOPS, Use.NOTHING)
+    _check_usable(parameters, LOOPS, Use.NOTHING)
     plants = allowed_plants(parameters, pitch, elevation, PERIOD, draws, progress)
     plant = plants.model.plant
     present = (settings or PidSettings(voltage_limit=plant.v_max))._replace(travel_enabled=False)
@@ -262,30 +257,18 @@ def design_pid(
     return Design("pid", LOOPS, plants, before, after, (*notes, *plants.notes))
 
 
-@dataclass(frozen=True)
-class Advice:
-    """What is to be said about the controller of a changed plant.
-
-    The ``sentence`` is empty and there are no ``gains``, parameters of the PidController, where the margins are kept.
-    ``document`` holds the same for JSON, and the peak of each loop's sensitivity with the present gains.
-    """
-
-    sentence: str
-    document: dict[str, Any]
-    gains: ParameterSet | None
-
-
 def control_advice(
     parameters: PlantParameters,
     standard_errors: Mapping[str, float],
     pitch: float = 0.0,
     elevation: float = 0.0,
     settings: PidSettings | None = None,
-) -> Advice:
+) -> tuple[dict[str, Any], ParameterSet | None]:
     """Judge the PID after a change was adopted in flight, and offer retuned gains if it does not keep its margins.
 
-    They are kept where the upper end of the sensitivity's 95 % interval is at most :data:`PEAK`. What the retuned gains
-    reach is in the sentence: no gains may keep the margins. Takes some seconds.
+    They are kept where the upper end of the sensitivity's 95 % interval is at most :data:`PEAK`; the ``sentence`` of
+    the document is then empty, and there are no gains. What the retuned gains reach is in the sentence: no gains may
+    keep the margins. Takes some seconds.
 
     ``standard_errors`` are by structured name; parameters that are not in it keep their value. The operating point is
     in [rad], the present PID by default that of the units. ConfigurationError if there is no equilibrium there.
@@ -295,15 +278,18 @@ def control_advice(
         for row in PARAMETERS
     }
     made = design_pid(ParameterSet(PLANT, values), pitch, elevation, settings)
-    peaks = {axis: made.baseline.figures[f"{axis}.sensitivity"] for axis in LOOPS}
-    beyond = [axis for axis in LOOPS if peaks[axis].interval[1] > PEAK]
+    peaks, new = ({axis: own.figures[f"{axis}.sensitivity"] for axis in LOOPS} for own in (made.baseline, made.robust))
+    beyond = {axis: peak for axis, peak in peaks.items() if peak.interval[1] > PEAK}
     sentence, offered = "", None
     if beyond:
         offered = controller_parameters(made.robust.settings, made.plants.model.point, {})
+        before, after = (
+            ", ".join("{} {:.2f} ({:.2f} to {:.2f})".format(axis, own.value, *own.interval) for axis, own in of.items())
+            for of in (beyond, new)
+        )
         sentence = (
-            "The PID does not keep its margins with the changed plant: peak of the sensitivity on "
-            f"{_peaks(made.baseline, beyond)}, stated are at most {PEAK:g}. Retuned gains are offered, not applied; "
-            f"with them it is {_peaks(made.robust, LOOPS)}."
+            f"The PID does not keep its margins with the changed plant: peak of the sensitivity on {before}, stated "
+            f"are at most {PEAK:g}. Retuned gains are offered, not applied; with them it is {after}."
         )
     document = {
         "sentence": sentence,
@@ -312,10 +298,4 @@ def control_advice(
         "largest_sensitivity": PEAK,
         "sensitivity": peaks,
     }
-    return Advice(sentence, plain(document), offered)
-
-
-def _peaks(judged: Judged, axes: Sequence[str]) -> str:
-    """Peaks of the sensitivity with their 95 % intervals, as text."""
-    own = ((axis, judged.figures[f"{axis}.sensitivity"]) for axis in axes)
-    return ", ".join("{} {:.2f} ({:.2f} to {:.2f})".format(axis, peak.value, *peak.interval) for axis, peak in own)
+    return plain(document), offered

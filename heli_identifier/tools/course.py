@@ -47,11 +47,8 @@ _OPERATORS: dict[type, Any] = {
     ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos,
 }  # fmt: skip
 _FUNCTIONS = {name: getattr(math, name) for name in ("sqrt", "sin", "cos", "tan", "exp")}
-_TO_COURSE = np.array([[0.5, 0.5], [0.5, -0.5]])
-"""(v_front, v_rear) of (V_s, V_d)."""
-
 _FROM_ROTORS = np.array([[1.0, 1.0], [1.0, -1.0]])
-"""(V_s, V_d) of (v_front, v_rear)."""
+"""(V_s, V_d) of (v_front, v_rear); half of it gives (v_front, v_rear) of (V_s, V_d)."""
 
 COLUMNS = ("name", "your script says", "the rig says", "differs by")
 
@@ -103,18 +100,10 @@ def _value(node: ast.expr, known: Mapping[str, float]) -> float:
     raise TypeError
 
 
-def geometry_of(values: Mapping[str, float], stated: Geometry) -> Geometry:
-    """Give masses, lengths and hover of a script; what it does not assign is as ``stated``."""
-    own = {name: values[name] for name in asdict(stated) if name in values}
-    hovers = [value for name, value in values.items() if _HOVER.fullmatch(name)]
-    return replace(stated, **own, **({"hover_voltage": hovers[-1]} if hovers else {}))
-
-
 def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geometry) -> dict[str, Estimate]:
     """Give what the rig says of the course's quantities; those of masses and lengths only where these are stated."""
-    estimates, J = parameters.values, geometry.inertias
-    K_1, K_2, travel = (estimates[f"{axis}.gain"] for axis in ("pitch", "elevation", "travel"))
-    lift = model.point.lift
+    J, lift = geometry.inertias, model.point.lift
+    K_1, K_2, travel = (parameters.values[f"{axis}.gain"] for axis in ("pitch", "elevation", "travel"))
     found = {"K_1": K_1, "K_2": K_2, "K_3": _times(travel, lift), "V_s0": Estimate(lift, None, "V")}
     if J is None or geometry.l_h is None or geometry.l_p is None:
         return found
@@ -149,12 +138,13 @@ def corrected_init(
 ) -> str:
     """Give the text of init_heli_corrected.m for a plant and its linear model at the operating point.
 
-    ``values`` are those of a ``script``, if there is one (:func:`course_values`); over what the rig's configuration has
-    ``stated`` they prevail.
+    ``values`` are those of a ``script``, if there is one (:func:`course_values`), masses, lengths and hover among them;
+    what it does not assign is as ``stated`` by the rig's configuration.
     """
-    geometry, point = geometry_of(values, stated), model.point
+    own = {"hover_voltage" if _HOVER.fullmatch(name) else name: value for name, value in values.items()}
+    geometry = replace(stated, **{name: own[name] for name in asdict(stated) if name in own})
     rig, said = corrected_values(parameters, model, geometry), scripted_values(values, geometry)
-    system = linear_system(model.plant, point)
+    point, system = model.point, linear_system(model.plant, model.point)
     return _script(
         "init_heli_corrected.m.j2",
         point,
@@ -163,9 +153,9 @@ def corrected_init(
         table=Table("", COLUMNS, [(name, *_compared(said.get(name), own)) for name, own in rig.items()]),
         lengths={name: value for name, value in asdict(geometry).items() if value and name != "hover_voltage"},
         system=system,
-        B=system.B @ _TO_COURSE,
+        B=system.B @ (0.5 * _FROM_ROTORS),
         x0=[*point.state(model.plant)[:8], *[0.0] * (system.nstates - 8)],
-        input_delay=model.input_delay,
+        input_delay=model.plant.input_delay_rotors,
     )
 
 
@@ -185,7 +175,6 @@ def controller_m(design: Design) -> str:
 
 
 def _script(template: str, point: OperatingPoint, **parts: Any) -> str:
-    """Fill the template of a script."""
     held = _FROM_ROTORS @ (point.v_front, point.v_rear)
     tools = {"matrix": _matrix, "matrices": _matrices, "row": _row}
     return rendered(template, point=point, held=held, states=STATES, **tools, **parts)
@@ -198,7 +187,7 @@ def _matrices(own: FeedbackSettings, *names: str) -> list[tuple[str, ArrayLike]]
         "K_z": _FROM_ROTORS @ np.array(own.integral),
         "N": _FROM_ROTORS @ np.array(own.reference),
         "F": own.transition,
-        "G": np.array(own.drive) @ _TO_COURSE,
+        "G": np.array(own.drive) @ (0.5 * _FROM_ROTORS),
         "L": own.innovation,
     }
     return [(name, every[name]) for name in names]

@@ -18,7 +18,7 @@ from scipy.stats import rankdata
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.results import ParameterSet, drawn_values
 from heli_identifier.tools import margins
-from heli_identifier.tools.linearisation import LinearModel, linear_model, operating_point
+from heli_identifier.tools.linearisation import LinearModel, linear_model
 from heli_identifier.tools.loop import Settings, StepResponse, settling_time, step_response
 from heli_identifier.tools.margins import Array
 from heli_plant.control import PidSettings
@@ -44,18 +44,17 @@ SMALLER_IS_BETTER = ("gain_down", "sensitivity", "settling")
 
 @dataclass(frozen=True, eq=False)
 class Plants:
-    """The estimated plant at an operating point, and the plants that the data allow, each at its own."""
+    """The estimated plant at an operating point, and M ``drawn`` plants that the data allow, each at its own.
+
+    ``responses`` (M + 1, N, 3, 2) are :func:`plant_response` of the estimated and the drawn plants at the frequencies
+    ``omega`` (N,) [rad/s]; ``notes`` say how many plants were left out.
+    """
 
     model: LinearModel
-    """The estimated one."""
     drawn: tuple[LinearModel, ...]
-    """Those that the data allow, M of them."""
     omega: Array
-    """Frequencies [rad/s], shape (N,)."""
     responses: margins.Responses
-    """:func:`plant_response` of the estimated plant and of the drawn ones, shape (M + 1, N, 3, 2)."""
     notes: tuple[str, ...]
-    """How many plants were left out."""
 
 
 def drawn_plants(parameters: ParameterSet, count: int, seed: int = 0) -> list[PlantParameters]:
@@ -67,19 +66,15 @@ def drawn_plants(parameters: ParameterSet, count: int, seed: int = 0) -> list[Pl
 def allowed_plants(
     parameters: ParameterSet, pitch: float | None, elevation: float, period: float, draws: int, progress: Progress
 ) -> Plants:
-    """Linearise the estimated plant and drawn ones, each at its equilibrium (:func:`operating_point`).
+    """Linearise the estimated plant and drawn ones, each at its own equilibrium.
 
     ConfigurationError if the estimated plant has no equilibrium, or none of the drawn ones has one.
     """
-
-    def linearised(plant: PlantParameters) -> LinearModel:
-        return linear_model(plant, operating_point(plant, pitch, elevation), period)
-
-    model, drawn = linearised(parameters.plant()), list[LinearModel]()
+    model, drawn = linear_model(parameters.plant(), pitch, elevation, period), list[LinearModel]()
     for number, plant in enumerate(drawn_plants(parameters, draws)):
         progress("linearising the plants that the data allow", 0.5 * number / draws)
         with suppress(ConfigurationError):
-            drawn.append(linearised(plant))
+            drawn.append(linear_model(plant, pitch, elevation, period))
     if not drawn:
         raise ConfigurationError(
             f"none of {draws} plants that the data allow has an equilibrium at pitch {model.point.pitch:g} rad, "
@@ -93,14 +88,14 @@ def allowed_plants(
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure of a loop."""
+    """One figure of a loop: of the estimated plant, with the interval that holds 95 % of the drawn ones.
+
+    ``promised`` is what is kept, ``worst`` that of the worst drawn plant.
+    """
 
     value: float
-    """Of the estimated plant."""
     interval: tuple[float, float]
-    """Holds 95 % of the drawn plants."""
     promised: float
-    """What is kept."""
     worst: float
 
 
@@ -113,18 +108,16 @@ class Judged:
     """``LOOP.NAME`` with the names of :class:`Margins`; ``disk``, the disk margin at both actuators at once;
     ``AXIS.settling``, the time [s] of a linear reference step."""
     is_stable: bool
-    """Whether the loop with the estimated plant is."""
     stable: float
-    """Share of the plants for which the loop is stable."""
+    """Whether the loop with the estimated plant is stable; share of the drawn plants for which it is."""
     poles: NDArray[Any]
     """Of the closed loop with the estimated plant [1/s], shape (n,)."""
     disks: Array
     """Disk margin of every plant, shape (M,)."""
     steps: tuple[StepResponse, ...]
-    """Of the whole plant."""
     band: dict[str, Array]
-    """Lowest and highest response to a unit step among 95 % of the plants, by axis, at the times of the steps after 0,
-    shape (2, N)."""
+    """Steps of the whole plant; lowest and highest response to a unit step among 95 % of the plants, by axis, at the
+    times of the steps after 0, shape (2, N)."""
     effort: float = 1.0
     """Factor by which the voltages were made dearer."""
 

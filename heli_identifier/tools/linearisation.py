@@ -75,18 +75,9 @@ class LinearModel:
     point: OperatingPoint
     sampled: StateSpace
 
-    @property
-    def input_delay(self) -> float:
-        """Delay of the voltages [s]."""
-        return self.plant.input_delay_rotors
-
 
 def linearise(
-    parameters: PlantSource,
-    elevation: float = 0.0,
-    pitch: float = 0.0,
-    *,
-    period: float | None = None,
+    parameters: PlantSource, elevation: float = 0.0, pitch: float = 0.0, *, period: float | None = None
 ) -> StateSpace:
     """Linearise the plant at the equilibrium of an elevation and a pitch.
 
@@ -119,9 +110,7 @@ def linearise(
     return linear_system(plant, operating_point(plant, pitch, elevation), period)
 
 
-def operating_point(
-    parameters: PlantParameters, pitch: float | None = 0.0, elevation: float = 0.0
-) -> OperatingPoint:
+def operating_point(parameters: PlantParameters, pitch: float | None = 0.0, elevation: float = 0.0) -> OperatingPoint:
     """Find the equilibrium at a pitch and an elevation [rad]; without a pitch the one at which the travel rests too.
 
     ConfigurationError if an angle is beyond `FURTHEST`, there is none, or it needs more than the motors' voltages.
@@ -163,8 +152,11 @@ def operating_point(
     return found
 
 
-def linear_model(parameters: PlantParameters, point: OperatingPoint, period: float = PERIOD) -> LinearModel:
-    """Linearise the plant at an operating point, sampled every ``period`` [s]; errors as :func:`linear_system`."""
+def linear_model(
+    parameters: PlantParameters, pitch: float | None = 0.0, elevation: float = 0.0, period: float = PERIOD
+) -> LinearModel:
+    """Linearise the plant at its :func:`operating_point`, sampled every ``period`` [s]."""
+    point = operating_point(parameters, pitch, elevation)
     return LinearModel(parameters, point, linear_system(parameters, point, period))
 
 

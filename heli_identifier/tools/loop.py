@@ -20,7 +20,6 @@ from heli_plant.state import PlantState
 from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, eight, feedback_step, start_feedback
 
 Controller = TypeVar("Controller", PidSettings, FeedbackSettings)
-
 Settings = PidSettings | FeedbackSettings
 """A controller."""
 
@@ -50,15 +49,16 @@ def controller_parameters(settings: Settings, point: OperatingPoint, provenance:
 
     Those of a StateFeedback that are zero, and of a PID those of loops that are off, are left out.
     """
-    values = {own.name: (float(field_of(settings, own.field)), own.unit or "1") for own in _declared(settings)}
-    values |= {"reference.pitch": (point.pitch, "rad"), "reference.elevation": (point.elevation, "rad")}
-    if isinstance(settings, PidSettings):
-        off = ("rate.", "travel.pitch_limit", *(() if settings.travel_enabled else ("travel.",)))
-        unit, kept = CONTROLLER, [name for name in values if not name.startswith(off)]
-    else:
-        unit, kept = FEEDBACK, [name for name, (value, _) in values.items() if value]
-    estimates = {name: Estimate(values[name][0], None, values[name][1]) for name in kept}
-    return ParameterSet(unit, estimates, provenance=provenance)
+    values = {
+        own.name: Estimate(float(field_of(settings, own.field)), None, own.unit or "1") for own in _declared(settings)
+    }
+    values["reference.pitch"] = Estimate(point.pitch, None, "rad")
+    values["reference.elevation"] = Estimate(point.elevation, None, "rad")
+    if isinstance(settings, FeedbackSettings):
+        return ParameterSet(FEEDBACK, {n: own for n, own in values.items() if own.value}, provenance=provenance)
+    off = ("rate.", "travel.pitch_limit", *(() if settings.travel_enabled else ("travel.",)))
+    kept = {name: own for name, own in values.items() if not name.startswith(off)}
+    return ParameterSet(CONTROLLER, kept, provenance=provenance)
 
 
 def _declared(settings: Settings) -> list[Variable]:
@@ -156,24 +156,16 @@ def settling_time(share: Array, period: float) -> float:
 class StepResponse(NamedTuple):
     """Response of an ``axis`` to a step of its reference of a ``size`` [rad] at ``time`` (N,) 0 [s].
 
-    ``angle`` (N,) is the deviation from the operating point [rad].
+    ``angle`` (N,) is the deviation from the operating point [rad], ``overshoot`` the largest excess as a share of the
+    step, ``settling_time`` [s] infinite if it does not settle.
     """
 
     axis: str
     time: Array
     angle: Array
     size: float
-
-    @property
-    def overshoot(self) -> float:
-        """Largest excess over the step, as a share of it."""
-        return max(float(np.max(self.angle / self.size)) - 1.0, 0.0)
-
-    @property
-    def settling_time(self) -> float:
-        """Time [s] after which the response stays within :data:`SETTLED` of the step; infinite if it does not."""
-        after = self.time >= -1e-9
-        return settling_time(self.angle[after] / self.size, float(self.time[1] - self.time[0]))
+    overshoot: float
+    settling_time: float
 
 
 def step_response(
@@ -189,4 +181,7 @@ def step_response(
     references = np.where(np.arange(count)[:, None] < lead, still, still + size * np.eye(3)[index])
     state, held = rigid_start(point.state(plant), plant), (point.v_front, point.v_rear)
     angles, _ = fly(plant, settings, references, state, held, period, at_rest(settings, point))
-    return StepResponse(axis, np.arange(count) * period - LEAD, angles[:, index] - still[index], size)
+    angle = angles[:, index] - still[index]
+    excess = max(float(np.max(angle / size)) - 1.0, 0.0)
+    settled = settling_time(angle[lead:] / size, period)
+    return StepResponse(axis, np.arange(count) * period - LEAD, angle, size, excess, settled)

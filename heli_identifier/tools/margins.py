@@ -94,7 +94,7 @@ def closed_loop(model: LinearModel, settings: Settings) -> StateSpace:
     outputs the angles [rad].
     """
     plant = model.sampled
-    periods = 1 + round(model.input_delay / plant.dt)
+    periods = 1 + round(model.plant.input_delay_rotors / plant.dt)
     n, one, nothing = 2 * periods, np.eye(3), np.zeros((3, 3))
     delay = ss(np.eye(n, k=-2), np.eye(n, 2), np.eye(n)[-2:], np.zeros((2, 2)), plant.dt)
     loads, references = (ss([], [], [], np.eye(size), plant.dt) for size in (2, 3))
@@ -172,7 +172,7 @@ def plant_response(model: LinearModel, omega: Array) -> Responses:
     """Return the response (N, 3, 2) from (difference, sum) of the voltages, both delays included, to the angles."""
     plant = model.sampled
     z = np.exp(1j * omega * plant.dt)
-    delays = np.exp(-1j * omega * model.input_delay) / z
+    delays = np.exp(-1j * omega * model.plant.input_delay_rotors) / z
     return _response(plant.A, plant.B @ TO_ROTORS, plant.C, z) * delays[:, None, None]
 
 

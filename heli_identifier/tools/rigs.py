@@ -1,7 +1,7 @@
 """Rigs with their logs, and where they come from: a folder for each, or a generator called with seeds.
 
-A source (:class:`RigFolder`, :class:`GeneratedRig`) is small: a campaign sends it to the worker, which loads the logs
-itself. A worker on another machine must see the folder under the same path, or be able to import the generator.
+A :class:`Source` is small: a campaign sends it to the worker, which loads the logs itself. A worker on another machine
+must see the folder under the same path, or be able to import the generator.
 """
 
 import hashlib
@@ -10,7 +10,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from importlib.util import find_spec
 from os import PathLike
@@ -77,11 +77,10 @@ class Truth:
 
 @dataclass(frozen=True)
 class Rig:
-    """The data set of one rig."""
+    """The data set of one rig: logs to fit and to search in, and held-out ones; ConfigurationError without either."""
 
     training: tuple[Log, ...]
     held_out: tuple[Log, ...]
-    """training, held_out: logs to fit and search in, and held-out logs."""
     truth: Truth | None = None
     """Not given to the diagnosis; a result row compares it with what was found."""
     configuration: RigConfiguration | None = None
@@ -102,61 +101,12 @@ class Rig:
         return diagnose(self.training, held_out=self.held_out, settings=own or DiagnosisSettings(), **options)
 
 
-@dataclass(frozen=True)
-class RigFolder:
-    """A rig whose logs lie in a folder."""
+class Source(NamedTuple):
+    """One ``rig`` of a unique name, and functions that load its logs and give a digest of these or of their maker."""
 
     rig: str
-    """Name of the folder, or its path where two folders have one name."""
-    training: tuple[Path, ...]
-    """Logs to fit and to search, in the order of their names."""
-    held_out: tuple[Path, ...]
-    """Logs whose names begin with "held"; empty if none does, and the last log is then to be held out."""
-    configuration: Path | None
-    """heli.toml of the folder, else the one that all rigs share."""
-
-    def content(self) -> str:
-        """Return the digest of names and bytes of its files."""
-        files = (*self.training, *self.held_out, *([self.configuration] if self.configuration else ()))
-        return _digest((path.name, path) for path in files)
-
-    def load(self, start: float | None = None, end: float | None = None) -> Rig:
-        """Read its logs, from ``start`` to ``end`` [s] in their own time; errors as their readers and `read_split`."""
-        configuration = records.read_configuration(self.configuration) if self.configuration else None
-        form = (configuration or RigConfiguration()).format
-        training, held_out, note = read_split(self.training, self.held_out, form, start, end)
-        return Rig(training, held_out, configuration=configuration, note=note)
-
-
-@dataclass(frozen=True)
-class GeneratedRig:
-    """A rig that the function ``generator``, "module:function", makes of its ``arguments``, for instance one seed.
-
-    ``ingredients`` are further modules and packages on whose source the logs depend.
-    """
-
-    rig: str
-    generator: str
-    arguments: tuple[str | int | float, ...]
-    ingredients: tuple[str, ...] = ()
-
-    def content(self) -> str:
-        """Return the digest of the generator's source and arguments, so that a finished rig is skipped unmade."""
-        modules = (self.generator.partition(":")[0], *self.ingredients)
-        return f"{self.generator} {self.arguments!r} {source_digest(modules)}"
-
-    def load(self) -> Rig:
-        """Make its logs; ConfigurationError if the generator cannot be found or does not return a :class:`Rig`."""
-        rig = named_function(self.generator)(*self.arguments)
-        if not isinstance(rig, Rig):
-            raise ConfigurationError(
-                f"{self.generator} returned a {type(rig).__name__}, a heli_identifier.tools.Rig is needed."
-            )
-        return rig
-
-
-Source = RigFolder | GeneratedRig
-"""One rig of a unique name before its logs are loaded, with a digest of these or of what makes them."""
+    load: Callable[..., Rig]
+    content: Callable[[], str]
 
 
 def read_split(
@@ -194,7 +144,7 @@ def read_split(
 
 def rig_folders(
     folders: Sequence[str | PathLike[str]], configuration: str | PathLike[str] | None = None
-) -> list[RigFolder]:
+) -> list[Source]:
     """Find the logs of the rigs of a fleet, a folder for each.
 
     ``configuration`` is the heli.toml of the rigs that have none beside their logs. ConfigurationError if there are
@@ -215,7 +165,7 @@ def rig_folders(
     return [rig_folder(Path(own), name, configuration) for own, name in zip(folders, names, strict=True)]
 
 
-def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[RigFolder]:
+def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[Source]:
     """Find the rigs of a campaign: every sub-folder that holds a log, in the order of their names.
 
     ConfigurationError if the folder is missing, no sub-folder holds a log, or one holds none to fit to.
@@ -232,24 +182,37 @@ def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] |
     return rigs
 
 
-def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = None) -> RigFolder:
-    """Find the logs of one rig; ConfigurationError if there is none to fit to."""
+def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = None) -> Source:
+    """Find the logs of one rig, the held-out ones by their names; ConfigurationError if there is none to fit to."""
     logs, own = _logs(folder), folder / records.CONFIGURATION_NAME
-    held_out = tuple(path for path in logs if path.name.startswith(HELD_OUT))
-    training = tuple(path for path in logs if path not in held_out)
+    held_out = [path for path in logs if path.name.startswith(HELD_OUT)]
+    training = [path for path in logs if path not in held_out]
     if not training:
         found = f"only {held_out[0].name}, which is held out" if held_out else "no log"
         raise ConfigurationError(
             f"{folder} holds {found}; put the rig's logs there ({' or '.join(ENDINGS)}), one of them to fit to."
         )
-    return RigFolder(name, training, held_out, own if os.path.lexists(own) else Path(shared) if shared else None)
+    configuration = own if os.path.lexists(own) else Path(shared) if shared else None
+    files = (*training, *held_out, *([configuration] if configuration else ()))
+    return Source(name, partial(_read_rig, training, held_out, configuration), partial(_digest, files))
 
 
 def _logs(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.suffix.lower() in ENDINGS and path.is_file())
 
 
-def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[GeneratedRig]:
+def _read_rig(
+    training: Sequence[Path], held_out: Sequence[Path], file: Path | None, start: float | None = None,
+    end: float | None = None,
+) -> Rig:  # fmt: skip
+    """Read the logs of a rig from ``start`` to ``end`` [s] in their own time; errors as :func:`read_split`."""
+    configuration = records.read_configuration(file) if file else None
+    form = (configuration or RigConfiguration()).format
+    first, rest, note = read_split(training, held_out, form, start, end)
+    return Rig(first, rest, configuration=configuration, note=note)
+
+
+def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[Source]:
     """Return ``count`` rigs that ``generator`` makes from the seeds ``first_seed``, ``first_seed`` + 1, ...
 
     The generator is "module:function" and takes one whole number. ConfigurationError if there is none, or no count.
@@ -257,7 +220,23 @@ def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[Gene
     if count < 1:
         raise ConfigurationError(f"rigs = {count} must be at least 1.")
     named_function(generator)
-    return [GeneratedRig(f"seed {seed}", generator, (seed,)) for seed in range(first_seed, first_seed + count)]
+    return [generated_rig(f"seed {seed}", generator, seed) for seed in range(first_seed, first_seed + count)]
+
+
+def generated_rig(name: str, generator: str, *arguments: Any, ingredients: tuple[str, ...] = ()) -> Source:
+    """Return a rig that a generator makes of arguments; its logs depend on the source of ``ingredients`` as well."""
+    return Source(name, partial(_make_rig, generator, *arguments), partial(_maker, generator, arguments, ingredients))
+
+
+def _make_rig(generator: str, *arguments: Any) -> Rig:
+    rig = named_function(generator)(*arguments)
+    if not isinstance(rig, Rig):
+        raise ConfigurationError(f"{generator} returned a {type(rig).__name__}, a heli_identifier.tools.Rig is needed.")
+    return rig
+
+
+def _maker(generator: str, arguments: tuple[Any, ...], ingredients: tuple[str, ...]) -> str:
+    return f"{generator} {arguments!r} {source_digest((generator.partition(':')[0], *ingredients))}"
 
 
 def named_function(name: str) -> Callable:
@@ -284,7 +263,7 @@ _NOT_FOUND = "{} cannot be found; run from the folder that holds it, or put that
 @cache
 def source_digest(modules: tuple[str, ...]) -> str:
     """Return the digest of the source of modules, and of packages with everything in their folders; once a process."""
-    found: list[tuple[str, Path]] = []
+    files: list[Path] = []
     for module in modules:
         try:
             spec = find_spec(module)
@@ -293,17 +272,16 @@ def source_digest(modules: tuple[str, ...]) -> str:
         if spec is None:
             raise ConfigurationError(_NOT_FOUND.format(f"module {module}"))
         folders = spec.submodule_search_locations or ()
-        files = [path for folder in folders for path in sorted(Path(folder).rglob("*.py"))]
-        if not folders and spec.origin and spec.origin.endswith(".py"):
-            files = [Path(spec.origin)]
-        found += [(f"{module} {path.name}", path) for path in files]
-    return _digest(found)
+        files += [path for folder in folders for path in sorted(Path(folder).rglob("*.py"))]
+        files += [Path(spec.origin)] if spec.has_location and spec.origin and not folders else []
+    return _digest(files)
 
 
-def _digest(files: Iterable[tuple[str, Path]]) -> str:
+def _digest(files: Iterable[Path]) -> str:
+    """Digest of the names and bytes of files."""
     digest = hashlib.sha256()
-    for name, path in files:
-        digest.update(name.encode() + hashlib.sha256(path.read_bytes()).digest())
+    for path in files:
+        digest.update(path.name.encode() + hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()
 
 
