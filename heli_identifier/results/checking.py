@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any
-from xml.etree import ElementTree
 
 from heli_identifier.records import LogSource, read_logs
 from heli_identifier.results.parameters import ParameterSet, parameter_set
+from heli_identifier.results.report import rendered
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import angle_text, significant
 from heli_identifier.tracing import Diagnosis, Outcome, Use, hold_to
@@ -40,37 +40,22 @@ class Check(Tabular):
 
     def to_dict(self) -> dict[str, Any]:
         """Give the outcome as `heli check --json` prints it; angles in rad."""
-        return {
-            "passed": self.passed,
-            "not_judged": list(self.not_judged),
-            "axes": [
-                {
-                    "log": outcome.log,
-                    "axis": outcome.axis,
-                    "prediction_1s_rad": outcome.error.value,
-                    "interval": [outcome.error.low, outcome.error.high],
-                    "limit_rad": outcome.limit,
-                    "passed": outcome.passed,
-                }
-                for outcome in self.outcomes
-            ],
-        }
+        axes = [
+            {
+                "log": own.log,
+                "axis": own.axis,
+                "prediction_1s_rad": own.error.value,
+                "interval": [own.error.low, own.error.high],
+                "limit_rad": own.limit,
+                "passed": own.passed,
+            }
+            for own in self.outcomes
+        ]
+        return {"passed": self.passed, "not_judged": list(self.not_judged), "axes": axes}
 
     def junit(self) -> str:
         """Give the outcome as JUnit XML, one case per log and axis, which CI systems show test by test."""
-        failures = sum(not outcome.passed for outcome in self.outcomes)
-        counts = {"tests": str(len(self.outcomes)), "failures": str(failures), "errors": "0", "skipped": "0"}
-        root = ElementTree.Element("testsuite", {"name": "heli check", **counts})
-        for outcome in self.outcomes:
-            name = f"{outcome.axis} 1 s prediction"
-            case = ElementTree.SubElement(root, "testcase", classname=outcome.log, name=name)
-            error, limit = (significant(1e3 * angle, 4) for angle in (outcome.error.value, outcome.limit))
-            figures = f"error {error} mrad, limit {limit} mrad"
-            if not outcome.passed:
-                ElementTree.SubElement(case, "failure", message=figures)
-            ElementTree.SubElement(case, "system-out").text = figures
-        ElementTree.indent(root)
-        return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+        return rendered("junit.xml.j2", outcomes=self.outcomes)
 
     def __repr__(self) -> str:
         failed = [f"{outcome.axis} of {outcome.log}" for outcome in self.outcomes if not outcome.passed]

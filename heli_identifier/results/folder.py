@@ -22,23 +22,8 @@ _SWEPT = 4
 def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a folder to write into; what it holds is moved to ``target`` if the block ends without an exception.
 
-    Parameters
-    ----------
-    target : path
-        Folder of the results; made with its parents if it does not exist.
-
-    Yields
-    ------
-    Path
-        A folder of its own on the same disk, gone afterwards.
-
-    Raises
-    ------
-    ConfigurationError
-        The target is no folder or cannot be written to; raised before the block runs, so that no long computation
-        ends in vain.
-    OSError
-        A file cannot be written in the block, as on a full disk; it names the file in the target.
+    A target that is no folder, or cannot be written to, is a ConfigurationError before the block runs, so that no long
+    computation ends in vain. A file that cannot be written in it is an OSError that names the file in the target.
     """
     folder = Path(os.path.realpath(target))
     # what is still a link after realpath is a link to itself

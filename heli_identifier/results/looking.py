@@ -55,14 +55,13 @@ class Look(Tabular):
     @property
     def table(self) -> Table:
         """Who flew, and one row an axis; intervals are of 95 %."""
-        rig, references = self.identification.plant.likelihood.rig, self.identification.references
+        rig = self.identification.plant.likelihood.rig
         rows = [
             (axis, f"{significant(self.movement[axis], 2)} counts", name, *gain_cells(self.gains.get(name)))
             for axis, name in zip(rig.axes, rig.gains, strict=True)
         ]
-        flown = "a controller flew" if references.closed_loop else "open loop"
-        title = f"{flown}; moved from outside: {', '.join(references.names) or 'nothing that these logs show'}"
-        return Table(title, ("axis", "moves by", "gain", "likelihood", "references alone", "it is"), rows)
+        columns = ("axis", "moves by", "gain", "likelihood", "references alone", "it is")
+        return Table(self.lines[0].rstrip("."), columns, rows)
 
     @property
     def lines(self) -> tuple[str, str, str]:
@@ -89,16 +88,17 @@ class Look(Tabular):
     def to_dict(self) -> dict[str, Any]:
         """Give the same as values for JSON, the gains as `parameters` in diagnosis.json."""
         references = self.identification.references
-        document = {
-            "closed_loop": references.closed_loop,
-            "references": references.names,
-            "movement_counts": self.movement,
-            "operating_point_v": self.identification.plant.likelihood.rig.operating_point,
-            "gains": self.gains,
-            "effects": [dict(zip(("name", "axis", "score", "established"), e, strict=True)) for e in self.effects],
-            "notes": references.notes,
-        }
-        return plain(document)
+        return plain(
+            {
+                "closed_loop": references.closed_loop,
+                "references": references.names,
+                "movement_counts": self.movement,
+                "operating_point_v": self.identification.plant.likelihood.rig.operating_point,
+                "gains": self.gains,
+                "effects": [dict(zip(("name", "axis", "score", "established"), e, strict=True)) for e in self.effects],
+                "notes": references.notes,
+            }
+        )
 
     def __repr__(self) -> str:
         return f"<Look: {', '.join(f'{name} {report.determination}' for name, report in self.gains.items())}>"
@@ -115,13 +115,12 @@ def look_lines(
     flown = "A controller flew" if closed_loop else "Open loop"
     moved = listed([f"the {axis} by {significant(counts, 2)}" for axis, counts in movement.items()])
     sure = [name for name, own in reports.items() if own.determination is not Determination.NOT_DETERMINED]
-    gains = f"These logs determine {listed(sure) or 'no gain'}"
-    if missing := [name for name in reports if name not in sure]:
-        gains += f", not {listed(missing)}"
+    missing = listed([name for name in reports if name not in sure])
     return (
         f"{flown}; moved from outside: {references or 'nothing that these logs show'}.",
         f"Root mean square of the motion in encoder counts: {moved}.",
-        f"{gains}; to fly next: {experiment}" if experiment else f"{gains}; nothing is missing for the gains.",
+        f"These logs determine {listed(sure) or 'no gain'}{f', not {missing}' if missing else ''}; "
+        + (f"to fly next: {experiment}" if experiment else "nothing is missing for the gains."),
     )
 
 

@@ -106,17 +106,10 @@ class ParameterSet(Tabular):
             raise ConfigurationError(f"{error}.") from error
 
     def check_complete(self) -> None:
-        """Refuse parameters of a plant that would leave some of them to the defaults, which are those of another rig.
-
-        Raises
-        ------
-        ConfigurationError
-            They are those of the plant, and one of :data:`REQUIRED` is not among them.
-        """
-        missing = [name for name in REQUIRED if name not in self.values] if self.unit == PLANT else []
-        if missing:
+        """Refuse a plant some of whose :data:`REQUIRED` parameters would be defaults: a ConfigurationError."""
+        if self.unit == PLANT and (missing := ", ".join(name for name in REQUIRED if name not in self.values)):
             raise ConfigurationError(
-                f"the plant's parameters lack {', '.join(missing)}; values of another rig are not taken for them."
+                f"the plant's parameters lack {missing}; values of another rig are not taken for them."
             )
 
     def axes_for(self, *uses: Use) -> tuple[str, ...]:
@@ -134,38 +127,29 @@ class ParameterSet(Tabular):
         )
 
     def limits(self, factor: float) -> dict[str, float]:
-        """Give the largest error [rad] of the 1 s prediction that each axis may have that is of any use.
+        """Give the largest error [rad] of the 1 s prediction that every usable axis may have.
 
-        Parameters
-        ----------
-        factor : float
-            Multiple of what is expected: the error on the held-out logs, or the noise floor if that is larger.
-
-        Raises
-        ------
-        ConfigurationError
-            These parameters come with no error on held-out logs, or not of every axis; none of their axes is usable; or
-            the factor is not positive.
+        It is ``factor`` times the error on the held-out logs, or times the noise floor if that is larger.
+        ConfigurationError if no usable axis has such an error, or an axis none.
         """
+        require_positive("factor", factor, "1")
         if not self.expected:
             raise ConfigurationError("these parameters come with no error on held-out logs; take those of a diagnosis.")
-        missing = [axis for axis in AXES if axis not in self.expected]
-        if missing:
+        if missing := ", ".join(axis for axis in AXES if axis not in self.expected):
             raise ConfigurationError(
-                f"these parameters state no expected error of {', '.join(missing)}, so nothing can be held to it; take "
-                "the parameters.json of a diagnosis."
+                f"these parameters state no expected error of {missing}, so nothing can be held to it; take the "
+                "parameters.json of a diagnosis."
             )
-        require_positive("factor", factor, "1")
-        useless = self.axes_for(Use.NOTHING)
-        if len(useless) == len(AXES):
+        found = {
+            axis: factor * max(expected.prediction_1s_rad.value, expected.noise_floor_rad)
+            for axis, expected in self.expected.items()
+            if expected.use is not Use.NOTHING
+        }
+        if not found:
             raise ConfigurationError(
                 "the diagnosis calls no axis of these parameters usable, so nothing is held to it."
             )
-        return {
-            axis: factor * max(expected.prediction_1s_rad.value, expected.noise_floor_rad)
-            for axis, expected in self.expected.items()
-            if axis not in useless
-        }
+        return found
 
     @property
     def table(self) -> Table:
@@ -190,11 +174,7 @@ class ParameterSet(Tabular):
 def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate]) -> dict[str, Estimate]:
     """Give what makes up a plant by structured name: the base model, the effects that are on with shapes, its tables.
 
-    Parameters
-    ----------
-    parameters : PlantParameters
-    estimates : mapping
-        Standard errors by field, of those that were estimated.
+    ``estimates`` has the standard errors by field, of those that were estimated.
     """
     on = {
         field
@@ -202,18 +182,17 @@ def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate])
         if getattr(parameters, effect.field) != 0.0
         for field in (effect.field, *(shape.field for shape in effect.shapes))
     }
-    general = parameters.general_model > 0.5
     values = {}
     for row in PARAMETERS:
-        if row.name.startswith("effects.") and row.field not in on:
-            continue
-        if row.name.startswith("general.") and not general:
-            continue
-        if row.name.startswith("table.") and getattr(parameters, f"table_variable_{row.name.split('.')[1]}") <= 0.5:
-            continue
-        found = estimates.get(row.field)
-        error = found.standard_error if found else None
-        values[row.name] = Estimate(getattr(parameters, row.field), error, row.unit)
+        group, _, name = row.name.partition(".")
+        used = {
+            "effects": row.field in on,
+            "general": parameters.general_model > 0.5,
+            "table": group == "table" and getattr(parameters, f"table_variable_{name.partition('.')[0]}") > 0.5,
+        }
+        if used.get(group, True):
+            error = estimates[row.field].standard_error if row.field in estimates else None
+            values[row.name] = Estimate(getattr(parameters, row.field), error, row.unit)
     return values
 
 
@@ -248,19 +227,13 @@ PlantSource = ParameterSet | PlantParameters | Diagnosis | str | PathLike[str]
 
 
 def parameter_set(source: ParameterSet | Diagnosis | str | PathLike[str]) -> ParameterSet:
-    """Give the parameters in a diagnosis, in a parameters.json, or themselves.
-
-    Raises
-    ------
-    ConfigurationError
-        The file cannot be used, or the source is something else.
-    """
-    if isinstance(source, ParameterSet):
-        return source
-    if isinstance(source, Diagnosis):
-        return corrected_parameters(source)
+    """Give the parameters in a diagnosis, in a parameters.json, or themselves; else a ConfigurationError."""
     if isinstance(source, str | PathLike):
         return read_parameters(source)
+    if isinstance(source, Diagnosis):
+        return corrected_parameters(source)
+    if isinstance(source, ParameterSet):
+        return source
     raise ConfigurationError(
         f"parameters are of type {type(source).__name__}; a ParameterSet, a Diagnosis or the path of a parameters.json "
         "is needed."
@@ -316,16 +289,13 @@ def _inconsistent(found: ParameterSet) -> Iterator[str]:
 
 def _check_unit(file: Path, found: ParameterSet) -> None:
     """Refuse values that are not parameters of the unit that the file names, or that the unit does not take."""
-    from fmu_src import UNITS, problem_with, unit_class
-
-    def of_unit(unit: str) -> dict[str, Any]:
-        return {variable.name: variable for variable in unit_class(unit).variables if variable.causality == "parameter"}
+    from fmu_src import UNITS, parameters_of, problem_with, unit_class
 
     if found.unit not in UNITS:
         raise ConfigurationError(f"{file} names the unit {found.unit!r}; there are {', '.join(UNITS)}.")
-    own = of_unit(found.unit)
+    own = parameters_of(unit_class(found.unit))
     if foreign := [name for name in found.values if name not in own]:
-        owners = [unit for unit in UNITS if found.values.keys() <= of_unit(unit).keys()]
+        owners = [unit for unit in UNITS if found.values.keys() <= parameters_of(unit_class(unit)).keys()]
         whose = f"; its values are of the {owners[0]}, name that as its unit" if owners else ""
         raise ConfigurationError(f"{file} is of the unit {found.unit}, which has no parameter {foreign[0]!r}{whose}.")
     for name, value in found.values.items():
@@ -344,28 +314,11 @@ def _check_unit(file: Path, found: ParameterSet) -> None:
 
 
 def drawn_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dict[str, float]]:
-    """Draw the parameters of a plant from a normal law, kept in their ranges.
+    """Draw a plant's parameters that have standard errors from a normal law, kept in their ranges, by structured name.
 
-    Parameters of a diagnosis are drawn with their joint covariance, gains by the logarithm of their slope at its
-    operating point. Others are drawn independently, so that intervals of figures that depend on several of them may be
-    too wide or too narrow.
-
-    Parameters
-    ----------
-    parameters : ParameterSet
-        Of the plant; a parameter without a standard error is not drawn.
-    count : int
-    seed : int
-
-    Returns
-    -------
-    list of dict
-        ``count`` draws: the drawn parameters by structured name.
-
-    Raises
-    ------
-    ConfigurationError
-        They are another unit's.
+    Those of a diagnosis are drawn with their joint covariance, gains by the logarithm of their slope at its operating
+    point. Others are drawn independently, so that intervals of figures that depend on several of them may be too wide
+    or too narrow.
     """
     plant, known, random = parameters.plant(), parameters.covariance, np.random.default_rng(seed)
     if known is None:

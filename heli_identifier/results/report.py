@@ -55,20 +55,7 @@ WEIGHTS = {"gain": 4, "effect": 2, "bound": 1}
 
 
 def write_results(diagnosis: Diagnosis, rig: str, folder: Path) -> None:
-    """Write the four files of a diagnosis into ``folder``.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-    rig : str
-        What the report calls the rig.
-    folder : Path
-
-    Raises
-    ------
-    IdentifierError
-        The corrected unit does not reach the reported free run.
-    """
+    """Write the four files of a diagnosis into ``folder``; ``rig`` is what the report calls the rig."""
     parameters = corrected_parameters(diagnosis)
     check_free_run(build(PLANT, folder, parameters), diagnosis)
     parameters.write(folder / "parameters.json")

@@ -4,7 +4,7 @@ A colour is a CSS variable of its role (``--after``), so that one figure serves 
 A figure that is a file of its own has the colours of the light theme.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from math import ceil, floor, log10
@@ -87,8 +87,7 @@ def figure(
     x_limits: tuple[float, float] | None = None,
 ) -> str:
     """Give axes from top to bottom, over one x, as an ``<svg>`` element described for those who hear it."""
-    xs = np.concatenate([x for panel in panels for _, x, *_ in panel.marks])
-    x_low, x_high = x_limits or _range(xs, log_x)
+    x_ends = x_limits or _range(np.concatenate([x for panel in panels for _, x, *_ in panel.marks]), log_x)
     margin = max(LEFT, *(LETTER * len(name) + 16.0 for panel in panels for name in panel.names), 0.0)
     height = TOP + sum(panel.height + GAP for panel in panels) - GAP + BOTTOM
     parts = [f'<svg class="figure" role="img" viewBox="0 0 {width:g} {height:g}" aria-label="{escape(description)}">']
@@ -98,25 +97,50 @@ def figure(
         parts.append(_text(place + 19.0, 13.0, label, "start"))
         place += 34.0 + LETTER * len(label)
     for panel in panels:
-        if panel.names:
-            panel.limits = (len(panel.names) - 0.4, -0.6)
-        low, high = panel.limits or _range(np.concatenate([y for _, _, y, *_ in panel.marks]), panel.logarithmic)
-        parts.append(_grid(panel, top, margin, inner, (x_low, x_high), (low, high), log_x, panel is panels[-1]))
-        parts.append(f'<svg x="{margin:g}" y="{top:g}" width="{inner:g}" height="{panel.height:g}">')
-        for start, end in panel.spans:
-            left, right = (_scaled(np.array([at]), x_low, x_high, inner, log_x)[0] for at in (start, end))
-            parts.append(f'<rect class="span" x="{left:.1f}" y="0" width="{max(right - left, 1):.1f}" height="100%"/>')
-        for kind, x, y, role, size in panel.marks:
-            px = _scaled(x, x_low, x_high, inner, log_x)
-            py = panel.height - _scaled(y, low, high, panel.height, panel.logarithmic)
-            parts.append(_mark(kind, np.clip(px, -1e4, 1e4), np.clip(py, -1e4, 1e4), role, size, inner))
-        parts.append("</svg>")
-        middle = top + 0.5 * panel.height
-        turned = f' transform="rotate(-90 12 {middle:g})"'
-        parts.append(_text(12.0, middle, panel.y_label, "middle", turned))
+        parts.append(_panel(panel, top, margin, inner, x_ends, log_x, panel is panels[-1]))
         top += panel.height + GAP
     parts.append(_text(margin + 0.5 * inner, height - 6.0, x_label, "middle"))
     return "".join([*parts, "</svg>"])
+
+
+def _panel(
+    panel: Axes, top: float, left: float, inner: float, x_ends: tuple[float, float], log_x: bool, last: bool
+) -> str:
+    """Draw one pair of axes: its grid, with the numbers of x if it is the last, and within a frame what is in it."""
+    ends = panel.limits or _range(np.concatenate([y for _, _, y, *_ in panel.marks]), panel.logarithmic)
+    rows = [(float(row), name) for row, name in enumerate(panel.names)]
+    if rows:
+        ends = (len(rows) - 0.4, -0.6)
+    x_at, y_at = _scale(x_ends, 0.0, inner, log_x), _scale(ends, panel.height, 0.0, panel.logarithmic)
+    parts = []
+    for value, text in rows or ticks(*ends, max(2, round(panel.height / 45.0)), panel.logarithmic):
+        at = top + y_at(value)
+        parts.append("" if rows else f'<path class="rule" d="M{left:g},{at:.1f}h{inner:g}"/>')
+        parts.append(_text(left - 6.0, at + 4.0, text, "end"))
+    for value, text in ticks(*x_ends, max(3, round(inner / 90.0)), log_x):
+        at = left + x_at(value)
+        parts.append(f'<path class="rule" d="M{at:.1f},{top:g}v{panel.height:g}"/>')
+        parts.append(_text(at, top + panel.height + 16.0, text, "middle") if last else "")
+    parts.append(f'<svg x="{left:g}" y="{top:g}" width="{inner:g}" height="{panel.height:g}">')
+    for start, end in (map(x_at, span) for span in panel.spans):
+        parts.append(f'<rect class="span" x="{start:.1f}" y="0" width="{max(end - start, 1):.1f}" height="100%"/>')
+    for kind, x, y, role, size in panel.marks:
+        px, py = (np.clip(places, -1e4, 1e4) for places in (x_at(x), y_at(y)))
+        parts.append(_mark(kind, px, py, role, size, inner))
+    middle = top + 0.5 * panel.height
+    turned = f' transform="rotate(-90 12 {middle:g})"'
+    return "".join([*parts, "</svg>", _text(12.0, middle, panel.y_label, "middle", turned)])
+
+
+def _scale(ends: tuple[float, float], start: float, end: float, logarithmic: bool) -> Callable[[Any], Any]:
+    """Give what places values between two ends, from ``start`` to ``end`` [px]."""
+    low, high = np.log10(ends) if logarithmic else ends
+
+    def place(values: Any) -> Any:
+        known = np.log10(np.maximum(values, 1e-300)) if logarithmic else values
+        return start + (known - low) / (high - low) * (end - start)
+
+    return place
 
 
 def side_by_side(figures: Sequence[str], columns: int, size: tuple[float, float], description: str) -> str:
@@ -144,33 +168,26 @@ def write_figure(svg: str, path: str | PathLike[str]) -> None:
 
 
 def run_figure(result: Any, log: Log | None = None) -> str:
-    """Draw a run of units: voltages, and the plant's angles.
+    """Draw a run of units (:class:`fmu_src.master.Result`): voltages, the plant's angles, and the log that was played.
 
-    Parameters
-    ----------
-    result : fmu_src.master.Result
-        Where 95 % of varied runs lie is drawn as well.
-    log : Log, optional
-        What was played; drawn as far as the run goes.
+    Where 95 % of varied runs lie is drawn as well, the log as far as the run goes.
     """
-    names, units, time, values = result.names, result.units, result.time, result.values
-    columns, panels = {name: column for column, name in enumerate(names)}, []
-    source = next((unit for unit in ("controller", "exciter", "player") if f"{unit}.v_front" in columns), None)
+    names, time, panels = result.names, result.time, []
+    source = next((unit for unit in ("controller", "exciter", "player") if f"{unit}.v_front" in names), None)
     if source is not None:
         panel = Axes("voltage [V]", 115.0)
-        panel.line(time, values[:, columns[f"{source}.v_front"]], "after", "v_front", 1.0)
-        panel.line(time, values[:, columns[f"{source}.v_rear"]], "before", "v_rear", 1.0)
+        panel.line(time, result.column(f"{source}.v_front"), "after", "v_front", 1.0)
+        panel.line(time, result.column(f"{source}.v_rear"), "before", "v_rear", 1.0)
         panels.append(panel)
-    for axis in AXES:
-        if (column := columns.get(f"plant.{axis}")) is None:
-            continue
-        panel = Axes(labelled(axis, units[column]), 115.0)
+    for axis in (own for own in AXES if f"plant.{own}" in names):
+        column = names.index(f"plant.{axis}")
+        panel = Axes(labelled(axis, result.units[column]), 115.0)
         if log is not None:
             played = log.time <= time[-1] + 1e-9  # two products of a step may differ by an ulp
             panel.line(log.time[played], log.angles[played, AXES.index(axis)], "measured", "measured", 2.2)
         if result.bands is not None:
             panel.band(time, result.bands.low[:, column], result.bands.high[:, column], "95 % of the runs")
-        panel.line(time, values[:, column], "after", "plant", 1.1)
+        panel.line(time, result.values[:, column], "after", "plant", 1.1)
         panels.append(panel)
     return figure(panels, "time [s]", "The run over time", 700.0)
 
@@ -186,31 +203,6 @@ def ticks(low: float, high: float, count: int, logarithmic: bool = False) -> lis
     decimals = max(0, -floor(log10(step) + 1e-9))
     values = [n * step for n in range(ceil(low / step - 1e-9), floor(high / step + 1e-9) + 1)]
     return [(value, f"{value:,.{decimals}f}".replace(",", " ").replace("-", "−")) for value in values]
-
-
-def _grid(
-    panel: Axes,
-    top: float,
-    left: float,
-    inner: float,
-    x: tuple[float, float],
-    y: tuple[float, float],
-    log_x: bool,
-    last: bool,
-) -> str:
-    """Lines of the grid with their numbers: those of y at the left, those of x below the last axes."""
-    parts = []
-    named = [(float(row), name) for row, name in enumerate(panel.names)]
-    for value, text in named or ticks(*y, max(2, round(panel.height / 45.0)), panel.logarithmic):
-        at = top + panel.height - _scaled(np.array([value]), *y, panel.height, panel.logarithmic)[0]
-        rule = "" if named else f'<path class="rule" d="M{left:g},{at:.1f}h{inner:g}"/>'
-        parts.append(rule + _text(left - 6.0, at + 4.0, text, "end"))
-    for value, text in ticks(*x, max(3, round(inner / 90.0)), log_x):
-        at = left + _scaled(np.array([value]), *x, inner, log_x)[0]
-        parts.append(f'<path class="rule" d="M{at:.1f},{top:g}v{panel.height:g}"/>')
-        if last:
-            parts.append(_text(at, top + panel.height + 16.0, text, "middle"))
-    return "".join(parts)
 
 
 def _mark(kind: str, x: Array, y: Array, role: str, size: float, inner: float) -> str:
@@ -238,12 +230,6 @@ def _range(values: Array, logarithmic: bool) -> tuple[float, float]:
         return low, max(high, 1.01 * low)
     room = 0.04 * (high - low) or 0.5 * abs(high) or 1.0
     return low - room, high + room
-
-
-def _scaled(values: Array, low: float, high: float, length: float, logarithmic: bool) -> Array:
-    if logarithmic:
-        values, low, high = np.log10(np.maximum(values, 1e-300)), log10(low), log10(high)
-    return np.asarray((values - low) / (high - low) * length)
 
 
 def _text(x: float, y: float, text: str, anchor: str, more: str = "") -> str:

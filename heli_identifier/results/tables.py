@@ -267,12 +267,6 @@ def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterable
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
     """Give the verdict, the gains, the errors, and what has to be kept in mind, as plain text."""
-    gains, errors = gain_table(diagnosis), error_table(diagnosis)
-    said = [
-        words.verdict_line(diagnosis),
-        gains.text(),
-        words.held_out_sentence(diagnosis),
-        errors.text(),
-        *diagnosis.notes,
-    ]
+    gains, errors = gain_table(diagnosis).text(), error_table(diagnosis).text()
+    said = (words.verdict_line(diagnosis), gains, words.held_out_sentence(diagnosis), errors, *diagnosis.notes)
     return "\n".join(said)

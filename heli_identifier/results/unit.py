@@ -19,12 +19,8 @@ from heli_plant.effects import AXES
 SAME = 1e-9
 """Difference [rad] up to which the unit's free-run error is the reported one."""
 
-START = {
-    **{axis: f"initial.{axis}" for axis in AXES},
-    **{f"{axis}_rate": f"initial.{axis}_rate" for axis in AXES},
-    "nu_front": "initial.v_front",
-    "nu_rear": "initial.v_rear",
-}
+START = {name: f"initial.{name}" for axis in AXES for name in (axis, f"{axis}_rate")}
+START |= {"nu_front": "initial.v_front", "nu_rear": "initial.v_rear"}
 """Parameters of the plant's unit that take its start state, by the state's fields."""
 
 
@@ -96,10 +92,7 @@ def played(log: Log, start: Mapping[str, float]) -> Iterator[dict[str, Any]]:
 def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
     """Run the corrected unit under the master on the held-out logs and hold it to the reported free-run error.
 
-    Raises
-    ------
-    IdentifierError
-        Axis, the unit's error and the reported one, where they differ by more than :data:`SAME`.
+    An IdentifierError names the axis and both errors where they differ by more than :data:`SAME`.
     """
     reported = {axis: report.after.free_run for axis, report in diagnosis.axes.items()}
     if not any(reported.values()):

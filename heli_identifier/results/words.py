@@ -6,7 +6,6 @@ from math import floor, isfinite, log10
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing import (
-    Agreement,
     Diagnosis,
     ErrorFigure,
     FoundEffect,
@@ -38,7 +37,7 @@ def labelled(text: str, unit: str) -> str:
     return f"{text} [{unit_text(unit) or '1'}]"
 
 
-def power_text(value: float, _position: float | None = None) -> str:
+def power_text(value: float) -> str:
     """Give a power of ten as 10⁻³, for the ticks of a logarithmic axis."""
     return "10" + str(round(log10(value))).translate(_SUPERSCRIPTS) if value > 0.0 else ""
 
@@ -140,7 +139,7 @@ def meaning(field: str) -> str:
 
 def meaning_of(field: str, value: Estimate) -> str:
     """Give a parameter as words, and whether it was given rather than estimated."""
-    return f"{meaning(field)}{', given' if value.standard_error is None else ''}"
+    return meaning(field) + (", given" if value.standard_error is None else "")
 
 
 def variable_name(variable: str) -> str:
@@ -210,23 +209,12 @@ def has_sign(effect: FoundEffect) -> bool:
 def held_out_sentence(diagnosis: Diagnosis) -> str:
     """Say what the held-out logs gain by the correction, and what the errors of 1 s are in closed loop."""
     held_out, gain = diagnosis.held_out, diagnosis.held_out.gain
-    said = (
+    flown = "A controller flew these logs, so its voltages answer the air"
+    decides = f" {flown}: errors 1 s ahead under measured voltages decide nothing here."
+    return (
         f"The log-likelihood of the held-out logs goes from {held_out.before:.5g} to {held_out.after:.5g} nats per "
         f"second: {gain.value:+.0f} nats ({gain.low:.0f} to {gain.high:.0f}) in {held_out.seconds:.0f} s."
-    )
-    if diagnosis.closed_loop:
-        said += (
-            " A controller flew these logs, so its voltages answer the air: errors 1 s ahead under measured voltages "
-            "decide nothing here."
-        )
-    return said
-
-
-def agreement_sentence(found: Agreement) -> str:
-    """Say how far disjoint halves of the training logs agree on what they show."""
-    return (
-        f"Disjoint halves of the training logs share {100.0 * found.observed:.0f} % of the families of effects that "
-        f"either of them shows; chance in what the logs hold alone would leave {100.0 * found.expected:.0f} %."
+        + (decides if diagnosis.closed_loop else "")
     )
 
 
@@ -242,5 +230,4 @@ def effect_words(effect: FoundEffect) -> str:
 
 def effect_title(effect: FoundEffect) -> str:
     """Give the heading of a found effect."""
-    text = effect_words(effect)
-    return text[:1].upper() + text[1:]
+    return (text := effect_words(effect))[:1].upper() + text[1:]
