@@ -15,7 +15,6 @@ from importlib import import_module
 from importlib.metadata import distribution
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 from uuid import UUID, uuid5
 
 from heli_identifier.files import write_atomically
@@ -25,15 +24,15 @@ from .description import model_description, rendered, xml_text
 from .errors import BuildError, WiringError
 from .slave_base import SlaveBase
 from .variables import TYPES, Value, Variable, problem_with
-from .vendoring import content_hash, needed_sources, renamed, slave_script
+from .vendoring import needed_sources, renamed, slave_script
 from .wiring import Scenario
 
 UNITS: dict[str, str] = {
     "HelicopterPlant": "fmu_src.units.helicopter_plant",
-    "FollowingPlant": "fmu_src.units.following_plant",
+    "FollowingPlant": "fmu_src.units.helicopter_plant",
     "AdaptiveIdentifier": "fmu_src.units.adaptive_identifier",
-    "PidController": "fmu_src.units.pid_controller",
-    "StateFeedback": "fmu_src.units.state_feedback",
+    "PidController": "fmu_src.units.controllers",
+    "StateFeedback": "fmu_src.units.controllers",
     "Exciter": "fmu_src.units.exciter",
     "LogPlayer": "fmu_src.units.log_player",
     "RigLink": "fmu_src.units.rig_link",
@@ -42,7 +41,6 @@ UNITS: dict[str, str] = {
 """Module of each unit."""
 
 _NAMESPACE = UUID("5b6c0a52-5f0e-4f2e-9a55-6a4f5f0f9f21")
-_NO_GUID = "{00000000-0000-0000-0000-000000000000}"
 
 EARLIEST = (1980, 1, 1, 0, 0, 0)
 """The earliest time of a zip entry."""
@@ -119,16 +117,17 @@ def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | No
     kind = unit_class(unit)
     start_values = checked_start_values(kind, parameters or {})
     sources = needed_sources(kind.__module__)
-    tag = content_hash(sources, start_values)
+    tag = content_hash({**sources, "start values": repr(sorted(start_values.items()))})[:12]
     script = f"{unit}_{tag}"
     entries = {f"resources/{path}": text.encode() for path, text in renamed(sources, tag).items()}
     entries[f"resources/{script}.py"] = slave_script(kind, tag, start_values).encode()
     entries["resources/slavemodule.txt"] = script.encode()
-    entries["documentation/index.html"] = index_html(kind, start_values).encode()
-    entries["model.png"] = icon()
+    page = rendered(f"{unit}.html", unit=kind, start_values=start_values, host="python.html")
+    entries |= {"documentation/index.html": page.encode(), "model.png": icon()}
     entries |= _from_pythonfmu(unit)
-    entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, _NO_GUID))
-    entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, content_guid(entries)))
+    name = "modelDescription.xml"
+    token = content_guid({**entries, name: xml_text(model_description(kind, start_values, ""))})
+    entries[name] = xml_text(model_description(kind, start_values, token))
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 
@@ -158,36 +157,30 @@ def scenario_fmus(
 
 
 def _from_pythonfmu(identifier: str) -> dict[str, bytes]:
-    """Pythonfmu's binaries under the model identifier's name, and its licence."""
-    package = distribution("pythonfmu")
+    """Return pythonfmu's binaries under the model identifier's name, and its licence."""
     entries = {}
-    for file in package.files or ():
+    for file in distribution("pythonfmu").files or ():
         if file.match("resources/binaries/*/*") and file.suffix in (".so", ".dll", ".dylib"):
-            entries[f"binaries/{file.parent.name}/{identifier}{file.suffix}"] = Path(str(file.locate())).read_bytes()
+            entries[f"binaries/{file.parent.name}/{identifier}{file.suffix}"] = file.read_binary()
         elif file.name == "LICENSE":
-            entries["documentation/licenses/pythonfmu.txt"] = Path(str(file.locate())).read_bytes()
-    if not any(name.startswith("binaries/") for name in entries):
+            entries["documentation/licenses/pythonfmu.txt"] = file.read_binary()
+    if len(entries) < 2:
         raise BuildError("the installed pythonfmu has no binaries; install its wheel (pip install pythonfmu)")
     return entries
 
 
-def content_guid(entries: Mapping[str, bytes]) -> str:
-    """Return the GUID of the content of all entries."""
+def content_hash(entries: Mapping[str, str | bytes]) -> str:
+    """Return hexadecimal digits that depend on the names and the content of all entries."""
     digest = hashlib.sha256()
-    for name in sorted(entries):
-        digest.update(f"{name}\0{len(entries[name])}\0".encode())
-        digest.update(entries[name])
-    return f"{{{uuid5(_NAMESPACE, digest.hexdigest())}}}"
+    for name, entry in sorted(entries.items()):
+        content = entry.encode() if isinstance(entry, str) else entry
+        digest.update(f"{name}\0{len(content)}\0".encode() + content)
+    return digest.hexdigest()
 
 
-def index_html(
-    unit: type[SlaveBase], start_values: Mapping[str, Value], host: str = "python.html", **about_host: Any
-) -> str:
-    """Return the page of a unit; ``start_values`` override those of its variables.
-
-    ``host`` is the template of what a host needs to know, which is given ``about_host``.
-    """
-    return rendered(f"{unit.__name__}.html", unit=unit, start_values=start_values, host=host, **about_host)
+def content_guid(entries: Mapping[str, str | bytes]) -> str:
+    """Return the GUID of the content of all entries."""
+    return f"{{{uuid5(_NAMESPACE, content_hash(entries))}}}"
 
 
 def icon() -> bytes:

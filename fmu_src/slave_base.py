@@ -15,9 +15,6 @@
 A unit class gives its ``variables``, the methods ``initialise`` and ``advance``, and the types of its ``hidden`` state.
 Its ``values`` lie in one flat list; a value reference is the position in ``variables`` and in ``values``. Inputs are
 read by their places in it, because that is fast, parameters by name, and outputs stand one behind the other.
-
-``set_real``, ``do_step`` and ``get_real`` are called in every communication step. They have a short way for a unit
-that is stepping and has no refused value (``_steady``); everything else takes the thorough way.
 """
 
 from __future__ import annotations
@@ -25,7 +22,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Iterable, Mapping
-from functools import partialmethod
 from math import isfinite
 from traceback import format_exc
 from typing import Any, ClassVar
@@ -62,9 +58,16 @@ _BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}
 """Value that is returned for a variable that does not exist."""
 
 
-def _getter(kind: str) -> Callable[[SlaveBase, list[int]], list[Any]]:
-    """Return the method that reads variables of a type."""
+def check_due(late: float, period: float, time: float) -> None:
+    """Refuse a step for which more samples of ``period`` [s] are due than one may take; the first is ``late`` [s]."""
+    if late > MOST_SUBSTEPS * period:
+        raise Refusal(
+            f"{late / period:.3g} samples of sample.time = {period:g} s are due at t = {time:g} s; at most "
+            f"{MOST_SUBSTEPS} are taken in one step, take shorter ones"
+        )
 
+
+def _getter(kind: str) -> Callable[[SlaveBase, list[int]], list[Any]]:
     def get(self: SlaveBase, vrs: list[int]) -> list[Any]:
         """Values of variables by reference; if one cannot be read, a blank, because the binary reads that many."""
         values = self.values
@@ -81,6 +84,23 @@ def _getter(kind: str) -> Callable[[SlaveBase, list[int]], list[Any]]:
     return get
 
 
+def _setter(kind: str) -> Callable[[SlaveBase, list[int], list[Any]], None]:
+    def put(self: SlaveBase, vrs: list[int], values: list[Any]) -> None:
+        """Set variables by reference; log and ignore values out of range."""
+        try:
+            quick = self._real_inputs if kind == "Real" and self.phase == STEPPING else {}
+            for reference, value in zip(vrs, values, strict=True):
+                bounds = quick.get(reference)
+                if bounds and bounds[0] <= value <= bounds[1] and not self.refused:  # in every step
+                    self.values[reference] = value
+                else:
+                    self._set(kind, reference, value)
+        except BaseException as problem:
+            self._report(f"set{kind}", problem)
+
+    return put
+
+
 def _unknown(kind: str, reference: int) -> str:
     return f"no {kind} variable has value reference {reference}"
 
@@ -94,6 +114,8 @@ class SlaveBase(Fmi2Slave):
     of_type: ClassVar[dict[str, frozenset[int]]] = {}
     """Value references of the variables of each type."""
     _first_output: ClassVar[int] = 0
+    _real_inputs: ClassVar[dict[int, tuple[float, float]]] = {}
+    """Bounds of the Real inputs by reference."""
     hidden: ClassVar[Mapping[str, Any]] = {}
     """Type of each attribute, or None in its place, that a step sets and a later one reads (:mod:`fmu_src.state`)."""
     summary: ClassVar[str] = ""
@@ -106,8 +128,9 @@ class SlaveBase(Fmi2Slave):
         super().__init_subclass__(**kwargs)
         cls.references = {variable.name: reference for reference, variable in enumerate(cls.variables)}
         cls.of_type = {kind: frozenset(k for k, v in enumerate(cls.variables) if v.type == kind) for kind in TYPES}
-        causalities = [variable.causality for variable in cls.variables]
-        cls._first_output = causalities.index("output") if "output" in causalities else 0
+        cls._first_output = next((k for k, v in enumerate(cls.variables) if v.causality == "output"), 0)
+        inputs = {k: v for k, v in enumerate(cls.variables) if v.causality == "input" and v.type == "Real"}
+        cls._real_inputs = {k: v.bounds for k, v in inputs.items()}
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -160,13 +183,8 @@ class SlaveBase(Fmi2Slave):
         if self.phase == INSTANTIATED and isfinite(start_time):
             self.start_time = start_time
             return
-        self._report(
-            "setupExperiment",
-            Refusal(
-                f"the start time {start_time!r} s was ignored: it must be finite, "
-                "and set before the initialisation begins"
-            ),
-        )
+        reason = "it must be finite, and set before the initialisation begins"
+        self._report("setupExperiment", Refusal(f"the start time {start_time!r} s was ignored: {reason}"))
 
     def enter_initialization_mode(self) -> None:
         """Start the initialisation; outputs may be read from now on."""
@@ -195,18 +213,12 @@ class SlaveBase(Fmi2Slave):
         return self.phase == phase
 
     def _enter(self, phase: str) -> None:
-        """Enter a phase; it decides which variables may be set, and whether outputs are computed before they are read.
-
-        A unit whose initialisation failed has none: whoever reads them is told why, at every time.
-        """
+        """Enter a phase, in which some variables may be set; who reads outputs of a failed start is told why."""
         self.phase = phase
         if phase != TERMINATED:
             self._outdated = phase == INITIALISING or (phase == STEPPING and self._initialised_with is None)
         kinds = _OPEN.get(phase, ("input", "parameter"))
         self._open = {k for k, v in enumerate(self.variables) if v.causality in kinds or v.variability in kinds}
-        inputs = self._open & self.of_type["Real"]  # of them alone; parameters go the thorough way
-        self._limits = {k: self.variables[k].bounds for k in inputs if self.variables[k].causality == "input"}
-        self._steady = phase == STEPPING and not self.refused
 
     def _prepare(self) -> None:
         """Compute state and outputs at the start time from the values; they stay outdated if that fails."""
@@ -228,34 +240,10 @@ class SlaveBase(Fmi2Slave):
 
     # Every step
 
-    def set_real(self, vrs: list[int], values: list[float]) -> None:
-        """Set Real variables; log and ignore values out of range."""
-        try:
-            limits, mine = self._limits, self.values
-            for reference, value in zip(vrs, values, strict=True):
-                low, high = limits[reference]
-                if not low <= value <= high:  # true of a NaN as well
-                    break
-                mine[reference] = value
-            else:
-                if self._steady:
-                    return
-        except BaseException:  # this reference cannot be set; the thorough way logs the reason
-            pass
-        self._set("Real", vrs, values)
-
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Advance from ``current_time`` by ``step_size`` [s]; a refused step leaves the unit where it was."""
         try:
-            if not (
-                self._steady
-                and 0.0 < step_size < LONGEST_STEP
-                and (
-                    abs(current_time - self.reached) <= CLOCK_TOLERANCE * step_size
-                    or (not self.has_past and isfinite(current_time))
-                )
-            ):
-                self._refuse_step(current_time, step_size)
+            self._check_step(current_time, step_size)
             self.advance(current_time, step_size)
             self.reached = current_time + step_size
             return True
@@ -263,46 +251,38 @@ class SlaveBase(Fmi2Slave):
             self._report("doStep", problem)
             return False
 
-    def _refuse_step(self, time: float, step: float) -> None:
+    def _check_step(self, time: float, step: float) -> None:
         if self.phase != STEPPING:
-            raise Refusal(
-                f"the unit is {self.phase} and cannot step from t = {time:g} s: finish its initialisation first"
-            )
+            said = f"the unit is {self.phase} and cannot step from t = {time:g} s"
+            raise Refusal(f"{said}: finish its initialisation first")
         if self.refused:
-            raise Refusal(
-                f"the step from t = {time:g} s is refused until this is corrected: "
-                + "; ".join(text for _, text in sorted(self.refused.items()))
-            )
+            reasons = "; ".join(text for _, text in sorted(self.refused.items()))
+            raise Refusal(f"the step from t = {time:g} s is refused until this is corrected: {reasons}")
         if not 0.0 < step < LONGEST_STEP:
+            said = f"communication step = {step!r} s at t = {time:g} s"
+            raise Refusal(f"{said} must be positive and below {LONGEST_STEP:g} s")
+        joins = abs(time - self.reached) <= CLOCK_TOLERANCE * step
+        if not joins and (self.has_past or not isfinite(time)):
             raise Refusal(
-                f"communication step = {step!r} s at t = {time:g} s must be positive and below {LONGEST_STEP:g} s"
+                f"the step begins at t = {time!r} s, the one before ended at {self.reached!r} s: time must neither "
+                "repeat nor jump; to go back, restore a state from then"
             )
-        raise Refusal(
-            f"the step begins at t = {time!r} s, the one before ended at {self.reached!r} s: time must neither repeat "
-            "nor jump; to go back, restore a state from then"
-        )
 
-    # Reading and setting, thoroughly
-
-    def _set(self, kind: str, vrs: list[int], values: list[Any]) -> None:
-        """Set variables of this type; log and ignore values out of range."""
-        try:
-            for reference, value in zip(vrs, values, strict=True):
-                problem = self._problem(kind, reference, value)
-                if problem is None:
-                    self.values[reference] = value
-                    self.tuned = True
-                    self.refused.pop(reference, None)
-                else:
-                    self._report(f"set{kind}", Refusal(problem))
-            self._outdated = self._outdated or self.phase == INITIALISING
-            self._steady = self.phase == STEPPING and not self.refused
-        except BaseException as problem:
-            self._report(f"set{kind}", problem)
+    # Values
 
     get_real, get_integer, get_boolean, get_string = map(_getter, TYPES)
-    set_integer, set_boolean = partialmethod(_set, "Integer"), partialmethod(_set, "Boolean")
-    set_string = partialmethod(_set, "String")
+    set_real, set_integer, set_boolean, set_string = map(_setter, TYPES)
+
+    def _set(self, kind: str, reference: int, value: Value) -> None:
+        """Set a variable of this type if it may be set and the value is good."""
+        problem = self._problem(kind, reference, value)
+        if problem is not None:
+            self._report(f"set{kind}", Refusal(problem))
+            return
+        self.values[reference] = value
+        self.tuned = True
+        self.refused.pop(reference, None)
+        self._outdated = self._outdated or self.phase == INITIALISING
 
     def _problem(self, kind: str, reference: int, value: Value) -> str | None:
         """Return why ``value`` is refused, or None; keep a refusal that a better value can end."""
@@ -324,13 +304,12 @@ class SlaveBase(Fmi2Slave):
     def _get_fmu_state(self) -> dict[str, Any]:
         try:
             if not self.saves_state:
-                raise Refusal(
-                    f"the state of a {type(self).__name__} cannot be saved: what it hears cannot be sent again"
-                )
+                said = f"the state of a {type(self).__name__} cannot be saved"
+                raise Refusal(f"{said}: what it hears cannot be sent again")
             if self._outdated:
                 self._prepare()
             return {
-                "unit": self._signature(),
+                "unit": [type(self).__name__, len(self.variables)],
                 "phase": self.phase,
                 "start_time": self.start_time,
                 "reached": self.reached,
@@ -345,7 +324,7 @@ class SlaveBase(Fmi2Slave):
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         """Restore a state of this instance or of another one of the same unit."""
         try:
-            if not state or state["unit"] != self._signature():
+            if not state or state["unit"] != [type(self).__name__, len(self.variables)]:
                 raise Refusal(f"this is no complete state of a {type(self).__name__}; nothing was changed")
             self.values[:] = state["values"]
             self.start_time = state["start_time"]
@@ -361,9 +340,6 @@ class SlaveBase(Fmi2Slave):
                 self._outdated, self.tuned = False, True
         except BaseException as problem:
             self._report("setFMUstate", problem)
-
-    def _signature(self) -> list[Any]:
-        return [type(self).__name__, len(self.variables)]
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:

@@ -8,9 +8,7 @@ are put into the FMU as ``<name>_<hash>``, and the absolute imports between them
 from __future__ import annotations
 
 import ast
-import hashlib
 import importlib.util
-import json
 import re
 import sys
 from collections.abc import Iterable, Mapping
@@ -81,12 +79,6 @@ def needed_sources(module: str) -> dict[str, str]:
         for folder in PurePosixPath(path).parents[:-1]:
             found.setdefault(f"{folder}/__init__.py", "")
     return dict(sorted(found.items()))
-
-
-def content_hash(sources: Mapping[str, str], start_values: Mapping[str, Value]) -> str:
-    """Return twelve hexadecimal digits that depend on the sources and the start values."""
-    content = json.dumps([sorted(sources.items()), sorted(start_values.items())], ensure_ascii=False)
-    return hashlib.sha256(content.encode("utf-8")).hexdigest()[:12]
 
 
 def renamed(sources: Mapping[str, str], tag: str) -> dict[str, str]:

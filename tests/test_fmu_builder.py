@@ -14,7 +14,7 @@ from fmpy.validation import validate_fmu
 from fmu_src import UNITS, BuildError, build, problem_with, unit_class
 from fmu_src.description import base_exponents, element, rendered, value_text
 from fmu_src.variables import parameter
-from fmu_src.vendoring import content_hash, needed_sources, renamed
+from fmu_src.vendoring import needed_sources
 from tests.fmi_rules import findings
 
 FUNCTIONS = """
@@ -136,14 +136,6 @@ def test_a_build_that_fails_in_writing_leaves_what_was_there_and_no_part(tmp_pat
 def test_a_module_that_needs_more_than_the_standard_library_is_refused():
     with pytest.raises(BuildError, match="imports numpy, which is not in the standard library"):
         needed_sources("fmu_src.master.result")
-
-
-def test_sources_of_different_content_have_different_names():
-    sources = needed_sources("fmu_src.units.exciter")
-    changed = {**sources, "heli_plant/motor.py": sources["heli_plant/motor.py"] + "\n# changed\n"}
-    tags = {content_hash(sources, {}), content_hash(changed, {}), content_hash(sources, {"excitation.base": 0.25})}
-    assert len(tags) == 3
-    assert all(path.split("/")[0].endswith("_tag") for path in renamed(sources, "tag"))
 
 
 @pytest.mark.parametrize(

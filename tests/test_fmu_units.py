@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fmu_src.units.adaptive_identifier import AdaptiveIdentifier
+from fmu_src.units.controllers import PidController
 from fmu_src.units.exciter import Exciter
 from fmu_src.units.helicopter_plant import HelicopterPlant
-from fmu_src.units.pid_controller import PidController
 from fmu_src.units.rig_link import RigLink
 from heli_identifier.online import IdentifierSettings, ModelParameters, prepare, start, step
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages

@@ -6,8 +6,7 @@
 of a unit, its memory, the functions of FMI, and for each unit which variable goes where.
 """
 
-from .builder import NATIVE_UNITS, build_native
-from .controller import controller_sources
+from .builder import NATIVE_UNITS, build_native, controller_sources
 from .toolchain import runs_here, without_compiler
 from .translator.body import Untranslatable
 

@@ -12,17 +12,19 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from heli_identifier.files import write_atomically
+from heli_plant.state_feedback import FeedbackSettings, feedback_step, start_feedback
 
-from ..builder import checked_start_values, content_guid, icon, index_html, unit_class, zip_bytes
+from ..builder import checked_start_values, content_guid, icon, unit_class, zip_bytes
 from ..description import TOOL, element, model_description, rendered, xml_text
 from ..errors import BuildError
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
 from ..variables import Value
 from .definitions import DEFINITIONS, Exchange
 from .toolchain import binaries
-from .translator.program import Translation, header, source
+from .translator.program import Translation, functions, header, rendered_types, source
 from .translator.types import Struct, annotated
 from .translator.values import quoted
 
@@ -78,7 +80,7 @@ def build_native(
     exchange = _exchange_of(unit) if model_exchange else None
     extra = exchange.variables if exchange else ()
     untold = native_sources(kind, start_values, "", fmi, exchange)
-    token = content_guid({name: text.encode() for name, text in untold.items()})  # the same one on every machine
+    token = content_guid(untold)  # the same one on every machine
     sources = native_sources(kind, start_values, token, fmi, exchange)
     compiled = [name for name in sources if name.endswith(".c")]
     built = binaries(sources, unit, fmi, all_platforms)
@@ -87,7 +89,10 @@ def build_native(
     entries["sources/buildDescription.xml"] = xml_text(element(described))
     entries |= built
     platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
-    page = index_html(kind, start_values, "native.html", platforms=platforms, exchange=bool(exchange))
+    page = rendered(
+        f"{unit}.html", unit=kind, start_values=start_values, host="native.html", platforms=platforms,
+        exchange=bool(exchange),
+    )  # fmt: skip
     entries["documentation/index.html"] = page.encode()
     entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon()
     entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, token, fmi, TOOL, compiled, extra))
@@ -145,3 +150,27 @@ def native_sources(
 def reference(name: str) -> str:
     """Return the C name of a variable's value reference: ``score.pitch[1]`` is ``REF_score_pitch_1``."""
     return "REF_" + re.sub(r"\W+", "_", name).strip("_")
+
+
+def controller_sources(settings: FeedbackSettings) -> dict[str, str]:
+    """Return controller.h and controller.c: the step of the StateFeedback unit with these settings as constants.
+
+    It is C99 for a microcontroller or a computer without FMI: no heap, no libraries.
+    """
+    translation = Translation()
+    translation.entry(start_feedback)
+    translation.entry(feedback_step)
+    translation.use(Struct(FeedbackSettings))
+    own = functions(translation, is_alone=True)
+    return {
+        "controller.h": rendered_types("controller.h.j2", translation, period=f"{settings.period:g}"),
+        "controller.c": rendered("controller.c.j2", functions=own, settings=_constant(settings)),
+    }
+
+
+def _constant(value: Any) -> str:
+    """Return a tuple of numbers as an initialiser."""
+    if isinstance(value, tuple):
+        deep = any(isinstance(part, tuple) for part in value)
+        return f"{{{(',' + (chr(10) + '    ' if deep else ' ')).join(map(_constant, value))}}}"
+    return str(value).lower() if isinstance(value, bool) else repr(value)

@@ -25,7 +25,7 @@ from heli_identifier.online import (
 from heli_plant.parameters import BY_FIELD
 
 from ..errors import Refusal
-from ..slave_base import MOST_SUBSTEPS, SlaveBase
+from ..slave_base import SlaveBase, check_due
 from ..variables import Variable, for_each, output, parameter, setting
 from .signals import ANGLE_INPUTS, AXES, REFERENCE_INPUTS, VOLTAGE_INPUTS
 
@@ -157,11 +157,7 @@ class AdaptiveIdentifier(SlaveBase):
             return
         period = self.plan.settings.sample_time
         due = self.sampled.first + (self.sampled.state.samples + 1) * period
-        if time - due > MOST_SUBSTEPS * period:
-            raise Refusal(
-                f"{(time - due) / period:.3g} samples of sample.time = {period:g} s are due at t = {time:g} s; at most "
-                f"{MOST_SUBSTEPS} are taken in one step, take shorter ones"
-            )
+        check_due(time - due, period, time)
         sampled, estimate = take_samples(self.sampled, time, measured, self.plan, references)
         if estimate is not None:
             if not isfinite(total(estimate.parameters)):

@@ -23,8 +23,7 @@ from heli_identifier.following import (
 from heli_plant.observer import CORRECTED
 from heli_plant.parameters import BY_FIELD, PARAMETERS, checked
 
-from ..errors import Refusal
-from ..slave_base import MOST_SUBSTEPS, SlaveBase
+from ..slave_base import SlaveBase, check_due
 from ..variables import Variable, for_each, output, parameter, real_input, setting
 from .signals import ANGLE_INPUTS, AXES, VOLTAGE_INPUTS
 
@@ -122,12 +121,7 @@ class Corrector(SlaveBase):
             self.first = time
             self.state = start_correcting(self.plan, now)
             return
-        late = time - self.first - (self.state.samples + 1) * period
-        if late > MOST_SUBSTEPS * period:
-            raise Refusal(
-                f"{late / period:.3g} samples of sample.time = {period:g} s are due at t = {time:g} s; at most "
-                f"{MOST_SUBSTEPS} are taken in one step, take shorter ones"
-            )
+        check_due(time - self.first - (self.state.samples + 1) * period, period, time)
         report = self._report_of_the_identifier()
         state = self.state
         while self.first + (state.samples + 1) * period <= time + _EARLY * period:

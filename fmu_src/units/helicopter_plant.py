@@ -1,10 +1,11 @@
-"""HelicopterPlant: the bench helicopter under two motor voltages, as a unit."""
+"""HelicopterPlant, the bench helicopter under two motor voltages, and FollowingPlant, which follows a rig, as units."""
 
 from __future__ import annotations
 
 from functools import partial
 from typing import ClassVar
 
+from heli_plant import observer
 from heli_plant.communication import EncoderCounts, PlantMemory, begin, communicate, is_finite, shown
 from heli_plant.laws import input_delay
 from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked, in_slots
@@ -106,3 +107,63 @@ class HelicopterPlant(SlaveBase):
         except (ValueError, OverflowError):  # the sine of an infinite angle
             pass
         raise Refusal(f"the plant leaves the finite range in the step from t = {time:g} s")
+
+
+_LARGEST_CORRECTION = 100.0  # in the unit of what it corrects; the parameter's own range holds for the sum
+
+_CORRECTIONS = tuple(
+    real_input(f"correction.{name}", unit, _LARGEST_CORRECTION, 1.0, f"what is added to {name}")
+    for name, unit in observer.CORRECTED
+)
+_KEEPING = (
+    *for_each(
+        AXES, real_input, "measured.{}", "rad", ANGLE_BOUND, 1.0, "{} of the rig that the observer keeps the plant on"
+    ),
+    real_input("measured.fresh", "1", 1.0, 1.0, "1: the measured angles are of this instant, 0: nothing came in", 1.0),
+    real_input(
+        "observer.bandwidth", "rad/s", 100.0, 10.0, "poles of the observer; 0: it is off and the plant runs free"
+    ),
+)
+
+_CORRECTING = slice(-len(_CORRECTIONS) - len(_KEEPING), -len(_KEEPING))
+"""Values of the corrections."""
+
+
+class FollowingPlant(HelicopterPlant):
+    """The plant with an observer that keeps its state on a rig, and corrections of its parameters."""
+
+    variables: ClassVar[tuple[Variable, ...]] = (*HelicopterPlant.variables, *_CORRECTIONS, *_KEEPING)
+    hidden = {"memory": PlantMemory, "torque": observer.Torque}
+    summary = "HelicopterPlant that follows a rig: an observer keeps its state there, a Corrector its parameters"
+
+    def initialise(self, time: float) -> None:
+        """Start as the plant, without unmodelled torques."""
+        super().initialise(time)
+        self.torque = observer.Torque()
+
+    def _corrected(self, parameters: PlantParameters) -> PlantParameters:
+        self.corrected_by = self.values[_CORRECTING]
+        correction = observer.Correction(*self.corrected_by)
+        return observer.with_correction(parameters, correction) if any(correction) else parameters
+
+    def advance(self, time: float, step_size: float) -> None:
+        """Step the physics over [time, time + step_size] [s], from where the measured angles of ``time`` put it."""
+        if self.tuned or self.values[_CORRECTING] != self.corrected_by:
+            self._take_parameters()
+        # the last corrections are those of the rotors' shares
+        front, rear, pitch, elevation, travel, fresh, bandwidth = self.values[-2 - len(_KEEPING) :]
+        memory, torque, limit = self.memory, self.torque, self.parameters.v_max
+        v_front, v_rear = map(observer.with_share, self.values[:2], (1.0 + front, 1.0 + rear), (limit, limit))
+        if bandwidth > 0.0:
+            gains = observer.observer_gains(bandwidth, step_size)
+            if fresh > 0.5:
+                on_travel = observer.observer_gains(observer.TRAVEL_BANDWIDTH * bandwidth, step_size)
+                angles = (pitch, elevation, travel)
+                kept = observer.measured_against(memory.state, torque, angles, (gains, gains, on_travel))
+                memory, torque = memory._replace(state=kept.state), kept.torque
+        memory = self._flown(memory, v_front, v_rear, time, step_size)
+        if bandwidth > 0.0:
+            kept = observer.predicted(memory.state, torque, step_size, gains)
+            memory, torque = memory._replace(state=kept.state), kept.torque
+        self.memory, self.torque = memory, torque
+        self.show(shown(memory.state, self.counts))

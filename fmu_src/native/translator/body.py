@@ -294,10 +294,7 @@ class Body:
 
         def fill(put: Callable[[Any], None]) -> None:
             for is_starred, one in parts:
-                if is_starred:
-                    self.each(one, put)
-                else:
-                    put(one)
+                self.each(one, put) if is_starred else put(one)
 
         return self.collect(fill)
 

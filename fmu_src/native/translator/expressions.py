@@ -2,7 +2,7 @@
 
 The syntax tree is walked as Python evaluates it. Operators, fields and calls are Python's own, of values that are known
 and of :class:`.values.Expr`; comprehensions are loops of the function in translation, :class:`.body.Body`, and what
-Python decides itself (``and``, ``not``, ``is``, ``in``, ``a if b else c``) stands in :mod:`.decisions`.
+Python decides itself (``and``, ``not``, ``is``, ``in``, ``a if b else c``) stands in :mod:`.values`.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ from functools import partial
 from types import FunctionType
 from typing import Any
 
-from .decisions import both, choose, compared, either, is_among, is_none, opposite
 from .functions import REFUSED, STAGED
 from .types import NoType
-from .values import Callee, Expr, known_items
+from .values import Callee, Expr, both, choose, compared, either, is_among, is_none, known_items, opposite
 
 OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,

@@ -17,9 +17,8 @@ from typing import Any
 from heli_plant.dual import SLOPES, Dual
 
 from .body import Body
-from .decisions import choose, compared, either
 from .types import BOOL, FLOAT, INT, NoType, joined
-from .values import Expr, Run, known_items, type_of, unwrapped
+from .values import Expr, Run, choose, compared, either, known_items, type_of, unwrapped
 
 _MATHEMATICS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log2 sqrt copysign".split()
 REFUSED: dict[Any, str] = {

@@ -1,4 +1,9 @@
-"""A program: every function that its entries need, made for the types of its arguments as a template is; its text."""
+"""A program: every function that its entries need, made for the types of its arguments as a template is; its text.
+
+translation = Translation()
+entry = translation.entry(function)                 refuses with file, line and reason what it does not know
+header(translation), source(translation)            text
+"""
 
 from __future__ import annotations
 

@@ -9,10 +9,9 @@ from textwrap import dedent
 from typing import Any
 
 from .body import Body
-from .decisions import branched, opposite, truth
 from .expressions import OPERATIONS, bound, evaluated
 from .types import FLOAT, INT, NOTHING, TEXT, Listing, NoType, annotated, joined, listed
-from .values import Expr, quoted, type_of, unwrapped
+from .values import Expr, branched, opposite, quoted, truth, type_of, unwrapped
 
 
 def translate(body: Body) -> None:

@@ -1,0 +1,160 @@
+"""Controllers as units: PidController, three sampled PID loops, and StateFeedback, LQR or LQI with a Kalman filter.
+
+They read angles and an excitation that is added to the voltages, and have references with a step at a time.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import ClassVar
+
+from heli_plant import control, state_feedback
+from heli_plant.motor import saturate
+
+from ..errors import Refusal
+from ..slave_base import SlaveBase
+from ..variables import Variable, for_each, parameter, real_input, setting
+from .signals import ANGLE_INPUTS, AXES, EARLY, ROTORS, VOLTAGE_BOUND, voltage_outputs
+
+
+def controller_variables(*voltages_depend_on: str) -> tuple[Variable, ...]:
+    """Return the first variables of a controller; a voltage (``{}``: its rotor) depends on parameters at the start."""
+    return (
+        *ANGLE_INPUTS,
+        *for_each(ROTORS, real_input, "excitation_{}", "V", VOLTAGE_BOUND, 1.0, "added to the {} voltage"),
+        *voltage_outputs(*voltages_depend_on),
+        *for_each(AXES, parameter, "reference.{}", 0.0, "reference of the {}", "rad", -1e4, 1e4, tunable=True),
+        *for_each(AXES, parameter, "reference.step_{}", 0.0, "step of the {} reference", "rad", -1e4, 1e4),
+        parameter("reference.step_time", 5.0, "time of the reference step", "s", 0.0, 1e9),
+    )
+
+
+class Controller(SlaveBase):
+    """A sampled controller."""
+
+    def initialise(self, time: float) -> None:
+        """Read the step of the references."""
+        to_pitch, to_elevation, to_travel = (self.value(f"reference.step_{axis}") for axis in AXES)
+        self.rises = (to_pitch, to_elevation, to_travel)
+        self.step_time = self.value("reference.step_time") - EARLY
+
+    def references_at(self, time: float) -> tuple[float, float, float]:
+        """Return the references of pitch, elevation and travel [rad] at ``time`` [s]."""
+        pitch, elevation, travel = self.values[7:10]
+        return control.risen((pitch, elevation, travel), self.rises, time - self.start_time, self.step_time)
+
+
+_PID = control.PidSettings()
+_pid = partial(setting, _PID)
+_ANGLE_UNITS = {"proportional": "V/rad", "integral": "V/(rad s)", "derivative": "V s/rad"}
+_GAINS = {
+    "pitch": _ANGLE_UNITS,
+    "elevation": _ANGLE_UNITS,
+    "travel": {"proportional": "1", "integral": "1/s", "derivative": "s"},
+}
+"""Unit of each gain."""
+
+
+class PidController(Controller):
+    """Reads the angles at each communication point and shows the resulting voltages at the next one."""
+
+    variables: ClassVar[tuple[Variable, ...]] = (
+        *controller_variables("trim", "voltage_limit"),
+        *(
+            _pid(f"{axis}.{gain}", f"{axis}.{gain}", f"{gain} gain, {axis}", unit, -1e4, 1e4)
+            for axis in AXES
+            for gain, unit in _GAINS[axis].items()
+        ),
+        _pid("travel.enabled", "travel_enabled", "the travel loop sets the pitch reference"),
+        _pid("travel.pitch_limit", "pitch_limit", "bound of that pitch reference", "rad", 0.0, 1.6),
+        _pid("trim", "trim", "sum of both voltages at zero error", "V", -60.0, 60.0),
+        _pid("rate.time_constant", "rate_time_constant", "lag of the rate's filter", "s", 1e-4, 10.0),
+        _pid("voltage_limit", "voltage_limit", "bound of each voltage", "V", 1e-6, VOLTAGE_BOUND),
+    )
+    hidden = {"state": control.PidState}
+    summary = "PID control of pitch, elevation and travel through two motor voltages"
+
+    def initialise(self, time: float) -> None:
+        """Read the settings; show the trim voltages."""
+        super().initialise(time)
+        self.pid = self.settings(_PID)
+        self.state: control.PidState | None = None
+        self._show(0.5 * self.pid.trim, 0.5 * self.pid.trim)
+
+    def advance(self, time: float, step_size: float) -> None:
+        """Read the angles at ``time`` [s]; show the voltages of ``time + step_size``."""
+        pitch, elevation, travel, more_front, more_rear = self.values[:5]
+        state = control.start_pid(pitch, elevation, travel) if self.state is None else self.state
+        references = self.references_at(time)
+        self.state, (front, rear) = control.pid_step(state, pitch, elevation, travel, references, step_size, self.pid)
+        self._show(front + more_front, rear + more_rear)
+
+    def _show(self, v_front: float, v_rear: float) -> None:
+        limit = self.pid.voltage_limit
+        self.show((control.clip(v_front, limit), control.clip(v_rear, limit)))
+
+
+_FEEDBACK = state_feedback.FeedbackSettings()
+_feedback = partial(setting, _FEEDBACK)
+_MATRICES = {
+    "transition": "of the prediction, F",
+    "drive": "of the voltages on the prediction, G",
+    "innovation": "of the Kalman filter, L",
+    "gain": "of the feedback, K",
+    "integral": "of the integrals, K_z",
+    "reference": "of the references, N",
+}
+_LARGEST = 1e6
+
+
+def _entries(matrix: str) -> tuple[Variable, ...]:
+    """Return the parameters that are the entries of a matrix."""
+    return tuple(
+        _feedback(
+            f"{matrix}.{row}.{column}", f"{matrix}.x{number}.{column}",
+            f"entry {_MATRICES[matrix]}: {row.replace('_', ' ')} by {column.replace('_', ' ')}",
+            state_feedback.entry_unit(matrix, row, column), -_LARGEST, _LARGEST,
+        )
+        for number, (row, own) in enumerate(state_feedback.rows_of(getattr(_FEEDBACK, matrix)).items())
+        for column in own._fields
+    )  # fmt: skip
+
+
+class StateFeedback(Controller):
+    """Reads the angles at its sampling instants and shows the resulting voltages one period later."""
+
+    variables: ClassVar[tuple[Variable, ...]] = (
+        *controller_variables("hover.{}", "voltage_limit"),
+        *(_feedback(f"point.{axis}", f"point.{axis}", f"{axis} of the operating point", "rad", -1e4, 1e4)
+          for axis in AXES),
+        *(_feedback(f"hover.{rotor}", f"hover.{rotor}", f"{rotor} voltage there", "V", -VOLTAGE_BOUND, VOLTAGE_BOUND)
+          for rotor in ROTORS),
+        _feedback("sample.time", "period", "sampling period; steps must not be longer", "s", 1e-4, 1.0),
+        _feedback("sample.delay", "delay", "input delay of the plant in periods", None, 0, state_feedback.MOST_DELAY),
+        _feedback("travel.enabled", "travel_enabled", "the travel is controlled and not the pitch"),
+        _feedback("voltage_limit", "voltage_limit", "bound of each voltage", "V", 1e-6, VOLTAGE_BOUND),
+        *(entry for matrix in _MATRICES for entry in _entries(matrix)),
+    )  # fmt: skip
+    hidden = {"held": state_feedback.Held}
+    summary = "State feedback with a Kalman filter, of elevation and of travel or pitch: LQR, or LQI with integrals"
+
+    def initialise(self, time: float) -> None:
+        """Read the settings; show the voltages of the operating point."""
+        super().initialise(time)
+        self.feedback = self.settings(_FEEDBACK)
+        self.held: state_feedback.Held | None = None
+        self.show(saturate(voltage, self.feedback.voltage_limit) for voltage in self.feedback.hover)
+
+    def advance(self, time: float, step_size: float) -> None:
+        """Read the angles at ``time`` [s]; show the voltages of ``time + step_size``."""
+        s = self.feedback
+        if step_size > (1.0 + state_feedback.EARLY) * s.period:
+            raise Refusal(
+                f"a step of {step_size:g} s leaves out samples of sample.time = {s.period:g} s; take steps no longer"
+            )
+        pitch, elevation, travel, more_front, more_rear = self.values[:5]
+        since, references = time - self.start_time, self.references_at(time)
+        held = state_feedback.start_holding(pitch, elevation, travel, s) if self.held is None else self.held
+        angles, added = state_feedback.Angles(pitch, elevation, travel), state_feedback.Rotors(more_front, more_rear)
+        self.held = state_feedback.hold(held, since, step_size, angles, references, added, s)
+        self.show((self.held.v_front, self.held.v_rear))
