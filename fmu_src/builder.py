@@ -20,7 +20,7 @@ from uuid import UUID, uuid5
 from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
 
-from .description import model_description, rendered, xml_text
+from .description import model_description, rendered
 from .errors import BuildError, WiringError
 from .slave_base import SlaveBase
 from .variables import TYPES, Value, Variable, problem_with
@@ -126,8 +126,8 @@ def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | No
     entries |= {"documentation/index.html": page.encode(), "model.png": icon()}
     entries |= _from_pythonfmu(unit)
     name = "modelDescription.xml"
-    token = content_guid({**entries, name: xml_text(model_description(kind, start_values, ""))})
-    entries[name] = xml_text(model_description(kind, start_values, token))
+    token = content_guid({**entries, name: model_description(kind, start_values, "")})
+    entries[name] = model_description(kind, start_values, token)
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 

@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from math import pi
 from typing import Any
-from xml.etree.ElementTree import Element, fromstring, indent, tostring
+from xml.etree.ElementTree import fromstring, indent, tostring
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
@@ -54,8 +54,8 @@ def model_description(
     tool: str = f"PythonFMU {PYTHONFMU}",
     sources: Collection[str] = (),
     extra: Sequence[Variable] = (),
-) -> Element:
-    """Return ``<fmiModelDescription>`` of a unit class in FMI 2.0 or 3.0; ``token`` is the GUID of its content.
+) -> bytes:
+    """Return modelDescription.xml of a unit class in FMI 2.0 or 3.0; ``token`` is the GUID of its content.
 
     ``start_values`` stand in place of those of the unit's variables, ``tool`` is what made the FMU. By the files
     ``sources`` an importer can compile it. ``extra`` are states of Model Exchange and behind them their derivatives.
@@ -63,27 +63,25 @@ def model_description(
     variables = (*unit.variables, *extra)
     first = 1 if fmi == 2 else 0  # FMI 2.0 counts variables from 1, FMI 3.0 has their references
     place = {variable.name: k for k, variable in enumerate(variables, first)}
-    text = rendered(
+    return rendered_xml(
         "modelDescription.xml", unit=unit, name=unit.__name__, token=token, fmi=fmi, tool=tool, sources=sources,
         saves=value_text(unit.saves_state, "Boolean"), variables=variables, states=len(extra) // 2, types=_TYPES,
         first=first, references=lambda names: [place[name] for name in names], display=DISPLAY,
         start_values=start_values,
         units=base_units([variable.unit for variable in variables] + (["s"] if fmi == 3 else [])),
     )  # fmt: skip
-    return element(text)
 
 
 def base_exponents(name: str) -> dict[str, int]:
     """Return the exponents of the SI base units in the unit ``name``, or raise BuildError if a part is unknown."""
     total: Counter[str] = Counter()
-    for index, part in enumerate(name.replace("(", "").replace(")", "").split("/")):
-        sign = 1 if index == 0 else -1
+    for divisions, part in enumerate(re.sub("[()]", "", name).split("/")):
         for factor in re.split(r"[. ]", part):
             symbol, _, power = factor.partition("^")
             if symbol not in BASES:
                 raise BuildError(f"unit {name!r}: the symbol {symbol!r} is unknown; there are {', '.join(BASES)}")
             for base, exponent in BASES[symbol].items():
-                total[base] += sign * exponent * int(power or 1)
+                total[base] += exponent * int(power or 1) * (-1 if divisions else 1)
     return {base: total[base] for base in ORDER if total[base]}
 
 
@@ -126,15 +124,10 @@ def rendered(template: str, **given: Any) -> str:
     return _templates().get_template(template).render(**given)
 
 
-def element(text: str) -> Element:
-    """Return the root element of an XML text, whose blanks between elements do not count."""
-    root = fromstring(text)
+def rendered_xml(template: str, **given: Any) -> bytes:
+    """Return an XML file from a template, with an indentation of two blanks; blanks between elements do not count."""
+    root = fromstring(rendered(template, **given))
     for node in root.iter():
         node.text = node.tail = None
-    return root
-
-
-def xml_text(root: Element) -> bytes:
-    """Return the document as UTF-8 with two-blank indentation."""
     indent(root)
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"

@@ -16,7 +16,7 @@ from xml.etree.ElementTree import register_namespace
 from heli_identifier.files import draft_folder, write_atomically
 
 from .builder import build, checked_start_values, scenario_fmus, unit_class, zip_bytes
-from .description import base_units, element, rendered, value_text, xml_text
+from .description import base_units, rendered_xml
 from .errors import BuildError
 from .native import build_native
 from .slave_base import SlaveBase
@@ -31,13 +31,8 @@ def parameter_set(unit: type[SlaveBase], parameters: Mapping[str, Value]) -> byt
     """Return ``<ssv:ParameterSet>`` with all parameters of a unit; those that are not given have their start value."""
     given = checked_start_values(unit, parameters)
     listed = [variable for variable in unit.variables if variable.causality == "parameter"]
-    rows = []
-    for variable in listed:
-        value = given.get(variable.name, variable.start)
-        text = value_text(value if value is not None else "", variable.type)
-        rows.append((variable.name, variable.type, {"value": text, "unit": variable.unit}))
-    units = base_units(variable.unit for variable in listed)
-    return xml_text(element(rendered("ParameterSet.ssv", parameters=rows, units=units)))
+    values = {variable.name: given.get(variable.name, variable.start) for variable in listed}
+    return rendered_xml("ParameterSet.ssv", parameters=listed, values=values, units=base_units(v.unit for v in listed))
 
 
 def write_ssp(
@@ -90,8 +85,7 @@ def system_structure(scenario: Scenario, duration: float) -> bytes:
         name: [v for v in unit_class(kind).variables if v.causality == "output" or (name, v.name) in fed]
         for name, kind in scenario.units
     }
-    text = rendered(
+    return rendered_xml(
         "SystemStructure.ssd", scenario=scenario, components=components, duration=repr(duration),
         units=base_units(v.unit for own in components.values() for v in own),
     )  # fmt: skip
-    return xml_text(element(text))

@@ -12,7 +12,8 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmu_src import UNITS, BuildError, build, problem_with, unit_class
-from fmu_src.description import base_exponents, element, rendered, value_text
+from fmu_src.description import base_exponents
+from fmu_src.ssp import parameter_set
 from fmu_src.variables import parameter
 from fmu_src.vendoring import needed_sources
 from tests.fmi_rules import findings
@@ -120,8 +121,7 @@ def test_a_value_is_good_or_its_problem_names_variable_value_bounds_and_unit(var
 
 def test_a_text_reads_back_from_xml_as_it_was():
     text = "a\tb\nc\r<&\"' "
-    rows = [("log.path", "String", {"value": value_text(text, "String")})]
-    root = element(rendered("ParameterSet.ssv", parameters=rows, units={}))
+    root = ElementTree.fromstring(parameter_set(unit_class("LogPlayer"), {"log.path": text}))
     assert text in [node.get("value") for node in root.iter()]
 
 

@@ -18,7 +18,7 @@ from heli_identifier.files import write_atomically
 from heli_plant.state_feedback import FeedbackSettings, feedback_step, start_feedback
 
 from ..builder import checked_start_values, content_guid, icon, unit_class, zip_bytes
-from ..description import TOOL, element, model_description, rendered, xml_text
+from ..description import TOOL, model_description, rendered, rendered_xml
 from ..errors import BuildError
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
 from ..variables import Value
@@ -85,8 +85,7 @@ def build_native(
     compiled = [name for name in sources if name.endswith(".c")]
     built = binaries(sources, unit, fmi, all_platforms)
     entries = {f"sources/{name}": text.encode() for name, text in sources.items()}
-    described = rendered("buildDescription.xml", identifier=unit, compiled=compiled)
-    entries["sources/buildDescription.xml"] = xml_text(element(described))
+    entries["sources/buildDescription.xml"] = rendered_xml("buildDescription.xml", identifier=unit, compiled=compiled)
     entries |= built
     platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
     page = rendered(
@@ -95,7 +94,7 @@ def build_native(
     )  # fmt: skip
     entries["documentation/index.html"] = page.encode()
     entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon()
-    entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, token, fmi, TOOL, compiled, extra))
+    entries["modelDescription.xml"] = model_description(kind, start_values, token, fmi, TOOL, compiled, extra)
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 
