@@ -51,10 +51,7 @@ class Connection:
 class Scenario:
     """Units, their connections, and parameters that differ from their defaults.
 
-    Raises
-    ------
-    WiringError
-        A connection names a unit that is not in the scenario, or an input is connected twice.
+    WiringError says which connection names a unit that is not there, or which input is connected twice.
     """
 
     name: str
@@ -64,7 +61,7 @@ class Scenario:
     connections: tuple[Connection, ...]
     parameters: tuple[tuple[str, Value], ...] = ()
     in_real_time: bool = False
-    """Whether the master waits before each step until it is due, because a unit waits for nothing itself."""
+    """Whether the master waits before each step until it is due."""
 
     def __post_init__(self) -> None:
         known = dict(self.units)
@@ -72,9 +69,8 @@ class Scenario:
         for wire in self.connections:
             for unit in (wire.source_unit, wire.target_unit):
                 if unit not in known:
-                    raise WiringError(
-                        f"scenario {self.name}: {wire} names the unit {unit!r}; its units are {', '.join(known)}"
-                    )
+                    said = f"names the unit {unit!r}; its units are {', '.join(known)}"
+                    raise WiringError(f"scenario {self.name}: {wire} {said}")
             target = (wire.target_unit, wire.target)
             if target in fed:
                 raise WiringError(f"scenario {self.name}: the input {'.'.join(target)} is connected twice")
@@ -90,17 +86,15 @@ class Scenario:
         for full, value in {**dict(self.parameters), **parameters}.items():
             unit, _, name = full.partition(".")
             if unit not in by_unit:
-                raise WiringError(
-                    f"parameter {full!r}: scenario {self.name} has no unit {unit!r}{did_you_mean(unit, names)}; "
-                    f"its units are {', '.join(names)}"
-                )
+                said = f"scenario {self.name} has no unit {unit!r}{did_you_mean(unit, names)}"
+                raise WiringError(f"parameter {full!r}: {said}; its units are {', '.join(names)}")
             by_unit[unit][name] = value
         return by_unit
 
 
-def _wires(source: str, target: str, names: Iterable[str], prefix: str = "") -> tuple[Connection, ...]:
-    """Variables of the same name in two units, but for a ``prefix`` in the second."""
-    return tuple(Connection(source, name, target, prefix + name) for name in names)
+def _wires(source: str, target: str, names: Iterable[str], out: str = "{}", into: str = "{}") -> tuple[Connection, ...]:
+    """Wires between the variables of two units whose names are ``out`` and ``into`` with each of ``names`` in them."""
+    return tuple(Connection(source, out.format(name), target, into.format(name)) for name in names)
 
 
 OPEN_LOOP = Scenario(
@@ -118,7 +112,7 @@ CLOSED_LOOP = Scenario(
     "closed loop: Exciter on top of PidController -> HelicopterPlant -> AdaptiveIdentifier",
     (OPEN_LOOP.units[0], ("controller", "PidController"), *OPEN_LOOP.units[1:]),
     (
-        *(Connection("exciter", f"v_{rotor}", "controller", f"excitation_{rotor}") for rotor in ROTORS),
+        *_wires("exciter", "controller", ROTORS, "v_{}", "excitation_{}"),
         *_wires("plant", "controller", AXES),
         *_wires("controller", "plant", VOLTAGES),
         *_wires("controller", "identifier", VOLTAGES),
@@ -151,6 +145,7 @@ PLANT_BESIDE_LOG = Scenario(
 )
 _WATCHED = {axis: [name for name, own in DEFAULT_EFFECTS if own == axis] for axis in AXES}
 """Effects that the following twin may switch on, in the order of the identifier's places."""
+_SCORES = [f"score.{axis}[{place}]" for axis, own in _WATCHED.items() for place, _ in enumerate(own, 1)]
 
 FOLLOW = Scenario(
     "follow",
@@ -163,15 +158,11 @@ FOLLOW = Scenario(
         *_wires("player", "plant", VOLTAGES),
         *_wires("player", "identifier", (*VOLTAGES, *AXES)),
         *_wires("player", "corrector", (*VOLTAGES, *AXES)),
-        *_wires("player", "plant", AXES, "measured."),
-        *_wires("identifier", "corrector", [f"excitation.{axis}" for axis in AXES]),
-        *_wires(
-            "identifier",
-            "corrector",
-            [f"score.{axis}[{place}]" for axis in AXES for place, _ in enumerate(_WATCHED[axis], 1)],
-        ),
-        *_wires("identifier", "corrector", HEARD, "estimate."),
-        *(Connection("identifier", f"standard_error.{name}", "corrector", f"estimate_error.{name}") for name in HEARD),
+        *_wires("player", "plant", AXES, into="measured.{}"),
+        *_wires("identifier", "corrector", AXES, "excitation.{}", "excitation.{}"),
+        *_wires("identifier", "corrector", _SCORES),
+        *_wires("identifier", "corrector", HEARD, into="estimate.{}"),
+        *_wires("identifier", "corrector", HEARD, "standard_error.{}", "estimate_error.{}"),
         *_wires("corrector", "plant", ("observer.bandwidth", *(f"correction.{name}" for name, _ in CORRECTED))),
     ),
     (
@@ -213,20 +204,12 @@ def scenario(name: str | Scenario) -> Scenario:
 
 
 def whole_steps(duration: float, step: float) -> int:
-    """Return the number of communication steps of ``step`` [s] in ``duration`` [s].
-
-    Raises
-    ------
-    WiringError
-        It is no whole number, is more than :data:`MOST_STEPS`, or the two are not positive and finite.
-    """
+    """Return the whole number of communication steps of ``step`` [s] in ``duration`` [s], or raise WiringError."""
     if not (0.0 < step < inf and step <= duration < inf):
         raise WiringError(f"duration = {duration:g} s and step = {step:g} s: 0 < step <= duration is needed")
     if duration / step > MOST_STEPS:
-        raise WiringError(
-            f"duration = {duration:g} s is {duration / step:.3g} steps of {step:g} s, at most {MOST_STEPS:g} are run; "
-            "take a shorter duration or a longer step"
-        )
+        said = f"duration = {duration:g} s is {duration / step:.3g} steps of {step:g} s, at most {MOST_STEPS:g} are run"
+        raise WiringError(f"{said}; take a shorter duration or a longer step")
     steps = round(duration / step)
     if abs(steps * step - duration) > 1e-6 * step:
         raise WiringError(f"duration = {duration:g} s is no whole number of steps of {step:g} s")

@@ -29,7 +29,6 @@ from fmpy.fmi2 import (
 )
 from fmpy.logging import addLoggerProxy
 from lxml import etree
-from numpy.ctypeslib import as_ctypes
 from numpy.typing import NDArray
 
 from heli_identifier.files import check_zip
@@ -72,11 +71,6 @@ def alive() -> None:
         watch()
 
 
-def _name_in_c(call: str) -> str:
-    """Return the name of a function of FMI: of ``doStep`` it is ``fmi2DoStep``."""
-    return f"fmi2{call[0].upper()}{call[1:]}"
-
-
 def unpack(name: str, fmu: Path, folder: Path) -> Any:
     """Unpack an FMU from anywhere into ``folder`` and return its model description, as fmpy reads it.
 
@@ -94,11 +88,9 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
         said = " ".join(str(error).split()) or type(error).__name__
         raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {said[:300]}") from error
     if description.fmiVersion != "2.0" or description.coSimulation is None:
-        kind = "co-simulation" if description.coSimulation is not None else "model exchange"
-        raise MasterError(
-            f"the FMU of {name}, {fmu}, cannot be used: it is for FMI {description.fmiVersion} {kind}, "
-            "FMI 2.0 co-simulation is needed"
-        )
+        kind = f"{description.fmiVersion} {'model exchange' if description.coSimulation is None else 'co-simulation'}"
+        said = f"it is for FMI {kind}, FMI 2.0 co-simulation is needed"
+        raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {said}")
     return description
 
 
@@ -123,14 +115,9 @@ class Instance:
     def _instantiate(self) -> None:
         """Load the unit's library and instantiate the unit."""
         self.slave = self._call(
-            "load",
-            0.0,
-            FMU2Slave,
-            guid=self.description.guid,
-            unzipDirectory=self.folder,
+            "load", 0.0, FMU2Slave, instanceName=self.name, guid=self.description.guid, unzipDirectory=self.folder,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName=self.name,
-        )
+        )  # fmt: skip
         if Path(self.folder, "resources", "slavemodule.txt").is_file():
             self._give_resources_as_they_are()
         self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=id(self))
@@ -140,10 +127,8 @@ class Instance:
     def _give_resources_as_they_are(self) -> None:
         """Give a unit of pythonfmu its folder as it is: it would undo %20 alone of a URI, and crash on ü or #."""
         if "%20" in self.folder:
-            raise MasterError(
-                f"{self.name} cannot be unpacked into {self.folder}: its library takes %20 in a path for a blank; set "
-                "TMPDIR to another folder"
-            )
+            said = f"{self.name} cannot be unpacked into {self.folder}: its library takes %20 in a path for a blank"
+            raise MasterError(f"{said}; set TMPDIR to another folder")
         call = self.slave.fmi2Instantiate
 
         def instantiate(name: bytes, kind: int, guid: bytes, resources: bytes, *rest: Any) -> Any:
@@ -173,7 +158,7 @@ class Instance:
         return value
 
     def variable(self, name: str, causality: str | None = None) -> Any:
-        """Return a variable's description, or raise MasterError if there is none, or none of this ``causality``."""
+        """Return a variable's description, or raise MasterError if there is none of this ``causality``."""
         if name not in self.variables:
             raise MasterError(f"unit {self.name} has no variable {name!r}{did_you_mean(name, tuple(self.variables))}")
         variable = self.variables[name]
@@ -208,27 +193,29 @@ class Instance:
 
     def connect(self, inputs: list[str], fed: Array, outputs: list[str], shown: Array) -> None:
         """Let these inputs take their values from the array ``fed``, and these outputs put theirs into ``shown``."""
-        self._arrays = {"setReal": (self._references(inputs), fed), "getReal": (self._references(outputs), shown)}
+        self._fed, self._shown = fed, shown
+        self._inputs, self._outputs = (
+            np.array([self.variable(name).valueReference for name in names], dtype=np.uint32)
+            for names in (inputs, outputs)
+        )
 
-    def _references(self, names: list[str]) -> NDArray[np.uint32]:
-        return np.array([self.variable(name).valueReference for name in names], dtype=np.uint32)
+    def put(self, time: float) -> None:
+        """Set the connected inputs at ``time`` [s]."""
+        if len(self._fed):
+            self._call("setReal", time, self.slave.setReal, self._inputs.tolist(), self._fed.tolist())
 
-    def transfer(self, call: str, time: float) -> None:
-        """Set (``setReal``) or get (``getReal``) what :meth:`connect` has named, at ``time`` [s]."""
-        references, values = self._arrays[call]
-        if len(values):
-            pointers = as_ctypes(references), len(values), as_ctypes(values)
-            self._call(call, time, getattr(self.slave, _name_in_c(call)), self.slave.component, *pointers)
+    def get(self, time: float) -> None:
+        """Get the connected outputs at ``time`` [s]."""
+        if len(self._shown):
+            self._shown[:] = self._call("getReal", time, self.slave.getReal, self._outputs.tolist())
 
     def row(self) -> list[int]:
         """Return what :func:`.loop.step_all` knows of the unit, which has to outlive it: addresses, and lengths."""
-        to_c = [int(self.slave.component), self._address("doStep")]
-        for call, (references, values) in self._arrays.items():
-            to_c += [self._address(call), references.ctypes.data, len(values), values.ctypes.data]
-        return to_c
-
-    def _address(self, call: str) -> int:
-        return int(cast(self.slave.dll[_name_in_c(call)], c_void_p).value or 0)
+        step, put, get = (
+            int(cast(self.slave.dll[f"fmi2{name}"], c_void_p).value or 0) for name in ("DoStep", "SetReal", "GetReal")
+        )
+        ins, outs, fed, shown = (one.ctypes.data for one in (self._inputs, self._outputs, self._fed, self._shown))
+        return [int(self.slave.component), step, put, ins, len(self._fed), fed, get, outs, len(self._shown), shown]
 
     @property
     def is_native(self) -> bool:

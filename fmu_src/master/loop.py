@@ -19,7 +19,6 @@ import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
-from numpy.typing import NDArray
 
 from heli_identifier.files import draft_folder
 from heli_plant.compiled import kept_on_disk
@@ -120,7 +119,8 @@ def run(
             time, nominal = time[::stride], values[::stride].copy()
             kept, refused = np.empty((len(variations), *nominal.shape)), list[str]()
             for number, variation in enumerate(variations):
-                wired.reset()
+                for unit in units.values():
+                    unit.reset()
                 try:
                     seconds += fly(wiring.parameters_by_unit({**parameters, **variation}))
                     kept[number - len(refused)] = values[::stride]
@@ -130,7 +130,7 @@ def run(
     return Result(wired.names, wired.physical_units, time, nominal, seconds, bands)
 
 
-def _bands(kept: NDArray[np.float64], refused: tuple[str, ...]) -> Bands:
+def _bands(kept: Array, refused: tuple[str, ...]) -> Bands:
     """Return where :data:`SHARE` of the runs lie, shape (runs, N, M); they are sorted in place."""
     if len(kept) == 0:
         raise MasterError(f"every one of {len(refused)} varied runs was refused; the first: {refused[0]}")
@@ -199,15 +199,15 @@ class Wired:
         self.fetch(0.0)
         self.shown.take(self.sources, out=self.fed, mode="clip")
         for unit in self.units.values():
-            unit.transfer("setReal", 0.0)
+            unit.put(0.0)
             unit.finish_initialisation(0.0)
-            unit.transfer("getReal", 0.0)
+            unit.get(0.0)
         return self.shown
 
     def fetch(self, time: float) -> None:
         """Get the outputs of all units at ``time`` [s]."""
         for unit in self.units.values():
-            unit.transfer("getReal", time)
+            unit.get(time)
 
     def play(self, record: Array, first: int) -> None:
         """Take a step for each row of ``record``, from t = ``first`` H on; row k gets the outputs behind its step."""
@@ -215,10 +215,6 @@ class Wired:
         if k >= 0:
             list(self.units.values())[u].check(("setReal", "doStep", "getReal")[call], k * self.step, status)
 
-    def reset(self) -> None:
-        """Set all units back to where they were when they were instantiated."""
-        for unit in self.units.values():
-            unit.reset()
 
 
 def _wait_until(due: float) -> None:

@@ -45,13 +45,7 @@ class Result:
     """Of varied runs; then the values are those of the run that is not varied."""
 
     def column(self, name: str) -> NDArray[np.float64]:
-        """Return one output, shape (N,).
-
-        Raises
-        ------
-        WiringError
-            No output has this name.
-        """
+        """Return one output, shape (N,), or raise WiringError if none has this name."""
         if name not in self.names:
             raise WiringError(f"the run has no output {name!r}{did_you_mean(name, self.names)}")
         return self.values[:, self.names.index(name)]
