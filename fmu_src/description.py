@@ -16,7 +16,6 @@ from typing import Any
 from xml.etree.ElementTree import fromstring, indent, tostring
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup, escape
 from pythonfmu._version import __version__ as PYTHONFMU
 
 from .errors import BuildError
@@ -96,9 +95,7 @@ def value_text(value: Value, kind: str) -> str:
         return repr(float(value))
     if kind == "Boolean":
         return "true" if value else "false"
-    if kind == "String":  # a parser makes blanks of tabs and line ends that stand as they are
-        return Markup(re.sub(r"[\t\n\r]", lambda found: f"&#{ord(found[0])};", escape(value)))
-    return str(int(value))
+    return str(value) if kind == "String" else str(int(value))
 
 
 def _is_markup(template: str | None) -> bool:

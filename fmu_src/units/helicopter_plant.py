@@ -143,8 +143,8 @@ class FollowingPlant(HelicopterPlant):
 
     def _corrected(self, parameters: PlantParameters) -> PlantParameters:
         self.corrected_by = self.values[_CORRECTING]
-        correction = observer.Correction(*self.corrected_by)
-        return observer.with_correction(parameters, correction) if any(correction) else parameters
+        corrected_by = self.corrected_by
+        return observer.with_correction(parameters, corrected_by) if any(corrected_by) else parameters
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s], from where the measured angles of ``time`` put it."""
