@@ -6,11 +6,13 @@ known, or by measured rigs; they take options (``NAME --help``) and print tables
 """
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
-from benchmarks.harness import PAGE, write_section
+import typer
+
+from benchmarks.harness import write_section
 
 SECTIONS = {
     "commands": "commands",
@@ -42,28 +44,30 @@ PRINTED = {
     "freeze": "freeze",
     "mutants": "mutants",
 }
-"""Module of each benchmark that prints; its function of the benchmark's name takes the options."""
+"""Module of each benchmark that prints; its function of the benchmark's name has the options as its parameters."""
 
 
-def main(arguments: Sequence[str]) -> None:
+def main(name: str = "", *options: str) -> None:
     """Run the benchmark that is named first, or list all."""
-    name, *options = arguments or ("",)
     if name in PRINTED:
-        function_of(name)(options)
+        module: Any = import_module(f"benchmarks.{PRINTED[name]}")
+        app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+        app.command(help="\b\n" + module.__doc__.replace("\n\n", "\n\n\b\n"))(getattr(module, name))
+        app(options, prog_name=f"python -m benchmarks {name}")
     elif name in ("all", *SECTIONS):
-        for section in SECTIONS if name == "all" else (name, *options):
-            print(f"{section} ...", file=sys.stderr, flush=True)
-            write_section(PAGE, section, f"{function_of(section)()}\n\n`python -m benchmarks {section}`")
+        measure(SECTIONS if name == "all" else (name, *options))
     else:
         told = f"{name} is no benchmark.\n" if name else ""
         sys.exit(f"{told}{__doc__}\nall, or {', '.join(SECTIONS)}\n{', '.join(PRINTED)}")
 
 
-def function_of(name: str) -> Callable[..., Any]:
-    """Give the function of a benchmark."""
-    found: Callable[..., Any] = getattr(import_module(f"benchmarks.{(SECTIONS | PRINTED)[name]}"), name)
-    return found
+def measure(sections: Iterable[str]) -> None:
+    """Write sections of the page."""
+    for name in sections:
+        print(f"{name} ...", file=sys.stderr, flush=True)
+        text = getattr(import_module(f"benchmarks.{SECTIONS[name]}"), name)()
+        write_section(name, f"{text}\n\n`python -m benchmarks {name}`")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main(*sys.argv[1:])

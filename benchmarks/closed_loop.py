@@ -6,11 +6,14 @@
     python -m benchmarks rough_air [--tuning] [--rate HZ] [--quiet] [--unlogged] [--colour NAME]    `heli identify`
 
 Twelve rigs (:mod:`benchmarks.flown`), five logs each; ``--tuning`` takes the rigs that the method's constants were
-chosen on. Bars: 90 to 98 % of the 95 % intervals of determined parameters hold the truth; k_z is .9 to 1.1 of the truth
-where determined; in hover nothing is determined; 1 % of the scores of absent effects are beyond 3.
+chosen on, ``--setting`` one of the settings by its number, and ``--single`` takes every log as a rig's only one. Bars:
+90 to 98 % of the 95 % intervals of determined parameters hold the truth; k_z is .9 to 1.1 of the truth where
+determined; in hover nothing is determined; 1 % of the scores of absent effects are beyond 3.
 
 *rough_air*: rigs in the air of measured ones (:mod:`tests.blind.windy`) under controllers of students, even seeds,
-odd ones with ``--tuning``. Bars: the median of k_x over the truth is .97 to 1.03, its half-width .15; .92 to .99 cover.
+odd ones with ``--tuning``; at 100 or 500 Hz, in ou, slow or swirling air, with references that are a fifth as large
+(``--quiet``) or not logged. Bars: the median of k_x over the truth is .97 to 1.03, its half-width .15; .92 to .99
+cover.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.flown import DURATIONS, ClosedLoopRig, closed_loop_rigs
-from benchmarks.harness import options, table
+from benchmarks.harness import table
 from benchmarks.native_unit import Units, built_units
 from benchmarks.rigs import windy_log
 from fmu_src.variables import Value
@@ -34,8 +37,6 @@ JUDGED = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "k_z", "a_wy", "k_y")
 SHOWN = ("k_z", "a_e", "k_x")
 REPORTED, TUNING = 2, 1
 """Seeds of the two halves of the rigs."""
-
-TUNES = (False, "the other half of the rigs")
 
 SETTINGS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("100 Hz", {}),
@@ -77,36 +78,32 @@ def judged(units: Units, rigs: Sequence[ClosedLoopRig], given: Mapping[str, Valu
     return (*cells, f"{100 * np.mean(covered):.0f} %", f"{100 * np.mean(determined):.0f} % of {len(determined)}")
 
 
-def closed_loop(arguments: Sequence[str]) -> None:
+def closed_loop(tuning: bool = False, setting: int | None = None, single: bool = False) -> None:
     """Print a table for each setting."""
-    asked = options(
-        arguments, "closed_loop", __doc__,
-        tuning=TUNES,
-        setting=(int, "one of the settings, by number; all if not given"),
-        single=(False, "every log by itself, as if it were a rig's only one"),
-    )  # fmt: skip
-    settings = range(len(SETTINGS)) if asked.setting is None else [asked.setting]
+    settings = range(len(SETTINGS)) if setting is None else [setting]
     head = ("lag", *(f"{name} over truth, rigs" for name in SHOWN), "covering", "covering where determined")
     with built_units() as units:
         for title, given in (SETTINGS[number] for number in settings):
-            rigs = closed_loop_rigs(TUNING if asked.tuning else REPORTED, **given)
-            if asked.single:
+            rigs = closed_loop_rigs(TUNING if tuning else REPORTED, **given)
+            if single:
                 rigs = [rig._replace(logs=(log,)) for rig in rigs for log in rig.logs]
             rows = [(lag, *judged(units, rigs, given)) for lag, given in LAGS.items()]
             print(f"{title}\n\n{table(head, rows)}\n", flush=True)
 
 
-def quiet(arguments: Sequence[str]) -> None:
+def quiet(tuning: bool = False) -> None:
     """Print how much the unit calls determined in logs of 240 s, and how often it is wrong there.
 
     Nobody moves the joystick at all, or nobody does after the first 60 s; counted are the seconds from 20 s on, or from
     90 s on.
     """
-    seed, rows = TUNING if options(arguments, "quiet", __doc__, tuning=TUNES).tuning else REPORTED, []
+    rows = []
     outputs = (*JUDGED, *ERRORS, *(f"determined.{name}" for name in JUDGED))
     with built_units() as units:
         for noise, (title, until, first) in product((1.0, 0.0), (("never", -6.0, 20), ("for 60 s", 60.0, 90))):
-            rigs = closed_loop_rigs(seed, durations=(240.0, 240.0), quiet_from=until, noise=noise)
+            rigs = closed_loop_rigs(
+                TUNING if tuning else REPORTED, durations=(240.0, 240.0), quiet_from=until, noise=noise
+            )
             for forgetting in (0.001, 0.3):
                 given, found = {**UNIT, "adaptation.forgetting": forgetting}, []
                 for true, log in ((rig.truth, log) for rig in rigs for log in rig.logs):
@@ -122,20 +119,14 @@ def quiet(arguments: Sequence[str]) -> None:
     print(table(head, rows))
 
 
-def rough_air(arguments: Sequence[str]) -> None:
+def rough_air(
+    tuning: bool = False, rigs: int = 8, rate: float = 100.0, quiet: bool = False, unlogged: bool = False,
+    colour: str = "ou",
+) -> None:  # fmt: skip
     """Print gains over the truth, half-widths over the truth and the share of intervals that cover."""
-    asked = options(
-        arguments, "rough_air", __doc__,
-        tuning=TUNES,
-        rigs=(8, "how many"),
-        rate=(100.0, "of the logs [Hz], 100 or 500"),
-        quiet=(False, "references a fifth as large"),
-        unlogged=(False, "without references"),
-        colour=("ou", "of the air: ou, slow or swirl"),
-    )  # fmt: skip
-    first, found = int(asked.tuning), []
-    for seed in range(first, first + 2 * asked.rigs, 2):
-        rig = windy_rig(seed, asked.colour, asked.quiet, asked.rate, "bare", not asked.unlogged, FIVE)
+    found = []
+    for seed in range(int(tuning), int(tuning) + 2 * rigs, 2):
+        rig = windy_rig(seed, colour, quiet, rate, "bare", not unlogged, FIVE)
         estimates = identify([windy_log(name, log) for name, log in rig.logs.items()]).estimates
         found.append([(estimates[name], rig.truth.parameters[name]) for name in GAINS])
     rows = []
@@ -161,9 +152,8 @@ WATCHED = (
 LIMIT = 3.0
 
 
-def watched(arguments: Sequence[str]) -> None:
+def watched(tuning: bool = False) -> None:
     """Print how often the score of an absent effect is beyond 3, and of a present one, in short and in long logs."""
-    seed = TUNING if options(arguments, "watched", __doc__, tuning=TUNES).tuning else REPORTED
     watch: dict[str, Value] = {
         f"watch.{axis}": ",".join(name for name, own, _, _ in WATCHED if own == axis)
         for axis in ("pitch", "elevation", "travel")
@@ -171,7 +161,7 @@ def watched(arguments: Sequence[str]) -> None:
 
     def scores(units: Units, **settings: Any) -> NDArray[np.float64]:
         outputs = tuple(output for _, _, output, _ in WATCHED)
-        logs = [log for rig in closed_loop_rigs(seed, **settings) for log in rig.logs]
+        logs = [log for rig in closed_loop_rigs(TUNING if tuning else REPORTED, **settings) for log in rig.logs]
         return np.array([units.run(log, outputs, len(log.angles), UNIT | watch)[-1] for log in logs])
 
     head = ("effect", "absent, beyond 3", "decided", "root mean square", "strength", "present, beyond 3", "median")

@@ -14,8 +14,9 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-from benchmarks.harness import ROOT, Bar, bar_table, seconds, section, table
+from benchmarks.harness import ROOT, Bar, bar_table, section, table
 from heli_identifier.records import demo_logs, read_log
+from heli_identifier.results import significant
 
 ROUNDS = 3
 
@@ -61,7 +62,10 @@ def commands() -> str:
     return section(
         "Whole commands",
         bar_table(Bar(what, median(times[what]), bound, "s") for what, bound in asked.items()),
-        table(("command", "median", "least"), [(w, seconds(median(t)), seconds(min(t))) for w, t in times.items()]),
+        table(
+            ("command", "median [s]", "least [s]"),
+            [(what, significant(median(own)), significant(min(own))) for what, own in times.items()],
+        ),
         f"{ROUNDS} rounds, wall time; commands in a process of their own. Four logs of 90 s a diagnosis; cold: "
         "nothing compiled is cached.",
         packages=("numpy", "numba", "scipy"),

@@ -13,14 +13,13 @@ Transfer: the step responses of elevation and pitch that each model predicts for
 corrected plant, against those of the true plant; the corrected plant's error over another's, median of the rigs.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from statistics import median
+from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.harness import in_parallel, options, span, table
+from benchmarks.harness import in_parallel, span, table
 from benchmarks.rigs import windy_logs, windy_plant
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
@@ -52,20 +51,15 @@ CHANCE = 0.02
 """A settling time may be missed by this share: the response crosses the 5 % band between two samples."""
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(NamedTuple):
     """One design on the true plant: why there is none, or whether it is stable and keeps what it promised."""
 
     refused: str = ""
     stable: bool = False
     margin: bool = False
     settling: bool = False
+    holds: bool = False
     transfer: float = float("nan")
-
-    @property
-    def holds(self) -> bool:
-        """Whether everything promised is kept."""
-        return self.stable and self.margin and self.settling
 
 
 def judged_on(truth: PlantParameters, design: Design, judged: Judged, transfer: float) -> Verdict:
@@ -83,7 +77,8 @@ def judged_on(truth: PlantParameters, design: Design, judged: Judged, transfer: 
     }
     promised = {axis: judged.figures[f"{axis}.settling"].promised for axis in design.axes}
     settles = all(times[axis] <= promised[axis] * (1.0 + CHANCE) + AIM.period for axis in design.axes)
-    return Verdict("", True, bool(disk >= judged.figures["disk"].promised - 1e-3), settles, transfer)
+    margin = bool(disk >= judged.figures["disk"].promised - 1e-3)
+    return Verdict("", True, margin, settles, margin and settles, transfer)
 
 
 def predicted_steps(plant: PlantParameters, judged: Judged, design: Design) -> np.ndarray:
@@ -124,18 +119,13 @@ def of_rig(plants: int, job: tuple[str, int]) -> dict[str, Verdict]:
     return found
 
 
-def controllers(arguments: Sequence[str]) -> None:
+def controllers(
+    seeds: str = "1:25:2", colours: str = ",".join(COLOURS), plants: int = 300, workers: int = 2
+) -> None:
     """Print a table of designs against what they keep."""
-    asked = options(
-        arguments, "controllers", __doc__,
-        seeds=("1:25:2", "first:behind the last:step"),
-        colours=(",".join(COLOURS), "kinds of air"),
-        plants=(300, "drawn for each design"),
-        workers=(2, "processes"),
-    )  # fmt: skip
-    jobs = [(colour, seed) for seed in span(asked.seeds) for colour in asked.colours.split(",")]
+    jobs = [(colour, seed) for seed in span(seeds) for colour in colours.split(",")]
     done: list[dict[str, Verdict]] = []
-    for job, verdicts in zip(jobs, in_parallel(partial(of_rig, asked.plants), jobs, asked.workers), strict=True):
+    for job, verdicts in zip(jobs, in_parallel(partial(of_rig, plants), jobs, workers), strict=True):
         done.append(verdicts)
         said = "; ".join(f"{name}: {v.refused or ('holds' if v.holds else 'fails')}" for name, v in verdicts.items())
         print(*job, said, flush=True)

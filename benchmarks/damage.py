@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.harness import in_parallel, options, span, table
+from benchmarks.harness import Words, in_parallel, span, table
 from benchmarks.rigs import DETECTABLE, likelihood_of, log_of, windy_log
 from heli_identifier.chain import FAULTS
 from heli_identifier.errors import IdentifierError
@@ -88,32 +88,33 @@ def is_named(damage: str, said: str) -> bool:
     return bool(words) and any(word in said for word in words.split("|"))
 
 
-def damage(arguments: Sequence[str]) -> None:
+def damage(
+    damages: Words,
+    open: str = "0:4", flown: str = "0:4", both: str = "0:4", workers: int = 1,
+) -> None:  # fmt: skip
     """Run the benchmark."""
-    kinds = ("open", "flown", "both")
-    rigs = dict.fromkeys(kinds, ("0:4", "first:behind the last rig"))
-    asked = options(arguments, "damage", __doc__, "damages", **rigs, workers=(1, "processes"))
-    damages = [name for name in DAMAGES if not asked.damages or any(word in name for word in asked.damages)]
-    jobs = [(kind, seed, name) for name in damages for kind in kinds for seed in span(getattr(asked, kind))]
-    shown, seen, named, count, beside, both = (Counter[str]() for _ in range(6))
+    kinds = {"open": open, "flown": flown, "both": both}
+    names = [name for name in DAMAGES if not damages or any(word in name for word in damages)]
+    jobs = [(kind, seed, name) for name in names for kind, seeds in kinds.items() for seed in span(seeds)]
+    shown, seen, named, count, beside, pairs = (Counter[str]() for _ in range(6))
     words: dict[str, Counter[str]] = {}
-    for kind, seed, name, effects, said, told in in_parallel(diagnosed, jobs, asked.workers):
+    for kind, seed, name, effects, said, told in in_parallel(diagnosed, jobs, workers):
         print(f"{kind} {seed} | {name} | told {told} | shown {sorted(effects)} | {said[:90]}", flush=True)
         true = {effect for effect in effects if kind == "both" and effect.split("/")[0] == effect_of(seed, name)}
         shown[name] += bool(effects - true)
         if kind == "both":
             if told and not said.startswith("refused"):
                 beside[name] += 1
-                both[name] += bool(true) and is_named(name, said)
+                pairs[name] += bool(true) and is_named(name, said)
             continue
         count[name] += 1
         seen[name] += told
         named[name] += told and is_named(name, said)
         words.setdefault(name, Counter()).update([*effects, said[:60] or "-"])
     rows = [
-        (name, f"{count[name]}", f"{shown[name]}", f"{seen[name]}", f"{named[name]}", f"{both[name]} of {beside[name]}",
+        (name, count[name], shown[name], seen[name], named[name], f"{pairs[name]} of {beside[name]}",
          "; ".join(f"{word} {n}" for word, n in words.get(name, Counter()).most_common(4)))
-        for name in damages
+        for name in names
     ]  # fmt: skip
     head = ("damage", "rigs", "a wrong effect shown", "a told test sees it", "of these named", "both named", "said")
     print("\n" + table(head, rows))

@@ -5,19 +5,18 @@ They go to docs/figures: the two methods of the identifier in the scenario close
 the truth of windy rigs, as ``python -m benchmarks measured`` and ``windy`` wrote them with ``--csv`` to docs/results.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 import pandas
 from numpy.typing import NDArray
 
-from benchmarks.harness import FIGURES, ROOT
+from benchmarks.harness import ROOT
+from fmu_src.master import run_apart
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR
 from heli_identifier.results import Axes, figure, write_figure
 from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2
 
-TABLES = ROOT / "docs" / "results"
+TABLES, FIGURES = ROOT / "docs" / "results", ROOT / "docs" / "figures"
 
 SHOWN = (("k_x", "rad/s²/V"), ("a_e", "1/s²"), ("k_z", "rad/s²/V"))
 
@@ -79,10 +78,8 @@ def gains(rows: pandas.DataFrame) -> str:
     return figure(panels, "half of the logs of a rig", "Gains of windy rigs with their intervals", 760.0)
 
 
-def figures(_: Sequence[str]) -> None:
+def figures() -> None:
     """Run the scenario, and draw all."""
-    from fmu_src.master import run_apart
-
     names = [f"identifier.{kind}{name}" for name, _ in SHOWN for kind in ("", "standard_error.")]
     columns: dict[str, dict[str, NDArray[np.float64]]] = {}
     for method in (ADAPTATION, PREDICTION_ERROR):

@@ -13,19 +13,20 @@ everything changes at once, or along a straight line in time where ``slow`` is g
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heli_identifier.records import Log
 from tests.blind.coefficients import Coefficients
-from tests.blind.plant import STEP, V_MAX, Changes, Control, fly, room_torque
+from tests.blind.plant import STEP, V_MAX, Changes, Control, fly, placed, room_torque
 from tests.blind.rigs import draw_base
 from tests.blind.signals import joystick
 
+Array = NDArray[np.float64]
 TORQUE_STD, TORQUE_TIME, SHAKE = 0.012, 1.0, 0.25
 """Random torque [rad/s^2], its correlation time [s], shake of the encoders' lines [counts]."""
 
@@ -38,8 +39,7 @@ _GAIN_ERROR = (0.9, 1.1)
 _RATE_BANDWIDTH = (18.0, 35.0)
 
 
-@dataclass(frozen=True)
-class Rig:
+class Rig(NamedTuple):
     """A rig before it changes: coefficients, controller and hover (elevation [rad], mu_s [V])."""
 
     coefficients: Coefficients
@@ -65,19 +65,24 @@ def _tuned(base: Coefficients, hover: tuple[float, float], rng: np.random.Genera
     omega_p, omega_e = (min(rng.uniform(*poles), fastest) for poles in (_PITCH_POLES, _ELEVATION_POLES))
     zeta = rng.uniform(*_DAMPING)
     k_x, k_z = base.k_x * rng.uniform(*_GAIN_ERROR), base.k_z * rng.uniform(*_GAIN_ERROR)
-    integral = rng.random() < 0.5
-    k_pp, k_pe = max(omega_p**2 - base.a_th, 0.8) / k_x, max(omega_e**2 - base.a_e, 0.6) / k_z
-    return Control(
-        mu_d0=-base.a_th * math.sin(base.theta0) / k_x,
-        k_pp=k_pp,
-        k_dp=2.0 * zeta * omega_p / k_x,
-        k_ip=0.25 * k_pp * integral,
-        mu_s0=hover[1] * rng.uniform(0.98, 1.02),
-        k_pe=k_pe,
-        k_de=2.0 * zeta * math.sqrt(k_pe * k_z + base.a_e) / k_z,
-        k_ie=0.5 * k_pe * integral,
-        rate_bandwidth=bandwidth,
-    )
+    control = placed(base, k_x, k_z, omega_p, zeta, omega_e, zeta, rng.random() < 0.5)
+    return control._replace(mu_s0=hover[1] * rng.uniform(0.98, 1.02), rate_bandwidth=bandwidth)
+
+
+def _recorded(
+    rig: Rig, p: Coefficients, voltages: Array, references: Array, at: Array, rate: float, noise: float, columns: int,
+    rng: np.random.Generator, control: Control | None, changes: Changes | None = None,
+) -> Array:  # fmt: skip
+    """Fly; give voltages [V] and angles as they are read [rad], (N, 5), from behind the lead on."""
+    at = at + np.append(rng.uniform(-0.03, 0.03, 2), 0.0)
+    lead, n = round(_LEAD * rate), len(voltages)
+    # Of the six columns of older rigs three were a torque of the air: the published rigs have these numbers.
+    normal = rng.standard_normal((n * round(1.0 / rate / STEP) + 1, columns))[:, :3]
+    read, _, _, used = fly(
+        voltages, at, p, room_torque(normal, noise * TORQUE_STD, TORQUE_TIME), SHAKE * rng.standard_normal((n, 3)),
+        control=control, references=references, hover=rig.hover[0], rate=rate, lead=lead, changes=changes,
+    )  # fmt: skip
+    return np.column_stack([used, read])[lead:]
 
 
 # --- logs of one rig ---------------------------------------------------------------------------------------------
@@ -110,23 +115,15 @@ def closed_loop_rig(
     """
     rng = np.random.default_rng([13, seed])
     rig = draw_rig(rng, like_paper, lag)
-    truth, hover, control = rig.coefficients._replace(**effects), rig.hover, rig.control
-    lead, logs = round(_LEAD * rate), []
+    truth, at, logs = rig.coefficients._replace(**effects), np.array([0.0, rig.hover[0], 0.0]), []
     for number in range(LOGS):
         samples = round((_LEAD + rng.uniform(*durations)) * rate)
         references = joystick(samples, rate, 1.0, False, rng)
         if quiet_from is not None:
-            references[lead + round(quiet_from * rate) :] = 0.0
-        at = np.array([0.0, hover[0], 0.0])
-        at[:2] += rng.uniform(-0.03, 0.03, 2)
-        # Three of the six columns were a torque of the air once: the published rigs have these numbers.
-        normal = rng.standard_normal((samples * round(1.0 / rate / STEP) + 1, 6))[:, :3]
-        read, _, _, voltages = fly(
-            np.full((samples, 2), control.mu_s0 / 2), at, truth, room_torque(normal, noise * TORQUE_STD, TORQUE_TIME),
-            SHAKE * rng.standard_normal((samples, 3)), control=control, references=references, hover=hover[0],
-            rate=rate, lead=lead,
-        )  # fmt: skip
-        logs.append(Log(f"log{number}", rate, voltages[lead:], read[lead:].round(6)))
+            references[round((_LEAD + quiet_from) * rate) :] = 0.0
+        voltages = np.full((samples, 2), rig.control.mu_s0 / 2)
+        flown = _recorded(rig, truth, voltages, references, at, rate, noise, 6, rng, rig.control)
+        logs.append(Log(f"log{number}", rate, flown[:, :2], flown[:, 2:].round(6)))
     return ClosedLoopRig(truth, tuple(logs))
 
 
@@ -151,8 +148,7 @@ _APART = np.array([0.05, 0.08, 0.26, 0.4, 0.6, 0.9, 1.4])
 gain, and the rig would turn over."""
 
 
-@dataclass(frozen=True)
-class Stage:
+class Stage(NamedTuple):
     """What a rig is from ``start`` [s] of its record on.
 
     ``shares`` of thrust, front and rear [1]; ``slow``: the time that the change to this stage takes [s].
@@ -168,47 +164,41 @@ _SLOW_STEPS = 40
 """Pieces that a slow change is made of."""
 
 
-def flight(rig: Rig, stages: tuple[Stage, ...], duration: float, closed: bool, rng: np.random.Generator) -> np.ndarray:
+def flight(rig: Rig, stages: Sequence[Stage], duration: float, closed: bool, rng: np.random.Generator) -> Array:
     """Fly a rig through ``stages`` (the first begins at 0) for ``duration`` [s].
 
     Returns the record (N, 5), voltages [V] and angles [rad] as they are read, every 10 ms.
     """
-    lead, n = round(_LEAD * RATE), round((_LEAD + duration) * RATE)
-    time = np.arange(n) / RATE - _LEAD
-    tables: list[Coefficients] = [stages[0].coefficients]
-    shares, which = np.ones((n, 2)) * stages[0].shares, np.zeros(n, dtype=np.int64)
-    before = stages[0]
-    for stage in stages[1:]:
-        pieces = _SLOW_STEPS if stage.slow > 0.0 else 1
-        for piece in range(1, pieces + 1):
-            share, begin = piece / pieces, stage.start + (piece - 1) / pieces * stage.slow
-            mixed = [(1 - share) * a + share * b for a, b in zip(before.coefficients, stage.coefficients, strict=True)]
-            tables.append(Coefficients(*mixed))
-            later = time >= begin - 1e-9
-            which[later] = len(tables) - 1
-            shares[later] = (1 - share) * np.array(before.shares) + share * np.array(stage.shares)
-        before = stage
-    references = joystick(n, RATE, 1.0, False, rng)
-    voltages = np.full((n, 2), rig.control.mu_s0 / 2)
-    at = np.array([0.0, rig.hover[0], 0.0])
+    n = round((_LEAD + duration) * RATE)
+    references, base = joystick(n, RATE, 1.0, False, rng), stages[0].coefficients
+    voltages, at = np.full((n, 2), rig.control.mu_s0 / 2), np.array([0.0, rig.hover[0], 0.0])
     if not closed:
-        base = stages[0].coefficients
         trim = base.a_th * math.sin(0.0 - base.theta0) / base.k_x
         total = rig.hover[1] * 0.6 + _multisine(n, _LINES, _OPEN_SUM, rng)
         apart = trim + _multisine(n, _APART, _OPEN_DIFFERENCE, rng)
         voltages = np.clip(np.column_stack([total + apart, total - apart]) / 2, -V_MAX, V_MAX).round(5)
         at[1] = (base.k_z * rig.hover[1] * 0.6 - base.a_1) / base.a_e
-    at[:2] += rng.uniform(-0.03, 0.03, 2)
-    normal = rng.standard_normal((n * round(1.0 / RATE / STEP) + 1, 3))
-    read, _, _, voltages = fly(
-        voltages, at, stages[0].coefficients, room_torque(normal, TORQUE_STD, TORQUE_TIME),
-        SHAKE * rng.standard_normal((n, 3)), control=rig.control if closed else None, references=references,
-        hover=rig.hover[0], rate=RATE, lead=lead, changes=Changes(tables, which, shares),
-    )  # fmt: skip
-    return np.column_stack([voltages, read])[lead:]
+    changes = _changes(stages, np.arange(n) / RATE - _LEAD)
+    return _recorded(rig, base, voltages, references, at, RATE, 1.0, 3, rng, rig.control if closed else None, changes)
 
 
-def _multisine(n: int, around: np.ndarray, std: float, rng: np.random.Generator) -> np.ndarray:
+def _changes(stages: Sequence[Stage], time: Array) -> Changes:
+    """Give the coefficients and the shares of thrust at each time [s]."""
+    before = stages[0]
+    tables, shares, which = [before.coefficients], np.tile(before.shares, (len(time), 1)), np.zeros(len(time), np.int64)
+    for stage in stages[1:]:
+        pieces = _SLOW_STEPS if stage.slow > 0.0 else 1
+        for piece in range(1, pieces + 1):
+            share, later = piece / pieces, time >= stage.start + (piece - 1) / pieces * stage.slow - 1e-9
+            mixed = [(1 - share) * a + share * b for a, b in zip(before.coefficients, stage.coefficients, strict=True)]
+            tables.append(Coefficients(*mixed))
+            which[later] = len(tables) - 1
+            shares[later] = (1 - share) * np.array(before.shares) + share * np.array(stage.shares)
+        before = stage
+    return Changes(tables, which, shares)
+
+
+def _multisine(n: int, around: Array, std: float, rng: np.random.Generator) -> Array:
     """Return a random-phase multisine of ``n`` samples with lines ``around`` these [Hz] and a standard deviation."""
     lines = around * rng.uniform(0.85, 1.15, len(around))
     phases = rng.uniform(0, 2 * np.pi, len(lines))

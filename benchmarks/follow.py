@@ -1,13 +1,13 @@
 """The following twin on generated rigs that change in flight: noticed, named, how well it predicts afterwards.
 
-    python -m benchmarks follow [--tuning] [--seeds N] [--first N] [--hours H] [--workers N] [KIND]...
+    python -m benchmarks follow [--tuning] [--first N] [--seeds N] [--hours H] [--workers N] [KIND]...
     python -m benchmarks follow --step          processor time of a step of the scenario follow, pythonfmu units
 
-``--tuning`` takes the rigs that the rules and their constants were chosen on. Every seed is a rig
-(:mod:`benchmarks.flown`), in turn in closed and in open loop, and flies once for every kind of change, which comes
-between 35 and 50 s; the flight ends 90 s after it. The twin begins with values that err as those of a diagnosis do.
-Kinds with a stream at fault have the change of one gain as well. Unchanged rigs fly for 600 s, with a stream in order
-(none) and with every fault of it (faulty).
+``--tuning`` takes the rigs that the rules and their constants were chosen on. Every seed from ``--first`` up to, not
+with, ``--seeds`` is a rig (:mod:`benchmarks.flown`), in turn in closed and in open loop, and flies once for every kind
+of change, which comes between 35 and 50 s; the flight ends 90 s after it. The twin begins with values that err as those
+of a diagnosis do. Kinds with a stream at fault have the change of one gain as well. Unchanged rigs fly for 600 s each,
+``--hours`` in all, with a stream in order (none) and with every fault of it (faulty).
 
 noticed: an alarm within 20 s by the clock (a slow change: before it is over); the bar counts excited flight (below) and
 asks for 95 %. named: the first change put on trial is the true one (90 %). error: rms over the three axes of errors 1 s
@@ -36,7 +36,8 @@ from scipy.signal import lfilter
 from scipy.stats import norm
 
 from benchmarks.flown import SHAKE, TORQUE_STD, TORQUE_TIME, Rig, Stage, draw_rig, flight
-from benchmarks.harness import in_parallel, options, table
+from benchmarks.harness import Words, in_parallel, table
+from fmu_src.master import run
 from heli_identifier import following
 from heli_identifier.following import Event, FollowSettings, Sample
 from heli_identifier.live import Clock, Datagram, tick
@@ -377,8 +378,6 @@ def _count(changes: Sequence[Row], key: str) -> str:
 
 def step_cost() -> str:
     """Return the processor time of a step [us]: 59 s of the scenario less 20 s of it, so that building cancels."""
-    from fmu_src.master import run
-
     spent = [process_time()]
     for seconds in (20.0, 59.0):
         run("follow", seconds, H, {"player.log.path": str(demo_logs("rig-a")[0][0])})
@@ -387,32 +386,19 @@ def step_cost() -> str:
     return f"{micro:.0f} us of processor time a step (at most 250), on a rig that the twin does not fit"
 
 
-def follow(arguments: Sequence[str]) -> None:
+def follow(
+    kinds: Words,
+    tuning: bool = False, seeds: int = 40, first: int = 0, hours: float = 20.0, workers: int = 1, step: bool = False,
+) -> None:  # fmt: skip
     """Fly, and print the tables."""
-    asked = options(
-        arguments,
-        "follow",
-        __doc__,
-        "kind",
-        tuning=(False, "the half that the rules were chosen on"),
-        seeds=(40, "number behind the last seed of flights with a change"),
-        first=(0, "seed of the first flight"),
-        hours=(20.0, "flight of unchanged rigs of each kind, from seed 0"),
-        workers=(1, "processes"),
-        step=(False, "time of a step alone"),
-    )
-    if asked.step:
+    if step:
         print(step_cost())
         return
-    half, still = TUNING if asked.tuning else REPORTED, round(asked.hours * 3600.0 / UNCHANGED)
+    still = round(hours * 3600.0 / UNCHANGED)
     jobs = [
-        partial(flown, half, seed, kind)
-        for seed in range(asked.first, max(asked.seeds, still))
-        for kind in asked.kind or (*KINDS, *UNCHANGED_KINDS)
-        if seed < (still if kind in UNCHANGED_KINDS else asked.seeds)
+        partial(flown, TUNING if tuning else REPORTED, seed, kind)
+        for seed in range(first, max(seeds, still))
+        for kind in kinds or (*KINDS, *UNCHANGED_KINDS)
+        if seed < (still if kind in UNCHANGED_KINDS else seeds)
     ]
-    print(summary(list(in_parallel(_done, jobs, asked.workers))))
-
-
-def _done(job: partial[Row]) -> Row:
-    return job()
+    print(summary(list(in_parallel(partial.__call__, jobs, workers))))

@@ -15,7 +15,6 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -26,12 +25,14 @@ import numpy as np
 
 import heli_identifier as hi
 from benchmarks.follow import flown
-from benchmarks.harness import ROOT, options
-from benchmarks.reading import FORMATS, write
 from benchmarks.rigs import log_of
-from heli_identifier.errors import IdentifierError
+from fmu_src import SCENARIOS, UNITS, build
+from fmu_src.master import run_apart
+from fmu_src.native import NATIVE_UNITS, build_native
 from heli_identifier.files import write_atomically
 from tests.blind.generator import BATTERY
+from tests.faults.case import Fault, tried
+from tests.faults.page import FAULTS
 
 Entries = Iterator[tuple[str, Callable[[], Any]]]
 """Names of entries, each with what makes its content."""
@@ -100,9 +101,6 @@ def identifier(most: int) -> Entries:
 
 def scenarios(most: int) -> Entries:
     """Every output of the scenarios' units over 20 s, in Python and natively."""
-    from fmu_src import SCENARIOS, build
-    from fmu_src.master import run_apart
-    from fmu_src.native import NATIVE_UNITS, build_native
 
     def made(name: str, native: bool) -> Any:
         with TemporaryDirectory() as folder:
@@ -119,8 +117,6 @@ def scenarios(most: int) -> Entries:
 
 def units(most: int) -> Entries:
     """Model descriptions of every unit, without identifiers and dates."""
-    from fmu_src import UNITS, build
-    from fmu_src.native import NATIVE_UNITS, build_native
 
     def made(unit: str, native: bool) -> Any:
         with TemporaryDirectory() as folder, ZipFile((build_native if native else build)(unit, Path(folder))) as fmu:
@@ -132,35 +128,8 @@ def units(most: int) -> Entries:
             yield f"{unit} {'native' if native else 'python'}", partial(made, unit, native)
 
 
-def logs(most: int) -> Entries:
-    """Log files of several formats read to arrays, or the sentence that refuses them."""
-
-    def read(path: Path) -> Any:
-        try:
-            log = hi.read_log(path)
-        except IdentifierError as error:
-            return str(error).replace(f"{path.parent}/", "")
-        return {"rate": log.rate_hz, "voltages": shown(log.voltages), "angles": shown(log.angles), "notes": log.notes}
-
-    def written(path: Path, ending: str) -> Any:
-        with TemporaryDirectory() as folder:
-            write(f"{folder}/log.{ending}", list(np.loadtxt(path, delimiter=",", skiprows=1).T))
-            return read(Path(folder, f"log.{ending}"))
-
-    paths = [path for rig in RIGS for part in hi.demo_logs(rig) for path in part]
-    for number, path in enumerate(paths[:most]):
-        yield f"demo {number}", partial(read, path)
-    for ending in FORMATS:
-        for rig in RIGS[:most]:
-            yield f"{rig} as {ending}", partial(written, hi.demo_logs(rig)[1][0], ending)
-    for path in sorted((ROOT / "tests" / "corpus" / "a-text-log").iterdir())[:most]:
-        yield f"corpus {path.name}", partial(read, path)
-
-
 def messages(most: int) -> Entries:
     """Exit code and sentence of every fault of tests/faults that needs no process of its own."""
-    from tests.faults.case import Fault, tried
-    from tests.faults.page import FAULTS
 
     def made(fault: Fault) -> Any:
         with TemporaryDirectory() as folder:
@@ -177,17 +146,16 @@ KINDS: dict[str, tuple[Callable[[int], Entries], int]] = {
     "identifier": (identifier, 3),
     "scenarios": (scenarios, 2),
     "units": (units, 9),
-    "logs": (logs, 30),
     "messages": (messages, 1000),
 }
 """What is recorded, and how many entries of each, or of each sort within it, at most."""
 
 
-def record(folder: Path, only: Sequence[str], most: int | None) -> None:
+def record(folder: Path, only: Sequence[str], most: int) -> None:
     """Write the entries that are not there yet."""
     for kind in only:
         entries, usual = KINDS[kind]
-        for name, made in entries(min(usual, most or usual)):
+        for name, made in entries(min(usual, most)):
             path = folder / kind / f"{re.sub(r'[^A-Za-z0-9_.+-]+', '-', name)[:120]}.json"
             if not path.exists():
                 path.parent.mkdir(parents=True, exist_ok=True)
@@ -245,18 +213,11 @@ def compare(old: Path, new: Path) -> bool:
     return same
 
 
-def freeze(arguments: Sequence[str]) -> None:
+def freeze(what: str, folders: list[Path], only: str = ",".join(KINDS), most: int = 1000) -> None:
     """Record or compare."""
-    asked = options(
-        arguments, "freeze", __doc__, "words",
-        only=(",".join(KINDS), "kinds that are recorded"),
-        most=(int, "entries of a kind at most"),
-    )  # fmt: skip
-    match asked.words:
-        case ["record", folder]:
-            record(Path(folder), asked.only.split(","), asked.most)
-        case ["compare", old, new]:
-            with suppress(BrokenPipeError):
-                sys.exit(not compare(Path(old), Path(new)))
-        case _:
-            sys.exit(__doc__)
+    if what == "record":
+        record(folders[0], only.split(","), most)
+    elif what == "compare":
+        sys.exit(not compare(*folders))
+    else:
+        sys.exit(__doc__)

@@ -5,10 +5,12 @@
     python -m benchmarks measured RIG... [--from SECONDS] [--workers N] [--download FOLDER] [--csv FILE]
                                   [--online]
 
-*windy*: generated rigs in the air of measured ones, under students' controllers. The odd seeds report; rules are chosen
-on the even ones, ``--choose``. *measured*: a folder of logs each, ``RIG:-pitch`` if its
-pitch counts down; every second log makes a half, and ``--download`` fetches public logs of three rigs. ``--online``
-compares the 95 % intervals of `heli identify` with those of the diagnosis' plant, all logs together (9 of 10 overlap).
+*windy*: generated rigs in the air of measured ones, by its colour, under students' controllers. The odd seeds report;
+rules are chosen on the even ones, ``--choose``. ``--quiet`` and ``--unlogged`` add rigs whose references are a fifth as
+large, or are not logged; the controller's rate is 100 or 500 Hz; KIND is bare, coupled or effects of the generator,
+drawn if not given. *measured*: a folder of logs each, ``RIG:-pitch`` if its pitch counts down; every second log makes a
+half, and ``--download`` first fetches public logs of three rigs into a folder. ``--online`` compares the 95 % intervals
+of `heli identify` with those of the diagnosis' plant, all logs together (9 of 10 overlap).
 
 Printed is a line for each half, then for each kind of rig a table with its bars:
 
@@ -31,21 +33,24 @@ from functools import partial
 from itertools import pairwise, product
 from pathlib import Path
 from time import process_time
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pandas
+import typer
 
-from benchmarks.harness import in_parallel, options, span, table
-from benchmarks.measured import DownloadError, download
-from benchmarks.rigs import DETECTABLE, likelihood_of, told_scores, windy_logs, windy_plant
+from benchmarks.harness import Words, in_parallel, span, table
+from benchmarks.measured import DownloadError
+from benchmarks.measured import download as download_logs
+from benchmarks.rigs import DETECTABLE, told_scores, windy_logs, windy_plant
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import GAINS, PREDICTION_ERROR
 from heli_identifier.records import Log, LogFormat, read_logs
 from heli_identifier.tools.identification import identify
-from heli_identifier.tracing import Determination, Diagnosis, diagnose, fit, identify_plant
+from heli_identifier.tracing import Determination, Diagnosis, diagnose, identify_plant
+from heli_identifier.tracing.held_out import log_likelihood
 from heli_identifier.tracing.helicopter import family_of
 from heli_plant.effects import AXES
-from heli_plant.parameters import PlantParameters
 from tests.blind.air import COLOURS
 from tests.blind.windy import windy_rig
 
@@ -59,19 +64,17 @@ MARKS = {Determination.OUTSIDE: "", Determination.NOISE_MODEL: "*", Determinatio
 """Behind a gain in a line, by what it rests on."""
 
 
-@dataclass(frozen=True)
-class Known:
-    """What is known of a windy rig: effects by field, slopes of the gains, plant, logs of a second controller."""
+class Known(NamedTuple):
+    """What is known of a half of a windy rig.
 
-    effects: tuple[str, ...]
+    Families of its effects, and of those that a fit shows which is told the structure; slopes of the gains; the
+    log-likelihood that a second controller's logs lose under the delivered plant [nats].
+    """
+
+    families: set[str]
+    detectable: set[str]
     slopes: Mapping[str, float]
-    plant: PlantParameters
-    other: Sequence[Log]
-
-    @property
-    def families(self) -> set[str]:
-        """Families of its effects."""
-        return set(map(family_of, self.effects))
+    loss: float
 
 
 @dataclass(frozen=True)
@@ -84,8 +87,6 @@ class Half:
     found: Diagnosis | None
     refused: str = ""
     truth: Known | None = None
-    detectable: frozenset[str] = frozenset()
-    loss: float = float("nan")
     seconds: float = 0.0
 
     @property
@@ -94,36 +95,28 @@ class Half:
         return {effect.family for effect in self.found.effects} if self.found else set()
 
     @property
-    def false(self) -> set[str]:
-        """Families shown that the rig lacks."""
-        return self.shown - self.truth.families if self.truth else set()
-
-    @property
     def gains(self) -> list[tuple[str, float, float, Determination]]:
         """Each gain and half its 95 % interval, over the size of a known truth, and what it rests on."""
-        reports = [(name, self.found.parameters[name]) for name in GAINS] if self.found else []
         slopes = self.truth.slopes if self.truth else dict.fromkeys(GAINS, 1.0)
+        reports = [(name, self.found.parameters[name], slopes[name]) for name in GAINS] if self.found else []
         return [
-            (name, own.estimate.value / slopes[name], 1.96 * (own.estimate.standard_error or 0.0) / abs(slopes[name]),
+            (name, own.estimate.value / slope, 1.96 * (own.estimate.standard_error or 0.0) / abs(slope),
              own.determination)
-            for name, own in reports
+            for name, own, slope in reports
         ]  # fmt: skip
 
     def line(self) -> str:
         """Say it in a line; ``*`` behind a gain that rests on the noise model, ``?`` behind one not determined."""
         if self.found is None:
             return f"{self.rig} {self.name}: refused: {self.refused}"
-        missed = self.detectable - self.shown
-        words = [
-            *(f"{name} {value:.3g}±{half:.2g}{MARKS[rests]}" for name, value, half, rests in self.gains),
-            f"shown {', '.join(sorted(self.shown)) or 'nothing'}",
-            f"FALSE {', '.join(sorted(self.false))}" if self.false else "",
-            f"missed {', '.join(sorted(missed))}" if missed else "",
-            f"loss {self.loss:.1f}" if np.isfinite(self.loss) else "",
-            f"held out {self.found.held_out.gain.value:.0f} nats",
-            f"{self.seconds:.1f} s",
-        ]
-        return f"{self.rig} {self.name}: {'; '.join(filter(None, words))}"
+        words = [f"{name} {value:.3g}±{half:.2g}{MARKS[rests]}" for name, value, half, rests in self.gains]
+        words.append(f"shown {', '.join(sorted(self.shown)) or 'nothing'}")
+        if known := self.truth:
+            for word, families in (("FALSE", self.shown - known.families), ("missed", known.detectable - self.shown)):
+                words += [f"{word} {', '.join(sorted(families))}"] if families else []
+            words.append(f"loss {known.loss:.1f}")
+        words += [f"held out {self.found.held_out.gain.value:.0f} nats", f"{self.seconds:.1f} s"]
+        return f"{self.rig} {self.name}: {'; '.join(words)}"
 
 
 def half_of(kind: str, rig: str, name: str, training: Sequence[Log], held_out: Sequence[Log]) -> Half:
@@ -133,13 +126,6 @@ def half_of(kind: str, rig: str, name: str, training: Sequence[Log], held_out: S
         return Half(kind, rig, name, diagnose(training, held_out=held_out), seconds=process_time() - began)
     except IdentifierError as error:
         return Half(kind, rig, name, None, str(error))
-
-
-def nats_under(plant: PlantParameters, logs: Sequence[Log]) -> float:
-    """Log-likelihood of logs under a plant, air and offsets fitted to them [nats]."""
-    likelihood = likelihood_of(logs)
-    rig = replace(likelihood.rig, parameters=plant, base=())
-    return -fit(type(likelihood)(rig, likelihood.records), ()).value
 
 
 def windy_halves(colour: str, quiet: bool, rate: float, effects: str | None, logged: bool, seed: int) -> list[Half]:
@@ -154,12 +140,10 @@ def windy_halves(colour: str, quiet: bool, rate: float, effects: str | None, log
         half = half_of(kind, f"{colour} {seed}", letter, training, held_out)
         if half.found:
             slopes = rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in training]))))
-            scores = told_scores(training, fields)
-            half = replace(
-                half, truth=Known(fields, slopes, plant, other),
-                detectable=frozenset(family_of(name) for name, score in scores.items() if score > DETECTABLE),
-                loss=nats_under(plant, other) - nats_under(half.found.plant_after, other),
-            )  # fmt: skip
+            detectable = {name for name, score in told_scores(training, fields).items() if score > DETECTABLE}
+            loss = log_likelihood(plant, other) - log_likelihood(half.found.plant_after, other)
+            known = Known(set(map(family_of, fields)), set(map(family_of, detectable)), slopes, loss)
+            half = replace(half, truth=known)
         halves.append(half)
     return halves
 
@@ -177,7 +161,7 @@ def measured_halves(rig: str, start: float) -> list[Half]:
     return [half_of("measured", name, "ab"[k], logs[k::2], logs[1 - k :: 2]) for k in (0, 1)]
 
 
-def online(rig: str, start: float) -> str:
+def overlap(rig: str, start: float) -> str:
     """Count the parameters whose intervals overlap on line and off line, and name the others."""
     logs = rig_logs(rig, start)
     found = identify(logs, method=PREDICTION_ERROR).estimates
@@ -218,22 +202,19 @@ def errors_of(halves: Sequence[Half]) -> pandas.DataFrame:
 
 def summary(halves: Sequence[Half]) -> str:
     """Give the table of one kind of rig."""
-    done = [half for half in halves if half.found]
-    known = [half for half in done if half.truth]
+    done, gains = [half for half in halves if half.found], gains_of(halves)
     rows = [("diagnosed, s each", f"{len(done)} of {len(halves)}, {np.median([half.seconds for half in done]):.1f}")]
-    gains = gains_of(done)
-    if known:
-        rows += _against_the_truth(known, gains)
-    pairs = [(a, b) for a, b in pairwise(done) if a.rig == b.rig]
-    either = [(a, b) for a, b in pairs if a.shown | b.shown]
-    if either:
-        index = np.mean([len(a.shown & b.shown) / len(a.shown | b.shown) for a, b in either])
+    if done and done[0].truth:
+        rows += _against_the_truth(done, gains)
+    pairs = [(a, b) for a, b in pairwise(done) if a.rig == b.rig and a.shown | b.shown]
+    if pairs:
+        index = np.mean([len(a.shown & b.shown) / len(a.shown | b.shown) for a, b in pairs])
         expected = [half.found.agreement.expected for half in done if half.found and half.found.agreement]
-        said = f"{index:.2f}; {np.mean(expected or [np.nan]):.2f} ({len(either)} rigs)"
+        said = f"{index:.2f}; {np.mean(expected or [np.nan]):.2f} ({len(pairs)} rigs)"
         rows.append(("halves agree; expected", said))
     sure = gains[gains.rests != Determination.NOT_DETERMINED.value].groupby(["rig", "gain"])
-    both = [(own.ratio.to_numpy(), own.half_width.to_numpy()) for _, own in sure if len(own) == 2]
-    agree = sum(abs(a - b) <= np.hypot(*halves) for (a, b), halves in both)
+    both = [own for _, own in sure if len(own) == 2]
+    agree = sum(abs(own.ratio.diff().iloc[1]) <= np.hypot(*own.half_width) for own in both)
     rows.append(("gains within their joint interval", f"{agree} of {len(both)}"))
     nats = [half.found.held_out.gain.value for half in done if half.found]
     count = f"{sum(n > -3.0 for n in nats)} of {len(nats)}; {np.median(nats):.0f}"
@@ -243,23 +224,21 @@ def summary(halves: Sequence[Half]) -> str:
 
 def _against_the_truth(halves: Sequence[Half], gains: pandas.DataFrame) -> list[tuple[str, str]]:
     """Give the rows of gains over the truth and of effects shown."""
-    off = (gains.ratio - 1.0).abs()
+    off, lowest, highest = (gains.ratio - 1.0).abs(), gains.ratio.min(), gains.ratio.max()
     missed, rests = off > gains.half_width, gains.rests
     wrong = missed & (off > FAR)
     medians = gains.groupby("gain", sort=False)[["ratio", "half_width"]].median().map("{:.3f}".format)
     stated = [f"{wrong[rests == d.value].sum()} of {(rests == d.value).sum()} {d.value}" for d in Determination]
-    loss = [half.loss for half in halves]
-    detectable, found = (sum(map(len, own)) for own in zip(
-        *((half.detectable, half.shown & half.detectable) for half in halves), strict=True))  # fmt: skip
-    ratios = f"{' '.join(medians.ratio)}; {gains.ratio.min():.2f} to {gains.ratio.max():.2f}"
-    covers = f"{1.0 - missed.mean():.3f} of {missed.size}; {' '.join(medians.half_width)}"
+    known = [(half.shown, half.truth) for half in halves if half.truth]
+    loss, false = [truth.loss for _, truth in known], sum(bool(shown - truth.families) for shown, truth in known)
+    found = sum(len(shown & truth.detectable) for shown, truth in known)
     return [
-        ("gains over the truth; range", ratios),
-        ("intervals cover; half-widths", covers),
+        ("gains over the truth; range", f"{' '.join(medians.ratio)}; {lowest:.2f} to {highest:.2f}"),
+        ("intervals cover; half-widths", f"{1.0 - missed.mean():.3f} of {missed.size}; {' '.join(medians.half_width)}"),
         ("wrong gains", "; ".join(stated)),
         ("loss, median; largest [nats]", f"{np.median(loss):.1f}; {np.max(loss):.1f}"),
-        ("halves with something false", f"{sum(bool(half.false) for half in halves)} of {len(halves)}"),
-        ("detectable effects shown", f"{found} of {detectable}"),
+        ("halves with something false", f"{false} of {len(halves)}"),
+        ("detectable effects shown", f"{found} of {sum(len(truth.detectable) for _, truth in known)}"),
     ]
 
 
@@ -277,48 +256,35 @@ def diagnosed(jobs: Sequence[partial[list[Half]]], workers: int) -> list[Half]:
 # --- commands ----------------------------------------------------------------------------------------------------
 
 
-def windy(arguments: Sequence[str]) -> None:
-    """Windy rigs."""
-    asked = options(
-        arguments, "windy", __doc__,
-        seeds=("0:16", "first:behind the last"),
-        choose=(False, "even seeds, to choose rules on; else the odd ones"),
-        colours=(",".join(COLOURS), "kinds of air"),
-        quiet=(False, "quiet rigs as well"),
-        unlogged=(False, "rigs whose references are not logged as well"),
-        rate=(100.0, "of the controller [Hz], 100 or 500"),
-        effects=(str, "bare, coupled or effects of the generator; default: drawn"),
-        workers=(1, "processes"),
-        csv=(Path, "file that gets the gains over the truth"),
-    )  # fmt: skip
-    seeds = [seed for seed in span(asked.seeds) if seed % 2 == (0 if asked.choose else 1)]
-    kinds = product(asked.colours.split(","), (False, True)[: 1 + asked.quiet], (True, False)[: 1 + asked.unlogged])
-    jobs = [partial(windy_halves, colour, quiet, asked.rate, asked.effects, logged, seed)
-            for colour, quiet, logged in kinds for seed in seeds]  # fmt: skip
-    done = diagnosed(jobs, asked.workers)
-    if asked.csv:
-        gains_of(done).to_csv(asked.csv, index=False, float_format="%.4f")
+def windy(
+    seeds: str = "0:16", choose: bool = False, colours: str = ",".join(COLOURS), quiet: bool = False,
+    unlogged: bool = False, rate: float = 100.0, effects: str | None = None, workers: int = 1, csv: Path | None = None,
+) -> None:  # fmt: skip
+    """Diagnose windy rigs; write the gains over the truth to the file ``csv``."""
+    chosen = [seed for seed in span(seeds) if seed % 2 == (not choose)]
+    kinds = product(colours.split(","), (False, True)[: 1 + quiet], (True, False)[: 1 + unlogged])
+    jobs = [partial(windy_halves, colour, calm, rate, effects, logged, seed)
+            for colour, calm, logged in kinds for seed in chosen]  # fmt: skip
+    done = diagnosed(jobs, workers)
+    if csv:
+        gains_of(done).to_csv(csv, index=False, float_format="%.4f")
 
 
-def measured(arguments: Sequence[str]) -> None:
-    """Measured rigs."""
-    asked = options(
-        arguments, "measured", __doc__, "rigs",
-        from_=(6.0, "leave out what is earlier [s]"),
-        workers=(1, "processes"),
-        csv=(Path, "file that gets the errors"),
-        online=(False, "compare the on-line identifier as well"),
-        download=(Path, "folder that gets public logs of three rigs first"),
-    )  # fmt: skip
+def measured(
+    rigs: Words,
+    start: Annotated[float, typer.Option("--from")] = 6.0, workers: int = 1, csv: Path | None = None,
+    online: bool = False, download: Path | None = None,
+) -> None:  # fmt: skip
+    """Diagnose measured rigs; write the errors to the file ``csv``."""
     try:
-        rigs = [*asked.rigs, *(map(str, download(asked.download)) if asked.download else ())]
+        rigs += map(str, download_logs(download) if download else ())
     except DownloadError as error:
         sys.exit(str(error))
-    errors = errors_of(diagnosed([partial(measured_halves, rig, asked.from_) for rig in rigs], asked.workers))
+    errors = errors_of(diagnosed([partial(measured_halves, rig, start) for rig in rigs], workers))
     rows = errors.map(lambda cell: f"{cell:.3g}" if isinstance(cell, float) else cell)
     print("\nErrors on the other half, 1 s ahead and of the closed loop over 3 s [mrad]\n")
     print(table([*errors.columns], rows.to_numpy().tolist()))
-    if asked.csv:
-        errors.iloc[:, :6].to_csv(asked.csv, index=False, float_format="%.4g", na_rep="nan")
-    if asked.online:
-        print(*in_parallel(partial(online, start=asked.from_), rigs, asked.workers), sep="\n")
+    if csv:
+        errors.iloc[:, :6].to_csv(csv, index=False, float_format="%.4g", na_rep="nan")
+    if online:
+        print(*in_parallel(partial(overlap, start=start), rigs, workers), sep="\n")

@@ -12,11 +12,11 @@ import csv
 from hashlib import sha256
 from http.client import HTTPException
 from pathlib import Path
-from typing import NamedTuple
 from urllib.parse import quote
 from urllib.request import urlopen
 
 import numpy as np
+from scipy.io import loadmat
 
 from heli_identifier.files import write_atomically
 from heli_identifier.records import Log, write_log
@@ -34,21 +34,14 @@ class DownloadError(Exception):
     """A file cannot be fetched, or is not the one that was cited."""
 
 
-class Layout(NamedTuple):
-    """How a rig's files are laid out: rows of V_d and V_s, unit of the angles [rad], sign of pitch and V_d."""
-
-    difference: int
-    sum: int
-    unit: float = 1.0
-    sign: int = 1
-
-
 LAYOUTS = {
-    "ntnu-05": Layout(difference=9, sum=10),
-    "ntnu-08a": Layout(difference=7, sum=8, unit=np.pi / 180.0),
-    "ntnu-01b": Layout(difference=7, sum=8, sign=-1),
+    "ntnu-05": (9, 10, 1.0, 1),
+    "ntnu-08a": (7, 8, np.pi / 180.0, 1),
+    "ntnu-01b": (7, 8, 1.0, -1),
 }
-TIME, TRAVEL, PITCH, ELEVATION = 0, 1, 3, 5
+"""Rows of V_d and V_s, unit of the angles [rad], sign of pitch and V_d."""
+
+TRAVEL, PITCH, ELEVATION = 1, 3, 5
 
 
 def download(folder: Path) -> list[Path]:
@@ -59,12 +52,11 @@ def download(folder: Path) -> list[Path]:
     """
     rigs = {}
     with SOURCES.open(encoding="utf-8", newline="") as file:
-        sources = list(csv.DictReader(file))
-    for source in sources:
-        raw, rig = folder / "raw" / f"{source['rig']}-{source['log']}.mat", folder / source["rig"]
-        if not raw.is_file() or sha256(raw.read_bytes()).hexdigest() != source["sha256"]:
-            write_atomically(raw, fetched(source))
-        rigs[rig] = write_log(converted(raw, source), rig / f"{source['log']}.csv")
+        for source in csv.DictReader(file):
+            raw, rig = folder / "raw" / f"{source['rig']}-{source['log']}.mat", folder / source["rig"]
+            if not raw.is_file() or sha256(raw.read_bytes()).hexdigest() != source["sha256"]:
+                write_atomically(raw, fetched(source))
+            rigs[rig] = write_log(converted(raw, source), rig / f"{source['log']}.csv")
     return list(rigs)
 
 
@@ -83,11 +75,9 @@ def fetched(source: dict[str, str]) -> bytes:
 
 def converted(raw: Path, source: dict[str, str]) -> Log:
     """Give a published file as a log with the contract's signals and signs."""
-    from scipy.io import loadmat
-
-    layout = LAYOUTS[source["rig"]]
+    difference, sum_, unit, sign = LAYOUTS[source["rig"]]
     (rows,) = [value for name, value in loadmat(raw).items() if not name.startswith("__")]
-    V_d, V_s = layout.sign * rows[layout.difference], rows[layout.sum]
+    V_d, V_s = sign * rows[difference], rows[sum_]
     voltages = np.clip(np.column_stack((V_s + V_d, V_s - V_d)) / 2.0, -CONVERTER_LIMIT, CONVERTER_LIMIT)
-    angles = layout.unit * np.column_stack((layout.sign * rows[PITCH], rows[ELEVATION], rows[TRAVEL]))
+    angles = unit * np.column_stack((sign * rows[PITCH], rows[ELEVATION], rows[TRAVEL]))
     return Log(source["log"], RATE, voltages, angles)

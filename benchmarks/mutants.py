@@ -2,8 +2,9 @@
 
 Each mutant changes one place of the program: a comparison, a sign, a product, a number, min or max, or it drops a
 ``raise``. Test files are run in a copy of the tree, those first that name the changed module, until one of them fails.
-With ``--against COMMIT`` the same mutants are made in that commit as well and meet its tests; only places that both
-have, letter by letter, are drawn.
+``--sample`` mutants are drawn with ``--seed``, only in files ``--below`` a folder if one is named, of the ``--commit``
+whose tests they meet; the tests of one mutant get ``--budget`` seconds. With ``--against COMMIT`` the same mutants are
+made in that commit as well and meet its tests; only places that both have, letter by letter, are drawn.
 """
 
 import ast
@@ -12,13 +13,13 @@ import random
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
-from typing import Any
 
-from benchmarks.harness import ROOT, options, table
+from benchmarks.harness import ROOT, table
 
 PACKAGES = ("heli_plant", "heli_identifier", "fmu_src")
 SWAPS = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==", "+": "-", "-": "+", "*": "/", "/": "*"}
@@ -127,12 +128,10 @@ class Tree:
         """Whether a test file passes, and ends in time."""
         command = [sys.executable, "-m", "pytest", "-x", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow"]
         told = {**os.environ, "PYTHONPATH": str(self.root), "PYTHONDONTWRITEBYTECODE": "1"}
-        quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        try:
-            done = subprocess.run([*command, str(test)], cwd=self.root, env=told, check=False, timeout=HANGS, **quiet)
-        except subprocess.TimeoutExpired:
-            return False
-        return done.returncode in (0, 5)  # 5: all of its tests are slow
+        with suppress(subprocess.TimeoutExpired):
+            done = subprocess.run([*command, str(test)], cwd=self.root, env=told, timeout=HANGS, capture_output=True)
+            return done.returncode in (0, 5)  # 5: all of its tests are slow
+        return False
 
     def answer(self, mutant: Mutant, budget: float) -> str:
         """Say which test file kills a mutant, or how many did not within ``budget`` [s]."""
@@ -159,33 +158,28 @@ def tree(commit: str, folder: Path) -> Tree:
     return Tree(root)
 
 
-def mutants(arguments: Sequence[str]) -> None:
+def mutants(
+    sample: int = 40, seed: int = 26, below: str = "", commit: str = "HEAD", against: str | None = None,
+    budget: float = 120.0,
+) -> None:  # fmt: skip
     """Draw mutants, as many of each kind, and print which tests kill them."""
-    told = options(
-        arguments, "mutants", __doc__,
-        sample=(40, "how many mutants"),
-        seed=(26, "of the draw"),
-        below=("", "change only what lies below this folder, as heli_plant/effects"),
-        commit=("HEAD", "whose tests meet them"),
-        against=(str, "a commit whose tests meet the same mutants"),
-        budget=(120.0, "seconds for the tests of one mutant"),
-    )  # fmt: skip
+    commits = [commit, against] if against else [commit]
     with tempfile.TemporaryDirectory() as folder:
-        trees = [tree(commit, Path(folder)) for commit in (told.commit, told.against) if commit]
+        trees = [tree(one, Path(folder)) for one in commits]
         own = [{(m.path, m.place): m for m in mutants_below(one.root)} for one in trees]
-        common = [key for key in own[0] if key[0].startswith(told.below) and all(key in others for others in own)]
-        rng, drawn, kinds = random.Random(told.seed), [], sorted({own[0][key].kind for key in common})
+        common = [key for key in own[0] if key[0].startswith(below) and all(key in others for others in own)]
+        rng, drawn, kinds = random.Random(seed), [], sorted({own[0][key].kind for key in common})
         rng.shuffle(common)
-        for number in range(told.sample):
+        for number in range(sample):
             kind = kinds[number % len(kinds)]
             drawn.append(next(key for key in common if own[0][key].kind == kind and key not in drawn))
         rows = []
         for key in drawn:
-            answers = [one.answer(found[key], told.budget) for one, found in zip(trees, own, strict=True)]
+            answers = [one.answer(found[key], budget) for one, found in zip(trees, own, strict=True)]
             mutant = own[0][key]
             change = f"{' '.join(mutant.old.split())} -> {mutant.new}"
             rows.append((mutant.kind, f"{mutant.path}:{mutant.line}", change, *answers))
             print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
-    print(table(("kind", "place", "change", *(commit for commit in (told.commit, told.against) if commit)), rows))
+    print(table(("kind", "place", "change", *commits), rows))
     for column, one in enumerate(trees, 3):
         print(f"{one.root.name}: {sum('killed' in row[column] for row in rows)} of {len(rows)} killed")

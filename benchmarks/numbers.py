@@ -12,19 +12,10 @@ from statsmodels.tsa.statespace.kalman_filter import KalmanFilter
 from benchmarks.harness import section, table
 from heli_identifier.online.adaptation import adapt, gain_matrix, initial_factor, measurement_noise
 
-H = 0.01
-DIGITS = 60
-GAIN = 1e3
+H, DIGITS, GAIN = 0.01, 60, 1e3
 Array = NDArray[np.float64]
 Pair = tuple[Array, Array]
 """Omega (n,) and Gamma (n, n)."""
-
-
-def regressors(count: int = 2000, n: int = 5) -> tuple[Array, Array]:
-    """Return phi (N, n) and y (N,)."""
-    random = np.random.default_rng(16)
-    phi = random.standard_normal((count, n)) * np.geomspace(0.1, 2.0, n)
-    return phi, phi @ np.linspace(-1.0, 1.0, n) + 0.1 * random.standard_normal(count)
 
 
 def recursive(phi: Array, y: Array, alpha: float) -> Pair:
@@ -66,17 +57,16 @@ def kalman(phi: Array, y: Array) -> Pair:
 
 def numbers() -> str:
     """Compare all."""
-    phi, y = regressors()
-    rows = [
-        (what, reference, f"{np.abs(ours - theirs).max() / np.abs(theirs).max():.1e}")
-        for title, alpha, reference, of_reference in (
-            ("adaptation (7), 2000 steps", 0.001, f"mpmath, {DIGITS} digits", exact(phi, y, 0.001)),
-            ("the same without forgetting", 0.0, "statsmodels' Kalman filter", kalman(phi, y)),
-        )
-        for what, ours, theirs in zip(
-            (f"{title}: Omega", f"{title}: Gamma"), recursive(phi, y, alpha), of_reference, strict=True
-        )
-    ]
+    random = np.random.default_rng(16)
+    phi = random.standard_normal((2000, 5)) * np.geomspace(0.1, 2.0, 5)
+    y = phi @ np.linspace(-1.0, 1.0, 5) + 0.1 * random.standard_normal(2000)
+    rows = []
+    for title, alpha, reference, wanted in (
+        ("adaptation (7), 2000 steps", 0.001, f"mpmath, {DIGITS} digits", exact(phi, y, 0.001)),
+        ("the same without forgetting", 0.0, "statsmodels' Kalman filter", kalman(phi, y)),
+    ):
+        for what, ours, theirs in zip(("Omega", "Gamma"), recursive(phi, y, alpha), wanted, strict=True):
+            rows.append((f"{title}: {what}", reference, f"{np.abs(ours - theirs).max() / np.abs(theirs).max():.1e}"))
     return section(
         "Numbers against independent references",
         table(("what", "reference", "largest difference over the largest element"), rows),

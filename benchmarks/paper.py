@@ -25,7 +25,6 @@ from typing import NamedTuple
 import numpy as np
 import pandas
 
-from benchmarks.harness import options
 from fmu_src import AXES, OPEN_LOOP, Connection, Scenario, Value, build
 from fmu_src.master import run_apart
 from heli_identifier.online import ModelParameters
@@ -208,6 +207,6 @@ def reproduce(
           f"single runs within {of_all.iloc[:, -1].max():.2g} %.")  # fmt: skip
 
 
-def paper(arguments: Sequence[str]) -> None:
+def paper(output: Path = Path("paper")) -> None:
     """Run the whole paper."""
-    reproduce(options(arguments, "paper", __doc__, output=(Path("paper"), "folder of the tables and figures")).output)
+    reproduce(output)

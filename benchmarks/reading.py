@@ -1,9 +1,7 @@
 """Reading logs: memory that a large one takes, and how often wrong columns and signs are noticed.
 
-Usage::
-
-    python -m benchmarks large_logs [ROWS]      every format, a million rows by default
-    python -m benchmarks suspicion LOG...       measured logs as they stand, and with each mistake put into them
+``python -m benchmarks large_logs [ROWS]`` takes every format, of a million rows if no other number is given.
+``python -m benchmarks suspicion LOG...`` takes measured logs as they stand, and with each mistake put into them.
 """
 
 import resource
@@ -12,9 +10,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Annotated
 
 import numpy as np
 import pandas
+import typer
 from numpy.typing import NDArray
 
 from benchmarks.harness import apart, table
@@ -68,9 +68,9 @@ def peaks(path: str) -> tuple[int, float, float]:
     return log.samples, 1024.0 * kib[0], 1024.0 * kib[1]
 
 
-def large_logs(arguments: Sequence[str]) -> None:
+def large_logs(rows: Annotated[int, typer.Argument()] = 1_000_000) -> None:
     """Print the peak while a log is read, less that of a log of 6 s, in multiples of the columns' 48 bytes a row."""
-    rows, lines = int(arguments[0]) if arguments else 1_000_000, []
+    lines = []
     for ending in FORMATS:
         with TemporaryDirectory() as folder:
             short, long = (f"{folder}/{count}.{ending}" for count in (SHORT, rows))
@@ -83,7 +83,7 @@ def large_logs(arguments: Sequence[str]) -> None:
     print(table(("format", "file [MB]", "arrays [MB]", "peak, in arrays", "of the reader apart"), lines))
 
 
-def suspicion(arguments: Sequence[str]) -> None:
+def suspicion(logs: list[Path]) -> None:
     """Print the counts; a log whose pitch is suspected is counted with its pitch mirrored, if that clears it."""
     found: Counter[str] = Counter()
     mirrored, lowered = np.array([-1.0, 1.0, 1.0]), np.array([1.0, -1.0, 1.0])
@@ -91,7 +91,7 @@ def suspicion(arguments: Sequence[str]) -> None:
     def said(log: Log, word: str) -> bool:
         return any(word in text for text in suspicions(log))
 
-    for path in arguments:
+    for path in logs:
         try:
             log = read_log(path, start=6.0)
         except LogError as error:
@@ -109,4 +109,4 @@ def suspicion(arguments: Sequence[str]) -> None:
             "voltages of another time": replace(log, voltages=np.roll(log.voltages, log.samples // 3, axis=0)),
         }.items():
             found[mistake] += bool(suspicions(changed))
-    print(table(("what", "logs"), [(what, str(count)) for what, count in found.items()]))
+    print(table(("what", "logs"), found.items()))

@@ -26,6 +26,8 @@ STATED_ELSEWHERE = {"ground_effect"}
 DETECTABLE = 8.0
 """Score from which on a test that is told the structure shows an effect [nats]."""
 
+BLIND_RIG = "benchmarks.rigs:blind_rig"
+
 TOLD = "told_score"
 """Name of the measure in a campaign's rows."""
 
@@ -58,30 +60,28 @@ def windy_plant(rig: WindyRig) -> PlantParameters:
 def blind_sources(groups: Collection[str] = GROUPS, limit: int | None = None) -> Sources:
     """Give the rigs of some groups of the blind battery, at most ``limit`` of each of its cases."""
     return {
-        name: (case, generated_rig(name, "benchmarks.rigs:blind_rig", *words, index, ingredients=("tests.blind",)))
+        name: (case, generated_rig(name, BLIND_RIG, case.kind, case.scale, index, ingredients=("tests.blind",)))
         for case in BATTERY
         if case.group in groups
-        for words in ((case.group, case.kind, case.count, case.scale),)
         for index in range(min(case.count, limit or case.count))
         for name in (f"{case.group} {case.kind} {index}",)
     }
 
 
-def blind_rig(group: str, kind: str, count: int, scale: float, index: int) -> Rig:
+def blind_rig(kind: str, scale: float, index: int) -> Rig:
     """Make one rig of the blind battery."""
-    made = Case(group, kind, count, scale).rig(index)
+    made = Case("", kind, 0, scale).rig(index)
     training = tuple(log_of(f"train{number}", 100.0, samples) for number, samples in enumerate(made.train, 1))
-    unknown = made.truth.unknown
-    true = true_structure(kind, made.truth, TrueUnknown(unknown.axis, unknown.variable) if unknown else None)
-    return Rig(training, (log_of("held", 100.0, made.held),), true)
+    return Rig(training, (log_of("held", 100.0, made.held),), true_structure(kind, made.truth))
 
 
-def true_structure(kind: str, rig: Any, unknown: TrueUnknown | None = None) -> Truth:
+def true_structure(kind: str, rig: Any) -> Truth:
     """Translate the truth of a generator's rig into the names of the catalogue."""
     parameters = {symbol: getattr(rig.base, symbol) for symbol in ModelParameters._fields}
     effects = (
         TrueEffect(own.name, own.axis, None if own.name in STATED_ELSEWHERE else own.coefficient) for own in rig.effects
     )
+    unknown = TrueUnknown(rig.unknown.axis, rig.unknown.variable) if rig.unknown else None
     return Truth(kind, parameters, tuple(effects), unknown)
 
 

@@ -1,4 +1,4 @@
-"""A day in closed loop: 8.64 million steps of native units with every method, an hour of units in Python.
+"""A day in closed loop: 8.64 million steps of four native units with every method of the identifier.
 
 The loop is excited for 40 minutes of each hour. The plant jumps in the tenth minute, in turn: the gain of the thrust on
 pitch and elevation by a fifth (the plant's unit is replaced by another one in the same state), and the mass by .15 m
@@ -17,16 +17,14 @@ from numpy.typing import NDArray
 
 from benchmarks.harness import Bar, apart, bar_table, resident_memory, section, table
 from benchmarks.native_unit import identifier_state
-from fmu_src import CLOSED_LOOP, build
+from fmu_src import CLOSED_LOOP
 from fmu_src.master.instance import Instance
 from fmu_src.master.loop import Wired
 from fmu_src.native import build_native
 from heli_identifier.online.adaptation import gain_matrix
 from heli_identifier.results import significant
 
-DAY, SHORT = 24, 1
-"""Hours of native units and of units in Python."""
-
+HOURS = 24
 STEP = 0.01
 PERIOD = 20.0
 """Period of the multisines [s]; the exciter repeats itself to the last digits if time does not drift."""
@@ -55,15 +53,16 @@ ELEVATION, FACTOR, MASS = 0.25, 1.2, 0.15
 """Elevation held [rad], factor of the gains after a jump, way of the mass [m]."""
 
 GAINS = {"pitch.gain": 0.293, "elevation.gain": 0.157}
+TRUTH = {"k_x": 0.293, "k_z": 0.157, "a_e": 2.59}
 OFFSET, STIFFNESS = 1.2, 4.0
 """What a metre of the mass' way adds to a_1 [rad/s^2/m] and a_e [1/s^2/m]."""
 
 PLANT = {"encoder.enabled": True, "ado.offset_per_metre": OFFSET, "ado.stiffness_per_metre": STIFFNESS}
 
-RECORDED = (*(f"plant.{name}" for name in (
-    "pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate")),
-    "controller.v_front", "controller.v_rear", "exciter.v_front", "exciter.v_rear",
-    *(f"identifier.{name}" for name in ("k_x", "k_z", "a_e", "determined.k_x", "determined.k_z")))  # fmt: skip
+MOTION = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate")
+VOLTAGES = tuple(f"{unit}.v_{rotor}" for unit in ("controller", "exciter") for rotor in ("front", "rear"))
+ESTIMATES = tuple(f"identifier.{name}" for name in ("k_x", "k_z", "a_e", "determined.k_x", "determined.k_z"))
+RECORDED = (*(f"plant.{name}" for name in MOTION), *VOLTAGES, *ESTIMATES)
 
 
 @dataclass
@@ -73,7 +72,6 @@ class Loop:
     fmus: dict[str, Path]
     folder: Path
     units: dict[str, Instance] = field(default_factory=dict)
-    excited: bool = True
     built: int = 0
 
     def start(self, name: str, unit: str, parameters: dict[str, Any], time: float) -> None:
@@ -83,29 +81,41 @@ class Loop:
         self.built += 1
         self.units[name] = Instance(name, self.fmus[unit], self.folder / f"{name}-{self.built}")
         self.units[name].initialise(parameters, time, 1e6)
+        self.units[name].finish_initialisation(time)
 
     def set(self, unit: str, values: dict[str, float]) -> None:
         """Set inputs that are not wired."""
         one = self.units[unit]
         one.slave.setReal([one.variable(name).valueReference for name in values], list(values.values()))
 
-    def connect(self) -> None:
-        """Wire the units as they are; all of them have left their initialisation."""
+    def connect(self, excited: bool) -> None:
+        """Wire the units as they are."""
         to_excite = {"excitation_front": 0.0, "excitation_rear": 0.0}
-        wires = tuple(wire for wire in CLOSED_LOOP.connections if self.excited or wire.target not in to_excite)
-        if not self.excited:
+        wires = tuple(wire for wire in CLOSED_LOOP.connections if excited or wire.target not in to_excite)
+        if not excited:
             self.set("controller", to_excite)
         self.wired = Wired(replace(CLOSED_LOOP, connections=wires), self.units, STEP, RECORDED)
         self.wired.fetch(0.0)
 
-    def at(self, name: str) -> int:
-        """Return the place of an output."""
-        return self.wired.names.index(name)
+    def shown(self, unit: str, *names: str) -> list[float]:
+        """Return outputs as they are now."""
+        return [float(self.wired.shown[self.wired.names.index(f"{unit}.{name}")]) for name in names]
+
+    def replace_plant(self, parameters: dict[str, Any], time: float) -> None:
+        """Go on with a plant that has other parameters and the motion of the old one; its motors have settled."""
+        now = (*self.shown("plant", *MOTION), *self.shown("controller", "v_front", "v_rear"))
+        initial = {f"initial.{name}": value for name, value in zip((*MOTION, "v_front", "v_rear"), now, strict=True)}
+        self.start("plant", "HelicopterPlant", {**parameters, **initial}, time)
+
+    def eigenvalues(self) -> NDArray[np.float64]:
+        """Return the eigenvalues of the three Gammas."""
+        axes = [axis.estimate for axis in identifier_state(self.units["identifier"]).axes]
+        return np.concatenate([np.linalg.eigvalsh(gain_matrix(own.factor, len(own.omega))) for own in axes])
 
 
-def run_day(case: str, hours: int, native: bool) -> dict[str, Any]:
-    """Fly for a number of hours; return the figures."""
-    first: dict[str, dict[str, Any]] = {
+def run_day(case: str) -> dict[str, Any]:
+    """Fly a day; return the figures."""
+    given: dict[str, dict[str, Any]] = {
         "plant": {**PLANT, **GAINS},
         "controller": {"reference.elevation": ELEVATION, "travel.enabled": True},
         "exciter": EXCITER,
@@ -113,151 +123,107 @@ def run_day(case: str, hours: int, native: bool) -> dict[str, Any]:
     }
     with TemporaryDirectory(prefix="heli-soak-") as name:
         folder = Path(name)
-        fmus = {unit: (build_native if native else build)(unit, folder) for _, unit in CLOSED_LOOP.units}
-        loop = Loop(fmus, folder)
+        loop = Loop({unit: build_native(unit, folder) for _, unit in CLOSED_LOOP.units}, folder)
         for unit, kind in CLOSED_LOOP.units:
-            loop.start(unit, kind, first[unit], 0.0)
-            loop.units[unit].finish_initialisation(0.0)
-        loop.connect()
-        figures = _flown(loop, hours)
+            loop.start(unit, kind, given[unit], 0.0)
+        loop.connect(True)
+        figures = flown(loop)
         for one in loop.units.values():
             one.close()
     return figures
 
 
-def _flown(loop: Loop, hours: int) -> dict[str, Any]:
+def flown(loop: Loop) -> dict[str, Any]:
     """Take all steps, a minute at a time."""
-    minute = round(60.0 / STEP)
+    minute, period = round(60.0 / STEP), round(PERIOD / STEP)
     record = np.empty((minute, len(loop.wired.names)))
-    period = round(PERIOD / STEP)
-    of_exciter = [loop.at(f"exciter.v_{rotor}") for rotor in ("front", "rear")]
-    at = {short: loop.at(f"identifier.{short}") for short in ("k_x", "k_z", "a_e", "determined.k_x", "determined.k_z")}
-    truth = {"k_x": GAINS["pitch.gain"], "k_z": GAINS["elevation.gain"], "a_e": 2.59}
-    first_period, repeats = None, 0.0
-    jumps: list[tuple[str, float, float]] = []
-    resident: list[float] = []
-    extremes: list[tuple[float, float]] = []
-    sure, wrong = {"excited": 0, "quiet": 0}, {"excited": 0, "quiet": 0}
-    stretch: list[tuple[str, float, float, list[NDArray[np.float64]]]] = []
-    for k in range(60 * hours):
-        of_hour, time = k % 60, k * 60.0
-        if loop.excited != (of_hour < 40):
-            loop.excited = of_hour < 40
-            loop.connect()
+    at = {name: loop.wired.names.index(f"identifier.{name}") for name in ("k_x", "k_z", "a_e")}
+    sure_at = {name: loop.wired.names.index(f"identifier.determined.{name}") for name in ("k_x", "k_z")}
+    of_exciter = [loop.wired.names.index(f"exciter.v_{rotor}") for rotor in ("front", "rear")]
+    truth, repeats, resident, eigenvalues, jumps = {**TRUTH}, 0.0, [], [], []
+    sure, wrong = ({"excited": 0, "quiet": 0} for _ in range(2))
+    for k in range(60 * HOURS):
+        of_hour, hour = k % 60, k // 60
         if of_hour == 10:
-            before = dict(truth)
-            if (k // 60) % 2 == 0:
-                factor = FACTOR if (k // 60) % 4 == 0 else 1.0
+            before, seen = dict(truth), []
+            if hour % 2 == 0:
+                factor = FACTOR if hour % 4 == 0 else 1.0
                 changed = {name: factor * value for name, value in GAINS.items()}
-                _replace_plant(loop, {**PLANT, **changed}, time)
+                loop.replace_plant({**PLANT, **changed}, k * 60.0)
                 truth |= {"k_x": changed["pitch.gain"], "k_z": changed["elevation.gain"]}
-                stretch = [(short, before[short], truth[short], []) for short in ("k_x", "k_z")]
             else:
-                place = MASS if (k // 60) % 4 == 1 else 0.0
+                place = MASS if hour % 4 == 1 else 0.0
                 loop.set("plant", {"mass_position": place})
-                truth["a_e"] = 2.59 + STIFFNESS * place
-                stretch = [("a_e", before["a_e"], truth["a_e"], [])]
+                truth["a_e"] = TRUTH["a_e"] + STIFFNESS * place
+        if of_hour in (0, 10, 40):
+            loop.connect(of_hour < 40)
         loop.wired.play(record, k * minute)
-        block = record[:, of_exciter]
-        first_period = block[:period].copy() if first_period is None else first_period
-        repeats = max(repeats, float(np.abs(block[:period] - first_period).max()))
-        for short in ("k_x", "k_z"):
-            determined = record[:, at[f"determined.{short}"]] == 1.0
-            off = np.abs(record[:, at[short]] - truth[short]) > 0.5 * truth[short]
-            stage = "quiet" if of_hour >= 40 else "excited" if not 10 <= of_hour < 12 else ""
-            if stage:
-                sure[stage] += int(determined.sum())
-                wrong[stage] += int((determined & off).sum())
+        if k == 0:
+            first_period = record[:period, of_exciter]
+        repeats = max(repeats, float(np.abs(record[:period, of_exciter] - first_period).max()))
+        stage = "quiet" if of_hour >= 40 else "excited" if not 10 <= of_hour < 12 else ""
+        for name, column in sure_at.items() if stage else ():
+            determined = record[:, column] == 1.0
+            off = np.abs(record[:, at[name]] - truth[name]) > 0.5 * truth[name]
+            sure[stage] += int(determined.sum())
+            wrong[stage] += int((determined & off).sum())
         if 10 <= of_hour < 14:
-            for short, _, _, seen in stretch:
-                seen.append(record[:, at[short]].copy())
-            if of_hour == 13:
-                jumps += [_jump(short, old, new, np.concatenate(seen)) for short, old, new, seen in stretch]
+            seen.append(record[:, list(at.values())])
+        if of_hour == 13:
+            for name, own in zip(at, np.concatenate(seen).T, strict=True):
+                jumps += [jump(before[name], truth[name], own)] if truth[name] != before[name] else []
         if of_hour in (39, 59):
-            extremes.append(_eigenvalues(loop.units["identifier"]))
+            eigenvalues.append(loop.eigenvalues())
         if of_hour == 59:
             resident.append(resident_memory())
-    state = identifier_state(loop.units["identifier"])
+    steps = 60 * HOURS * minute
     return {
-        "steps": 60 * hours * minute, "samples": state.samples, "repeats": repeats, "jumps": jumps,
-        "resident": resident, "smallest": min(low for low, _ in extremes),
-        "largest": max(high for _, high in extremes), "determined": sure, "determined_wrong": wrong,
+        "steps": steps, "lost": steps - 1 - identifier_state(loop.units["identifier"]).samples,
+        "repeats": repeats, "jumps": jumps, "growth": resident[-1] - resident[0],
+        "smallest": float(np.min(eigenvalues)), "largest": float(np.max(eigenvalues)), "sure": sure, "wrong": wrong,
     }  # fmt: skip
 
 
-def _replace_plant(loop: Loop, parameters: dict[str, Any], time: float) -> None:
-    """Go on with a plant that has other parameters and the motion of the old one; its motors have settled."""
-    motion = {name: float(loop.wired.shown[loop.at(f"plant.{name}")]) for name in (
-        "pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate")}  # fmt: skip
-    voltages = {f"v_{rotor}": float(loop.wired.shown[loop.at(f"controller.v_{rotor}")]) for rotor in ("front", "rear")}
-    initial = {f"initial.{name}": value for name, value in {**motion, **voltages}.items()}
-    loop.start("plant", "HelicopterPlant", {**parameters, **initial}, time)
-    loop.units["plant"].finish_initialisation(time)
-    loop.connect()
-
-
-def _jump(short: str, old: float, new: float, estimate: NDArray[np.float64]) -> tuple[str, float, float]:
-    """Return the parameter, the share of the jump that is missing after 60 s, and the time when a quarter is [s]."""
+def jump(old: float, new: float, estimate: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the share of the jump that is missing after 60 s, and the time from which on a quarter is not [s]."""
     missing = np.abs(estimate - new) / abs(new - old)
     late = np.flatnonzero(missing > 0.25)
-    return short, float(missing[round(60.0 / STEP)]), float(STEP * (late[-1] + 1)) if len(late) else 0.0
-
-
-def _eigenvalues(unit: Instance) -> tuple[float, float]:
-    """Return the extreme eigenvalues of the three Gammas."""
-    state = identifier_state(unit)
-    axes = [axis.estimate for axis in state.axes]
-    spectra = np.concatenate([np.linalg.eigvalsh(gain_matrix(axis.factor, len(axis.omega))) for axis in axes])
-    return float(spectra.min()), float(spectra.max())
-
-
-# --- section -------------------------------------------------------------------------------------------------------
-
-
-def _row(title: str, run: dict[str, Any]) -> tuple[str, ...]:
-    missing = [jump[1] for jump in run["jumps"]]
-    growth = run["resident"][-1] - run["resident"][0]
-    lost = run["steps"] - 1 - run["samples"]
-    return (
-        title, f"{run['steps']:,}", f"{run['smallest']:.2g} to {run['largest']:.5g}", str(lost),
-        f"{run['repeats']:.1e}", f"{growth:.1f}", f"{len(missing)}", f"{100.0 * max(missing):.0f} %",
-        *(_share(run["determined_wrong"][stage], run["determined"][stage]) for stage in ("excited", "quiet")),
-    )  # fmt: skip
-
-
-def _share(part: int, whole: int) -> str:
-    return f"{100.0 * part / whole:.1f} % of {whole:,}" if whole else "never determined"
+    return float(missing[round(60.0 / STEP)]), float(STEP * (late[-1] + 1)) if len(late) else 0.0
 
 
 def soak() -> str:
     """Fly all cases, each in a process of its own."""
-    day = {case: apart(run_day, case, DAY, True) for case in CASES}
-    python = apart(run_day, ADAPTATION, SHORT, False)
-    runs = list(day.values())
+    days = {case: apart(run_day, case) for case in CASES}
+    jumps = [one for day in days.values() for one in day["jumps"]]
     bars = [
-        Bar("least eigenvalue of Gamma", min(run["smallest"] for run in runs), 0.0, "", True),
-        Bar("largest eigenvalue of Gamma", max(run["largest"] for run in runs), 1.01 * GAIN_LIMIT, ""),
-        Bar("samples lost or taken twice", max(abs(run["steps"] - 1 - run["samples"]) for run in runs), 0.0, ""),
-        Bar("change of the periodic excitation in a day", max(run["repeats"] for run in runs), 1e-9, "V"),
-        Bar("growth of memory, first hour to last", max(r["resident"][-1] - r["resident"][0] for r in runs), 5.0, "MB"),
-        Bar("of a jump missing after 60 s, worst", max(j[1] for r in runs for j in r["jumps"]), 0.25, ""),
+        Bar("least eigenvalue of Gamma", min(day["smallest"] for day in days.values()), 0.0, "", True),
+        Bar("largest eigenvalue of Gamma", max(day["largest"] for day in days.values()), 1.01 * GAIN_LIMIT, ""),
+        Bar("samples lost or taken twice", max(abs(day["lost"]) for day in days.values()), 0.0, ""),
+        Bar("change of the periodic excitation in a day", max(day["repeats"] for day in days.values()), 1e-9, "V"),
+        Bar("growth of memory, first hour to last", max(day["growth"] for day in days.values()), 5.0, "MB"),
+        Bar("of a jump missing after 60 s, worst", max(missing for missing, _ in jumps), 0.25, ""),
     ]
     head = (
-        "units, method", "steps", "eigenvalues of Gamma", "samples lost", "repeats within [V]", "memory [MB]", "jumps",
+        "method", "steps", "eigenvalues of Gamma", "samples lost", "repeats within [V]", "memory [MB]", "jumps",
         "missing after 60 s, worst", "determined but off by half, excited", "the same, not excited",
     )  # fmt: skip
-    rows = [_row(f"native, {case}", run) for case, run in day.items()]
-    rows.append(_row(f"Python, {ADAPTATION}", python))
-    times = [jump[2] for run in runs for jump in run["jumps"]]
+    rows = [
+        (case, f"{day['steps']:,}", f"{day['smallest']:.2g} to {day['largest']:.5g}", day["lost"],
+         f"{day['repeats']:.1e}", f"{day['growth']:.1f}", len(day["jumps"]),
+         f"{100.0 * max(missing for missing, _ in day['jumps']):.0f} %",
+         *(f"{100.0 * day['wrong'][stage] / own:.1f} % of {own:,}" if own else "never determined"
+           for stage, own in day["sure"].items()))
+        for case, day in days.items()
+    ]  # fmt: skip
     return section(
         "A day in closed loop",
         bar_table(bars),
         table(head, rows),
-        "The loop of four units at 100 Hz, encoders on, excited for 40 minutes of each hour. In the tenth minute the "
-        "plant jumps: its thrust by a fifth, or the mass by .15 m. Gamma is read from the unit's serialised state "
-        "before and after each stretch without excitation. The last time at which a quarter of a jump is missing, or "
-        f"an estimate of a short memory strays by as much, is {significant(max(times))} s after it. The last columns "
-        "count the samples of k_x and k_z that the unit calls determined while they are wrong by more than half, two "
-        "minutes after a jump left out.",
-        packages=("fmpy", "pythonfmu", "numba"),
+        "The loop of four native units at 100 Hz, encoders on, excited for 40 minutes of each hour. In the tenth "
+        "minute the plant jumps: its thrust by a fifth, or the mass by .15 m. Gamma is read from the unit's serialised "
+        "state before and after each stretch without excitation. The last time at which a quarter of a jump is "
+        "missing, or an estimate of a short memory strays by as much, is "
+        f"{significant(max(last for _, last in jumps))} s after it. The last columns count the samples of k_x and k_z "
+        "that the unit calls determined while they are wrong by more than half, two minutes after a jump left out.",
+        packages=("fmpy", "numba"),
     )

@@ -12,6 +12,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.harness import ROOT, Bar, apart, bar_table, resident_memory, section
+from fmu_src import CLOSED_LOOP, MasterError, build_all
+from fmu_src.master import run_apart
+from fmu_src.native import build_native
+from heli_plant.parameters import TABLE_2
 
 HOSTS = ROOT / "tests" / "hosts"
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
@@ -38,9 +42,6 @@ def growth(fmu: str, log: str) -> float:
 
 def memory() -> str:
     """Measure the growth of a host's memory, and run whole processes of the master."""
-    from fmu_src import CLOSED_LOOP, MasterError, build_all
-    from fmu_src.master import run_apart
-
     with TemporaryDirectory() as folder:
         log = Path(folder) / "log.csv"
         log.write_text(HEADER + "".join(f"{0.01 * k:.2f},1,1,0,0,0\n" for k in range(9000)))
@@ -64,11 +65,6 @@ def memory() -> str:
 
 def runs(count: int = 1000, duration: float = 30.0, step: float = 0.01) -> str:
     """Count closed loops of four native units a minute of processor time, with start, bands and result."""
-    from fmu_src import CLOSED_LOOP
-    from fmu_src.master import run_apart
-    from fmu_src.native import build_native
-    from heli_plant.parameters import TABLE_2
-
     with TemporaryDirectory(prefix="heli-bench-") as name:
         fmus = {unit: build_native(kind, Path(name)) for unit, kind in CLOSED_LOOP.units}
         gains = [{"plant.pitch.gain": TABLE_2.k_x * (0.9 + 0.2 * k / count)} for k in range(count)]

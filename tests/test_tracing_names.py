@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from benchmarks.halves import nats_under
 from benchmarks.rigs import windy_log
 from heli_identifier.tracing.fit import fit, with_own_spread
+from heli_identifier.tracing.held_out import log_likelihood
 from heli_identifier.tracing.identification import delivered
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.score import Scores, step_times
@@ -97,7 +97,7 @@ def test_terms_of_mechanics_enter_the_plant_together_and_help_under_another_cont
     assert not MECHANICS & shown(selection)
     plant = delivered(selection, [])
     assert set(plant.fields) >= MECHANICS
-    with_, without = (nats_under(own.parameters, other) for own in (plant, selection.fit))
+    with_, without = (log_likelihood(own.parameters, other) for own in (plant, selection.fit))
     assert with_ > without + 3.0
 
 

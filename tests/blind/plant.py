@@ -90,6 +90,23 @@ class Control(NamedTuple):
     integral_limit: float = 0.4
 
 
+def placed(
+    base: Coefficients, k_x: float, k_z: float, omega_p: float, zeta_p: float, omega_e: float, zeta_e: float,
+    integral: float = 0.0, **more: float,
+) -> Control:  # fmt: skip
+    """Gains for poles of pitch and elevation, frequency [rad/s] and damping ratio, by gains that may err."""
+    k_pp, k_pe = max(omega_p**2 - base.a_th, 0.8) / k_x, max(omega_e**2 - base.a_e, 0.6) / k_z
+    return Control(
+        mu_d0=-base.a_th * math.sin(base.theta0) / k_x,
+        k_pp=k_pp,
+        k_dp=2.0 * zeta_p * omega_p / k_x,
+        k_ip=0.25 * k_pp * integral,
+        k_pe=k_pe,
+        k_de=2.0 * zeta_e * math.sqrt(k_pe * k_z + base.a_e) / k_z,
+        k_ie=0.5 * k_pe * integral,
+    )._replace(**more)
+
+
 class Push(NamedTuple):
     """A push by a hand: axis, start and end since the log began [s], acceleration with its sign [rad/s^2]."""
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from tests.blind.air import Noise, draw_noise, torque
 from tests.blind.coefficients import Coefficients
-from tests.blind.plant import STEP, V_MAX, Control, Push, fly, push_torque
+from tests.blind.plant import STEP, V_MAX, Control, Push, fly, placed, push_torque
 from tests.blind.rigs import AXES, DRAWN, Effect, Room
 from tests.blind.signals import joystick
 
@@ -161,17 +161,10 @@ def _effects(kind: str | None, rng: np.random.Generator) -> tuple[Effect, ...]:
 
 def _student(base: Coefficients, hover: tuple[float, float], rng: np.random.Generator) -> Control:
     """A controller as students write it: slow and badly damped, rates through a slow filter, travel rate held."""
-    omega_p, zeta_p, omega_e, zeta_e = (float(rng.uniform(*limits)) for limits in _STUDENT_POLES)
-    k_pp = max(omega_p**2 - base.a_th, 0.8) / base.k_x
-    k_pe = max(omega_e**2 - base.a_e, 0.6) / base.k_z
-    return Control(
-        mu_d0=-base.a_th * math.sin(base.theta0) / base.k_x,
-        k_pp=k_pp,
-        k_dp=2.0 * zeta_p * omega_p / base.k_x,
+    control = placed(base, base.k_x, base.k_z, *(float(rng.uniform(*limits)) for limits in _STUDENT_POLES))
+    return control._replace(
         mu_s0=hover[1] * float(rng.uniform(0.98, 1.02)),
-        k_pe=k_pe,
-        k_de=2.0 * zeta_e * math.sqrt(k_pe * base.k_z + base.a_e) / base.k_z,
-        k_ie=float(rng.uniform(0.2, 0.5)) * k_pe,
+        k_ie=float(rng.uniform(0.2, 0.5)) * control.k_pe,
         rate_bandwidth=float(rng.uniform(9.0, 18.0)),
         b_r=float(rng.uniform(0.7, 1.0)),
         speed_limit=2.0,
@@ -195,28 +188,17 @@ def _tuned(
     omega_p, omega_e = min(rng.uniform(1.6, 2.5), fastest), min(rng.uniform(1.9, 2.6), fastest)
     zeta = rng.uniform(0.65, 0.9)
     rng.random()
-    k_pp = max(omega_p**2 - base.a_th, 0.8) / k_x
-    k_pe = max(omega_e**2 - base.a_e, 0.6) / k_z
     rng.random()
     omega_t = rng.uniform(0.45, 0.7)
     reach = -1.0 / (base.k_y * hover[1])  # pitch for a travel acceleration, with the sign turned [s^2]
     # The difference of the voltages that is left beside the hover limits the speed that the pitch can be held at.
     room = 2.0 * (V_MAX - v) * base.k_x
     speed = min(rng.uniform(0.8, 2.0), 0.5 * room / max(strength.get("speed_stability", 0.0), 0.1))
-    return Control(
-        mu_d0=-base.a_th * math.sin(base.theta0) / k_x,
-        k_pp=k_pp,
-        k_dp=2.0 * zeta * omega_p / k_x,
-        k_ip=0.25 * k_pp * integral,
-        mu_s0=2.0 * v * rng.uniform(0.98, 1.02),
-        k_pe=k_pe,
-        k_de=2.0 * zeta * math.sqrt(k_pe * k_z + base.a_e) / k_z,
-        k_ie=0.5 * k_pe * integral,
-        rate_bandwidth=bandwidth,
-        b_p=reach * omega_t**2 * travel,
-        b_r=reach * 2.0 * 0.9 * omega_t * travel,
-        speed_limit=speed,
-    )
+    return placed(
+        base, k_x, k_z, omega_p, zeta, omega_e, zeta, integral,
+        mu_s0=2.0 * v * rng.uniform(0.98, 1.02), rate_bandwidth=bandwidth, speed_limit=speed,
+        b_p=reach * omega_t**2 * travel, b_r=reach * 2.0 * 0.9 * omega_t * travel,
+    )  # fmt: skip
 
 
 def _controls(
