@@ -20,8 +20,7 @@ LOWEST_LIMIT, HIGHEST_VOLTAGE = 0.1, 30.0
 """Limit of an amplifier [V] below which no rotor turns, and voltage [V] above which no bench motor runs: that of the
 units' inputs, in which every diagnosis is flown before it is delivered."""
 
-MOST_COUNTS = 2**32
-"""Counts of an encoder per turn; the finest that are made have 2^32."""
+MOST_COUNTS = 2**32  # of an encoder per turn: the finest that are made
 
 
 def bounded(default: Any, unit: str, lower: float, upper: float) -> Any:
@@ -84,17 +83,16 @@ class LogFormat:
                 what = "is no axis" if known is ANGLES else "is not a signal"
                 _require(key in known, f"log.{name}.{key} {what}; choose one of {', '.join(known)}")
         for signal, unit in self.units.items():
-            said = f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}"
-            _require(understood(signal, unit), said)
-        for one, other in combinations(self.columns, 2):
+            known = known_units(signal)
             _require(
-                self.columns[one] != self.columns[other],
-                f"log.columns.{one} and log.columns.{other} both name the column {self.columns[one]!r}; "
-                "give each signal a column of its own",
+                understood(signal, unit), f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known)}"
             )
+        for (one, column), (other, same) in combinations(self.columns.items(), 2):
+            both = f"log.columns.{one} and log.columns.{other} both name the column {column!r}"
+            _require(column != same, f"{both}; give each signal a column of its own")
         for signal, sign in self.signs.items():
-            said = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign"
-            _require(signal != "time" and sign in (-1, 1), said)
+            refused = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign"
+            _require(signal != "time" and sign in (-1, 1), refused)
         _require(self.decimal in (".", ","), f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','")
         counts = self.encoder_counts
         _require(
@@ -126,13 +124,8 @@ class Weights:
 
     ``pitch`` to ``travel_rate`` weigh squares of [rad] and [rad/s], ``elevation_integral`` and ``other_integral`` (of
     travel or pitch) those of [rad s], ``voltage`` that of each rotor's [V]. The default is nearly Bryson's rule, one
-    over the square of what a volt may cost: .05 rad of elevation, .18 rad of pitch, .16 rad of travel.
-
-    Raises
-    ------
-    ConfigurationError
-        A weight is negative or not finite, those of the voltage or the elevation are zero, with which the cost has no
-        least value, or those of pitch and travel both.
+    over the square of what a volt may cost: .05 rad of elevation, .18 rad of pitch, .16 rad of travel. With none on
+    the voltage, the elevation, or both pitch and travel, the cost has no least value.
     """
 
     pitch: float = bounded(30.0, "1", 0.0, 1e9)
@@ -172,13 +165,7 @@ class ControllerConfiguration:
 
 @dataclass(frozen=True)
 class RigConfiguration:
-    """One rig.
-
-    Raises
-    ------
-    ConfigurationError
-        If a value is out of bounds.
-    """
+    """One rig; a ConfigurationError if a value is out of bounds."""
 
     name: str = "rig"
     # From a tenth of a log's shortest step to far above any bench motor: a value outside is in another unit.
@@ -208,27 +195,22 @@ class RigConfiguration:
 def check_given(prefix: str, rig: Any) -> None:
     """Refuse what cannot be true of a rig: a ConfigurationError names the value, with ``prefix`` ("rig.") before it.
 
-    ``rig`` is a `RigConfiguration` or what else has its attributes.
+    ``rig`` is a `RigConfiguration` or what else has its attributes. An effect has to be in the catalogue, with a shape
+    that no search has to find.
     """
     check_bounds(prefix, rig, RigConfiguration)
-    for name, coefficient in rig.effects.items():
-        _check_expected(f"{prefix}effects.{name}", name, coefficient)
-
-
-def _check_expected(key: str, name: str, coefficient: Estimate) -> None:
-    """Refuse an effect that the catalogue lacks or whose shape only a search finds, and values out of range."""
     known = [effect.field for effect in CATALOGUE if not any(shape.estimated for shape in effect.shapes)]
-    if name not in known:
-        on_axes = [field for field in known if name and field.startswith(f"{name}_")]
-        advice = f"; did you mean {' or '.join(map(repr, on_axes))}?" if on_axes else did_you_mean(name, known)
-        advice = advice or f"; choose one of {', '.join(known)}."
-        raise ConfigurationError(f"{key} is no effect that can be given{advice}")
-    if not isinstance(coefficient, Estimate):
-        raise ConfigurationError(
-            f"{key} = {coefficient!r} must be an Estimate, the coefficient with its standard deviation and unit."
-        )
-    effect, width = effect_of(name), coefficient.standard_error or 0.0
-    require_range(f"the coefficient of {key}", coefficient.value, effect.unit, effect.lower, effect.upper)
-    require_range(f"the standard deviation of {key}", width, effect.unit, 1e-6 * effect.upper, effect.upper)
-    if coefficient.value == 0.0:
-        raise ConfigurationError(f"{key} has the coefficient 0: what is not there need not be given; leave it out.")
+    for name, coefficient in rig.effects.items():
+        key = f"{prefix}effects.{name}"
+        if name not in known:
+            on_axes = [field for field in known if name and field.startswith(f"{name}_")]
+            advice = f"; did you mean {' or '.join(map(repr, on_axes))}?" if on_axes else did_you_mean(name, known)
+            advice = advice or f"; choose one of {', '.join(known)}."
+            raise ConfigurationError(f"{key} is no effect that can be given{advice}")
+        said = f"{key} = {coefficient!r} must be an Estimate, the coefficient with its standard deviation and unit"
+        _require(isinstance(coefficient, Estimate), said)
+        effect, width = effect_of(name), coefficient.standard_error or 0.0
+        require_range(f"the coefficient of {key}", coefficient.value, effect.unit, effect.lower, effect.upper)
+        require_range(f"the standard deviation of {key}", width, effect.unit, 1e-6 * effect.upper, effect.upper)
+        absent = f"{key} has the coefficient 0: what is not there need not be given; leave it out"
+        _require(coefficient.value != 0.0, absent)

@@ -9,7 +9,7 @@ of an encoder, or from its range.
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 
@@ -44,12 +44,11 @@ _NAMES = {
 }
 _ASKED = r"ref(erence)?|set_?point|desired|command(ed)?|cmd|target|demand|soll"
 """Words for what a pilot or a plan asked of an axis."""
-_TRAVEL_SURE = 4.0
-"""Score from which the sign of the travel's gain is known."""
-_CERTAIN = 0.5
-"""Share of the travel's acceleration from which the choice is beyond doubt."""
-_MOST_COLUMNS = 24
-"""Columns among which is searched; the work grows with their fourth power."""
+_REFERENCES = {axis: rf"({_ASKED})_?({_NAMES[axis]})|({_NAMES[axis]})_?({_ASKED})" for axis in ANGLES}
+_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)
+_TRAVEL_SURE = 4.0  # score from which the sign of the travel's gain is known
+_CERTAIN = 0.5  # share of the travel's acceleration from which the choice is beyond doubt
+_MOST_COLUMNS = 24  # among which is searched; the work grows with their fourth power
 _ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
 _RATES_HZ = (45.0, 2100.0)  # rates that make a unit of the time probable
 _MIRRORED = (
@@ -74,22 +73,17 @@ class Guess:
 def guess(path: str | PathLike[str]) -> Guess:
     """Look into a log.
 
-    Raises
-    ------
-    LogError
-        It is no table, too little of it is understood to guess, or columns of one name could not be told apart.
+    A LogError says that it is no table, that too little of it is understood to guess, or that columns of one name could
+    not be told apart.
     """
     table, decimal = _table(Path(path))
     headers = table.headers
-    # a name to the letter outranks those that are alike
     known = _find_names(headers, _NAMES) | _find_names(headers, {signal: signal for signal in _NAMES})
-    known = {signal: known[signal] for signal in _NAMES if signal in known}
     reasons = {f"columns.{signal}": f"called {headers[index]!r}" for signal, index in known.items()}
     numbers = {
         i: v for i, v in enumerate(table.columns) if v.dtype.kind == "f" and len(v) > 1 and np.isfinite(v).mean() > 0.99
     }
-    time, unit, seconds, why = _time_column(table, numbers, known)
-    reasons |= why
+    time, unit, seconds = _time_column(table, numbers, known.get("time"), reasons)
     rate_hz = 1.0 / float(np.median(np.diff(seconds)))
     check_extent(rate_hz, len(seconds), table.file)
     candidates = {
@@ -104,7 +98,6 @@ def guess(path: str | PathLike[str]) -> Guess:
             f"{table.file}: {headers.count(twice[0])} columns are called {twice[0]!r}, which no configuration can tell "
             "apart; give each a name of its own."
         )
-
     units, counts, values = {"time": unit}, dict(zip(ANGLES, CONTRACT.encoder_counts, strict=True)), []
     for signal, index in chosen.items():
         units[signal], reasons[f"units.{signal}"], turn = _unit(signal, headers[index], candidates[index])
@@ -113,34 +106,105 @@ def guess(path: str | PathLike[str]) -> Guess:
     one, other, *angles = values
     voltages = np.stack((one, other) if "v_front" in chosen else (0.5 * (one + other), 0.5 * (one - other)))
     limit = CONTRACT.voltage_limit
-    clip = bool(np.abs(voltages).max() > 1.001 * limit)
-    lifted, start = (None, None) if unit == STAMP else _take_off(seconds, candidates[chosen["elevation"]])
+    if clip := bool(np.abs(voltages).max() > 1.001 * limit):
+        reasons["clip"] = f"the voltages exceed {limit:g} V, so they are commands before the amplifiers limit them"
+    start = None if unit == STAMP else _take_off(seconds, candidates[chosen["elevation"]], reasons)
     flying = 0 if start is None else int((seconds >= start).argmax())
     flown = np.column_stack((*np.clip(voltages, -limit, limit), *angles))[flying:]
     found = find_responses(flown, rate_hz)
-    signs, swap, why = _signs("v_front" in chosen, found)
-    reasons |= why
+    signs, swap = _signs("v_front" in chosen, found, reasons)
     for signal in chosen:
         axis = signal if signal in ANGLES else "pitch" if signal == "v_difference" else "travel"
         share = f"{100.0 * found.share[ANGLES.index(axis)]:.0f} %"
         of_angle = f"the voltages explain {share} of its acceleration"
         of_voltage = f"explains {share} of the {axis}'s acceleration"
         reasons.setdefault(f"columns.{signal}", of_angle if signal in ANGLES else of_voltage)
-    if clip:
-        reasons["clip"] = f"the voltages exceed {limit:g} V, so they are commands before the amplifiers limit them"
-    if start is not None:
-        reasons["start"] = f"the arm rests until {lifted:.3g} s and is then given 4 s to take off"
     if decimal == ",":
         reasons["decimal"] = "cells hold decimal commas"
     free = [text if i in candidates and i not in chosen.values() else "" for i, text in enumerate(headers)]
-    asked = {axis: rf"({_ASKED})_?({_NAMES[axis]})|({_NAMES[axis]})_?({_ASKED})" for axis in ANGLES}
-    references = {axis: headers[index] for axis, index in _find_names(free, asked).items()}
+    references = {axis: headers[index] for axis, index in _find_names(free, _REFERENCES).items()}
     reasons |= {f"references.{axis}": f"called {text!r}" for axis, text in references.items()}
     encoders = (counts["pitch"], counts["elevation"], counts["travel"])
     format = LogFormat(
         columns, units, signs, references, swap, start, decimal=decimal, encoder_counts=encoders, clip=clip
     )
     return Guess(format, reasons, _doubts(known, found))
+
+
+def _table(path: Path) -> tuple[Table, str]:
+    """Read a file as a table, with the decimal mark that makes numbers of its cells."""
+    form = LogFormat(columns={"time": NUMBERED.format(1)})  # a file without headers is looked into as well
+    table, _ = open_table(path, form)
+    texts = [v for v in table.columns if v.dtype.kind == "O" and len(v)]
+    if sum(bool(_DECIMAL_COMMA.fullmatch(str(v[len(v) // 2]))) for v in texts) < 3:
+        return table, "."
+    return open_table(path, replace(form, decimal=","))[0], ","
+
+
+def _find_names(headers: Sequence[str], patterns: Mapping[str, str]) -> dict[str, int]:
+    """Find the column whose name matches, by what it is called; a name that two columns share decides nothing."""
+    names = [plain(name_and_unit(text)[0]) for text in headers]
+    places = {what: [i for i, name in enumerate(names) if re.fullmatch(p, name)] for what, p in patterns.items()}
+    return {what: found[0] for what, found in places.items() if len(found) == 1}
+
+
+def _time_column(
+    table: Table, numbers: Mapping[int, Array], known: int | None, reasons: dict[str, str]
+) -> tuple[int, str, Array]:
+    """Column and unit of the time, and its instants [s]; a LogError says that no column increases evenly."""
+    if known is not None and table.columns[known].dtype.kind in "OM":
+        seconds = read_stamps(table.columns[known])
+        if np.isfinite(seconds).all() and len(seconds) > 1 and seconds[-1] > 0.0:
+            reasons["units.time"] = "its cells are time stamps"
+            return known, STAMP, seconds
+    even = [i for i, v in numbers.items() if _is_clock(v)]
+    if not even:
+        raise LogError(f"{table.file}: no column increases from row to row, so none is the time; add one.")
+    time = known if known in even else even[0]
+    if time != known:
+        reasons["columns.time"] = "increases evenly from row to row"
+    step = float(np.median(np.diff(numbers[time])))
+    stated = name_and_unit(table.headers[time])[1]
+    rates = {unit: 1.0 / (step * factor_to_si("time", unit, 1)) for unit in ("s", "ms", "us", "ns")}
+    likely = [unit for unit, rate in rates.items() if _RATES_HZ[0] <= rate <= _RATES_HZ[1]]
+    if unit := understood("time", stated or ""):
+        reasons["units.time"] = f"its header says [{stated}]"
+    elif likely:
+        unit = likely[0]
+        reasons["units.time"] = f"its steps of {step:.4g} are then {rates[unit]:.4g} Hz"
+    else:
+        raise LogError(
+            f"{table.file}: the time, {table.headers[time]!r}, has steps of {step:g}, which make no rate of 50 Hz "
+            "to 2 kHz in s, ms, us or ns; log faster, or keep every n-th row."
+        )
+    return time, unit, numbers[time] * factor_to_si("time", unit, 1)
+
+
+def _is_clock(values: Array) -> bool:
+    """Whether a column increases from row to row, about evenly."""
+    steps = np.diff(values)
+    return len(steps) > 0 and bool(steps.min() > 0.0 and steps.max() < 20.0 * np.median(steps))
+
+
+def _choose(
+    table: Table, candidates: Mapping[int, Array], known: Mapping[str, int], rate_hz: float
+) -> dict[str, int]:
+    """Choose the columns of voltages and angles by what they do to each other; those of plain names are known."""
+    file, others = table.file, list(candidates)
+    if len(others) < 5:
+        raise LogError(
+            f"{file} holds {len(others)} columns of numbers beside the time, found "
+            f"{', '.join(map(repr, table.headers[:20]))}; two voltages and three angles are needed."
+        )
+    named = {signal: others.index(index) for signal, index in known.items() if index in others}
+    values = np.column_stack([*candidates.values()])
+    found = assign_columns(values, rate_hz, named) if len(others) <= _MOST_COLUMNS else None
+    if found is None:
+        raise LogError(
+            f"{file} holds {len(others)} columns, among which those of the rig are not found; name them under "
+            "[log.columns]: `heli init` writes a heli.toml with every key explained."
+        )
+    return {signal: others[index] for signal, index in found.items()}
 
 
 def _unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None]:
@@ -154,120 +218,48 @@ def _unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None
     return "mV" if 200.0 < sizes.max() < 5e4 and np.median(sizes) > 100.0 else "V", f"reaches {sizes.max():.3g}", None
 
 
-def _table(path: Path) -> tuple[Table, str]:
-    """Read a file as a table, with the decimal mark that makes numbers of its cells."""
-    columns = {"time": NUMBERED.format(1)}  # a file without headers is looked into as well
-    table, _ = open_table(path, LogFormat(columns=columns))
-    texts = [v for v in table.columns if v.dtype.kind == "O" and len(v)]
-    commas = [v for v in texts if re.fullmatch(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", str(v[len(v) // 2]), re.IGNORECASE)]
-    if len(commas) < 3:
-        return table, "."
-    return open_table(path, LogFormat(columns=columns, decimal=","))[0], ","
-
-
-def _find_names(headers: Sequence[str], patterns: Mapping[str, str]) -> dict[str, int]:
-    """Find the column whose name matches, by what it is called; a name that two columns share decides nothing."""
-    names = [plain(name_and_unit(text)[0]) for text in headers]
-    places = {what: [i for i, name in enumerate(names) if re.fullmatch(p, name)] for what, p in patterns.items()}
-    return {what: found[0] for what, found in places.items() if len(found) == 1}
-
-
-def _time_column(
-    table: Table, numbers: Mapping[int, Array], known: Mapping[str, int]
-) -> tuple[int, str, Array, dict[str, str]]:
-    """Column and unit of the time, its instants [s], and why; a LogError says that no column increases evenly."""
-    stamps = known.get("time")
-    if stamps is not None and table.columns[stamps].dtype.kind in "OM":
-        seconds = read_stamps(table.columns[stamps])
-        if np.isfinite(seconds).all() and len(seconds) > 1 and seconds[-1] > 0.0:
-            return stamps, STAMP, seconds, {"units.time": "its cells are time stamps"}
-    even = [i for i, v in numbers.items() if _is_clock(v)]
-    if not even:
-        raise LogError(f"{table.file}: no column increases from row to row, so none is the time; add one.")
-    time = known["time"] if known.get("time") in even else even[0]
-    reasons = {} if known.get("time") == time else {"columns.time": "increases evenly from row to row"}
-    step = float(np.median(np.diff(numbers[time])))
-    stated = name_and_unit(table.headers[time])[1]
-    unit = understood("time", stated or "")
-    if unit:
-        reasons["units.time"] = f"its header says [{stated}]"
-    else:
-        rates = {unit: 1.0 / (step * factor_to_si("time", unit, 1)) for unit in ("s", "ms", "us", "ns")}
-        unit = next((unit for unit, rate in rates.items() if _RATES_HZ[0] <= rate <= _RATES_HZ[1]), None)
-        if unit is None:
-            raise LogError(
-                f"{table.file}: the time, {table.headers[time]!r}, has steps of {step:g}, which make no rate of 50 Hz "
-                "to 2 kHz in s, ms, us or ns; log faster, or keep every n-th row."
-            )
-        reasons["units.time"] = f"its steps of {step:.4g} are then {rates[unit]:.4g} Hz"
-    return time, unit, numbers[time] * factor_to_si("time", unit, 1), reasons
-
-
-def _is_clock(values: Array) -> bool:
-    """Whether a column increases from row to row, about evenly."""
-    steps = np.diff(values)
-    return len(steps) > 0 and bool(steps.min() > 0.0 and steps.max() < 20.0 * np.median(steps))
-
-
-def _choose(
-    table: Table, candidates: Mapping[int, Array], known: Mapping[str, int], rate_hz: float
-) -> dict[str, int]:
-    """Choose the columns of voltages and angles by what they do to each other; those of plain names are known."""
-    if len(candidates) < 5:
-        raise LogError(
-            f"{table.file} holds {len(candidates)} columns of numbers beside the time, found "
-            f"{', '.join(map(repr, table.headers[:20]))}; two voltages and three angles are needed."
-        )
-    others = list(candidates)
-    named = {signal: others.index(index) for signal, index in known.items() if index in others}
-    columns = np.column_stack([*candidates.values()])
-    found = assign_columns(columns, rate_hz, named) if len(others) <= _MOST_COLUMNS else None
-    if found is None:
-        raise LogError(
-            f"{table.file} holds {len(others)} columns, among which those of the rig are not found; name them under "
-            "[log.columns]: `heli init` writes a heli.toml with every key explained."
-        )
-    return {signal: others[index] for signal, index in found.items()}
-
-
-def _take_off(seconds: Array, elevation: Array) -> tuple[float | None, float | None]:
-    """Give when the arm lifts and when take-off is over [s], if the log begins with the arm at rest."""
+def _take_off(seconds: Array, elevation: Array, reasons: dict[str, str]) -> float | None:
+    """Give when take-off is over [s], if the log begins with the arm at rest."""
     extent = float(np.ptp(elevation))
     away = np.abs(elevation - elevation[0]) > 0.05 * extent
     lifted = float(seconds[away.argmax()])
     at_the_end_of_its_range = min(elevation[0] - elevation.min(), elevation.max() - elevation[0]) < 0.02 * extent
     if lifted - seconds[0] < 0.1 or not at_the_end_of_its_range or not away.any() or seconds[-1] - lifted < 12.0:
-        return None, None
-    return lifted, float(np.ceil(lifted + 4.0))
+        return None
+    reasons["start"] = f"the arm rests until {lifted:.3g} s and is then given 4 s to take off"
+    return float(np.ceil(lifted + 4.0))
 
 
-def _signs(has_front: bool, found: Gains) -> tuple[dict[str, int], bool, dict[str, str]]:
-    """Signs that make the gains k_x > 0, k_z > 0 and k_y < 0, those of the model, and why."""
+def _signs(has_front: bool, found: Gains, reasons: dict[str, str]) -> tuple[dict[str, int], bool]:
+    """Signs that make the gains k_x > 0, k_z > 0 and k_y < 0, those of the model, and whether to swap the rotors."""
     # A sign is changed only if it is beyond doubt; a gain that a closed loop hides is taken as the model's.
     sure = np.abs(found.score) > (PITCH_SURE, ELEVATION_SURE, _TRAVEL_SURE)
     k_x, k_z, k_y = np.where(sure, found.value, 0.0)
-    reasons: dict[str, str] = {}
+    why: dict[str, str] = {}
     if k_z < 0.0:
-        reasons["signs.elevation"] = "a larger sum of the voltages lowers it in the file"
-    if k_x < 0.0 and k_y < 0.0 and has_front:
+        why["elevation"] = "a larger sum of the voltages lowers it in the file"
+    swap = bool(has_front and k_x < 0.0 and k_y < 0.0)
+    if swap:
         reasons["swap_rotors"] = "what the file calls front lowers the pitch, and the travel follows the pitch"
     elif k_x < 0.0 and k_y < 0.0:
-        reasons["signs.v_difference"] = "it lowers the pitch, and the travel follows the pitch"
+        why["v_difference"] = "it lowers the pitch, and the travel follows the pitch"
     elif k_x < 0.0:
-        reasons["signs.pitch"] = "a larger front voltage lowers it in the file"
+        why["pitch"] = "a larger front voltage lowers it in the file"
     elif k_y > 0.0:
-        reasons["signs.travel"] = "a positive pitch with both rotors lifting makes it increase; a convention"
-    signs = {key.removeprefix("signs."): -1 for key in reasons if key != "swap_rotors"}
-    return signs, "swap_rotors" in reasons, reasons
+        why["travel"] = "a positive pitch with both rotors lifting makes it increase; a convention"
+    reasons |= {f"signs.{signal}": text for signal, text in why.items()}
+    return dict.fromkeys(why, -1), swap
 
 
 def _doubts(known: Mapping[str, int], found: Gains) -> tuple[str, ...]:
-    doubts = []
-    if found.share[2] < _CERTAIN:
-        share = f"{100.0 * found.share[2]:.0f} %"
-        doubts.append(f"the voltages explain {share} of the travel's acceleration only: look at every column")
-    if abs(found.score[0]) <= PITCH_SURE:
-        doubts.append("the pitch responds too weakly to tell its sign: compare with another log of this rig")
-    if not known.keys() & {*VOLTAGES, "v_difference"}:
-        doubts.append(_MIRRORED)
-    return tuple(doubts)
+    share = f"{100.0 * found.share[2]:.0f} %"
+    doubts = {
+        f"the voltages explain {share} of the travel's acceleration only: look at every column": (
+            found.share[2] < _CERTAIN
+        ),
+        "the pitch responds too weakly to tell its sign: compare with another log of this rig": (
+            abs(found.score[0]) <= PITCH_SURE
+        ),
+        _MIRRORED: not known.keys() & {*VOLTAGES, "v_difference"},
+    }
+    return tuple(text for text, holds in doubts.items() if holds)

@@ -8,7 +8,6 @@ this module: the defaults, and an example of every other key.
 import json
 import re
 import tomllib
-from collections.abc import Mapping
 from dataclasses import fields
 from os import PathLike
 from pathlib import Path
@@ -19,14 +18,8 @@ import msgspec
 from heli_identifier.errors import ConfigurationError, printable, require_range
 from heli_identifier.files import regular_bytes, write_atomically
 from heli_identifier.online import Estimate
-from heli_identifier.records.configuration import (
-    CONTRACT,
-    ControllerConfiguration,
-    Geometry,
-    LogFormat,
-    RigConfiguration,
-    Weights,
-)
+from heli_identifier.records import configuration
+from heli_identifier.records.configuration import CONTRACT, RigConfiguration
 from heli_identifier.records.units import ANGLES, NAMED
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.effects import CATALOGUE
@@ -42,30 +35,29 @@ _TEMPLATE = Path(__file__).with_name("heli.toml.template")
 _ENTRY = re.compile(r"(# )?(?P<key>\w+) = .*?  # (?P<comment>.*)")
 
 
-def _keys(kind: Any, *without: str, **others: Any) -> dict[str, Any]:
+def _keys(kind: type, **others: Any) -> dict[str, Any]:
     """Give the keys of a section with their types: the fields of a value, but for those that ``others`` states."""
-    types = get_type_hints(kind)
-    return {one.name: types[one.name] for one in fields(kind) if one.name not in without} | others
+    found = get_type_hints(kind) | others
+    return {name: type_ for name, type_ in found.items() if type_ is not None}
 
 
 KEYS: dict[str, Any] = {
     "rig": _keys(
-        RigConfiguration, "format", "controller", "geometry",
+        RigConfiguration, format=None, controller=None, geometry=None,
         voltage_limit=float, encoder_counts=dict.fromkeys(ANGLES, int), effects=dict,
     ),
     "log": _keys(
-        LogFormat, "encoder_counts", "voltage_limit",
+        configuration.LogFormat, encoder_counts=None, voltage_limit=None,
         columns=dict.fromkeys(NAMED, str), units=dict.fromkeys(NAMED, str), signs=dict.fromkeys(NAMED, int),
         references=dict.fromkeys(ANGLES, str),
     ),
     "controller": _keys(
-        ControllerConfiguration,
-        weights=_keys(Weights), pid={**dict.fromkeys(ANGLES, AxisGains), "trim": float},
+        configuration.ControllerConfiguration,
+        weights=_keys(configuration.Weights), pid={**dict.fromkeys(ANGLES, AxisGains), "trim": float},
     ),
-    "geometry": _keys(Geometry),
+    "geometry": _keys(configuration.Geometry),
 }  # fmt: skip
-"""Of the file, with their types."""
-
+"""Keys of the file with the types of their values, a dictionary for a section."""
 
 _WANTED: dict[Any, str] = {
     str: "a text in quotes", int: "a whole number", bool: "true or false",
@@ -82,7 +74,7 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     Parameters
     ----------
     path : str or PathLike
-        TOML file, as `write_template` makes it.
+        TOML file, as `heli init` makes it.
 
     Raises
     ------
@@ -90,74 +82,66 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
         If the file is missing or not TOML, a key is unknown (the closest known one is proposed), or a value is of the
         wrong type or out of bounds.
     """
-    advice = f"`heli init` writes a {CONFIGURATION_NAME} with every key explained"
     try:
         content = tomllib.loads(regular_bytes(Path(path), _LARGEST_MB).decode("utf-8-sig"))
-    except FileNotFoundError as error:
-        raise ConfigurationError(f"{path} does not exist; {advice}.") from error
-    except OSError as error:
-        raise ConfigurationError(f"{path} cannot be read: {error.strerror}; {advice}.") from error
-    except UnicodeDecodeError as error:
-        raise ConfigurationError(f"{path} is not UTF-8 text; {advice}.") from error
-    except RecursionError as error:
-        raise ConfigurationError(f"{path} is nested too deeply for a configuration; {advice}.") from error
-    except ValueError as error:  # a number of more than 4300 digits is one as well
-        raise ConfigurationError(f"{path} is not TOML: {error}; {advice}.") from error
+    except (OSError, ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError as well
+        problems = {
+            FileNotFoundError: "does not exist",
+            UnicodeDecodeError: "is not UTF-8 text",
+            RecursionError: "is nested too deeply for a configuration",
+        }
+        other = f"cannot be read: {error.strerror}" if isinstance(error, OSError) else f"is not TOML: {error}"
+        advice = f"`heli init` writes a {CONFIGURATION_NAME} with every key explained"
+        raise ConfigurationError(f"{path} {problems.get(type(error), other)}; {advice}.") from error
     try:
-        return _configuration(_values(dict.fromkeys(KEYS, {}) | content, KEYS))
+        return _configuration(_section("", dict.fromkeys(KEYS, {}) | content, KEYS))
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
 
-def _values(content: Mapping[str, Any], keys: Mapping[str, Any], place: str = "") -> dict[str, Any]:
+def _section(place: str, content: dict[str, Any], keys: dict[str, Any]) -> dict[str, Any]:
     """Give the values of a section, each of the type of its key."""
-    found = {}
-    for name, given in content.items():
+    for name in content:
         if name not in keys:
             written = name if re.fullmatch(r"[\w-]+", name) else repr(name)
             advice = did_you_mean(name, keys) or f"; choose one of {', '.join(keys)}."
             raise ConfigurationError(f"key {place}{written} is unknown{advice}")
-        key, kind = f"{place}{name}", keys[name]
-        if isinstance(kind, dict) or kind is dict:
-            if not isinstance(given, dict):
-                raise ConfigurationError(f"{key} = {given!r} must be a section that begins with [{key}].")
-            found[name] = _values(given, kind, f"{key}.") if isinstance(kind, dict) else given
-        else:
-            found[name] = _value(key, given, kind)
-    return found
+    return {name: _value(f"{place}{name}", given, keys[name]) for name, given in content.items()}
 
 
 def _value(key: str, given: Any, kind: Any) -> Any:
+    """Give what stands at a key as a value of its type."""
+    if isinstance(kind, dict) and isinstance(given, dict):
+        return _section(f"{key}.", given, kind)
     try:
-        return msgspec.convert(given, kind)
+        return msgspec.convert(given, dict if isinstance(kind, dict) else kind)
     except msgspec.ValidationError:
-        raise ConfigurationError(f"{key} = {given!r} must be {_WANTED[kind]}.") from None
+        what = f"a section that begins with [{key}]" if kind is dict or isinstance(kind, dict) else _WANTED[kind]
+        raise ConfigurationError(f"{key} = {given!r} must be {what}.") from None
 
 
-def _configuration(content: Mapping[str, dict[str, Any]]) -> RigConfiguration:
+def _configuration(content: dict[str, dict[str, Any]]) -> RigConfiguration:
     """Make the configuration of the values of the sections."""
     rig, log, controller, geometry = (content[section] for section in KEYS)
-    counts, limit = rig.get("encoder_counts", {}), rig.get("voltage_limit", CONTRACT.voltage_limit)
+    limit, counts = rig.pop("voltage_limit", CONTRACT.voltage_limit), rig.pop("encoder_counts", {})
     encoders = tuple(counts.get(axis, CONTRACT.counts_per_turn(axis)) for axis in ANGLES)
-    format = LogFormat(**log, voltage_limit=limit, encoder_counts=encoders)
+    format = configuration.LogFormat(**log, voltage_limit=limit, encoder_counts=encoders)
     units, effects = {effect.field: effect.unit for effect in CATALOGUE}, {}
-    for name, given in rig.get("effects", {}).items():  # the name is checked where the value is
+    for name, given in rig.pop("effects", {}).items():  # the name is checked where the value is
         coefficient, deviation = _value(f"rig.effects.{name}", given, tuple[float, float])
         effects[name] = Estimate(coefficient, deviation, units.get(name, ""))
     for name, value in geometry.items():
         unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
         require_range(f"geometry.{name}", value, unit, 1e-3, most)
-    aim = {"weights": Weights(**controller.get("weights", {})), "pid": _pid(controller.get("pid", {}), limit)}
+    controller["weights"] = configuration.Weights(**controller.get("weights", {}))
+    controller["pid"] = _pid(controller.get("pid", {}), limit)
+    aim = configuration.ControllerConfiguration(**controller)
     return RigConfiguration(
-        **{key: value for key, value in rig.items() if key not in ("encoder_counts", "voltage_limit", "effects")},
-        effects=effects,
-        format=format,
-        controller=ControllerConfiguration(**(controller | aim)),
-        geometry=Geometry(**geometry),
+        **rig, effects=effects, format=format, controller=aim, geometry=configuration.Geometry(**geometry)
     )
 
 
-def _pid(given: Mapping[str, Any], voltage_limit: float) -> PidSettings | None:
+def _pid(given: dict[str, Any], voltage_limit: float) -> PidSettings | None:
     """Give the PID that is stated; a loop that is not stated is off."""
     loops, trim = {axis: given[axis] for axis in ANGLES if axis in given}, given.get("trim", 0.0)
     for axis, gains in loops.items():
@@ -170,19 +154,9 @@ def _pid(given: Mapping[str, Any], voltage_limit: float) -> PidSettings | None:
 
 
 def write_template(path: str | PathLike[str], found: "Guess | None" = None) -> Path:
-    """Write the commented configuration.
+    """Write the commented configuration, with what was found in a log, each entry with its reason.
 
-    Parameters
-    ----------
-    path : str or PathLike
-        File to make. Missing folders above it are made.
-    found : Guess, optional
-        What was found in a log; it is filled in, each entry with its reason.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file exists already, since it may hold the user's work, or cannot be written.
+    A ConfigurationError says that the file cannot be written, or exists already, since it may hold the user's work.
     """
     if Path(path).is_file() or Path(path).is_dir():  # a device holds nobody's work
         raise ConfigurationError(f"{path} exists already; delete it or name another file.")
@@ -199,9 +173,10 @@ def template_text(found: "Guess | None" = None) -> str:
         return "\n".join([*lines, ""])
     form = found.format
     given = {f"rig.encoder_counts.{angle}": form.counts_per_turn(angle) for angle in ANGLES}
-    given |= {f"log.{key}": getattr(form, key) for key in ("start", "decimal", "swap_rotors", "clip")}
-    for name in ("columns", "units", "references", "signs"):
-        given |= {f"log.{name}.{key}": value for key, value in getattr(form, name).items()}
+    for one in fields(form):
+        value = getattr(form, one.name)
+        given |= {f"log.{one.name}.{key}": own for key, own in value.items()} if isinstance(value, dict) else {}
+        given[f"log.{one.name}"] = value
     section = ""
     for number, line in enumerate(lines):
         if line.startswith("["):

@@ -43,17 +43,14 @@ PITCH_SURE, ELEVATION_SURE = 3.5, 6.0
 
 _SHOWN = 2.0  # score from which a log shows that an angle follows its voltage
 _SHORTEST = 2.0  # length of a log [s] below which nothing is said
-_BANDWIDTH = 3.0
-"""ω of the filter [rad/s]: above the rig's own modes, below the noise of encoders."""
-_COARSE_HZ = 25.0
-"""Rate [Hz] to which a log is averaged before it is filtered; the filter passes nothing above."""
+_BANDWIDTH = 3.0  # ω of the filter [rad/s]: above the rig's own modes, below the noise of encoders
+_COARSE_HZ = 25.0  # rate to which a log is averaged before it is filtered; the filter passes nothing above
 _SETTLED_S = 1.5  # the filter forgets its start to 6 % in 4.7/ω
-
 _COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 10000, 16384, 20000)
 """Counts a turn that encoders have."""
 _BOTH = 0.05  # by which front and rear are preferred to sum and difference where a file holds both
 _IN_STEPS = 0.3  # by which an angle that an encoder measured is preferred
-_ALIKE = 0.95  # correlation of a column with the derivative of another that makes it that derivative
+_ALIKE, _AS_LARGE = 0.95, 0.2  # correlation, and difference in size, by which a column is the derivative of another
 
 Array = NDArray[np.float64]
 
@@ -86,8 +83,7 @@ def filtered(columns: Array, step: float) -> Filtered:
     """Filter columns, shape (M, k), sampled at ``step`` [s], exactly for inputs held between samples."""
     w = _BANDWIDTH
     away = columns - columns[0]  # the filter begins at rest
-    own, rate = [w * w], [w * w, 0.0]
-    (b, a, _), (b_rate, _, _) = (cont2discrete((over, [1.0, 2.0 * w, w * w]), step) for over in (own, rate))
+    (b, a, _), (b_rate, _, _) = (cont2discrete((own, [1.0, 2.0 * w, w * w]), step) for own in ([w * w], [w * w, 0.0]))
     values, rates = columns[0] + lfilter(b.ravel(), a, away, axis=0), lfilter(b_rate.ravel(), a, away, axis=0)
     first = min(int(_SETTLED_S / step), len(columns) // 4)
     values, rates = values[first:], rates[first:]
@@ -96,10 +92,7 @@ def filtered(columns: Array, step: float) -> Filtered:
 
 
 def gains(found: Filtered, angle: int, regressors: Array) -> Gains:
-    """Fit the acceleration of a column by each of the filtered regressors, shape (M, r).
-
-    The column's own rate and value and a constant stand beside it.
-    """
+    """Fit the acceleration of a column by each regressor, shape (M, r), beside its own rate, value and a constant."""
     own = np.column_stack((found.rate[:, angle], found.value[:, angle], np.ones(len(found.value))))
     both = np.column_stack((found.acceleration[:, angle], regressors))
     left = both - own @ np.linalg.lstsq(own, both)[0]
@@ -133,8 +126,8 @@ def angle_unit(values: Array) -> tuple[str, str, int | None]:
                 if abs(step * count / turn - 1.0) < 2e-3:
                     return unit, f"it changes by {step:.5g}, a {count}th of a turn in {unit}", count
     most = float(np.abs(values).max())
-    unit = "deg" if most > np.pi else "rad"
-    return unit, f"it reaches {most:.3g}, {'more' if unit == 'deg' else 'less'} than half a turn in rad", None
+    unit, size = ("deg", "more") if most > np.pi else ("rad", "less")
+    return unit, f"it reaches {most:.3g}, {size} than half a turn in rad", None
 
 
 def assign_columns(columns: Array, rate_hz: float, known: Mapping[str, int]) -> dict[str, int] | None:
@@ -145,53 +138,48 @@ def assign_columns(columns: Array, rate_hz: float, known: Mapping[str, int]) -> 
     """
     values, step = coarse(columns, rate_hz)
     found = filtered(values, step)
-    settled = _derivatives(found.value, found.rate) | set(known.values())
-    free = [i for i in range(columns.shape[1]) if np.ptp(values[:, i]) > 0.0 and i not in settled]
+    taken = _derivatives(found) | {*known.values()}
+    free = [i for i, extent in enumerate(np.ptp(values, axis=0)) if extent > 0.0 and i not in taken]
     options = {signal: [known[signal]] if signal in known else free for signal in (*VOLTAGES, *COMBINED, *ANGLES)}
-    both_known, one_known = (
-        [kind for kind in (VOLTAGES, COMBINED) if few(signal in known for signal in kind)] for few in (all, any)
-    )
-    kinds = both_known[:1] or one_known or [VOLTAGES, COMBINED]
+    named = {kind: sum(signal in known for signal in kind) for kind in (VOLTAGES, COMBINED)}
+    kinds = [kind for kind, count in named.items() if count == max(named.values())]
     pairs = [(kind, i, j) for kind in kinds for i in options[kind[0]] for j in options[kind[1]] if i != j]
-    pitches, elevations, travels = (np.array(options[angle], dtype=int) for angle in ANGLES)
-    if not pairs or not all(map(len, (pitches, elevations, travels))):
+    if not pairs or not all(options[angle] for angle in ANGLES):
         return None
     of_pairs, first, second = zip(*pairs, strict=True)
     both = np.array([kind == VOLTAGES for kind in of_pairs])
     v, w = values[:, first], values[:, second]
     total, difference = np.where(both, v + w, v), np.where(both, v - w, w)
     by_total, by_difference = filtered(total, step).value, filtered(difference, step).value
-    in_steps = np.array([_IN_STEPS * (encoder_step(column) is not None) for column in columns.T])
-    of_elevation = np.stack([gains(found, e, by_total).share + in_steps[e] for e in elevations])
+    in_steps = [_IN_STEPS * (encoder_step(column) is not None) for column in columns.T]
+    elevations, travels = (np.array(options[angle])[:, None] for angle in ANGLES[1:])
+    of_elevation = np.stack([gains(found, e, by_total).share + in_steps[e] for e in options["elevation"]])
     best, chosen = -np.inf, None
-    for p in pitches:
+    for p in options["pitch"]:
         unit, _, turn = angle_unit(columns[:, p])
         pitch = values[:, p] * factor_to_si("pitch", unit, turn or CONTRACT.counts_per_turn("pitch"))
         turned = filtered(total * np.sin(pitch)[:, None], step).value
         of_pitch = gains(found, p, by_difference).share + in_steps[p] + _BOTH * both
-        of_travel = np.stack([2.0 * gains(found, t, turned).share + in_steps[t] for t in travels])
+        of_travel = np.stack([2.0 * gains(found, t, turned).share + in_steps[t] for t in options["travel"]])
         score = of_pitch + of_travel[:, None] + of_elevation  # by travel, elevation and pair
-        places = (p, travels[:, None, None], elevations[:, None], np.array(first), np.array(second))
+        places = (np.array(first), np.array(second), np.array(p), elevations, travels[:, None])
         for one, other in combinations(places, 2):  # no column is two signals
             score[np.broadcast_to(one == other, score.shape)] = -np.inf
         t, e, pair = np.unravel_index(score.argmax(), score.shape)
         if score[t, e, pair] > best + 1e-6:
-            best, signals = score[t, e, pair], (*of_pairs[pair], *ANGLES)
-            own = (first[pair], second[pair], p, elevations[e], travels[t])
-            chosen = dict(zip(signals, map(int, own), strict=True))
+            best, own = score[t, e, pair], (first[pair], second[pair], p, options["elevation"][e], options["travel"][t])
+            chosen = dict(zip((*of_pairs[pair], *ANGLES), own, strict=True))
     return chosen
 
 
-def _derivatives(value: Array, rate: Array) -> set[int]:
-    """Columns, filtered, shape (M, k), that are the derivative of another one in the same unit per second."""
-    value, rate = value - value.mean(axis=0), rate - rate.mean(axis=0)
-    own, of_rates = (value**2).sum(axis=0), (rate**2).sum(axis=0)
-    both = rate.T @ value  # row: whose derivative, column: which column
-    with np.errstate(divide="ignore", invalid="ignore"):
-        correlation = both / np.sqrt(np.outer(of_rates, own))
-        slope = both / of_rates[:, None]
-    alike = (correlation > _ALIKE) & (np.abs(slope - 1.0) < 1.0 - _ALIKE + 0.15)
-    return set(np.flatnonzero(alike.any(axis=0)).tolist())
+def _derivatives(found: Filtered) -> set[int]:
+    """Columns that are the derivative of another one in the same unit per second."""
+    count = found.value.shape[1]
+    both = np.cov(found.rate, found.value, rowvar=False)
+    of_rates, of_values = np.split(np.diag(both), 2)
+    shared, of_rates = both[:count, count:], of_rates[:, None]  # row: whose derivative, column: which column
+    alike = (shared > _ALIKE * np.sqrt(of_rates * of_values)) & (np.abs(shared - of_rates) < _AS_LARGE * of_rates)
+    return {*np.flatnonzero(alike.any(axis=0)).tolist()}
 
 
 def suspicions(log: Log) -> tuple[str, ...]:
@@ -200,21 +188,13 @@ def suspicions(log: Log) -> tuple[str, ...]:
         return ()
     found = find_responses(np.column_stack((log.voltages, log.angles)), log.rate_hz)
     (k_x, k_z, _), (pitch, elevation, _) = found.value, found.score
-    said = []
-    if pitch < -PITCH_SURE:
-        said.append(
-            f"WRONG SIGN: the pitch falls where v_front exceeds v_rear, by {-k_x:.2g} rad/s^2/V; look at the "
-            "sign of pitch and at swap_rotors"
-        )
-    if elevation < -ELEVATION_SURE:
-        said.append(
-            f"WRONG SIGN: the elevation falls where the voltages rise, by {-k_z:.2g} rad/s^2/V; look at "
-            "the sign of elevation and at the columns of the voltages"
-        )
-    if not said and max(pitch, elevation) < _SHOWN:
-        said.append(
-            "neither the pitch nor the elevation is seen to follow the voltages: these are not the voltages of this "
-            "log, or it is too calm to show it"
-        )
+    wrong = {
+        f"WRONG SIGN: the pitch falls where v_front exceeds v_rear, by {-k_x:.2g} rad/s^2/V; look at the sign of pitch "
+        "and at swap_rotors": pitch < -PITCH_SURE,
+        f"WRONG SIGN: the elevation falls where the voltages rise, by {-k_z:.2g} rad/s^2/V; look at the sign of "
+        "elevation and at the columns of the voltages": elevation < -ELEVATION_SURE,
+        "neither the pitch nor the elevation is seen to follow the voltages: these are not the voltages of this log, "
+        "or it is too calm to show it": -PITCH_SURE <= pitch < _SHOWN and -ELEVATION_SURE <= elevation < _SHOWN,
+    }
     advice = "`heli init LOG` looks into a log and writes a heli.toml with the columns and signs that fit"
-    return tuple(f"{text}: {advice}" for text in said)
+    return tuple(f"{text}: {advice}" for text, holds in wrong.items() if holds)
