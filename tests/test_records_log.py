@@ -14,6 +14,7 @@ from heli_identifier.errors import LogError
 from heli_identifier.records import (
     DEMO_RIGS,
     Log,
+    check_apart,
     check_excitation,
     check_moving,
     demo_logs,
@@ -118,7 +119,7 @@ def test_a_voltage_that_is_constant_in_every_log_leaves_nothing_to_identify():
     with pytest.raises(LogError, match="v_front equals v_rear in every sample, so nothing drives the pitch"):
         check_excitation([driven(MOVING, MOVING)])
     with pytest.raises(LogError, match="name at least one file"):
-        read_data_set([])
+        check_excitation([])
 
 
 def test_a_log_in_which_an_axis_stands_still_can_serve_no_diagnosis():
@@ -134,8 +135,8 @@ def test_no_log_may_count_twice_even_under_another_name(tmp_path):
     training, held_out = demo_logs("rig-a")
     seen, judge = (shutil.copy(log, tmp_path / f"copy-{log.name}") for log in (training[1], held_out[0]))
     with pytest.raises(LogError, match=r"train2.csv is held out for validation but shares samples with .*train2.csv"):
-        read_data_set(training, [seen])
+        check_apart(*read_data_set(training, [seen]))
     with pytest.raises(LogError, match="give each training log once"):
-        read_data_set([*training, training[0]], held_out)
+        check_apart(*read_data_set([*training, training[0]], held_out))
     with pytest.raises(LogError, match="held.csv holds the same samples as .*held.csv; give each held-out log once"):
-        read_data_set(training, [*held_out, judge])
+        check_apart(*read_data_set(training, [*held_out, judge]))

@@ -84,29 +84,25 @@ class Table:
     def numbers(self, column: Column, kept: slice) -> NDArray[np.float64]:
         """Give the kept cells of a signal in SI units, shape (N,), with the file's sign.
 
-        Raises
-        ------
-        LogError
-            At the first cell that is empty, not a number or not finite; counts of an encoder are no whole numbers.
+        A LogError names the first cell that is empty, not a number or not finite, and counts that are not whole.
         """
-        header = self.headers[column.index]
-        values = self.instants(column)[kept] if column.unit == STAMP else floats(self.columns[column.index][kept])
+        is_stamp, header = column.unit == STAMP, repr(self.headers[column.index])
+        values = self.instants(column)[kept] if is_stamp else floats(self.columns[column.index][kept])
         broken = ~np.isfinite(values)
         if broken.any():
             sample = int(broken.argmax())
             text = self.cell(sample + kept.start, column.index)
             shown = repr(text if len(text) <= _LONGEST else f"{text[:_LONGEST]}...")
-            is_not = "no time stamp like 2026-03-01T12:00:00.010" if column.unit == STAMP else "not a finite number"
+            is_not = "no time stamp like 2026-03-01T12:00:00.010" if is_stamp else "not a finite number"
             what = f"the cell holds {shown}, which is {is_not}" if text else "the cell is empty"
             advice = "correct the cell, or cut the stretch away with --from and --to"
             if _DECIMAL_COMMA.fullmatch(text):
                 advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
-            raise LogError(f"{self.places(kept.start)(sample)}, column {header!r}: {what}; {advice}.")
+            raise LogError(f"{self.places(kept.start)(sample)}, column {header}: {what}; {advice}.")
         if column.unit == "counts" and np.mean(np.abs(values - np.round(values)) > _WHOLE) > 0.5:
             raise LogError(
-                f"{self.file}, column {header!r}: counts are whole numbers, and most of these are not, "
-                f"{self.cell(kept.start, column.index)!r} for one; state another unit under [log.units] of "
-                f"{HELI_TOML}."
+                f"{self.file}, column {header}: counts are whole numbers, and most of these are not, "
+                f"{self.cell(kept.start, column.index)!r} for one; state another unit under [log.units] of {HELI_TOML}."
             )
         return values if column.factor == 1.0 else values * column.factor
 
@@ -174,17 +170,10 @@ def _number(cell: object) -> float:
 def find_columns(table: Table, format: LogFormat) -> list[Column]:
     """Find the six signals and the references among the columns of a file.
 
-    Returns
-    -------
-    list[Column]
-        One per signal, in the contract's order, or with sum and difference in place of the two voltages; then one for
-        each axis that has a reference, whose unit is the axis's where its header states none.
-
-    Raises
-    ------
-    LogError
-        If a signal has no column or several, two signals have the same one, a unit is missing or unknown, or the
-        columns differ in length, as only vectors of MATLAB can.
+    The signals come in the contract's order, or with sum and difference in place of the two voltages; then the axes
+    that have a reference, whose unit is the axis's where its header states none. A LogError says that a signal has no
+    column or several, that two have the same one, that a unit is missing or unknown, or that columns differ in length,
+    as only vectors of MATLAB can.
     """
     file, headers = table.file, table.headers
     named = {**format.columns, **{f"{axis}_reference": name for axis, name in format.references.items()}}
@@ -197,19 +186,15 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
         raise LogError(_missing(file, missing, named, headers, {i for signal in wanted for i in places[signal]}))
     columns, unknown = list[Column](), dict[str, str]()
     for signal in (*wanted, *(axis for axis in REFERENCES if axis not in named and len(places[axis]) == 1)):
-        index, *others = places[signal]
-        if others:
+        index, axis = places[signal][0], signal.removesuffix("_reference")
+        problem = ""
+        if len(places[signal]) > 1:
             both = ", ".join(repr(headers[place]) for place in places[signal])
-            raise LogError(
-                f"{file}: {signal} stands in {len(others) + 1} columns ({both}); keep one, or name it under "
-                f"[log.columns] of {HELI_TOML}."
-            )
-        if owner := next((column.signal for column in columns if column.index == index), None):
-            raise LogError(
-                f"{file}: column {headers[index]!r} is taken for {owner} and for {signal}; name the "
-                f"column of each under [log.columns] of {HELI_TOML}."
-            )
-        axis = signal.removesuffix("_reference")
+            problem = f"{signal} stands in {len(places[signal])} columns ({both}); keep one, or name it"
+        elif owner := next((column.signal for column in columns if column.index == index), None):
+            problem = f"column {headers[index]!r} is taken for {owner} and for {signal}; name the column of each"
+        if problem:
+            raise LogError(f"{file}: {problem} under [log.columns] of {HELI_TOML}.")
         stated = format.units.get(signal) or name_and_unit(headers[index])[1]
         if stated is None:
             stated = STAMP if signal == "time" and table.holds_stamps(index) else format.units.get(axis)
@@ -223,13 +208,10 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
             f"{file}, {'; '.join(unknown.values())}; set {', '.join(unknown)} under [log.units] of {HELI_TOML} to the "
             f"unit in which the file holds {'it' if len(unknown) == 1 else 'them'}."
         )
-    time, count = headers[columns[0].index], len(table.columns[columns[0].index])
-    for column in columns:
-        if (length := len(table.columns[column.index])) != count:
-            text = headers[column.index]
-            raise LogError(
-                f"{file}: {text!r} has {length} samples, {time!r} has {count}; save vectors of one length."
-            )
+    (time, count), *others = ((repr(headers[column.index]), len(table.columns[column.index])) for column in columns)
+    for text, length in others:
+        if length != count:
+            raise LogError(f"{file}: {text} has {length} samples, {time} has {count}; save vectors of one length.")
     return columns
 
 

@@ -83,10 +83,8 @@ class LogFormat:
                 what = "is no axis" if known is ANGLES else "is not a signal"
                 _require(key in known, f"log.{name}.{key} {what}; choose one of {', '.join(known)}")
         for signal, unit in self.units.items():
-            known = known_units(signal)
-            _require(
-                understood(signal, unit), f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known)}"
-            )
+            said = f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}"
+            _require(understood(signal, unit), said)
         for (one, column), (other, same) in combinations(self.columns.items(), 2):
             both = f"log.columns.{one} and log.columns.{other} both name the column {column!r}"
             _require(column != same, f"{both}; give each signal a column of its own")

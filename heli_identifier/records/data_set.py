@@ -23,10 +23,8 @@ LogSource = Log | str | PathLike[str]
 
 DEMO_RIGS = ("rig-a", "rig-b", "rig-c")
 _DEMO_FOLDER = Path(__file__).resolve().parent.parent / "demo_logs"
-CONSTANT_V = 1e-3
-"""A voltage that varies by less than this moves no propeller [V]."""
-STILL_SHARE = 0.1
-"""Share of the usual excitation below which a log says a hundredth of what another one says."""
+_CONSTANT_V = 1e-3  # a voltage that varies by less [V] moves no propeller
+_STILL_SHARE = 0.1  # of the usual excitation, below which a log says a hundredth of what another one says
 
 
 def read_logs(
@@ -37,10 +35,7 @@ def read_logs(
 ) -> tuple[Log, ...]:
     """Give one log or several of one rig with unique names; a path is read as `read_log` does.
 
-    Raises
-    ------
-    LogError
-        A file cannot be read, or something is neither a log nor a path.
+    A LogError says that a file cannot be read, or that something is neither a log nor a path.
     """
     given = [logs] if isinstance(logs, Log | str | PathLike) or not isinstance(logs, Iterable) else list(logs)
     for one in given:
@@ -56,46 +51,23 @@ def read_data_set(
     start: float | None = None,
     end: float | None = None,
 ) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
-    """Read training logs and held-out logs, and check that they can serve a diagnosis.
-
-    Returns
-    -------
-    tuple
-        Training logs and held-out logs, each read as `read_log` does.
-
-    Raises
-    ------
-    LogError
-        As `read_log`; also if a voltage is constant in all training logs, an angle never changes in one of the logs,
-        or two logs share samples.
-    """
+    """Read training logs and held-out logs as `read_log` does, with names that are unique among all of them."""
     logs = read_logs((*training, *held_out), format, start, end)
-    fitted, kept_apart = logs[: len(training)], logs[len(training) :]
-    check_excitation(fitted)
-    check_apart(fitted, kept_apart)
-    check_moving(logs)
-    return fitted, kept_apart
+    return logs[: len(training)], logs[len(training) :]
 
 
 def demo_logs(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     """Give the files of a demonstration rig, with which the loop can be tried without a rig.
 
-    Parameters
-    ----------
-    rig : str
-        One of `DEMO_RIGS`; the README.md beside the files says what each holds.
-
-    Returns
-    -------
-    tuple
-        Paths of the training logs and of the held-out logs.
+    ``rig`` is one of `DEMO_RIGS`; the README.md beside the files says what each holds. Gives the paths of the training
+    logs and those of the held-out logs.
     """
     if rig not in DEMO_RIGS:
         raise LogError(f"there is no demonstration rig {rig!r}; choose one of {', '.join(DEMO_RIGS)}.")
-    training = tuple(sorted((_DEMO_FOLDER / rig).glob("train*.csv")))
-    held_out = tuple(sorted((_DEMO_FOLDER / rig).glob("held*.csv")))
+    folder = _DEMO_FOLDER / rig
+    training, held_out = (tuple(sorted(folder.glob(f"{use}*.csv"))) for use in ("train", "held"))
     if not training or not held_out:
-        raise LogError(f"the demonstration logs are missing from {_DEMO_FOLDER / rig}; install the package again.")
+        raise LogError(f"the demonstration logs are missing from {folder}; install the package again.")
     return training, held_out
 
 
@@ -116,28 +88,35 @@ def _named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
     return tuple(named)
 
 
+def _folders(log: Log) -> tuple[str, ...]:
+    """Names of the folders above a log's file, the closest first; none if the log was computed."""
+    return tuple(folder.name for folder in Path(os.path.realpath(log.path)).parents) if log.path else ()
+
+
 def common_configuration(logs: Sequence[Log]) -> RigConfiguration | None:
     """Give the configuration that all logs were read with; None if they were read with several, or one without."""
-    found = [log.configuration for log in logs]
-    return found[0] if found and all(own == found[0] for own in found) else None
+    first, *others = [log.configuration for log in logs] or [None]
+    return first if all(own == first for own in others) else None
 
 
 def check_excitation(logs: Sequence[Log]) -> None:
     """Refuse, with a LogError, a data set in which a voltage never moves or never differs from the other."""
     if not logs:
         raise LogError("no log was given; name at least one file.")
-    given = ", ".join(log.path or log.name for log in logs)
-    for index, name in enumerate(VOLTAGES):
-        if all(np.ptp(log.voltages[:, index]) < CONSTANT_V for log in logs):
-            raise LogError(
-                f"{given}: {name} is constant in every log, so there is nothing to identify; excite the rig, for "
-                "instance with the Exciter's square and chirp."
-            )
-    if all(np.abs(log.voltages[:, 0] - log.voltages[:, 1]).max() < SAME_VOLTAGE for log in logs):
-        raise LogError(
-            f"{given}: v_front equals v_rear in every sample, so nothing drives the pitch; check whether one column "
-            "was taken for both, or add a log in which they differ."
+    problem = ""
+    extents = np.max([np.ptp(log.voltages, axis=0) for log in logs], axis=0)
+    if extents.min() < _CONSTANT_V:
+        problem = (
+            f"{VOLTAGES[extents.argmin()]} is constant in every log, so there is nothing to identify; excite the rig, "
+            "for instance with the Exciter's square and chirp"
         )
+    elif all(np.abs(log.voltages[:, 0] - log.voltages[:, 1]).max() < SAME_VOLTAGE for log in logs):
+        problem = (
+            "v_front equals v_rear in every sample, so nothing drives the pitch; check whether one column was taken "
+            "for both, or add a log in which they differ"
+        )
+    if problem:
+        raise LogError(f"{', '.join(map(_called, logs))}: {problem}.")
 
 
 def check_moving(logs: Sequence[Log]) -> None:
@@ -145,20 +124,15 @@ def check_moving(logs: Sequence[Log]) -> None:
     for log in logs:
         said = [f"{name} {why}" for name, angle in zip(ANGLES, log.angles.T, strict=True) if (why := still(angle))]
         if said:
-            raise LogError(
-                f"{log.path or log.name}: {' and '.join(said)}: {STANDING_STILL}, and a diagnosis needs all three axes "
-                "to move; leave the log out."
-            )
+            needed = f"{STANDING_STILL}, and a diagnosis needs all three axes to move; leave the log out"
+            raise LogError(f"{_called(log)}: {' and '.join(said)}: {needed}.")
 
 
 def check_apart(training: Sequence[Log], held_out: Sequence[Log] = ()) -> None:
     """Refuse logs that share samples: a log given twice counts double, and a model may not be judged by its own data.
 
-    Raises
-    ------
-    LogError
-        If two logs come from files with the same bytes and their stretches overlap, or if a held-out log shares flight
-        with another log by its samples, see :func:`.overlap.shared_flight`.
+    A LogError says that two logs come from files with the same bytes and their stretches overlap, or that a held-out
+    log shares flight with another log by its samples (:func:`.overlap.shared_flight`).
     """
     for (first, one), (second, other) in combinations(enumerate((*training, *held_out)), 2):
         margin = 0.5 * one.step  # stretches that follow each other share no sample, whatever rounding says
@@ -178,15 +152,7 @@ def check_apart(training: Sequence[Log], held_out: Sequence[Log] = ()) -> None:
 
 
 def counted_once(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
-    """Leave out training logs that share flight with a longer one, such as a log that was resampled or cut.
-
-    Returns
-    -------
-    logs : tuple of Log
-        In the order given.
-    notes : tuple of str
-        A sentence for each log that is left out.
-    """
+    """Leave out training logs that share flight with a longer one, such as a log that was cut; a note for each."""
     kept, notes = list[Log](), list[str]()
     for log in sorted(training, key=lambda log: -log.duration):
         shared = ((own, flight) for own in kept if (flight := shared_flight(own, log)))
@@ -203,13 +169,11 @@ def counted_once(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, .
 def excitation_notes(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[str, ...]:
     """Name the held-out logs whose voltages move far less than those of the training logs."""
     notes = []
-    for what, axes, weights in (
-        ("sum", "the elevation", (1.0, 1.0)), ("difference", "pitch and travel", (1.0, -1.0)),
-    ):  # fmt: skip
+    for what, axes, weights in (("sum", "the elevation", (1, 1)), ("difference", "pitch and travel", (1, -1))):
         usual = float(np.median([(log.voltages @ weights).std() for log in training]))
         for log in held_out:
             own = float((log.voltages @ weights).std())
-            if own < STILL_SHARE * usual:
+            if own < _STILL_SHARE * usual:
                 notes.append(
                     f"{_called(log)} is held out and hardly excited: the {what} of its voltages has a standard "
                     f"deviation of {own:.2g} V, that of the training logs {usual:.2g} V. It says little on {axes}"
@@ -219,8 +183,3 @@ def excitation_notes(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[
 
 def _called(log: Log) -> str:
     return log.path or log.name
-
-
-def _folders(log: Log) -> tuple[str, ...]:
-    """Names of the folders above a log's file, the closest first; none if the log was computed."""
-    return tuple(folder.name for folder in Path(os.path.realpath(log.path)).parents) if log.path else ()

@@ -57,30 +57,30 @@ class Log:
         object.__setattr__(self, "extra", {name: _frozen(values) for name, values in self.extra.items()})
         object.__setattr__(self, "references", {axis: _frozen(values) for axis, values in self.references.items()})
         object.__setattr__(self, "notes", tuple(self.notes))
-        count = len(self.angles)
-        extra = {f"column {name!r}": values for name, values in self.extra.items()}
-        parts = {"voltages": self.voltages, "angles": self.angles}
-        parts |= {f"the {axis} reference": values for axis, values in self.references.items()} | extra
-        for what, values in parts.items():
-            shape = {"voltages": (count, 2), "angles": (count, 3)}.get(what, (count,))
-            if values.shape != shape:
-                raise LogError(f"log {self.name}: {what} has shape {values.shape}, {shape} is needed.")
-            if what not in extra and not np.isfinite(values).all():
-                row = int(np.argwhere(~np.isfinite(values))[0][0])
-                raise LogError(f"log {self.name}: {what} is not finite at sample {row}; leave that out.")
-        for what, most, unit in (("voltages", HIGHEST_VOLTAGE, "V"), ("angles", FARTHEST_TRAVEL, "rad")):
-            reached = float(np.abs(parts[what]).max(initial=0.0))
-            if reached > most:
-                raise LogError(
-                    f"log {self.name}: {what} reach {reached:.4g} {unit}, which no rig can (at most {most:g}); "
-                    f"give them in {unit}."
-                )
-        if wrong := [axis for axis in self.references if axis not in ANGLES]:
-            raise LogError(f"log {self.name}: {wrong[0]!r} is no axis; choose one of {', '.join(ANGLES)}.")
-        if not (self.rate_hz > 0.0 and np.isfinite(self.rate_hz)):
-            raise LogError(f"log {self.name}: rate_hz = {self.rate_hz} Hz must be positive.")
-        if count < 2:
-            raise LogError(f"log {self.name}: it has {count} sample{'' if count == 1 else 's'}, 2 are needed.")
+        count, inf = len(self.angles), float("inf")
+        parts: list[tuple[str, NDArray[np.float64], tuple[int, ...], float | None, str]] = [
+            ("voltages", self.voltages, (count, 2), HIGHEST_VOLTAGE, "V"),
+            ("angles", self.angles, (count, 3), FARTHEST_TRAVEL, "rad"),
+        ]
+        parts += [(f"the {axis} reference", values, (count,), inf, "rad") for axis, values in self.references.items()]
+        parts += [(f"column {name!r}", values, (count,), None, "") for name, values in self.extra.items()]
+        for what, values, shape, most, unit in parts:
+            self._require(values.shape == shape, f"{what} has shape {values.shape}, {shape} is needed")
+            if most is not None:
+                bad = ~np.isfinite(values)
+                row = int(np.argwhere(bad)[0][0]) if bad.any() else 0
+                self._require(not bad.any(), f"{what} is not finite at sample {row}; leave that out")
+                reached = float(np.abs(values).max(initial=0.0))
+                beyond = f"{what} reach {reached:.4g} {unit}, which no rig can (at most {most:g}); give them in {unit}"
+                self._require(reached <= most, beyond)
+        wrong = next((axis for axis in self.references if axis not in ANGLES), None)
+        self._require(wrong is None, f"{wrong!r} is no axis; choose one of {', '.join(ANGLES)}")
+        self._require(0.0 < self.rate_hz < inf, f"rate_hz = {self.rate_hz} Hz must be positive")
+        self._require(count >= 2, f"it has {count} sample{'' if count == 1 else 's'}, 2 are needed")
+
+    def _require(self, holds: bool, sentence: str) -> None:
+        if not holds:
+            raise LogError(f"log {self.name}: {sentence}.")
 
     def __repr__(self) -> str:
         of = f", read from {self.path}" if self.path else ""

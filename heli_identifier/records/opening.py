@@ -14,7 +14,6 @@ import os
 import pickle
 import subprocess
 import sys
-import tempfile
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -37,13 +36,7 @@ MEMORY = 8_000_000_000
 
 
 def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
-    """Read a log as a table; give the SHA-256 of its bytes as well.
-
-    Raises
-    ------
-    LogError
-        There is no such file, it is a folder, a device or a pipe, too large, or is no table.
-    """
+    """Read a log as a table, and the SHA-256 of its bytes; a LogError if it is no file, too large or no table."""
     if path.is_dir():
         raise LogError(f"{path} is a folder; name the log files in it.")
     try:
@@ -90,21 +83,19 @@ def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file:
     patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
     code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import _answer; _answer()"
     command, task = [sys.executable, "-c", code], pickle.dumps((read, arguments, patience, MEMORY))
-    with tempfile.TemporaryFile() as out:
-        try:
-            subprocess.run(command, input=task, stdout=out, stderr=subprocess.DEVNULL, timeout=patience, check=True)
-            out.seek(0)
-            answer, error = pickle.load(out)
-        except subprocess.TimeoutExpired:
-            problem = f"its reader came to no end within {patience:.3g} s"
-        except subprocess.CalledProcessError:
-            problem = "it is damaged so that its reader crashes"
-        else:
-            if error is None:
-                return answer
-            if not isinstance(error, MemoryError):
-                raise error
-            problem = f"it asks for more than {MEMORY / 1e9:g} GB of memory"
+    try:
+        answer, error = pickle.loads(
+            subprocess.run(command, input=task, capture_output=True, timeout=patience, check=True).stdout
+        )
+        if error is None:
+            return answer
+        if not isinstance(error, MemoryError):
+            raise error
+        problem = f"it asks for more than {MEMORY / 1e9:g} GB of memory"
+    except subprocess.TimeoutExpired:
+        problem = f"its reader came to no end within {patience:.3g} s"
+    except subprocess.CalledProcessError:
+        problem = "it is damaged so that its reader crashes"
     raise LogError(f"{file} is not readable: {problem}; save it again.")
 
 

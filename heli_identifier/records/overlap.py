@@ -26,17 +26,11 @@ from heli_identifier.records.log import Log
 
 Array = NDArray[np.float64]
 
-RATE = 25.0
-"""Rate of the common grid [Hz]: both bands lie below its half."""
-
-PIECE = 8.0
-"""Length of a piece [s]: six bins of a periodogram below 1 Hz."""
-
-PIECES = 2
-"""Pieces that have to be shared: what one of them does by chance, another does not at the same lag."""
-
-LOW, HIGH = (0.3, 1.0), (2.0, 10.0)
-"""Bands [Hz] in which air and noise are the larger share of a difference."""
+RATE = 25.0  # of the common grid [Hz]: both bands lie below its half
+PIECE = 8.0  # length of a piece [s]: six bins of a periodogram below 1 Hz
+PIECES = 2  # that have to be shared: what one of them does by chance, another does not at the same lag
+LOW, HIGH = (0.3, 1.0), (2.0, 10.0)  # bands [Hz] in which air and noise are the larger share of a difference
+SAME_LAG = 0.2  # difference of lags [s] of pieces of one shared stretch: clocks differ by 1 in 1000 over minutes
 
 WHITE = 5.0
 """Ratio of a difference's powers that noise does not reach: of six bins over 64, F(12, 128) exceeds it once in 10^6.
@@ -47,18 +41,12 @@ MOVES, LIKE = 1e-3, 0.2
 """Standard deviation [rad] of an angle that moves within a piece, and the share of its power in :data:`LOW` that a
 difference may have."""
 
-SAME_LAG = 0.2
-"""Difference of the lags [s] of pieces of one shared stretch: clocks differ by 1 in 1000 over minutes."""
-
 
 def shared_flight(one: Log, other: Log) -> tuple[float, float, float] | None:
     """Find a stretch of flight that two logs of any rates share, by their angles: voltages may be those of two flights.
 
-    Returns
-    -------
-    begins_in_one, begins_in_other, length : float
-        Of the stretch, since the first sample of either log [s]; None where they share less than :data:`PIECES`
-        pieces in which two axes move.
+    Gives when it begins in the one and in the other, since the first sample of either [s], and its length [s]; None
+    where they share less than :data:`PIECES` pieces in which two axes move.
     """
     rate = min(RATE, one.rate_hz, other.rate_hz)
     short, long = sorted((one, other), key=lambda log: log.duration)

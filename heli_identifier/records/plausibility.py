@@ -21,22 +21,12 @@ from heli_identifier.records.configuration import HIGHEST_VOLTAGE
 from heli_identifier.records.log import FARTHEST_TRAVEL
 from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
-POSSIBLE_ANGLE = 2.5 * np.pi
-"""Largest pitch or elevation either way [rad]: a quarter of a turn, and a turn of the encoder."""
-
-SUSPICIOUS_ANGLE = np.pi
-"""Pitch or elevation either way [rad] above which a note asks for the unit."""
-
-POSSIBLE_SPEED = 4.0 * np.pi
-"""Largest travel within a second [rad/s]."""
-
-SAME_VOLTAGE = 1e-3
-"""Difference of two voltages [V] up to which they are the same."""
-
+POSSIBLE_ANGLE = 2.5 * np.pi  # of pitch or elevation either way [rad]: a quarter of a turn, and a turn of the encoder
+SUSPICIOUS_ANGLE = np.pi  # of pitch or elevation either way [rad] above which a note asks for the unit
+POSSIBLE_SPEED = 4.0 * np.pi  # travel within a second [rad/s]
+SAME_VOLTAGE = 1e-3  # difference of two voltages [V] up to which they are the same
 STANDING_STILL = "a clamped axis or a dead encoder tells nothing about itself"
-
-LEAST_MOTION = 1e-3
-"""Range of an angle [rad] below which its axis stood still: less than one count of an encoder of 4096 a turn."""
+LEAST_MOTION = 1e-3  # range of an angle [rad] that moved: less is below one count of an encoder of 4096 a turn
 
 NOISE_ALONE = 0.5
 """Von Neumann's ratio, half the mean square of the changes from sample to sample over the variance, from which an angle
@@ -48,8 +38,7 @@ FLICKER = 2
 quietly goes further, though its encoder may jump by a count at every sample: noise of up to half a squared count. An
 axis whose noise is larger is not read by an encoder."""
 
-EXCURSION = 0.3
-"""Way there and back within one sample [rad] that no rig makes: at 50 Hz it needs 15 rad/s each way."""
+EXCURSION = 0.3  # way there and back within one sample [rad] that no rig makes: at 50 Hz it needs 15 rad/s each way
 
 _ASKED_FOR = ("ms", "mV", "rad", "deg", "counts")  # units that loggers use; others are rare enough to confuse
 _TURN = 2.0 * np.pi
@@ -57,17 +46,14 @@ _MOST_TURNS = 2.0  # an encoder that is folded and loses count at once
 _JUMP = np.pi  # from one sample to the next this is 157 rad/s at the lowest rate; the rig reaches a few rad/s
 _OFF_TURN = 0.5  # largest own motion of the rig during a jump [rad]: 25 rad/s at the lowest rate
 
+Array = NDArray[np.float64]
 
-def unwrap_angle(
-    angle: NDArray[np.float64], signal: str, place: Callable[[int], str]
-) -> tuple[NDArray[np.float64], list[str]]:
+
+def unwrap_angle(angle: Array, signal: str, place: Callable[[int], str]) -> tuple[Array, list[str]]:
     """Remove the jumps of whole turns of an angle [rad], shape (N,), that is folded into one turn; say what was done.
 
-    Raises
-    ------
-    LogError
-        If the angle jumps by more than half a turn, but not by one or two whole turns, or leaves for one sample: the
-        encoder or the logger failed. ``place`` names the row.
+    A LogError names the row, by ``place``, where it jumps by more than half a turn, but not by one or two whole turns,
+    or leaves for one sample: the encoder or the logger failed.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # of values like 1e308, which are refused below
         jumps = np.diff(angle)
@@ -79,28 +65,27 @@ def unwrap_angle(
         alone &= np.abs(angle[2:] - angle[:-2]) < 0.5 * away
         if any(angle.min() >= lower - 1e-6 and angle.max() <= lower + _TURN + 1e-6 for lower in (-np.pi, 0.0)):
             alone &= np.abs(away - _TURN) > _OFF_TURN  # a turn to and fro at the edge is the encoder's last count
-    if alone.any():
-        at = int(alone.argmax()) + 1
-        raise LogError(
-            f"{place(at)}: {signal} is {angle[at]:.6g} rad for one sample, {angle[at - 1]:.4g} rad before and "
-            f"{angle[at + 1]:.4g} rad after it, which no rig can; is it a mark of a missing value? Correct the value "
-            "or cut the log there with --from and --to."
-        )
     large = size > _JUMP
     broken = large & ~((off_turn <= _OFF_TURN) & (size <= _MOST_TURNS * _TURN + _OFF_TURN))
+    advice = "cut the log there with --from and --to."
+    if alone.any():
+        at = int(alone.argmax()) + 1
+        before, own, after = angle[at - 1 : at + 2]
+        raise LogError(
+            f"{place(at)}: {signal} is {own:.6g} rad for one sample, {before:.4g} rad before and {after:.4g} rad after "
+            f"it, which no rig can; is it a mark of a missing value? Correct the value or {advice}"
+        )
     if broken.any():
         at = int(broken.argmax())
-        raise LogError(
-            f"{place(at + 1)}: {signal} jumps by {jumps[at]:.3g} rad from the row before, which no rig can; correct "
-            "the value or cut the log there with --from and --to."
-        )
+        jump = f"{signal} jumps by {jumps[at]:.3g} rad from the row before"
+        raise LogError(f"{place(at + 1)}: {jump}, which no rig can; correct the value or {advice}")
     count = int(large.sum())
     if not count:
         return angle, []
     return np.unwrap(angle), [f"{signal} unwrapped at {count} jump{'' if count == 1 else 's'} of whole turns"]
 
 
-def still(angle: NDArray[np.float64]) -> str | None:
+def still(angle: Array) -> str | None:
     """Say why an angle, shape (N,) [rad], shows no motion; None if it shows one."""
     extent = float(np.ptp(angle))
     if extent == 0.0:
@@ -111,12 +96,11 @@ def still(angle: NDArray[np.float64]) -> str | None:
     if noise <= NOISE_ALONE * spread:
         return None
     count = encoder_step(angle)
-    if count is not None and noise <= 0.5 * count**2 and extent > (FLICKER + 0.5) * count:
-        return None
-    return "holds nothing but noise"
+    is_flown = count is not None and noise <= 0.5 * count**2 and extent > (FLICKER + 0.5) * count
+    return None if is_flown else "holds nothing but noise"
 
 
-def encoder_step(values: NDArray[np.float64]) -> float | None:
+def encoder_step(values: Array) -> float | None:
     """Give the step by which a column changes, if it changes in whole steps as an encoder's angle does."""
     changes = np.abs(np.diff(values))
     changes = changes[changes > 1e-9 * max(1.0, float(np.ptp(values)))]
@@ -127,15 +111,10 @@ def encoder_step(values: NDArray[np.float64]) -> float | None:
     return step if np.mean(off < 0.02) > 0.9 else None
 
 
-def check_plausible(
-    columns: Sequence[Column], values: Mapping[str, NDArray[np.float64]], rate_hz: float, file: str
-) -> None:
+def check_plausible(columns: Sequence[Column], values: Mapping[str, Array], rate_hz: float, file: str) -> None:
     """Refuse signals, shape (N,) each in SI and unwrapped, that no rig can reach.
 
-    Raises
-    ------
-    LogError
-        Names every such signal, its value, the bound, the unit in which it was read and the other units.
+    A LogError names every such signal, its value, the bound, the unit in which it was read and the other units.
     """
     farthest = {signal: float(np.abs(own).max()) for signal, own in values.items()}
     farthest |= dict.fromkeys(COMBINED, max(farthest[signal] for signal in VOLTAGES))  # which were taken apart
@@ -161,24 +140,22 @@ def check_plausible(
         )
 
 
-def describe_values(voltages: NDArray[np.float64], angles: NDArray[np.float64], limit: float) -> tuple[str, ...]:
+def describe_values(voltages: Array, angles: Array, limit: float) -> tuple[str, ...]:
     """Describe unusual voltages [V], shape (N, 2), at the amplifiers' ``limit`` [V], and angles [rad], shape (N, 3)."""
     notes = []
     for name, size in zip(VOLTAGES, np.abs(voltages).T, strict=True):
-        beyond = size > limit * (1.0 + 1e-9)
-        if beyond.any():
-            notes.append(
-                f"{name} exceeds +-{limit:g} V in {beyond.sum()} of {len(size)} samples (up to {size.max():.3g} V) and "
-                "is kept unchanged"
-            )
+        beyond = int((size > limit * (1.0 + 1e-9)).sum())
+        if beyond:
+            samples = f"in {beyond} of {len(size)} samples (up to {size.max():.3g} V)"
+            notes.append(f"{name} exceeds +-{limit:g} V {samples} and is kept unchanged")
     if np.abs(voltages[:, 0] - voltages[:, 1]).max() < SAME_VOLTAGE:
         notes.append(
             "v_front equals v_rear in every sample: nothing drives the pitch, unless one column was taken for both"
         )
     for name, values in zip(ANGLES, angles.T, strict=True):
+        most = np.abs(values).max()
         if why := still(values):
             notes.append(f"{name} {why}: {STANDING_STILL}")
-        elif name != "travel" and np.abs(values).max() > SUSPICIOUS_ANGLE:
-            most = np.abs(values).max()
+        elif name != "travel" and most > SUSPICIOUS_ANGLE:
             notes.append(f"{name} reaches {most:.3g} rad, more than half a turn: are these degrees?")
     return tuple(notes)

@@ -88,26 +88,24 @@ def read_log(
 
 def _cut(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:
     """Find the samples from the first at or after `start` to the last before time passes `end`."""
-    count = len(table.columns[column.index])
-    if start is None and end is None:
-        return slice(0, count), []
+    time = table.instants(column)
+    count, finite = len(time), time[np.isfinite(time)]
     for option, instant in (("start", start), ("end", end)):
         if instant is not None and not np.isfinite(instant):
             raise LogError(f"{table.file}: {option} = {instant:g} s must be finite.")
-    first_s, last_s = -np.inf if start is None else start, np.inf if end is None else end
-    if last_s <= first_s:
-        raise LogError(f"{table.file}: end = {last_s:g} s must come after start = {first_s:g} s.")
-    time = table.instants(column)
-    if not np.isfinite(time).any():
-        return slice(0, count), []  # there is no instant to cut at; reading the cells reports what they hold
+    from_s, to_s = -np.inf if start is None else start, np.inf if end is None else end
+    if to_s <= from_s:
+        raise LogError(f"{table.file}: end = {to_s:g} s must come after start = {from_s:g} s.")
+    if (start is None and end is None) or not len(finite):
+        return slice(0, count), []  # without an instant to cut at; reading the cells reports what they hold
     # A printed instant may miss the wanted one by the last bit; that must not cost a sample.
-    slack = max(1e-9, 8.0 * float(np.finfo(float).eps * np.abs(time[np.isfinite(time)]).max()))
-    late_enough = time >= first_s - slack
+    slack = max(1e-9, 8.0 * float(np.finfo(float).eps * np.abs(finite).max()))
+    late_enough = time >= from_s - slack
     if not late_enough.any():
-        raise LogError(f"{table.file}: start = {start:g} s lies after the log's end, {np.nanmax(time):g} s.")
+        raise LogError(f"{table.file}: start = {start:g} s lies after the log's end, {finite.max():g} s.")
     first = int(late_enough.argmax())
-    too_late = time[first:] > last_s + slack
-    last = first + int(too_late.argmax()) if too_late.any() else count
+    too_late = np.append(time[first:] > to_s + slack, True)
+    last = first + int(too_late.argmax())
     if last == first:
         raise LogError(f"{table.file}: end = {end:g} s lies before the log's start at {time[first]:g} s.")
     stretch = f"{time[first]:g} s to {time[last - 1]:g} s"
@@ -129,14 +127,10 @@ def _in_project_signs(values: _Signals, columns: Sequence[Column], format: LogFo
 
     Voltages are limited where that is asked for.
     """
-    notes = [
-        f"{column.signal} converted from {column.unit} to {SI_UNIT[column.signal]}"
-        for column in columns
-        if column.unit != SI_UNIT[column.signal]
-    ]
-    for signal, own in values.items():
-        if format.sign(signal.removesuffix("_reference")) < 0:
-            values[signal] = -own
+    converted = [column for column in columns if column.unit != SI_UNIT[column.signal]]
+    notes = [f"{column.signal} converted from {column.unit} to {SI_UNIT[column.signal]}" for column in converted]
+    for signal in values:
+        values[signal] = values[signal] * format.sign(signal.removesuffix("_reference"))
     if flipped := ", ".join(signal for signal, sign in format.signs.items() if sign < 0):
         notes.append(f"sign of {flipped} flipped")
     if format.swap_rotors:

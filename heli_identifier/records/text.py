@@ -71,13 +71,13 @@ def read_text(data: bytes, file: str, format: LogFormat) -> Table:
 
 def _decoded(data: bytes, file: str) -> str:
     """Give the text, with one kind of line ends."""
-    encoding = "utf-16" if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
+    is_wide = data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
     try:
-        text = io.TextIOWrapper(io.BytesIO(data), encoding).read()
+        text = data.decode("utf-16" if is_wide else "utf-8-sig")
     except UnicodeError as error:
-        if encoding == "utf-16":
+        if is_wide:
             raise LogError(f"{file} begins like UTF-16 text but is none; save it as UTF-8.") from error
-        text = io.TextIOWrapper(io.BytesIO(data), "cp1252", "replace").read()
+        text = data.decode("cp1252", "replace")
     if "\0" in text:
         raise LogError(
             f"{file} is not a table: it holds binary data; give a text file with a header and one row per sample, "
@@ -85,10 +85,11 @@ def _decoded(data: bytes, file: str) -> str:
         )
     if not text.replace("\ufeff", "").strip():
         raise LogError(f"{file} is empty; give a CSV file with a header and one row per sample.")
-    return text
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray[Any], ...]:
+    """Give the columns of the samples."""
     import pandas
 
     separator, count, above = layout.separator, len(layout.headers), layout.above
@@ -123,10 +124,8 @@ def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray
     if too_long:
         lengths = ((row, len(cells_of(line, separator))) for row, line in enumerate(text.split("\n"), 1))
         row, cells = next((one for one in lengths if one[0] > above and one[1] > count), (above + 1, count + 1))
-        raise LogError(
-            f"{file}, row {row}: {cells} cells stand under {count} headers; look for a decimal comma or a separator "
-            "too many."
-        )
+        wrong = f"{cells} cells stand under {count} headers; look for a decimal comma or a separator too many"
+        raise LogError(f"{file}, row {row}: {wrong}.")
     return tuple(as_numbers(frame[name].to_numpy()) for name in frame)
 
 
@@ -152,6 +151,7 @@ def _without_cut_line(text: str, separator: str, decimal: str) -> tuple[str, lis
 
 
 def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
+    """Find separator, headers and first sample."""
     decimal = format.decimal
     lines = text.split("\n", _LOOKED_AT)[:_LOOKED_AT]
     declared = _DECLARED.match(lines[0])
@@ -218,24 +218,21 @@ def _is_data(row: list[str], decimal: str) -> bool:
 
 
 def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool], first: int) -> int | None:
-    """Line of the header: the first, or the closest above the data that has as many cells; None where there is none.
-
-    A row of units may stand between it and the data.
-    """
-    begins = next((i for i in range(len(rows)) if all(numeric[i : i + 3]) and numeric[i]), None)
-
-    def fits(row: list[str]) -> bool:  # as many cells as the data, but for one, and most of them filled
-        width = len(rows[begins or 0])
-        return abs(len(row) - width) <= 1 and 2 * sum(bool(cell.strip()) for cell in row) > width
-
-    if any(rows[first]) and not comments[first] and not numeric[first]:
-        if begins is None or begins <= first + 1 or fits(rows[first]):
-            return first
+    """Line of the header: the first, or the closest above the data that has as many cells; None where there is none."""
+    begins = next((i for i in range(len(rows)) if all(numeric[i : i + 3])), None)
     if begins is None:
-        return 0
-    at = next((at for at in range(begins - 1, -1, -1) if fits(rows[at]) and not numeric[at]), None)
+        return first if any(rows[first]) and not comments[first] and not numeric[first] else 0
+    width = len(rows[begins])
+
+    def is_header(at: int) -> bool:  # names, as many as the data have cells but for one, and most of them filled
+        fits = abs(len(rows[at]) - width) <= 1 and 2 * sum(bool(cell.strip()) for cell in rows[at]) > width
+        return fits and not numeric[at]
+
+    if any(rows[first]) and not comments[first] and not numeric[first] and (begins <= first + 1 or is_header(first)):
+        return first
+    at = next(filter(is_header, range(begins - 1, -1, -1)), None)
     if at and len(rows[at - 1]) == len(rows[at]) and _is_units(rows[at], rows[at - 1]):
-        return at - 1
+        return at - 1  # a row of units stands between it and the data
     return at
 
 
@@ -245,7 +242,7 @@ def _is_units(row: list[str], headers: list[str]) -> bool:
     return (
         len(cells) == len(headers)
         and not any(len(cell) > 12 or _is_number(cell, ".") or _is_number(cell, ",") for cell in cells)
-        and any(cell and understood(signal, cell) for cell in cells for signal in SIGNALS)
+        and any(understood(signal, cell) for cell in cells for signal in SIGNALS)
     )
 
 

@@ -29,6 +29,8 @@ _RATE_TOLERANCE = 1e-3  # a clock that runs .1 % slow is still that of a 50 Hz l
 _UNIFORM_STEPS = 1e-3  # an angle that moves at 1 rad/s is off by 1e-5 rad at 100 Hz, 1/150 of an encoder count
 _OFTEN_DOUBLED = 0.24  # share of doubled steps from which a print in whole steps is coarse: up to 800 Hz (.25) in ms
 
+Array = NDArray[np.float64]
+
 
 class Sampling(NamedTuple):
     """Uniform rate of a log [Hz], its uniform samples, whether they lie off the log's instants, and what was done."""
@@ -38,9 +40,7 @@ class Sampling(NamedTuple):
     resample: bool = False
     notes: tuple[str, ...] = ()
 
-    def resampled(
-        self, time: NDArray[np.float64], values: NDArray[np.float64], held: bool = False
-    ) -> NDArray[np.float64]:
+    def resampled(self, time: Array, values: Array, held: bool = False) -> Array:
         """Give values, shape (N,), of a log's instants [s] at the uniform ones: interpolated, or means of held ones."""
         if not self.resample:
             return values
@@ -48,14 +48,11 @@ class Sampling(NamedTuple):
         return mean_of_held(time, values, grid) if held else np.interp(grid, time, values)
 
 
-def find_sampling(time: NDArray[np.float64], place: Callable[[int], str], file: str) -> Sampling:
+def find_sampling(time: Array, place: Callable[[int], str], file: str) -> Sampling:
     """Find the uniform rate behind the instants [s] of a log, shape (N,).
 
-    Raises
-    ------
-    LogError
-        If time does not increase, or a stretch longer than `GAP_STEPS` median steps holds no sample, at the row that
-        ``place`` names; or if rate or length lie outside of the bounds.
+    A LogError says, at the row that ``place`` names, that time does not increase or has too long a gap; or that rate
+    or length lie outside of the bounds.
     """
     if len(time) < 2:
         raise LogError(f"{file}: {len(time)} sample is not a log; log at least 5 s.")
@@ -63,13 +60,10 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str], file: 
     if (intervals <= 0.0).any():
         at = int((intervals <= 0.0).argmax()) + 1
         what = f"runs back from {time[at - 1]:g} s to" if time[at] < time[at - 1] else "stands still at"
-        raise LogError(
-            f"{place(at)}: time {what} {time[at]:g} s; it must increase from row to row, cut the log or correct its "
-            "clock."
-        )
+        advice = "it must increase from row to row, cut the log or correct its clock"
+        raise LogError(f"{place(at)}: time {what} {time[at]:g} s; {advice}.")
     median = float(np.median(intervals))
-    # Half a step of tolerance, as the instants on both sides jitter too.
-    gaps = intervals > (GAP_STEPS + 0.5) * median
+    gaps = intervals > (GAP_STEPS + 0.5) * median  # half a step, as the instants on both sides jitter too
     if gaps.any():
         at = int(gaps.argmax()) + 1
         raise LogError(
@@ -81,7 +75,7 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str], file: 
     return found
 
 
-def _sampling(time: NDArray[np.float64], intervals: NDArray[np.float64], median: float) -> Sampling:
+def _sampling(time: Array, intervals: Array, median: float) -> Sampling:
     duration = float(time[-1] - time[0])
     mean = duration / len(intervals)
     off_grid = float(np.abs(time - time[0] - mean * np.arange(len(time))).max())
@@ -93,22 +87,17 @@ def _sampling(time: NDArray[np.float64], intervals: NDArray[np.float64], median:
     # The end points may be rounded by half a digit each, which tilts the grid by up to half a digit more.
     if off_grid <= digit and not _samples_lost(intervals, median, digit):
         rate = _rounded_rate(1.0 / mean, digit / duration)
-        note = (
-            f"time column printed to {1e3 * digit:g} ms; sampling interval taken as the mean, "
-            f"{1e3 / rate:.5g} ms ({rate:g} Hz)"
-        )
-        return Sampling(rate, len(time), notes=(note,))
+        interval = f"sampling interval taken as the mean, {1e3 / rate:.5g} ms ({rate:g} Hz)"
+        return Sampling(rate, len(time), notes=(f"time column printed to {1e3 * digit:g} ms; {interval}",))
     # The median separates lost samples from jitter but jitters itself; the number of steps between the ends does not.
     steps = float(np.maximum(np.round(intervals / median), 1.0).sum())
     rate = _rounded_rate(steps / duration, 1.0 / steps)
-    note = (
-        f"time is uneven (steps of {1e3 * intervals.min():.4g} to {1e3 * intervals.max():.4g} ms): resampled to "
-        f"{rate:g} Hz, angles linearly, voltages as means of what was held"
-    )
+    uneven = f"time is uneven (steps of {1e3 * intervals.min():.4g} to {1e3 * intervals.max():.4g} ms)"
+    note = f"{uneven}: resampled to {rate:g} Hz, angles linearly, voltages as means of what was held"
     return Sampling(rate, int(np.floor(duration * rate + _UNIFORM_STEPS)) + 1, True, (note,))
 
 
-def _samples_lost(intervals: NDArray[np.float64], median: float, digit: float) -> bool:
+def _samples_lost(intervals: Array, median: float, digit: float) -> bool:
     """Whether every step is the usual one or a whole multiple of it: 10 and 20 ms, not 3 and 4 ms.
 
     Where the usual step equals the last printed digit, both readings are possible: 700 Hz in whole milliseconds shows
@@ -129,30 +118,24 @@ def _rounded_rate(rate: float, uncertainty: float) -> float:
 
 def check_extent(rate_hz: float, samples: int, file: str) -> None:
     """Refuse a rate outside of 50 Hz to 2 kHz, and less than 5 s of samples, with the name of the file."""
+    problem = ""
     if rate_hz < LOWEST_RATE_HZ * (1.0 - _RATE_TOLERANCE):
-        raise LogError(
-            f"{file}: the rate of {rate_hz:.4g} Hz is below {LOWEST_RATE_HZ:g} Hz; log faster, or check "
-            "the unit of time."
-        )
-    if rate_hz > HIGHEST_RATE_HZ * (1.0 + _RATE_TOLERANCE):
-        raise LogError(
-            f"{file}: the rate of {rate_hz:.4g} Hz is above {HIGHEST_RATE_HZ:g} Hz; keep every n-th row, "
-            "or check the unit of time."
-        )
+        problem = f"the rate of {rate_hz:.4g} Hz is below {LOWEST_RATE_HZ:g} Hz; log faster, or check the unit of time"
+    elif rate_hz > HIGHEST_RATE_HZ * (1.0 + _RATE_TOLERANCE):
+        above = f"the rate of {rate_hz:.4g} Hz is above {HIGHEST_RATE_HZ:g} Hz"
+        problem = f"{above}; keep every n-th row, or check the unit of time"
     # Half a sample of tolerance: a log is not refused for whether the last sample's hold counts.
-    if samples < SHORTEST_S * rate_hz - 0.5:
+    elif samples < SHORTEST_S * rate_hz - 0.5:
         # Six digits tell 5 s from half a step less at the highest rate, 4.99975 s.
-        raise LogError(
-            f"{file}: {samples / rate_hz:.6g} s of log are shorter than {SHORTEST_S:g} s; log longer or cut less."
-        )
+        problem = f"{samples / rate_hz:.6g} s of log are shorter than {SHORTEST_S:g} s; log longer or cut less"
+    if problem:
+        raise LogError(f"{file}: {problem}.")
 
 
-def mean_of_held(
-    time: NDArray[np.float64], values: NDArray[np.float64], grid: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Average values, shape (N,), held from each instant of ``time`` to the next, over steps of ``grid``, shape (M,).
+def mean_of_held(time: Array, values: Array, grid: Array) -> Array:
+    """Average values, shape (N,), held from each instant [s] to the next, over steps of a uniform ``grid`` [s].
 
-    Gives shape (M,); the integral is kept. Both times in [s]; the grid is uniform and has two instants at least.
+    Gives shape (M,), that of the grid, which has two instants at least; the integral is kept.
     """
     step = grid[1] - grid[0]
     edges = np.append(grid, grid[-1] + step)

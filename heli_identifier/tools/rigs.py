@@ -125,8 +125,7 @@ def read_split(
         note = f"held out: {training[-1]}, the last log"
         training, held_out = training[:-1], training[-1:]
     if held_out:
-        logs = records.read_logs((*training, *held_out), form, start, end)
-        return logs[: len(training)], logs[len(training) :], note
+        return (*records.read_data_set(training, held_out, form, start, end), note)
     path = training[0]
     whole = records.read_log(path, form, start, end)
     records.check_moving((whole,))
