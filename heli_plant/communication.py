@@ -11,8 +11,7 @@ from .parameters import PlantParameters
 from .plant import arriving, measured_angles, rigid_start, step
 from .state import PlantState
 
-_ROUNDING = 1e-9
-"""Share of a step by which H may exceed a whole number of longest steps: H has rounding errors."""
+_ROUNDING = 1e-9  # share of a step by which H may exceed a whole number of longest steps: H has rounding errors
 
 
 class PlantMemory(NamedTuple):

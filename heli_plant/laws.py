@@ -33,8 +33,8 @@ _MOTION = (
 )  # fmt: skip
 """Arguments of the sums on the axes, from the laws' vocabulary (:mod:`heli_plant.effects.definition`)."""
 
+# arguments of :func:`heli_plant.tabulated_torque.table_variable` behind number and first value
 _TABLED = ("time", *(name for name in VARIABLES if name != "time"))
-"""Arguments of :func:`heli_plant.tabulated_torque.table_variable` behind number and first value."""
 
 _CALLED: dict[str, Any] = {
     "inf": inf, "saturate": saturate, "table_variable": table_variable, "tabulated_torque": tabulated_torque,

@@ -2,9 +2,8 @@
 
     Omega' = Gamma phi sigma,    Gamma' = alpha Gamma - Gamma phi phi^T Gamma,    sigma = y - phi^T Omega       (7)
 
-(7) is the flow of the exact minimiser of the integral of exp(-alpha (t - s)) (y - phi^T Omega)^2 over s, since
 Gamma^-1 obeys the linear equation (Gamma^-1)' = -alpha Gamma^-1 + phi phi^T. Over one sampling period, with phi and y
-those of its end, that equation integrates to
+those of its end, it integrates to
 
     Gamma_k^-1 = beta Gamma_(k-1)^-1 + w phi phi^T,    beta = exp(-alpha h),    w = (1 - beta)/alpha  (h if alpha = 0)
 
@@ -14,36 +13,29 @@ and (7) in both unknowns to recursive least squares with forgetting beta and mea
     Omega = Omega + Gamma phi (y - phi^T Omega) / s
     Gamma = (Gamma - Gamma phi phi^T Gamma / s) / beta
 
-Gamma keeps the meaning and unit it has in (7). Explicit Euler diverges as soon as h phi^T Gamma phi exceeds 2.
+Gamma keeps its meaning and unit of (7), where Euler's method diverges once h phi^T Gamma phi exceeds 2. It is kept as
+U D U^T, U unit upper triangular, and updated by Bierman's algorithm: D, and Gamma with it, stays positive in floating
+point. The factor is one flat list, column by column, D_j behind the j elements of U above it: [D_0, U_01, D_1, ...].
 
-Gamma is kept as U D U^T, U unit upper triangular, and updated by Bierman's algorithm: D stays positive, and Gamma
-with it symmetric positive definite, in floating point as well. The factor is one flat list, column by column,
-D_j behind the j elements of U above it: [D_0, U_01, D_1, U_02, U_12, D_2, ...].
-
-Bounded gain. Without excitation (7) lets Gamma grow as exp(alpha t). Here forgetting falls off direction by direction
-as Gamma approaches a limit: the exact step of
+**Bounded gain.** Without excitation (7) lets Gamma grow as exp(alpha t). Here forgetting falls off direction by
+direction as Gamma approaches a limit: the exact step of
 
     (Gamma^-1)' = -alpha (Gamma^-1 - I / Gamma_max) + phi phi^T
     Gamma'      = alpha Gamma (I - Gamma / Gamma_max) - Gamma phi phi^T Gamma
 
-A well excited direction (Gamma far below the limit) forgets as in (7); in one without excitation Gamma rests at
-Gamma_max. The restored information alpha / Gamma_max I is added every N steps, one unit vector a step, as a
-measurement that agrees with the estimate (sigma = 0): it never moves Omega. Between two additions Gamma can exceed
-the limit by a factor exp(alpha N h), at most 1.01 (for alpha h up to .002).
+The restored information alpha / Gamma_max I is added every N steps, one unit vector a step, as a measurement that
+agrees with the estimate (sigma = 0): it never moves Omega. Between two additions Gamma can exceed the limit by a factor
+exp(alpha N h), at most 1.01 (for alpha h up to .002).
 
-**Early forgetting.** Of prediction errors, what was learnt while the noise model was still wrong does not stay.
-
-In the beginning the estimation forgets faster (Ljung and Soderstrom, Theory and Practice of Recursive Identification,
-1983, section 5.6), by alpha + alpha_0 with
+**Early forgetting.** Prediction errors forget faster in the beginning, since what was learnt while the noise model was
+still wrong must not stay (Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, section 5.6), by
+alpha + alpha_0 with
 
     alpha_0(t) = A/tau exp(-t/tau),    over samples n .. m kept: exp(-A (exp(-n h/tau) - exp(-m h/tau)))
 
-so that samples of the first second weigh exp(-A) at last, and those of 2 tau after the beginning two thirds.
-
 **An axis** of the identifier is the adaptation of its regression with standard errors, excitation level and scores.
-The adaptation takes every sample; the moments take means of z = (phi, watched candidates, y) over some twenty samples.
-Single samples would not do: s^2 F does not fall at high frequency, so y carries the full encoder noise, and one sample
-in twenty would alias it into standard errors several times too large.
+The adaptation takes every sample; the moments take means of z = (phi, watched candidates, y) over some twenty samples,
+since s^2 F passes the encoder noise, which one sample in twenty would alias.
 
 Sources: the paper, eq. (7); Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, ch. V;
 Slotine and Li, Applied Nonlinear Control, 1991, section 8.7.5 (bounded-gain forgetting).
@@ -59,12 +51,9 @@ from .moments import Moments, add_products, excitation_level, no_moments, standa
 from .settings import AxisPlan, Plan
 from .watch import NOTHING, Score, scores
 
-_RESTORING_SHARE = 0.01
-"""Share of the information that may be forgotten before it is restored; it bounds the overshoot of Gamma_max."""
-
-_LONGEST_RESTORING_INTERVAL = 1000
-_SHORTEST_RESTORING_INTERVAL = 5
-"""In steps; the shortest still has a step for each of five parameters."""
+_RESTORING_SHARE = 0.01  # share of the information that may be forgotten before it is restored: Gamma_max's overshoot
+_LONGEST_RESTORING_INTERVAL = 1000  # in steps
+_SHORTEST_RESTORING_INTERVAL = 5  # in steps; the shortest still has a step for each of five parameters
 
 
 def initial_factor(variances: Sequence[float]) -> list[float]:
@@ -88,10 +77,9 @@ def gain_matrix(factor: Sequence[float], size: int) -> list[list[float]]:
 def measure(
     factor: list[float], omega: list[float], phi: Sequence[float], y: float, noise: float, forgetting: float
 ) -> tuple[float, float]:
-    """Take one measurement y = phi^T Omega into ``factor`` and ``omega``, in place.
+    """Take one measurement y = phi^T Omega into ``factor`` and ``omega``, in place; ``noise`` r [1/s].
 
-    ``noise`` is r [1/s], ``forgetting`` beta [1]. Returns sigma with Omega before the measurement, and
-    s = r + phi^T Gamma phi [1/s] with Gamma before it.
+    Returns sigma and s = r + phi^T Gamma phi [1/s], with Omega and Gamma before the measurement.
     """
     n = len(omega)
     direction = [0.0] * n  # becomes Gamma phi
@@ -132,10 +120,9 @@ def adapt(
     factor: list[float], omega: list[float], phi: Sequence[float], y: float, count: int, alpha: float, h: float,
     limit: float,
 ) -> float:  # fmt: skip
-    """Advance (7) by one sampling period, in place; return sigma before it.
+    """Advance (7) by a sampling period ``h`` [s], in place; return sigma before it. ``limit`` is Gamma_max.
 
     ``count`` numbers the steps from 0: it decides which unit vector, if any, has its information restored.
-    ``alpha`` [1/s] is the forgetting, ``h`` [s] the period, ``limit`` Gamma_max; the rest as in :func:`measure`.
     """
     n = len(omega)
     sigma, _ = measure(factor, omega, phi, y, measurement_noise(alpha, h), exp(-alpha * h))
@@ -152,7 +139,7 @@ def adapt(
 def loosen(factor: list[float], index: int, variance: float) -> None:
     """Add ``variance`` to the diagonal element ``index`` of Gamma, in place: the parameter may have changed by as much.
 
-    Rank-one update of U and D by Agee and Turner; D grows, and stays positive. Source: Bierman 1977, theorem V.3.1.
+    Rank-one update of U and D by Agee and Turner; D stays positive. Source: Bierman 1977, theorem V.3.1.
     """
     a = [0.0] * index + [1.0]
     c = variance
@@ -168,18 +155,12 @@ def loosen(factor: list[float], index: int, variance: float) -> None:
             factor[start + i] += beta * a[i]
 
 
-_FORGOTTEN, _TIME = 3.0, 6.0
-"""A [1] and tau [s]. Chosen with generated rigs of another seed than those that results are reported on."""
-
-_OVER = 12.0 * _TIME
-"""Time after which nothing more is forgotten early [s]: A exp(-12) is 2e-5."""
+_FORGOTTEN, _TIME = 3.0, 6.0  # A [1] and tau [s], chosen with rigs of another seed than those that are reported on
+_OVER = 12.0 * _TIME  # time after which nothing more is forgotten early [s]: A exp(-12) is 2e-5
 
 
 def kept_early(count: int, samples: int, h: float) -> float:
-    """Return the share of the information that is kept over ``samples`` of ``h`` [s] up to the one numbered ``count``.
-
-    ``count`` numbers the samples from the beginning of the estimation, from 0.
-    """
+    """Return the share of the information kept over ``samples`` up to the one numbered ``count`` from 0."""
     end = (count + 1) * h
     if end > _OVER:
         return 1.0
@@ -194,9 +175,9 @@ def kept_over(count: int, samples: int, alpha: float, h: float) -> float:
 class AxisState(NamedTuple):
     """Everything remembered about one axis.
 
-    ``factor`` of Gamma and ``omega``, both of (7); the adaptation error ``sigma`` [rad/s^2]; the ``sums`` of z (of
-    z z^T where prediction errors are minimised) since the ``moments`` last took a mean of it; and, as last evaluated,
-    the standard errors of the axis' reported parameters, the excitation level [1] and the scores of the candidates.
+    ``factor`` of Gamma and ``omega``; the adaptation error ``sigma`` [rad/s^2]; the ``sums`` of z (of z z^T with
+    prediction errors) since the ``moments`` took a mean; and, as last evaluated, standard errors, excitation level [1]
+    and scores.
     """
 
     factor: tuple[float, ...]
@@ -243,10 +224,9 @@ def observe_axis(axis: AxisState, count: int, plan: Plan) -> AxisState:
 
 
 def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], count: int, plan: Plan) -> AxisState:
-    """Return ``axis`` with standard errors of ``combinations`` of Omega, excitation and scores evaluated.
+    """Return ``axis`` with standard errors of ``combinations`` of Omega, excitation and scores evaluated at a sample.
 
     The combinations are of the first parameters of Omega; those that follow are not reported (the noise model's).
-    ``count`` numbers the sample. The residual of prediction errors is white with intensity 1.
     """
     moments, omega, interval, whitened = axis.moments, axis.omega, plan.moment_interval, plan.predicting
     n, reported, candidates = len(omega), len(combinations[0]), len(axis.scores)

@@ -5,19 +5,17 @@ One signal on the difference of both rotor voltages and one on their sum, v_0 th
     v_f - v_r = u_d(t)              the difference mu_d drives the pitch, eq. (2)
     v_f + v_r = 2 v_0 + u_s(t)      the sum mu_s drives elevation and travel, eqs (10), (12)
 
-Both voltages are clipped to the amplifier's limit, as the plant's are. A state of a simulation is restored by its time.
+Both voltages are clipped to the amplifier's limit.
 
 **The paper's signal** is a square wave plus a repeated linear chirp,
 
     u(t) = square(t) + A sin(2 pi (f_0 s + (f_1 - f_0) s^2 / (2 T_c))),    s = t mod T_c
 
 ``square`` is ``high`` over the first half of each period T and ``low`` over the second [V]. The paper (section on
-the experiments) takes the levels .25 and 1 V with T = 20 s and a chirp of A = .2 V from f_0 = 2 Hz down to f_1 = .5 Hz,
-repeated every T_c = 10 s; experiment 2 doubles both periods. Over a whole T_c the chirp runs through 12.5 (25) cycles,
-so it meets itself at zero. The paper drives the pitch through v_f - v_r, doubles the voltages for elevation and travel,
-which depend on v_f + v_r only, and excites one axis at a time. ``both`` drives all axes at once. The periods on the
-difference are then .77 times those on the sum: two squares that switch together would make mu_s and mu_d, and with them
-the regressors of the axes, nearly the same function.
+the experiments) takes .25 and 1 V with T = 20 s and a chirp of A = .2 V from f_0 = 2 Hz down to f_1 = .5 Hz, repeated
+every T_c = 10 s; experiment 2 doubles both periods. It drives the pitch through v_f - v_r, doubles the voltages for
+elevation and travel, and excites one axis at a time. ``both`` drives all axes at once, with the periods on the
+difference .77 times those on the sum: squares that switch together would make the regressors nearly the same.
 
 **The multisine** has equal tones, log-spaced, on the harmonics of one period, and random phases:
 
@@ -46,17 +44,10 @@ __all__ = [
 
 Channel = Literal["difference", "total", "both"]
 
-_DETUNING = 0.77
-"""Period of the difference over that of the sum when both are driven; not a ratio of small integers."""
-
-_EDGE = 1e-9
-"""Fraction of a period by which an edge comes early: sample times k h are rounded, and an edge on one is taken."""
-
-_DRAWS = 20
-"""Sets of phases that are drawn."""
-
-_POINTS_PER_CYCLE = 8
-"""Points per cycle of the highest tone on which the peak is searched: it is found to 4 % or better."""
+_DETUNING = 0.77  # period of the difference over that of the sum when both are driven; not a ratio of small integers
+_EDGE = 1e-9  # share of a period by which an edge comes early: sample times k h are rounded
+_DRAWS = 20  # sets of phases that are drawn
+_POINTS_PER_CYCLE = 8  # of the highest tone, on which the peak is searched: it is found to 4 % or better
 
 
 @dataclass(frozen=True)
@@ -235,10 +226,7 @@ def _harmonics(lowest: float, highest: float, tones: int, period: float) -> list
 def multisine_components(
     lowest: float, highest: float, tones: int, period: float, seed: int
 ) -> tuple[tuple[float, float], ...]:
-    """Return angular frequency [rad/s] and phase [rad] of the tones, those of least crest factor.
-
-    The search runs once per process for each signal. Parameters and errors are those of :class:`Multisine`.
-    """
+    """Return angular frequency [rad/s] and phase [rad] of the tones, those of least crest factor; searched once."""
     require_positive("multisine.lowest", lowest, "Hz")
     require_range("multisine.highest", highest, "Hz", lower=lowest)
     require_range("multisine.tones", tones, "1", 1, 1000)

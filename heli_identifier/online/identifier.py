@@ -5,12 +5,11 @@
     state, output = step(state, now, plan)              samples 1, 2, ...
 
 Sample k holds the angles at t_k = k h and the voltages held over [t_k, t_k + h). The output for sample k uses
-nothing later than its angles. The adaptation rests for the first 10/omega_f. By then the effect of the unknown motion
-before sample 0 on the filters has faded to exp(-7).
+nothing later than its angles. The adaptation rests for the first 10/omega_f, in which the effect of the unknown motion
+before sample 0 on the filters fades to exp(-7).
 
-Between communication points the identifier samples at its own period, whatever step its host takes. Sample k is due at
-t_0 + k h. At a communication point t the samples that are due are taken in; one between two points has the angles of
-the straight line between them and the voltages held since the earlier one.
+Sample k is due at t_0 + k h, whatever step a host takes. At a communication point t the samples that are due are taken
+in; one between two points has the angles of the straight line between them and the voltages held since the earlier.
 """
 
 from math import sqrt
@@ -41,11 +40,8 @@ from .signals import (
 from .state import Axis, IdentifierOutput, IdentifierState, lag_of, output_of
 from .watch import WatchState, advance_watch, settled_watch
 
-_PITCH, _ELEVATION, _TRAVEL = 0, 1, 2
-"""An axis is evaluated in that step of a report interval, so that no step pays for all three."""
-
-_EARLY = 1e-6
-"""A sample is due this fraction of its period early, because communication points k H have rounding errors."""
+_PITCH, _ELEVATION, _TRAVEL = 0, 1, 2  # step of a report interval in which an axis is evaluated: none pays for three
+_EARLY = 1e-6  # share of its period by which a sample is due early: communication points k H are rounded
 
 Regressors = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """z = (phi, watched, y) of pitch, elevation and travel."""
@@ -165,15 +161,11 @@ def _advance(
     return Axis(estimate, predictor, loop)
 
 
-_NOTHING = 1e-100
-"""Value of a gain [rad/s^2/V] or torque [rad/s^2] that has been forgotten: the square of a smaller one may be zero."""
+_NOTHING = 1e-100  # a gain or torque that has been forgotten: the square of a smaller one may be zero
 
 
 def combinations(which: int, axis: AxisState, plan: Plan) -> Rows:
-    """Return the rows j whose j^T Omega are what is reported of pitch (0), elevation or travel, to first order.
-
-    Gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p) are among them.
-    """
+    """Return the rows j whose j^T Omega are what is reported of pitch (0), elevation or travel, to first order."""
     own = plan.axes[which]
     n = own.gain + 1
     rows: Rows = tuple([tuple(unit_vector(i, n)) for i in range(n)])
@@ -234,11 +226,7 @@ def take_samples(
 ) -> tuple[Sampled, IdentifierOutput | None]:
     """Take in the samples that are due up to ``time`` [s], at which ``now`` and the ``references`` [rad] are read.
 
-    Returns
-    -------
-    sampled : Sampled
-    output : IdentifierOutput or None
-        None if no sample was due.
+    The output is None if no sample was due.
     """
     output: IdentifierOutput | None = None
     while is_due(sampled, time, plan):

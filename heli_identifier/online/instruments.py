@@ -1,9 +1,8 @@
 """References as instruments: a second opinion on an axis' gain, from outside the loop alone.
 
-Prediction errors are right where the noise model is. Air that swirls has another colour, and moves k_x by a fifth
-while innovations stay nearly white. References (a stick, steps) know nothing of the air. With b = (1, four Laguerre
-outputs of each reference), psi and y the whitened regressors and regressand of an axis (:mod:`.prediction_error`), and
-sums over samples that are h apart, of noise with the intensity 1,
+Prediction errors are right where the noise model is; swirling air has another colour. References (a stick, steps) know
+nothing of the air. With b = (1, four Laguerre outputs of each reference), psi and y the whitened regressors and
+regressand of an axis (:mod:`.prediction_error`), and sums over samples h apart, of noise with the intensity 1,
 
     Pi   = (sum b b^T)^-1 sum b psi^T         from earlier samples only
     z    = Pi^T b                             what the references say of psi
@@ -11,16 +10,14 @@ sums over samples that are h apart, of noise with the intensity 1,
     gain = Omega + (M^T V^-1 M + P^-1)^-1 M^T V^-1 m,    variance (M^T V^-1 M + P^-1)^-1
 
 P is the prior around the present estimate: references that do not move a rig contradict nothing. Since Pi is older than
-the noise that z meets, z carries none of it; with Pi of the same samples (two-stage least squares) a flight of half a
-minute draws k_x by a sixth to the biased value of least squares. b changes slowly and is held for .1 s. Columns that
-depend on earlier ones (a reference that rests, a second copy) are left out.
+the noise that z meets, z carries none of it; Pi of the same samples would draw a short flight to the biased value of
+least squares. b changes slowly and is held for .1 s. Columns that depend on earlier ones are left out.
 
 Omega and the instruments' gain rest on the same flight, so that they differ by less than the standard error says
 (Hausman, Econometrica 46 (1978)): beyond ``CONTRADICTION`` of them the noise model is wrong, or what is connected is no
 reference but feedback.
 Sources: Soderstrom and Stoica, Instrumental Variable Methods for System Identification, 1983; Angrist, Imbens and
-Krueger, J. Applied Econometrics 14 (1999), for Pi of other samples; for the filters
-:mod:`.loop`.
+Krueger, J. Applied Econometrics 14 (1999), for Pi of other samples.
 """
 
 from collections.abc import Sequence
@@ -40,8 +37,7 @@ GAINS = "k_x", "k_z", "k_y"
 NO_REFERENCES = (0.0, 0.0, 0.0)
 """References of pitch, elevation and travel [rad] where none is connected: they never move."""
 
-_SIZE = 1 + 3 * FILTERS
-"""Length of b."""
+_SIZE = 1 + 3 * FILTERS  # length of b
 
 
 class References(NamedTuple):
@@ -56,8 +52,8 @@ class Instruments(NamedTuple):
     """What an axis keeps.
 
     Sums of (psi, y) since the last products, ``waiting``; packed sums of products of (b, psi), ``first``, and of
-    (z, psi, y), ``second``; ``first_stage``, Pi by columns, 0 before its first evaluation; the ``gain`` and its
-    ``standard_error`` as last evaluated [rad/s^2/V], both 0 while no reference has moved.
+    (z, psi, y), ``second``; ``first_stage``, Pi by columns, 0 at first; the ``gain`` and its ``standard_error`` as last
+    evaluated [rad/s^2/V], both 0 while no reference has moved.
     """
 
     waiting: tuple[float, ...]
@@ -81,10 +77,7 @@ def no_instruments(parameters: int) -> Instruments:
 
 
 def advance_references(r: References, references: tuple[float, float, float], count: int, h: float) -> References:
-    """Return ``r`` after the sample numbered ``count``, where the ``references`` [rad] were asked for.
-
-    b changes at every sample at which products are due; ``h`` [s] from sample to sample.
-    """
+    """Return ``r`` after the sample numbered ``count`` of period ``h`` [s]; b changes where products are due."""
     if not r.moved and not any(now != first for now, first in zip(references, r.first, strict=True)):
         return r
     stride = products_every(h)
@@ -100,10 +93,7 @@ def advance_references(r: References, references: tuple[float, float, float], co
 def add_signals(
     i: Instruments, psi: Sequence[float], y: float, b: tuple[float, ...], stride: int, kept: float
 ) -> Instruments:
-    """Return ``i`` after a sample.
-
-    Where products are due, ``stride`` is the number of samples over which ``b`` was held, else 0.
-    """
+    """Return ``i`` after a sample; ``b`` was held over ``stride`` samples, 0 where no products are due."""
     waiting = tuple(map(add, i.waiting, (*psi, y)))
     if stride == 0:
         return i._replace(waiting=waiting)
@@ -119,10 +109,7 @@ def add_signals(
 def evaluated(
     i: Instruments, omega: tuple[float, ...], prior: tuple[float, ...], index: int, h: float
 ) -> Instruments:
-    """Return ``i`` with Pi and the gain at ``index`` of Omega, from samples every ``h`` [s].
-
-    The ``prior`` variances stand at the places of Omega.
-    """
+    """Return ``i`` with Pi and the gain at ``index`` of Omega, whose variances before were ``prior``."""
     n = len(i.first_stage)
     V, cross = bordered(i.second, 2 * n + 1, n)
     S = explained(*eliminated(V, [[*row[:n], row[n] - dot(row[:n], omega)] for row in cross]))

@@ -12,8 +12,7 @@ from operator import add, mul
 
 Rows = list[list[float]]
 
-_LEAST_PIVOT = 1e-10
-"""Share of a diagonal element of B that must remain beside the earlier columns."""
+_LEAST_PIVOT = 1e-10  # share of a diagonal element of B that must remain beside the earlier columns
 
 
 def total(values: Iterable[float]) -> float:

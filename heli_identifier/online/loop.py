@@ -1,24 +1,20 @@
 """The loop that a controller closes: whether there is one, and what the data tell in spite of it.
 
 **Is there one?** An innovation e_k is what nothing before the angles of sample k can tell. In open loop no later
-voltage depends on it; under a controller every later one does, and most of all those held from t_k or t_(k+1) on. With
-v_k the voltage held from t_k on (the rotors' difference for pitch and travel, their sum for elevation), the score is
+voltage depends on it; under a controller every later one does. With v_k the voltage held from t_k on (the rotors'
+difference for pitch and travel, their sum for elevation), the score is
 
     s_b   = sum of (e_k - e_(k-2)) (v_k - v_(k-1)) over a block of 1 s
     score = sum_b w_b s_b / sqrt(sum_b w_b^2 s_b^2),    w_b = exp(-age / 60 s)
 
 The differences leave out slow changes, which errors of the estimate and an excitation have in common. In open loop the
-s_b are independent with mean zero, and the score follows roughly a normal distribution; ``CLOSED`` is exceeded in about
-.3 % of the cases. In closed loop the s_b have one sign and the score grows with the square root of time, to 5 in 30 s.
-
-The paper's adaptation has no innovations; its error sigma is whitened here, with a fixed G.
+score follows roughly a normal distribution; in closed loop it grows with the square root of time, to 5 in 30 s. The
+paper's adaptation has no innovations; its error sigma is whitened here, with a fixed G.
 Source: Soderstrom and Stoica, System Identification, 1989, section 11.2 (independence of residuals and inputs).
 
 **What comes from outside?** Where nothing from outside moves a loop, every regressor is the loop's answer to past
-innovations. Prediction errors then tell gain and stiffness apart by the noise model alone, and only as well as that is
-right; their standard errors do not cover what it lacks. With a noise model that may be anything, all that counts is the
-part of the regressors that past innovations do not explain: the asymptotic variance of a gain is that of the noise over
-the spectrum of the input from outside.
+innovations, and prediction errors tell gain and stiffness apart by the noise model alone. With a noise model that may
+be anything, all that counts is the part of the regressors that past innovations do not explain.
 
 Past innovations, scaled to the intensity 1, pass four Laguerre filters of the pole p; b are their outputs. From the
 weighted sums of products of b and of the whitened regressors psi follow, for a combination j^T Omega,
@@ -26,9 +22,8 @@ weighted sums of products of b and of the whitened regressors psi follow, for a 
     R   = sum of psi psi^T,    C = sum of psi b^T,    B = sum of b b^T
     share = j^T R^-1 j / j^T (R - C B^-1 C^T)^-1 j
 
-between 0 (all of it can be an answer to innovations) and 1. Products are taken at 10 Hz, which is ample for the
-correlation of signals as slow as these. Four filters do not describe a loop completely: in hover without excitation
-they left a share of up to .4. What is beyond ``UNEXPLAINED`` counts,
+between 0 (all of it can be an answer to innovations) and 1. Four filters do not describe a loop completely: in hover
+without excitation they left a share of up to .4. What is beyond ``UNEXPLAINED`` counts,
 
     standard error = that of white innovations / sqrt((share - UNEXPLAINED) / (1 - UNEXPLAINED))
 
@@ -45,23 +40,18 @@ from .linear_algebra import bordered, eliminated, explained, is_singular, with_p
 from .whitening import Memory, Whitening, settled_memory, whiten
 
 CLOSED = 3.0
-"""A score beyond it, of either sign, says that the loop is closed."""
+"""A score beyond it, of either sign, says that the loop is closed; in open loop by chance in .3 % of the cases."""
 
-_BLOCK_TIME = 1.0
-"""Length of a block [s]."""
-
-_KEPT = exp(-_BLOCK_TIME / 60.0)
-"""Share of the sums that is kept from block to block [1]."""
-
-_REST_TIME = 3.0
-"""Time after the estimation's beginning for which nothing is taken in [s]: sigma is not an innovation yet."""
+_BLOCK_TIME = 1.0  # length of a block [s]
+_KEPT = exp(-_BLOCK_TIME / 60.0)  # share of the sums that is kept from block to block [1]
+_REST_TIME = 3.0  # time of the estimation for which nothing is taken in [s]: sigma is not an innovation yet
 
 
 class Feedback(NamedTuple):
     """What is known about the loop of one axis.
 
     The ``memory`` of whitening adaptation errors; the last ``voltage`` [V] and innovations ``e1``, ``e2`` [rad/s^2];
-    the unfinished block's sum and its number of samples; the weighted sums of s_b and of its square.
+    the unfinished block's sum and number of samples; the weighted sums of s_b and of its square.
     """
 
     memory: Memory
@@ -86,10 +76,7 @@ def watch_error(f: Feedback, sigma: float, voltage: float, count: int, h: float,
 
 
 def watch_innovation(f: Feedback, e: float, voltage: float, count: int, h: float) -> Feedback:
-    """Return ``f`` after a sample with innovation ``e`` [rad/s^2]; ``voltage`` [V] is held from it on.
-
-    ``count`` numbers the samples, ``h`` [s] apart, from 0.
-    """
+    """Return ``f`` after the sample ``count`` with innovation ``e`` [rad/s^2]; ``voltage`` is held from it on."""
     memory, before, e1, e2, block, filled, total, squares = f
     if count >= round(_REST_TIME / h):
         block, filled = block + (e - e2) * (voltage - before), filled + 1
@@ -112,17 +99,13 @@ def feedback_score(f: Feedback) -> float:
 FILTERS = 4
 """Number of Laguerre filters."""
 
-_POLE = 2.0
-"""p [rad/s]: that of loops of elevation and pitch."""
-
-_PERIOD = 0.1
-"""Time between two products [s]."""
+_POLE = 2.0  # p [rad/s]: that of loops of elevation and pitch
+_PERIOD = 0.1  # time between two products [s], ample for the correlation of signals as slow as these
 
 UNEXPLAINED = 0.4
 """Share that counts as nothing. Chosen with generated rigs of another seed than those that results are reported on."""
 
-_LEAST_SHARE = 1e-4
-"""Of what counts: standard errors grow to a hundred times at most."""
+_LEAST_SHARE = 1e-4  # of what counts: standard errors grow to a hundred times at most
 
 
 class Outside(NamedTuple):
@@ -154,10 +137,9 @@ def nothing_outside(parameters: int) -> Outside:
 
 
 def add_regressors(o: Outside, psi: Sequence[float], kept: float, time: float) -> Outside:
-    """Return the state after products are taken, ``time`` [s] after those before.
+    """Return the state after products of the whitened regressors ``psi``, ``time`` [s] after those before.
 
-    ``psi`` are the whitened regressors, known before the sample, whose innovation is not among those that wait;
-    ``kept`` is the share of the earlier products [1].
+    ``psi`` are known before the sample; ``kept`` is the share of the earlier products [1].
     """
     filtered = laguerre(o.filtered, o.waiting, time)
     return Outside(0.0, tuple(filtered), with_products(o.products, kept, [*filtered, *psi]))

@@ -1,41 +1,35 @@
 """Second moments of an axis' signals in blocks of time; standard errors, excitation and scores follow from them.
 
 With z = (phi, candidates, y) the signals of one regression, a block holds the sum of z z^T over its samples, each a
-mean of z over .2/omega_f (:mod:`.adaptation` says why). From the blocks alone follow, for any Omega, the sums of
-phi (y - phi^T Omega) over each of them, and so the variance of the estimate under autocorrelated residuals.
+mean of z over .2/omega_f. From the blocks follow, for any Omega, the sums of phi (y - phi^T Omega) over each of them,
+and so the variance of the estimate under autocorrelated residuals.
 
 The number of blocks stays between half of ``CAPACITY`` and ``CAPACITY``: when it is full, neighbours are merged and
 blocks become twice as long, until all of them together span the memory of the forgetting. From then on the oldest
 block is dropped (dynamic batch means: Yeh and Schmeiser, Operations Research 48 (2000)).
 
-One exponentially weighted mean of z z^T is kept as well: the window of the excitation level.
-
 **Standard errors.** At the estimate Omega, block b contributes S_b = sum of w phi (y - phi^T Omega) over its samples.
 To first order Omega - truth = Gamma sum_b beta_b S_b(truth), so that a combination j^T Omega has the variance
 
-    var = sum_b q_b^2 + sum_b q_b q_(b+1),    q_b = beta_b j^T Gamma S_b
+    var = sum_b q_b^2 + sum_b q_b q_(b+1),    q_b = beta_b j^T Gamma S_b,    beta_b = exp(-alpha age)
 
-with beta_b = exp(-alpha age). The second sum (Bartlett weights, twice one half) accounts for correlation across the
-border of two blocks; the two sums together cannot be negative. The only assumption about the residual is that its
-correlation fades within about two blocks, which grow with the record.
-
-Since Omega was fitted to the same data, the sum is short by a share that grows with the number of parameters n per
-independent block; a factor B / (B - 1.5 n) corrects it, B the effective number of blocks, (sum beta)^2 / sum beta^2,
-and 1.5 from the overlap. Until B exceeds 1.5 n + 4 the residual cannot be estimated: its intensity is then taken as
-1 (rad/s^2)^2 s, far above any rig's, and the standard error as sqrt(j^T Gamma j).
+The second sum (Bartlett weights, twice one half) accounts for correlation across the border of two blocks; the two sums
+together cannot be negative. Since Omega was fitted to the same data, the sum is short by a share that grows with the
+number of parameters n; a factor B / (B - 1.5 n) corrects it, B the effective number of blocks, (sum beta)^2 /
+sum beta^2, and 1.5 from the overlap. Until B exceeds 1.5 n + 4 the residual cannot be estimated: its intensity is then
+taken as 1 (rad/s^2)^2 s, far above any rig's, and the standard error as sqrt(j^T Gamma j).
 
 Where the residual is white with intensity 1 (:mod:`.prediction_error`), Gamma is the covariance, and the larger of both
-standard errors is taken. On a rig with an effect that the model lacks the residual is not white; that from the blocks
-has to hold alone there, and keeps the factor.
-
-A bias is not covered: a disturbance torque that moves the rig is correlated with the regressors.
+standard errors is taken, since a rig may have an effect that the model lacks. A bias is not covered: a disturbance
+torque that moves the rig is correlated with the regressors.
 Sources: Newey and West, Econometrica 55 (1987); Flegal and Jones, Annals of Statistics 38 (2010).
 
-**Excitation level:** the smallest eigenvalue of the scaled Gram matrix of an axis' regressors. G is the mean of phi
-phi^T over an exponential window. With S_ij = G_ij / sqrt((G_ii + f^2)(G_jj + f^2)) the level is the smallest eigenvalue
-of S, a pure number in [0, 1] whatever the regressors' units: 1 for regressors that are mutually orthogonal, 0 when one
-of them is a linear combination of others, or is silent (below f). Persistent excitation requires a level above zero: at
-level 0 some combination of the parameters cannot be seen in the data.
+**Excitation level.** With G the mean of phi phi^T over an exponential window, the level is the smallest eigenvalue of
+
+    S_ij = G_ij / sqrt((G_ii + f^2)(G_jj + f^2))
+
+a pure number in [0, 1] whatever the regressors' units: 1 for regressors that are mutually orthogonal, 0 when one of
+them is a linear combination of others, or is silent (below f).
 """
 
 from collections.abc import Sequence
@@ -48,18 +42,14 @@ from .linear_algebra import Rows, bilinear_form, bordered, dot, eliminated, is_s
 CAPACITY = 32
 """Blocks kept at most; a standard error from 16 to 32 of them is itself known to some 15 to 20 %."""
 
-_FIRST_LENGTH = 5
-"""Samples of the first blocks: 1/omega_f, since neighbouring blocks are evaluated together."""
-
-_MEMORY = 5.0
-"""The blocks span at least this many forgetting times 1/alpha; older samples would weigh less than exp(-5)."""
+_FIRST_LENGTH = 5  # samples of the first blocks: 1/omega_f, since neighbouring blocks are evaluated together
+_MEMORY = 5.0  # forgetting times 1/alpha that the blocks span: older samples would weigh less than exp(-5)
 
 
 class Moments(NamedTuple):
-    """Packed upper triangles, by rows, of the sums of z z^T.
+    """Packed upper triangles of the sums of z z^T: ``filled`` of ``length`` samples are in the block ``current``.
 
-    ``filled`` of ``length`` samples are in the block ``current``; ``blocks`` are the complete ones, oldest first;
-    ``window`` is the exponentially weighted mean.
+    ``blocks`` are the complete ones, oldest first; ``window`` is the exponentially weighted mean.
     """
 
     filled: int
@@ -78,10 +68,9 @@ def no_moments(size: int) -> Moments:
 def add_products(
     m: Moments, products: list[float], weight: float, interval: float, alpha: float, window: float
 ) -> Moments:
-    """Return ``m`` with a sample of the packed products z z^T, or their mean over the time of one sample.
+    """Return ``m`` with a sample, ``interval`` [s] long, of packed products z z^T; ``window`` is a time constant [s].
 
     ``weight`` is that of the sample in the blocks [1]: its inverse is what early forgetting has left of the first one.
-    ``interval`` [s] from sample to sample; forgetting ``alpha`` [1/s]; time constant ``window`` of the window [s].
     """
     current = tuple([u + weight * p for u, p in zip(m.current, products, strict=True)])
     renewal = 1.0 - exp(-interval / window)
@@ -123,10 +112,7 @@ LEAST_FREEDOM = 4.0
 
 
 def freedom(weights: list[float], parameters: int, overlap: float = OVERLAP) -> float:
-    """Return B - 1.5 n, the degrees of freedom left after fitting ``parameters``; negative with too few blocks.
-
-    ``overlap`` is the 1.5.
-    """
+    """Return B - 1.5 n, the degrees of freedom left after fitting ``parameters``; ``overlap`` is the 1.5."""
     whole, squares = total(weights), dot(weights, weights)
     return (whole * whole / squares if squares > 0.0 else 0.0) - overlap * parameters
 
@@ -148,8 +134,8 @@ def standard_errors(
 ) -> tuple[float, ...]:
     """Return the standard error of each of the ``combinations`` j^T Omega from weighted blocks.
 
-    ``gain`` is Gamma by rows, ``candidates`` the number of those in z, ``interval`` [s] the time of each sample.
-    ``whitened``: the residual is white with intensity 1, so that Gamma is the covariance; the larger of both is taken.
+    ``gain`` is Gamma by rows, ``candidates`` the number of those in z, ``interval`` [s] the time of each sample;
+    ``whitened``: the residual is white with intensity 1.
     """
     n = len(omega)
     directions = [[dot(j, column) for column in gain] for j in combinations]
@@ -167,11 +153,8 @@ def standard_errors(
     return tuple(map(max, errors, certain)) if whitened else tuple(errors)
 
 
-_SILENCE = 1e-2
-"""f: regressors below it [rad/s, rad, V, 1] count as silent: half a degree; encoder noise after F is 1e-4 rad/s."""
-
-_HALVINGS = 50
-"""An eigenvalue between 0 and 1 is then known to rounding."""
+_SILENCE = 1e-2  # f [rad/s, rad, V, 1]: half a degree; encoder noise behind F is 1e-4 rad/s
+_HALVINGS = 50  # an eigenvalue between 0 and 1 is then known to rounding
 
 
 def excitation_level(window: Sequence[float], size: int, parameters: int) -> float:

@@ -1,10 +1,9 @@
 """Recursive prediction errors: estimation of one axis that stays right when a controller closes the loop.
 
-Least squares (7) is consistent where its error sigma is independent of the regressors phi. Under a controller it is
-not: a torque moves the rig, the controller answers through the voltages, and phi^T Omega explains the torque by them.
-Innovations do not have this fault. e_k = G sigma (:mod:`.whitening`) is what no earlier sample can tell, and a
-controller knows none but earlier samples. With z = G (phi, y) and the noise model (:mod:`.whitening`) estimated
-along, the recursive Gauss-Newton step on the sum of e^2 / lambda is adaptation (7) with other regressors,
+Least squares (7) is consistent where its error sigma is independent of the regressors phi, which a controller, that
+answers to torques through the voltages, prevents. Innovations e_k = G sigma (:mod:`.whitening`) are what no earlier
+sample can tell. With z = G (phi, y) and the noise model (:mod:`.whitening`) estimated along, the recursive Gauss-Newton
+step on the sum of e^2 / lambda is adaptation (7) with other regressors,
 
     e   = z_y - z_phi^T Omega
     psi = z_phi + r e / (c + r^T Omega)
@@ -13,14 +12,11 @@ along, the recursive Gauss-Newton step on the sum of e^2 / lambda is adaptation 
 c + r^T Omega is the derivative of e with respect to the newest angle, which F takes as the end of a straight line: c
 that of z_y, and r that of z_phi with the sign turned. e / (c + r^T Omega) is thus the innovation of the angle itself,
 and psi is z_phi without it: what was known before the sample. The noise model's nu stands behind Omega, with -d and -g
-behind psi. Divided by sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and nu. The first
-seconds are forgotten (:func:`.adaptation.kept_early`).
+behind psi. Divided by sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and nu. Gamma(0) can
+therefore say what can be built on a bench (:data:`.settings.WIDTHS`). The first seconds are forgotten
+(:func:`.adaptation.kept_early`).
 Sources: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, chapter 3; Forssell and Ljung,
 Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direct method).
-
-**Prior:** Gamma is the covariance of Omega where innovations have the intensity 1 (:mod:`.prediction_error`), so that
-Gamma(0) can say what can be built on a bench (:data:`.settings.WIDTHS`). Without it the first seconds of a flight in
-wind give the plant and the noise model of no rig.
 """
 
 from math import exp, sqrt
@@ -51,18 +47,12 @@ from .whitening import (
     whitening,
 )
 
-_REFRESH = 0.2
-"""Time between two evaluations of the whitening filter [s]."""
-
-_MOST_PARAMETERS = 8
-"""Of an axis: the elevation's with the motors' lag and the noise model."""
+_REFRESH = 0.2  # time between two evaluations of the whitening filter [s]
+_MOST_PARAMETERS = 8  # of an axis: the elevation's with the motors' lag and the noise model
 
 
 class PredictorState(NamedTuple):
-    """What an axis remembers beside :class:`AxisState`.
-
-    The whitened signals' past, the noise model, G, what came from outside the loop, and the instruments.
-    """
+    """Past of the whitened signals, noise model, G, what came from outside the loop, and instruments of an axis."""
 
     memory: tuple[Memory, ...]
     noise: NoiseModel
@@ -97,9 +87,9 @@ def predict_axis(
 ) -> tuple[AxisState, PredictorState]:  # fmt: skip
     """Return axis and predictor after the sample ``z`` = (phi, watched, y), the one numbered ``count`` from 0.
 
-    Omega ends with nu; the axis' sums are those of the products of (psi, -d, -g, watched, y), packed. The first column
-    of phi is minus the filtered rate and, where there are more than two, the second one minus the filtered angle. ``b``
-    are the instruments (:mod:`.instruments`), empty while no reference has moved.
+    Omega ends with nu; the axis' sums are of the products of (psi, -d, -g, watched, y), packed. The first column of phi
+    is minus the filtered rate; the second, of more than two, minus the filtered angle. ``b`` are the instruments, empty
+    while no reference has moved.
     """
     h, alpha, n = plan.sample_time, plan.settings.forgetting, own.reported
     c, by_rate, by_angle = plan.angle_slopes
@@ -159,8 +149,8 @@ def _renew(
 ) -> None:
     """Let the parameter ``index`` change by the variance ``change`` in time, in place, and return to ``first``.
 
-    Left alone, it would approach its prior: the mean ``first`` and the variance ``prior``, Gamma' = change
-    - Gamma^2 change / prior^2. The share of the prior that was ``forgotten`` is given back too.
+    Left alone, it would approach its ``prior`` variance: Gamma' = change - Gamma^2 change / prior^2. The share of the
+    prior that was ``forgotten`` is given back too.
     """
     if change > 0.0:
         loosen(factor, index, change)

@@ -30,18 +30,11 @@ OFFSETS = (("rad", 0.05), ("rad/s^2", 0.1))
 
 
 DETERMINED = 0.1
-"""Half width of a 95 % interval over the value up to which data determine a parameter.
-
-In 95 % of the cases, what is called determined is then within ten percent of the truth, the accuracy that is asked of a
-gain in closed loop. With .5 it might be wrong by half, and one that came out too large would pass sooner than others.
-"""
+"""Half width of a 95 % interval over the value up to which it is determined: mostly within ten percent of the truth."""
 
 
 def determined(value: float, standard_error: float, unit: str) -> bool:
-    """Return whether data determine a parameter: half its 95 % interval is at most a tenth of its value.
-
-    For offsets, a rest angle [rad] or a constant torque [rad/s^2], a width of :data:`OFFSETS` is narrow enough as well.
-    """
+    """Return whether half a parameter's 95 % interval is at most a tenth of it, or, for offsets, in :data:`OFFSETS`."""
     half = 1.96 * standard_error
     if half <= DETERMINED * abs(value):
         return True
@@ -93,11 +86,8 @@ class ModelParameters(NamedTuple):
 
 ADAPTATION, PREDICTION_ERROR = METHODS = "adaptation", "prediction_error"
 """Methods of estimation."""
-_SAMPLES_PER_RADIAN = 5.0
-"""Samples per 1/omega_f that the discretisation needs: with fewer, (h^2/12) omega_f^2 exceeds .3 %."""
-
-_SLOWEST = 1e-3
-"""Lowest bandwidth omega_f [rad/s]: a quarter of an hour, longer than a rig flies."""
+_SAMPLES_PER_RADIAN = 5.0  # least samples per 1/omega_f: with fewer, (h^2/12) omega_f^2 exceeds .3 %
+_SLOWEST = 1e-3  # lowest bandwidth omega_f [rad/s]: a quarter of an hour, longer than a rig flies
 
 
 def default_settings() -> "IdentifierSettings":
@@ -199,27 +189,19 @@ BANDWIDTH_PRIOR, CORNER_PRIOR = 1.0, 0.7
 """The same of ln omega_o and ln gamma: factors of 2.7, which reaches a rig without air as well as a stirred one, and
 of 2."""
 
-_HOLD_RADIANS = 10.0
-"""omega_f times the time for which the adaptation rests."""
-
-_PREDICTION_HOLD = 2.0
-"""Time for which prediction errors rest [s]: whitening has cancelled F, and omega_o begins at 7 rad/s."""
-
-_PREDICTION_PERIOD = 0.01
-"""Least time between two innovations [s]. Read faster, encoders do not err independently from sample to sample: one
-count lasts many samples. Innovations one after the other would be correlated, and omega_o would come out too large."""
-
-_MOMENT_SPACING = 0.2
-"""omega_f times the time between two samples of the moments: filtered by F, signals change little in it."""
+_HOLD_RADIANS = 10.0  # omega_f times the time for which the adaptation rests
+_PREDICTION_HOLD = 2.0  # time for which prediction errors rest [s]: omega_o begins at 7 rad/s
+_PREDICTION_PERIOD = 0.01  # least time between two innovations [s]: read faster, encoders do not err independently
+_MOMENT_SPACING = 0.2  # omega_f times the time between samples of the moments: filtered signals change little in it
 
 
 @dataclass(frozen=True)
 class AxisPlan:
     """One axis.
 
-    ``first``: Omega(0), with k Delta where the motors' lag is estimated and with nu for prediction errors; ``prior``:
-    their variances, the diagonal of Gamma(0); ``gain``: the place of k, behind which k Delta stands; ``reported``: the
-    number of parameters without nu; ``watched``: which of the watched effects are the axis' own.
+    ``first``: Omega(0), with k Delta where the lag is estimated and with nu for prediction errors; ``prior``: the
+    diagonal of Gamma(0); ``gain``: the place of k; ``reported``: the number of parameters without nu; ``watched``:
+    which of the watched effects are the axis' own.
     """
 
     first: tuple[float, ...]
@@ -233,11 +215,9 @@ class AxisPlan:
 class Plan:
     """What a step computes with; :func:`prepare` makes it once from the settings.
 
-    Of the samples every ``every``-th is taken, ``sample_time`` [s] apart, and the voltages between two of them are
-    averaged. ``hold_samples``, ``moment_samples`` and ``report_samples`` are the beginning of the estimation and the
-    spacings of moments, ``moment_interval`` [s], and of evaluations. ``usual`` whitens adaptation errors with the noise
-    model of a calm room, ``angle_slopes`` and ``noise_bounds`` are its module's; ``rate_filter`` gives rates
-    to the laws of the ``candidates``.
+    Of the samples every ``every``-th is taken, ``sample_time`` [s] apart, with the mean of the voltages between two of
+    them. ``hold_samples``, ``moment_samples`` and ``report_samples`` are the beginning of the estimation and the
+    spacings of moments and of evaluations. ``usual`` whitens adaptation errors with the noise model of a calm room.
     """
 
     settings: IdentifierSettings

@@ -13,21 +13,19 @@ paper's parameters, eqs (2), (10), (12) read y = phi^T Omega with
 The second line of the pitch estimates theta0 along: p = a_th cos(theta0), q = a_th sin(theta0).
 
 Products are formed of unfiltered signals and then filtered: F(a b) is not F(a) F(b). Between samples the angles are
-straight lines, so that their rates are constant there and theta' lambda' is the product of the two slopes, held: it
-needs no differentiating filter, whose delay would bias a_lt (by -1.2 % with a bandwidth of 5 rad/s, -.05 % with 20).
-Encoder steps make single slopes rough (.06 rad/s), but their errors integrate to zero and F averages over 100 samples.
+straight lines, so theta' lambda' is the product of the two slopes, held: it needs no differentiating filter, whose
+delay would bias a_lt. The errors of encoder steps in the slopes integrate to zero.
 
-Time: sample k is the angles at t_k = k h together with the voltages held over [t_k, t_k + h). The filters' state at
-t_k follows from sample k - 1 and the angles of sample k.
+Sample k is the angles at t_k = k h together with the voltages held over [t_k, t_k + h). The filters' state at t_k
+follows from sample k - 1 and the angles of sample k.
 
 **The motors' lag** can be estimated along. With the lag assumed as T and truly T + Delta, and nu the voltage v behind
-the lag T, the lagged voltage is
+the lag T, the lagged voltage is without remainder
 
     1/(1 + (T + Delta) s) v = nu - Delta s/(1 + (T + Delta) s) nu
 
-without remainder, so that the regression gains the column -(s/(1 + T_2 s) nu)_f with the coefficient k Delta, k the
-axis' gain. T_2 is the present estimate of T + Delta, once that is known; with T in its place, a lag of .12 s for which
-.08 s was assumed would come out as .114 s. (A delay Delta behind the lag is the same to first order in Delta.)
+so that the regression gains the column -(s/(1 + T_2 s) nu)_f with the coefficient k Delta, k the axis' gain. T_2 is the
+present estimate of T + Delta, once that is known.
 
 s/(1 + T_2 s) nu is the slope of nu behind a second lag T_2, nu_2. Its mean over a sampling period is exact,
 
@@ -55,7 +53,7 @@ class Signals(NamedTuple):
     """Everything remembered about the signals at t_k.
 
     The voltages held from t_k on and the lagged ones, front and rear [V]; the angles at t_k, t_(k-1), t_(k-2) [rad];
-    and (xi_1, xi_2) of the filter for each signal.
+    (xi_1, xi_2) of the filter for each signal.
     """
 
     voltages: Pair
@@ -87,10 +85,7 @@ def settled_signals(now: Sample, limit: float) -> Signals:
 
 
 def advance_signals(s: Signals, now: Sample, h: float, lag: float, limit: float, f: FilterCoefficients) -> Signals:
-    """Return the signals at t_(k+1), whose sample is ``now``, from those at t_k.
-
-    ``h`` and the motors' ``lag`` T [s]; the voltages' bound ``limit`` [V].
-    """
+    """Return the signals at t_(k+1), whose sample is ``now``; period ``h``, motors' ``lag`` T [s], ``limit`` [V]."""
     v_front, v_rear, pitch, elevation, travel = now
     # taken apart once: the interpreter reads a local ten times faster than a named tuple's field
     (
@@ -144,11 +139,8 @@ def travel_regression(s: Signals, f: FilterCoefficients) -> Regression:
     return y, (-s.travel_f[1], s.thrust_f[0])
 
 
-_KNOWN = 0.5
-"""T_2 follows the estimate while that has a standard error of at most this share of it."""
-
-_SAME = 1e-3
-"""Relative difference below which T_2 counts as T: R then has no figures left."""
+_KNOWN = 0.5  # T_2 follows the estimate while that has a standard error of at most this share of it
+_SAME = 1e-3  # relative difference below which T_2 counts as T: R then has no figures left
 
 
 class LagState(NamedTuple):

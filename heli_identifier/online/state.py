@@ -24,10 +24,9 @@ class Axis(NamedTuple):
 class IdentifierState(NamedTuple):
     """Everything remembered between two samples.
 
-    ``samples`` counts those after sample 0; ``voltages`` are the sums of front and rear voltage [V] since the last
-    sample that was taken, where not all of them are (:class:`.settings.Plan`); ``lag`` is None where the lag is not
-    estimated, ``watch`` where no effect is watched; ``axes`` are pitch, elevation and travel; ``references`` the
-    instruments of all axes.
+    ``samples`` counts those after sample 0; ``voltages`` are sums of front and rear voltage [V] since the last sample
+    that was taken; ``lag`` is None where it is not estimated, ``watch`` where no effect is watched; ``axes`` are pitch,
+    elevation and travel; ``references`` the instruments of all axes.
     """
 
     samples: int
@@ -39,8 +38,7 @@ class IdentifierState(NamedTuple):
     references: References
 
 
-_LEAST_ERROR = 1e-9
-"""Least standard error of a lag [s], so that weights stay finite."""
+_LEAST_ERROR = 1e-9  # least standard error of a lag [s], so that weights stay finite
 
 
 class Lag(NamedTuple):
@@ -57,12 +55,11 @@ Gains = tuple[float, float, float]
 class IdentifierOutput(NamedTuple):
     """What is known after a sample.
 
-    ``parameters`` and their ``standard_errors`` by name; per axis (pitch, elevation, travel) the adaptation error
-    ``sigma`` [rad/s^2], the ``excitation`` level [1] and the score of a closed loop, ``feedback`` [1]
-    (:mod:`.loop`); the motors' ``lag``; what references say as ``instruments`` of k_x, k_z, k_y
-    with their standard errors ``instrument_errors`` [rad/s^2/V], 0 where none has moved, and whether an estimate is
-    ``contradicted`` by them (:mod:`.instruments`); ``adapting`` is false while the adaptation rests; ``scores``
-    are those of the watched effects, in the order of the settings.
+    ``parameters`` and ``standard_errors`` by name; per axis the adaptation error ``sigma`` [rad/s^2], the
+    ``excitation`` level [1] and the score of a closed loop, ``feedback`` [1]; the motors' ``lag``; what references say
+    as ``instruments`` of k_x, k_z, k_y with their standard errors [rad/s^2/V], 0 where none has moved, and whether an
+    estimate is ``contradicted`` by them; ``adapting`` is false while the adaptation rests; ``scores`` of the watched
+    effects.
     """
 
     parameters: ModelParameters

@@ -1,29 +1,24 @@
-r"""State filter (11): a signal and its derivatives, filtered, without differentiating the measurement.
+"""State filter (11): a signal and its derivatives, filtered, without differentiating the measurement.
 
     xi_1' = xi_2,    xi_2' = omega_f^2 (u - xi_1) - 2 rho omega_f xi_2                                   (11)
 
     F(s) = omega_f^2 / (s^2 + 2 rho omega_f s + omega_f^2),    xi_1 = F u,    xi_2 = s F u,
     s^2 F u = omega_f^2 (u - xi_1) - 2 rho omega_f xi_2
 
-The paper's (11) prints the last line with omega_f u in place of omega_f^2 u. That slip makes s^2 F u wrong by a
-multiple of u (with omega_f = 2 the pitch damping comes out as 1.46 instead of .06); it is corrected here.
+The paper prints omega_f u in place of omega_f^2 u in the last line, which makes s^2 F u wrong by a multiple of u.
 
-Every signal passes the same F, of unit gain at zero frequency, so that an equation between signals is an equation
-between filtered signals. The filter is discretised exactly for what each signal does between samples:
+Every signal passes the same F, so that an equation between signals is an equation between filtered signals. The filter
+is discretised exactly for what each signal does between samples:
 
 * a sampled angle (and any smooth function of it) is a straight line from sample to sample (first-order hold);
-  a held angle would bias damping by (omega_f^2 - c) h / 2;
-* a voltage is held; behind the motor lag (9) it is v + (nu_k - v) exp(-tau / T_m), 0 <= tau < h, an input shape of
-  its own and not an approximation;
+* a voltage is held; behind the motor lag (9) it is v + (nu_k - v) exp(-tau / T_m), 0 <= tau < h;
 * such a voltage times a straight line c_0 + (c_1 - c_0) tau / h, for mu_s cos(theta) and mu_s sin(theta): four
-  shapes, 1, tau/h, exp(-tau/T_m), tau/h exp(-tau/T_m), each with its exact response.
+  shapes, 1, tau/h, exp(-tau/T_m), tau/h exp(-tau/T_m).
 
-What the straight line misses: between samples it lies off a smooth u by -tau (h - tau) u''/2, on average by
-h^2 u''/12, so that what F sees is u + (h^2/12) u'' (plus ripple at the sampling rate, which F removes). Each
-filtered signal so carries the same small factor 1 + h^2 s^2/12 and the model's equation holds between them; but
-the last line above also takes u itself, at the sample, where the line is exact. Unless u is given the same factor,
-the error is (h^2/12) (omega_f^2 + 2 rho omega_f s) s^2 F u, which reads as damping: -.08 % of a_wz at h = .01 s,
-omega_f = 1. :func:`second_derivative` therefore takes u + (u_k - 2 u_(k-1) + u_(k-2)) / 12.
+Between samples the straight line lies off a smooth u by -tau (h - tau) u''/2, on average by h^2 u''/12, so that F sees
+u + (h^2/12) u''. Each filtered signal carries the same small factor 1 + h^2 s^2/12, and the model's equation holds
+between them; but the last line above also takes u itself, at the sample, where the line is exact. Without the same
+factor u would read as damping; :func:`second_derivative` therefore takes u + (u_k - 2 u_(k-1) + u_(k-2)) / 12.
 
 The matrix exponential is computed by scaling, a Taylor sum and squaring (Moler and Van Loan, Nineteen dubious ways to
 compute the exponential of a matrix, SIAM Review 45 (2003), method 3): exp(M) = (exp(M / 2^s))^(2^s), s such that the
@@ -47,7 +42,6 @@ class FilterCoefficients:
 
     ``a11 .. a22`` is the transition matrix; the pairs are the responses of (xi_1, xi_2) after h to the input shapes
     1 (``held``), tau/h (``ramp``), exp(-tau/T_m) (``decay``) and tau/h exp(-tau/T_m) (``decaying_ramp``).
-    ``omega_squared`` [rad^2/s^2] and ``two_rho_omega`` [rad/s] are those of the last line of (11).
     """
 
     a11: float
@@ -81,18 +75,9 @@ def _responses(omega: float, rho: float, h: float, pole: float) -> list[list[flo
 
 
 def discretise(omega: float, rho: float, h: float, lag: float) -> FilterCoefficients:
-    """Return the coefficients of (11).
+    """Return the coefficients of (11) with omega_f [rad/s], rho [1], the period ``h`` and the motors' ``lag`` T_m [s].
 
-    Parameters
-    ----------
-    omega : float
-        Bandwidth omega_f [rad/s].
-    rho : float
-        Damping ratio rho [1].
-    h : float
-        Sampling period [s].
-    lag : float
-        Motor time constant T_m [s]; with 0 the lagged voltage is the held one and the decaying shapes vanish.
+    Without a lag the lagged voltage is the held one, and the decaying shapes vanish.
     """
     p = _responses(omega, rho, h, 0.0)
     d = _responses(omega, rho, h, -1.0 / lag) if lag > 0.0 else [[0.0] * 4] * 4
@@ -115,10 +100,9 @@ def filter_line(xi: Pair, u_0: float, u_1: float, f: FilterCoefficients) -> Pair
 
 
 def filter_lagged(xi: Pair, v: float, nu: float, c_0: float, c_1: float, f: FilterCoefficients) -> Pair:
-    """Return ``xi`` = (xi_1, xi_2) after a step under a lagged voltage times a straight line.
+    """Return ``xi`` = (xi_1, xi_2) after a step under (v + (nu - v) exp(-tau/T_m)) (c_0 + (c_1 - c_0) tau/h).
 
-    The input is (v + (nu - v) exp(-tau/T_m)) (c_0 + (c_1 - c_0) tau/h), with ``v`` the held voltage and ``nu`` the
-    lagged one at the start of the step [V].
+    ``v`` is the held voltage and ``nu`` the lagged one at the start of the step [V].
     """
     xi_1, xi_2 = xi
     away, rise = nu - v, c_1 - c_0

@@ -1,51 +1,42 @@
 """Effects of the catalogue that can be watched on line, each as one more regressor of an axis.
 
 An effect that enters an axis' acceleration as c g(motion) is watched by the signal g, filtered as every other. g is
-the plant's own law with c = 1; no law is written here again.
+the plant's own law with c = 1.
 
 * On the axis itself (friction, couplings, constant torque, ...): g is what the law adds to the acceleration.
 * In the rotors (place THRUST): g is the thrust voltage that the effect adds, in the place of mu_d, mu_s cos(theta) or
   mu_s sin(theta). The regression finds k c with k the axis' gain, as for an effect that is a share of the lift:
   divided by the estimate of k.
 
-The tracer, which sees whole records, is left the effects whose time, delay, lag, width or frequency has to be
-searched, and those of gravity, which replace terms that are being estimated.
-
 **Rates.** A nonlinear law needs the rate itself, not the filtered one. It comes from a faster state filter of its own,
 omega_d = 20 rad/s, whose delay of 2 rho / omega_d is taken back with the acceleration that the filter has as well:
 
     w = s F_d theta + (2 rho / omega_d) s^2 F_d theta = (1 - s^2 / omega_d^2 + ...) theta'
 
-so that what is left is of second order in s / omega_d (.3 % at 1 rad/s). Encoder steps leave some 5e-3 rad/s of noise,
-against .06 rad/s of single slopes. The law of that motion is a signal at the sampling instants, and passes F as a
-straight line between them.
+The law of that motion is a signal at the sampling instants, and passes F as a straight line between them.
 
-Prediction errors may use nothing of the newest sample in a regressor: its angle holds the innovation, and the
-acceleration holds omega_d^2 times it. The sign of a rate near zero would follow the innovation, and friction would be
-found in every held flight. There the law is held at its value at the beginning of the sampling period, omega_d is 7
-rad/s and the delay is not taken back, so that single steps of an encoder do not decide the sign.
+Prediction errors may use nothing of the newest sample in a regressor, which holds the innovation: the sign of a rate
+near zero would follow it, and friction would be found in every held flight. There the law is held at its value at the
+beginning of the sampling period, omega_d is 7 rad/s and the delay is not taken back.
 
-**Running score:** how clearly a watched effect explains the residual of its axis' base regression.
-
-From the block sums of z z^T, z = (phi, candidates, y) (:mod:`.moments`), weighted by the forgetting:
+**Running score:** how clearly a watched effect explains the residual of its axis' base regression. From the block sums
+of z z^T, z = (phi, candidates, y) (:mod:`.moments`), weighted by the forgetting:
 
     g_p   = g - phi^T b           the candidate's regressor with the base regressors projected out
     e     = y - phi^T Omega       the residual of the base regression, by least squares as well
     c     = <g_p, e> / <g_p, g_p>
     score = c / standard error    the error from the blocks' sums of g_p (e - c g_p), as in :mod:`.moments`
 
-c is the coefficient of a regression on phi and g together (Frisch and Waugh 1933, Lovell 1963). The score allows for
-autocorrelated residuals and has the sign of c. Where the effect is absent, it follows roughly a t distribution with ten
-degrees of freedom: it exceeds 3 in about 1 % of the cases.
+c is the coefficient of a regression on phi and g together (Frisch and Waugh 1933, Lovell 1963). Where the effect is
+absent, the score follows roughly a t distribution with ten degrees of freedom: it exceeds 3 in about 1 % of the cases.
 
-Prediction errors (:mod:`.prediction_error`) know the residual: it is white with intensity 1, and the standard error of
-c is <g_p, g_p>^-1/2. That from the blocks' sums is taken where it is larger, since a noise model is never quite right,
-and needs no correction for the parameters that were fitted.
+Of prediction errors (:mod:`.prediction_error`) the residual is white with intensity 1, and the standard error of c is
+<g_p, g_p>^-1/2. That from the blocks' sums is taken where it is larger, since a noise model is never quite right, and
+needs no correction for the parameters that were fitted.
 
-The visibility is the norm of g_p over the norm of g. The score is 0 where the motion so far cannot decide: with a
-visibility below .01, or with nearly all of g_p in too few blocks (an axis that came to rest once) to estimate their
-scatter, or, with prediction errors, in fewer than four. The effective number of blocks is (sum e_b)^2 / sum e_b^2 with
-e_b the square of g_p in block b.
+The score is 0 where the motion so far cannot decide: with a visibility, the norm of g_p over that of g, below .01, or
+with nearly all of g_p in too few blocks (an axis that came to rest once). The effective number of blocks is
+(sum e_b)^2 / sum e_b^2 with e_b the square of g_p in block b.
 """
 
 from collections.abc import Callable
@@ -82,10 +73,9 @@ class Motion(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """One watched effect: its ``name`` and ``axis``, its law, and what its coefficient stands for.
+    """One watched effect: its ``name`` and ``axis``, and the plant's ``law`` with c = 1.
 
-    ``law`` is the plant's with c = 1 (:func:`heli_plant.laws.law_alone`). ``in_rotors``: it changes the
-    thrust voltages. ``times_gain``: the regression finds c times the axis' gain k.
+    ``in_rotors``: it changes the thrust voltages. ``times_gain``: the regression finds c times the axis' gain k.
     """
 
     name: str
@@ -96,13 +86,7 @@ class Candidate(NamedTuple):
 
 
 def candidate(name: str, axis: str) -> Candidate:
-    """Return the candidate of the effect ``name`` watched on ``axis``.
-
-    Raises
-    ------
-    ConfigurationError
-        Unknown axis, or an effect that cannot be watched there; the message lists those that can.
-    """
+    """Return the candidate of the effect ``name`` watched on ``axis``; ConfigurationError if it cannot be."""
     for own, candidates in _CANDIDATES:
         if axis == own:
             for one in candidates:
@@ -132,16 +116,10 @@ def candidate_value(c: Candidate, m: Motion) -> float:
     return c.law(0.0, *m[:6], m.nu_front + m.nu_rear, m.nu_front - m.nu_rear, m.cable_rest)
 
 
-_RATE_BANDWIDTH = 20.0
-"""omega_d [rad/s]."""
-
-_HELD_RATE_BANDWIDTH = 7.0
-"""The same for prediction errors [rad/s]: omega_o of the default noise model, beyond which a rate is mostly noise."""
-
+_RATE_BANDWIDTH = 20.0  # omega_d [rad/s]
+_HELD_RATE_BANDWIDTH = 7.0  # that of prediction errors [rad/s]: beyond it a rate is mostly noise
 _RATE_DAMPING = 0.7
-
-_DELAY = 2.0 * _RATE_DAMPING / _RATE_BANDWIDTH
-"""What is taken back of the delay of F_d [s]."""
+_DELAY = 2.0 * _RATE_DAMPING / _RATE_BANDWIDTH  # what is taken back of the delay of F_d [s]
 
 
 class WatchState(NamedTuple):
@@ -179,10 +157,9 @@ def advance_watch(
     w: WatchState, s: Signals, candidates: tuple[Candidate, ...], d: FilterCoefficients, held: bool,
     f: FilterCoefficients,
 ) -> WatchState:  # fmt: skip
-    """Return the state at the sample that ``s`` has just taken in.
+    """Return the state at the sample that ``s`` has just taken in; ``d`` filters the rates, ``f`` the laws.
 
-    ``d`` is the filter of the rates, ``f`` the common one. ``held``: each law is held over a sampling period at its
-    value at the beginning.
+    ``held``: each law is held over a sampling period at its value at the beginning.
     """
     xi_1, xi_2, xi_3 = [filter_line(xi, a, b, d) for xi, a, b in zip(w.rates, s.angles_1, s.angles, strict=True)]
     rates = xi_1, xi_2, xi_3
@@ -218,8 +195,7 @@ def scores(
 ) -> tuple[Score, ...]:
     """Return the score of each candidate from ``n`` base regressors, from weighted blocks.
 
-    ``interval`` [s] is the time that each sample stands for. ``whitened``: the residual is white with intensity 1, so
-    that c has the standard error <g_p, g_p>^-1/2 as well; the larger of both is taken.
+    ``interval`` [s] is the time of each sample; ``whitened``: the residual is white with intensity 1.
     """
     size = n + candidates + 1
     # Neighbouring blocks of a white residual are independent: a parameter takes one of them.

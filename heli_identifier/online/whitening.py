@@ -1,18 +1,18 @@
 """Whitening: the filter that turns the equation error of a regression into the innovations of an observer.
 
 The equation error sigma = y - phi^T Omega of a rig has two sources: a torque d that the model does not explain, with
-(s + gamma) d white, and the encoder's noise n, white from sample to sample, which the equation differentiates twice.
-Behind the state filter F (:mod:`.state_filter`) sigma is F d + s^2 F n. The optimal observer for both has the
-characteristic polynomial A_o in which the spectra of the two, q and r, balance:
+(s + gamma) d white, and the encoder's noise n, white from sample to sample. Behind the state filter F
+(:mod:`.state_filter`) sigma is F d + s^2 F n. The optimal observer for both has the characteristic polynomial A_o in
+which the spectra of the two, q and r, balance:
 
     abs(A_o(i omega))^2 = q/r + omega^6      poles of a Butterworth filter of third order, omega_o = (q/r)^(1/6)
 
-Its innovations follow from sigma by a filter with two unknown parameters, omega_o and gamma:
+Its innovations follow from sigma by a linear filter with two unknown parameters, omega_o and gamma, whose zeros A_F
+cancel the poles of F; e = G y - (G phi)^T Omega is again a linear regression:
 
     e = G sigma,    G = A_F (s + gamma) / A_o,    A_F = s^2 + 2 rho omega_f s + omega_f^2
 
-The zeros A_F cancel the poles of F. G is linear: y and every column of phi pass it, and e = G y - (G phi)^T Omega is
-again a linear regression. In samples, with z^-1 the delay by one and x = omega_o h:
+In samples, with z^-1 the delay by one and x = omega_o h:
 
     A_F = 1 - (a_11 + a_22) z^-1 + (a_11 a_22 - a_12 a_21) z^-2        the poles of the discretised state filter
     D   = 1 - exp(-gamma h) z^-1                                                   in place of s + gamma
@@ -20,35 +20,31 @@ again a linear regression. In samples, with z^-1 the delay by one and x = omega_
     M   = (13 - 2 z^-1 + z^-2) / 12
     G   = (13/12) A_F D / (A_o M)
 
+M undoes the weights by which :func:`.state_filter.second_derivative` takes the newest angles; n would not be white in
+e with them.
+
 omega_o and gamma change while it runs. G is therefore realised as the observer that it is, with the forecast of the
-next sample and of the two after it as its state, t_1, t_2, t_3. A forecast is what it is whatever the parameters,
-which enter only by the gains on the innovation v. With A_o = D Q + r z^-3, Q = 1 + q_1 z^-1 + q_2 z^-2, and u behind
-13/(12 M):
+next sample and of the two after it as its state, t_1, t_2, t_3, which the parameters enter only by the gains on the
+innovation v; other states of the same G are disturbed by every change. With A_o = D Q + r z^-3,
+Q = 1 + q_1 z^-1 + q_2 z^-2, and u behind 13/(12 M):
 
     x = A_F u,    v = x - t_1,    t_1' = t_2 + q_1 v,    t_2' = t_3 + q_2 v,    t_3' = exp(-gamma h) t_3 + r v
 
-t_3 is the forecast of the torque. Other states of the same G are disturbed by every change.
-
-M undoes the weights by which :func:`.state_filter.second_derivative` takes the newest angles; n would not be white in
-e with them.
 Sources: Ljung, System Identification, 2nd ed., 1999, sections 4.3 and 7.4 (innovations form); Anderson and Moore,
 Optimal Filtering, 1979, chapter 9 (the observer's poles by spectral factorisation).
 
 **The noise model** is estimated along: omega_o and gamma, and the variance lambda of the innovations. e = G sigma
-depends on nu = (ln omega_o, ln gamma) through A_o and D above. Its derivatives follow from e itself, by two filters:
+depends on nu = (ln omega_o, ln gamma) through A_o and D above. Its derivatives follow from older innovations:
 
     d = de / d ln omega_o = -(s_1 z^-1 + s_2 z^-2 + s_3 z^-3) / A_o e
     g = de / d ln gamma   = gamma h exp(-gamma h) z^-1 / D e
 
-Both use older innovations only. D is slow, and Omega was not yet what it is now: every whitened signal therefore has
-its own g above, and g = g_y - g_phi^T Omega.
+D is slow, and Omega was not yet what it is now: every whitened signal therefore has its own g above, and
+g = g_y - g_phi^T Omega.
 
 With nu_G those that G was made for, e with another nu is e + d (nu_1 - nu_G1) + g (nu_2 - nu_G2): -d and -g are two
-further regressors, and nu is estimated with Omega in one vector (:mod:`.prediction_error`), since most of the variance
-of k_z and a_e comes from nu where the excitation is weak.
-
-lambda is the mean of e^2. Omega is uncertain, and e is larger by that than the noise alone would make it: here e is the
-innovation times sqrt(r / (r + phi^T Gamma phi)), which takes that out on average.
+further regressors, and nu is estimated with Omega in one vector (:mod:`.prediction_error`). lambda is the mean of
+e^2 r / (r + phi^T Gamma phi), without what the uncertainty of Omega adds on average.
 Source: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, sections 3.3 to 3.5.
 """
 
@@ -73,19 +69,15 @@ class Memory(NamedTuple):
 NEWEST = 13.0 / 12.0
 """First coefficient of M."""
 
-_M1, _M2 = 2.0 / 13.0, 1.0 / 13.0
-"""Of 1/M, divided by its first coefficient."""
-
-_OBLIQUE = 0.5 * sqrt(3.0)
-"""Imaginary part of a Butterworth pole of third order, over omega_o."""
+_M1, _M2 = 2.0 / 13.0, 1.0 / 13.0  # of 1/M, divided by its first coefficient
+_OBLIQUE = 0.5 * sqrt(3.0)  # imaginary part of a Butterworth pole of third order, over omega_o
 
 
 class Whitening(NamedTuple):
     """Coefficients of G at one omega_o and gamma, and what their derivatives need.
 
-    ``f1``, ``f2`` of A_F; ``q1``, ``q2`` of Q and ``r``; ``o1 .. o3`` of A_o; ``s1 .. s3`` the derivatives of
-    ``o1 .. o3`` with respect to ln omega_o; ``kept`` = exp(-gamma h) and ``slope`` = gamma h exp(-gamma h);
-    ``log_bandwidth``, ``log_corner``: the ln omega_o and ln gamma that it was made for.
+    ``f1``, ``f2`` of A_F; ``q1``, ``q2`` of Q and ``r``; ``o1 .. o3`` of A_o; ``s1 .. s3`` their derivatives by ln
+    omega_o; ``kept`` = exp(-gamma h) and ``slope`` = gamma h exp(-gamma h); ln omega_o and ln gamma.
     """
 
     f1: float
@@ -159,23 +151,12 @@ BANDWIDTH_CHANGE, CORNER_CHANGE = 1e-3, 1e-2
 """Variances by which ln omega_o and ln gamma change in a second [1/s]: noise changes with the flight. They return to
 their prior meanwhile."""
 
-_MOST_RADIANS = 0.3
-"""Upper bound of omega_o h: the sampling must be fine enough."""
-
-_REST = 3.5
-"""Time for which nu rests [s]: e is an innovation only once Omega is near the truth."""
-
-_VARIANCE_MEMORY = 20.0
-"""Time over which lambda is a mean [s]; at first it is the mean of all samples."""
-
-_FIRST_SAMPLES = 50.0
-"""Samples that lambda(0) counts for."""
-
-_FIRST_DEVIATION = 6e-4
-"""Assumed standard deviation of an angle's innovation [rad] for lambda(0): encoders of 4096 counts."""
-
-_LEAST_DEVIATION = 1e-8
-"""Least standard deviation of an angle's innovation [rad]: where a simulation has no noise, rounding is left."""
+_MOST_RADIANS = 0.3  # upper bound of omega_o h: the sampling must be fine enough
+_REST = 3.5  # time for which nu rests [s]: e is an innovation only once Omega is near the truth
+_VARIANCE_MEMORY = 20.0  # time over which lambda is a mean [s]; at first it is the mean of all samples
+_FIRST_SAMPLES = 50.0  # samples that lambda(0) counts for
+_FIRST_DEVIATION = 6e-4  # of an angle's innovation [rad], for lambda(0): encoders of 4096 counts
+_LEAST_DEVIATION = 1e-8  # the least of an angle's innovation [rad]: without noise, rounding is left
 
 
 class Noise(NamedTuple):
@@ -209,11 +190,7 @@ def bounded_noise(log_bandwidth: float, log_corner: float, bounds: Bounds) -> tu
 
 
 class NoiseModel(NamedTuple):
-    """What is remembered of the innovations of one axis.
-
-    The ``variance`` lambda [rad^2/s^4] of ``seen`` innovations; the last innovations ``e1 .. e3`` and derivatives
-    ``d1 .. d3``.
-    """
+    """Variance lambda [rad^2/s^4] of ``seen`` innovations; the last innovations ``e1 .. e3`` and derivatives ``d1 .. d3``."""
 
     variance: float
     seen: float
@@ -244,10 +221,10 @@ def bandwidth_slope(n: NoiseModel, w: Whitening) -> float:
 
 
 def remember(n: NoiseModel, e: float, certain: float, d: float, h: float, newest: float) -> NoiseModel:
-    """Return the noise model after the innovation ``e`` [rad/s^2], ``h`` [s] after the one before.
+    """Return the noise model after the innovation ``e`` [rad/s^2] with its derivative ``d``, 0 while nu rests.
 
     ``certain`` is the share of its variance that is not due to the uncertainty of Omega, r / (r + phi^T Gamma phi);
-    ``d`` its derivative by :func:`bandwidth_slope`, 0 while nu rests; ``newest`` [1/s^2] that by the newest angle.
+    ``newest`` [1/s^2] its derivative by the newest angle.
     """
     variance, seen, e1, e2, _, d1, d2, _ = n
     e, seen = e * sqrt(certain), seen + 1.0
