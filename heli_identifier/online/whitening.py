@@ -190,7 +190,7 @@ def bounded_noise(log_bandwidth: float, log_corner: float, bounds: Bounds) -> tu
 
 
 class NoiseModel(NamedTuple):
-    """Variance lambda [rad^2/s^4] of ``seen`` innovations; the last innovations ``e1 .. e3``, derivatives ``d1 .. d3``."""
+    """Variance lambda [rad^2/s^4] of ``seen`` innovations; the last innovations ``e1 .. e3``, derivatives ``d1 ..``."""
 
     variance: float
     seen: float
