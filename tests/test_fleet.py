@@ -11,7 +11,6 @@ from statsmodels.stats.meta_analysis import combine_effects
 from typer.testing import CliRunner
 
 from heli_identifier.cli.app import app
-from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_logs
 from heli_identifier.tools import Finding, fleet_html, fleet_of, fleet_sentence, rig_folders
@@ -83,12 +82,6 @@ def test_identical_rigs_differ_in_nothing():
     assert (found.I2, found.Q, found.spread, found.spread_interval) == (0.0, 0.0, 0.0, (0.0, 0.0))
     # the lower bound of the variance: a few rigs that agree know the mean no better than their standard errors say
     assert found.standard_error == pytest.approx(1.0 / np.sqrt(1e2 + 2500.0 + 400.0))
-
-
-def test_what_is_no_estimate_is_not_pooled():
-    for y, s in (([1.0], [0.1]), ([1.0, 2.0], [0.1, 0.0]), ([1.0, np.nan], [0.1, 0.1]), ([1.0, 2.0], [0.1])):
-        with pytest.raises(IdentifierError, match="two or more finite estimates"):
-            pooled(y, s)
 
 
 FLEETS = 1000

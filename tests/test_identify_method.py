@@ -28,7 +28,7 @@ def in_open_loop():
 def test_logs_flown_by_a_controller_are_identified_by_prediction_errors_and_within_their_intervals(flown):
     found = flown
     assert found.choice.method == PREDICTION_ERROR
-    assert "a controller flew the rig" in found.notes[0]
+    assert "a controller flew the rig" in found.remarks[0]
     assert "T_m" in found.estimates
     for name in ("k_z", "a_e", "k_x", "T_m"):
         estimate = found.estimates[name]
@@ -71,7 +71,7 @@ def test_logs_of_different_rates_together_do_not_depend_on_their_order():
 def test_logs_in_open_loop_are_identified_by_the_papers_adaptation(in_open_loop):
     found = in_open_loop
     assert found.choice.method == ADAPTATION
-    assert "no controller flew the rig" in found.notes[0]
+    assert "no controller flew the rig" in found.remarks[0]
     assert "T_m" not in found.estimates
 
 
@@ -83,7 +83,7 @@ def test_what_a_given_lag_means_for_the_parameters_is_said(in_open_loop, flown):
     for name, change in found.lag_changes.items():
         assert again.estimates[name].value == pytest.approx(found.estimates[name].value * (1.0 + change), rel=1e-12)
     assert found.lag_changes["k_x"] > 0.0
-    assert "the motors' lag was taken for 0.08 s" in " ".join(found.notes)
+    assert "the motors' lag was taken for 0.08 s" in " ".join(found.remarks)
     assert not flown.lag_changes  # estimated along
 
 
@@ -95,7 +95,7 @@ def test_the_adaptation_in_closed_loop_is_a_warning():
 def test_what_the_logs_do_not_determine_is_named(flown):
     hidden = [name for name, estimate in flown.estimates.items() if not estimate.is_determined]
     assert hidden
-    assert all(name in flown.notes[1] for name in hidden)
+    assert all(name in flown.remarks[1] for name in hidden)
 
 
 def test_one_closed_loop_among_several_open_ones_is_found():

@@ -340,7 +340,7 @@ def design(
         limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
         require_range("hover", hover, "rad", -1.5, 1.5)
         with progress_bar() as progress:
-            outlooks = tools.flight_outlooks(plant, pid, hover, duration, (limits.pitch, limits.elevation), progress)
+            outlooks = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
         refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
         gains = [] if controller or settings else [DEFAULT_GAINS]
         answer(json, results.plain(outlooks), [tools.flight_table(outlooks)], gains)

@@ -25,7 +25,7 @@ from time import perf_counter
 import dask
 from distributed import Client, LocalCluster, as_completed
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.files import draft_folder
 from heli_identifier.results import whole_folder
 from heli_identifier.tools import campaign_rows
@@ -50,9 +50,6 @@ LOCAL = {
     "distributed.scheduler.no-workers-timeout": "10 minutes",
 }
 """Settings of Dask for workers on this machine."""
-
-MOST_WORKERS = 1000
-"""Processes that are started on one machine at most."""
 
 CONNECTING = 60.0
 """Time limit [s] for a scheduler to answer, and then for its first worker."""
@@ -104,8 +101,8 @@ def run_campaign(
     """
     if workers is not None and scheduler is not None:
         raise ConfigurationError(f"workers = {workers} is for processes on this machine; {scheduler} has its own.")
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise ConfigurationError(f"workers = {workers} must lie in [1, {MOST_WORKERS}].")
+    if workers is not None:
+        require_range("workers", workers, "1", 1, 1000)
     for name, count in Counter(source.rig for source in sources).most_common(1):
         if count > 1:
             raise ConfigurationError(f"two rigs are called {name!r}; every rig needs its own name.")

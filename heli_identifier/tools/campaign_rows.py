@@ -28,17 +28,10 @@ from heli_identifier.tools.rigs import Truth
 from heli_identifier.tracing import Diagnosis, FoundEffect, NamedShape, PeriodicShape, RigVerdict
 from heli_plant.effects import AXES
 
-Row = dict[str, Any]
-"""Values by column; a missing column is null."""
-
-Entry = tuple[str, str]
-"""Name and axis."""
-
-BASE = ModelParameters._fields
-"""Parameters of the simplified model, by the paper's symbols."""
-
-UNKNOWN = "unknown"
-"""Name of an entry for a torque that is no effect of the catalogue."""
+Row = dict[str, Any]  # values by column; a missing column is null
+Entry = tuple[str, str]  # name and axis
+BASE = ModelParameters._fields  # parameters of the simplified model, by the paper's symbols
+UNKNOWN = "unknown"  # name of an entry for a torque that is no effect of the catalogue
 
 ERRORS = {f"{axis}_1s_{stage}_rad": (axis, stage) for axis in AXES for stage in ("before", "after", "noise_floor")}
 """Columns of the 1 s prediction errors [rad]: their axis, and of what."""

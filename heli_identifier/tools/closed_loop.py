@@ -26,9 +26,7 @@ from heli_plant.motor import kept
 from heli_plant.parameters import PlantParameters
 from heli_plant.state import PlantState
 
-AHEAD = 3.0
-"""Length [s] of the stretches that are flown again."""
-
+AHEAD = 3.0  # length [s] of the stretches that are flown again
 Array = NDArray[np.float64]
 
 

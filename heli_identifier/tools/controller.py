@@ -32,17 +32,10 @@ from heli_plant.state_feedback import FeedbackSettings
 
 SCHEMA, LINEAR_SCHEMA = "heli-controller/1", "heli-linear-model/1"
 KINDS = ("lqi", "lqr", "pid")
-OTHERS = ("pitch", "travel")
-"""Angles that are controlled beside the elevation."""
-
-DRAWS, TRIED = 1000, 200
-"""Drawn plants over which a design is judged, and those over which a robust one is searched."""
-
-FEW, ROBUST = 60, 30
-"""The same of a retuned PID: the ends of a 95 % interval are then known to a tenth of its width."""
-
-DEARER, DEAREST = 1.5, 24
-"""Factor by which the voltages become dearer, and how often at most."""
+OTHERS = ("pitch", "travel")  # angles that are controlled beside the elevation
+DRAWS, TRIED = 1000, 200  # drawn plants over which a design is judged, and those over which a robust one is searched
+FEW, ROBUST = 60, 30  # the same of a retuned PID: the ends of a 95 % interval are then known to a tenth of its width
+DEARER, DEAREST = 1.5, 24  # factor by which the voltages become dearer, and how often at most
 
 LEAST_LIFT = 0.3
 """Sum of the thrust voltages [V] below which the travel cannot be controlled: a lean has no lateral force."""

@@ -11,8 +11,7 @@ from heli_identifier.tools.controller import Design
 from heli_identifier.tools.judging import CONFIDENCE, Judged
 from heli_identifier.tools.margins import LOOPS
 
-_SHOWN = 40.0
-"""Largest pole [1/s] that is drawn: faster ones say nothing of the flight."""
+_SHOWN = 40.0  # largest pole [1/s] that is drawn: faster ones say nothing of the flight
 
 
 def design_table(design: Design) -> Table:

@@ -35,8 +35,7 @@ from heli_plant.state_feedback import FeedbackSettings
 
 _DERIVED = ("K_f", "J_e", "J_p", "J_lambda")
 
-LARGEST_MB = 1.0
-"""Size of a script [MB]."""
+LARGEST_MB = 1.0  # size of a script [MB]
 
 _HOVER = re.compile(r"v_?s_?(0|star|eq|hover)|hover_voltage", re.IGNORECASE)
 """How scripts call the sum of the voltages at the hover."""

@@ -33,11 +33,8 @@ from heli_plant.state import rest_state
 
 Array = NDArray[np.float64]
 
-STEP = 0.01
-"""Sampling period [s]."""
-
-BANDS = {"slow": (0.03, 0.4), "middle": (0.1, 1.2), "fast": (0.5, 3.0)}
-"""Bands [Hz] of the multisines."""
+STEP = 0.01  # sampling period [s]
+BANDS = {"slow": (0.03, 0.4), "middle": (0.1, 1.2), "fast": (0.5, 3.0)}  # of the multisines [Hz]
 
 BASES, PAPERS_BASE = (0.0, 0.6, 1.25, 2.5), 1.5
 """Base voltages of each rotor [V], near zero the rotors reverse; that of the paper's signals."""
@@ -125,7 +122,7 @@ class Outlook(NamedTuple):
         """Give the same for JSON."""
         keys = ("name", "axis", "visibility", "standard_error", "standard_error_separated", "unit")
         each = zip(effects, self.visibility, self.standard_errors, self.separated_errors, strict=True)
-        rows = [(one.name, one.axis, seen, alone, separated, one.unit) for one, seen, alone, separated in each]
+        rows = [(own.name, own.axis, *figures, own.unit) for own, *figures in each]
         return {
             "experiment": self.proposal.name,
             "duration_s": self.duration,
@@ -196,18 +193,9 @@ def outlook(
     if not np.isfinite(angles).all() or pitch > limits.pitch or elevation > limits.elevation:
         return None
     fields = [effect.field for effect in effects]
-    scores = _scores(Log("rehearsal", 1.0 / STEP, signal, angles), parameters, fields)
-    found = scores.scores((), among=fields)
-    own = [found[field] for field in fields]
-    G = scores.signatures([score.column for score in own], ())
-    rho = abs(float(G[0, 1] / np.sqrt(G[0, 0] * G[1, 1]))) if len(own) > 1 else 0.0
-    errors = tuple(score.standard_error if score.visibility > 0.0 else np.inf for score in own)
-    return Outlook(proposal, duration, tuple(score.visibility for score in own), errors, rho, pitch, elevation)
-
-
-def _scores(log: Log, parameters: PlantParameters, fields: Sequence[str]) -> tracing.Scores:
-    """Quadratic form of the likelihood of a rehearsal around the plant without the effects in question."""
-    rig = tracing.helicopter(tracing.DiagnosisSettings(), [log.angles], [np.full((1, 2), TYPICAL)])
+    # the quadratic form of the likelihood around the plant without the effects in question
+    log = Log("rehearsal", 1.0 / STEP, signal, angles)
+    rig = tracing.helicopter(tracing.DiagnosisSettings(), [angles], [np.full((1, 2), TYPICAL)])
     rounding = rig.resolution / np.sqrt(12.0)
     likelihood = tracing.Likelihood(rig, tracing.records_of((log,), rig, {}))
     off = parameters._replace(**dict.fromkeys(fields, 0.0))
@@ -215,7 +203,13 @@ def _scores(log: Log, parameters: PlantParameters, fields: Sequence[str]) -> tra
     model = tracing.Model(rig, off, air, rounding, likelihood.widths[:3])
     base = [name for name in rig.base if name not in fields]
     known = tracing.around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
-    return tracing.Scores(known, [effect for effect in rig.effects if effect.field in fields])
+    scores = tracing.Scores(known, [effect for effect in rig.effects if effect.field in fields])
+    found = scores.scores((), among=fields)
+    own = [found[field] for field in fields]
+    G = scores.signatures([score.column for score in own], ())
+    rho = abs(float(G[0, 1] / np.sqrt(G[0, 0] * G[1, 1]))) if len(own) > 1 else 0.0
+    errors = tuple(score.standard_error if score.visibility > 0.0 else np.inf for score in own)
+    return Outlook(proposal, duration, tuple(score.visibility for score in own), errors, rho, pitch, elevation)
 
 
 def designs(
@@ -225,26 +219,22 @@ def designs(
     limits: Limits,
     progress: Callable[[str, float], None],
 ) -> list[Outlook]:
-    """Simulate every proposal for a ``duration`` [s] and rank those within the limits, see :func:`ranked`.
+    """Simulate every proposal for a ``duration`` [s]; give those within the limits, best first.
 
     One effect is to be shown, or two are to be separated.
     """
     every, found = list(proposals(limits.voltage)), []
     for count, proposal in enumerate(every):
         progress(f"simulating {count + 1} of {len(every)}", count / len(every))
-        found.append(outlook(proposal, parameters, effects, duration, limits))
-    return ranked([one for one in found if one is not None])
+        if own := outlook(proposal, parameters, effects, duration, limits):
+            found.append(own)
+    return ranked(found)
 
 
 def ranked(outlooks: Sequence[Outlook]) -> list[Outlook]:
-    """Sort outlooks, best first.
-
-    The rank is by the larger of the effects' separated standard errors, each relative to the smallest of any outlook.
-    """
-    if not outlooks:
-        return []
-    errors = np.array([one.separated_errors for one in outlooks])
-    order = np.argsort((errors / errors.min(axis=0)).max(axis=1))
+    """Sort by the larger of the effects' separated standard errors, each relative to the smallest of any outlook."""
+    errors = np.array([own.separated_errors for own in outlooks])
+    order = np.argsort((errors / errors.min(axis=0)).max(axis=1)) if outlooks else ()
     return [outlooks[i] for i in order]
 
 
@@ -252,7 +242,7 @@ def separation_warning(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -
     """Return a warning if none of the experiments separates the two effects."""
     if len(effects) < 2:
         return None
-    least = min(outlooks, key=lambda one: one.correlation)
+    least = min(outlooks, key=lambda own: own.correlation)
     if least.correlation <= INSEPARABLE:
         return None
     growth = max(both / alone for both, alone in zip(least.separated_errors, least.standard_errors, strict=True))

@@ -14,7 +14,8 @@ not found scatter by 1.2 standard errors on a clean rig, of whose shapes the lik
 catalogue's plausible range: no loss of thrust is negative. Where the rigs' coefficients are not alike it *differs*.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import combinations, product
@@ -30,7 +31,7 @@ from heli_identifier.results import effect_name, plain
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
 from heli_identifier.tools.rigs import Rig, error_text
 from heli_identifier.tracing import CatalogueVerdict, Diagnosis, Verdict
-from heli_plant.effects import Effect, effect
+from heli_plant.effects import effect
 
 FALSE_DISCOVERY_RATE = 0.005
 
@@ -51,34 +52,35 @@ class Finding(StrEnum):
 
 @dataclass(frozen=True)
 class RigEstimate:
-    """The coefficient of one rig: the diagnosis' verdict on it, and why the mean leaves it out, or empty texts."""
+    """The coefficient of one rig: the verdict on it, why the mean leaves it out, whether the rig's diagnosis named it.
+
+    Texts are empty where there is nothing to say.
+    """
 
     rig: str
     value: float
     standard_error: float | None
     unit: str
     interval: tuple[float, float]
-    verdict: str = ""
-    left_out: str = ""
-    named: bool = False
-    """Whether the rig's diagnosis named the effect."""
+    verdict: str
+    left_out: str
+    named: bool
 
 
 @dataclass(frozen=True)
 class Coefficient:
     """One coefficient over all rigs: of an effect of the catalogue, or a parameter by the paper's symbol.
 
-    A parameter has no axis and no finding. There is no mean where fewer than two rigs determine the coefficient.
+    ``named`` are the rigs whose diagnosis named the effect, ``alike`` says whether the rigs may have one value. A
+    parameter has no axis and no finding. There is no mean where fewer than two rigs determine the coefficient.
     """
 
     name: str
     axis: str
     finding: Finding | None
     named: tuple[str, ...]
-    """Rigs whose diagnosis named the effect."""
     unit: str
     alike: bool | None
-    """Whether the rigs may have one value; None without a mean."""
     pooled: Pooled | None
     rigs: tuple[RigEstimate, ...]
 
@@ -88,28 +90,27 @@ class Coefficient:
         return bool(self.named) and self.pooled is not None and self.pooled.has_sign
 
     @property
-    def counted(self) -> tuple[RigEstimate, ...]:
+    def counted(self) -> list[RigEstimate]:
         """Rigs that the mean is made of."""
-        return tuple(entry for entry in self.rigs if not entry.left_out)
+        return [own for own in self.rigs if not own.left_out]
 
 
 @dataclass(frozen=True, eq=False)
 class Fleet:
-    """What several diagnoses say together."""
+    """What several diagnoses say together, by rig; ``failures`` say why a rig has none.
+
+    ``effects`` are all entries of the catalogue in the order of :class:`Finding`, those that most rigs name first;
+    ``parameters`` those of the corrected models.
+    """
 
     diagnoses: Mapping[str, Diagnosis]
-    """By rig."""
     effects: tuple[Coefficient, ...]
-    """Every entry of the catalogue: first what repeats, then what differs between rigs, and so on in the order of
-    :class:`Finding`; inside of these the effects that most rigs name first."""
     parameters: tuple[Coefficient, ...]
-    """Parameters of the corrected models by the paper's symbols."""
     failures: Mapping[str, str]
-    """Why a rig has no diagnosis, by rig."""
 
-    def found(self, *findings: str) -> tuple[Coefficient, ...]:
-        """Effects with one of these findings."""
-        return tuple(entry for entry in self.effects if entry.finding in findings)
+    def found(self, finding: str) -> tuple[Coefficient, ...]:
+        """Effects with this finding."""
+        return tuple(own for own in self.effects if own.finding == finding)
 
     def document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
         """Give the content of fleet.json."""
@@ -132,18 +133,19 @@ class Fleet:
 
 
 def _rig_document(rig: str, found: Diagnosis) -> dict[str, Any]:
+    stages = ("before", "after")
     return {
         "rig": rig,
         "verdict": found.verdict,
-        "effects": [{"name": effect.name, "axis": effect.axis} for effect in found.effects],
-        "possible": [{"name": effect.name, "axis": effect.axis} for effect in found.possible],
+        "effects": [{"name": own.name, "axis": own.axis} for own in found.effects],
+        "possible": [{"name": own.name, "axis": own.axis} for own in found.possible],
         "use": {axis: report.use for axis, report in found.axes.items()},
         "held_out_nats": found.held_out.gain.value,
         "prediction_1s_rad": {
-            axis: {"before": report.before.prediction_1s.value, "after": report.after.prediction_1s.value}
+            axis: {stage: getattr(report, stage).prediction_1s.value for stage in stages}
             for axis, report in found.axes.items()
         },
-        "data": [{"file": entry.file, "sha256": entry.sha256, "used_for": entry.used_for} for entry in found.data],
+        "data": [{"file": own.file, "sha256": own.sha256, "used_for": own.used_for} for own in found.data],
         "notes": found.notes,
         "seconds": found.seconds,
     }
@@ -171,7 +173,7 @@ def diagnose_rigs(
                 diagnoses[name] = rig.diagnose(progress=within)
             except Exception as error:
                 lost[name] = error_text(error)
-    if lost and len(diagnoses) < 2:
+    if len(diagnoses) < 2:
         raise IdentifierError("; ".join(f"rig {name}: {error}" for name, error in lost.items()))
     return fleet_of(diagnoses, lost)
 
@@ -191,19 +193,15 @@ def _sharing(rigs: Mapping[str, Rig]) -> dict[str, str]:
 
 
 def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | None = None) -> Fleet:
-    """Set the diagnoses of several rigs beside each other.
-
-    IdentifierError if there are fewer than two; ``failures`` say why other rigs have none.
-    """
-    if len(diagnoses) < 2:
-        raise IdentifierError(f"a fleet needs the diagnoses of two rigs or more, {len(diagnoses)} given.")
-    estimates: dict[tuple[str, str], list[RigEstimate]] = {}
+    """Set the diagnoses of two rigs or more beside each other; ``failures`` say why other rigs have none."""
+    estimates: dict[tuple[str, str], list[RigEstimate]] = defaultdict(list)
     for rig, found in diagnoses.items():
         for entry in found.catalogue:
-            estimates.setdefault((entry.name, entry.axis), []).append(_of_effect(rig, found, entry))
-        for symbol, own in found.parameters_after.items():
-            known = _of_rig(rig, own, "", "" if _determined(own) else "given")
-            estimates.setdefault((symbol, ""), []).append(known)
+            left_out, named = _place(found, entry)
+            own = _of_rig(rig, entry.estimate, str(entry.verdict), left_out, named)
+            estimates[entry.name, entry.axis].append(own)
+        for symbol, value in found.parameters_after.items():
+            estimates[symbol, ""].append(_of_rig(rig, value, "", "" if _determined(value) else "given", False))
     means = {key: _mean(rigs) for key, rigs in estimates.items()}
     # Benjamini and Hochberg: p of every effect after correction over the catalogue
     tested = {key: mean.none_p for key, mean in means.items() if mean and key[1]}
@@ -211,10 +209,10 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
     refuted = {key for key, p in zip(tested, corrected, strict=True) if p <= FALSE_DISCOVERY_RATE}
     effects, parameters = [], []
     for (name, axis), rigs in estimates.items():
-        mean, named = means[name, axis], tuple(entry.rig for entry in rigs if entry.named)
-        finding = _finding(effect(name, axis), len(named), mean, (name, axis) in refuted) if axis else None
+        mean, named_by = means[name, axis], tuple(own.rig for own in rigs if own.named)
+        finding = _finding(name, axis, len(named_by), mean, (name, axis) in refuted) if axis else None
         alike = mean.alike if mean else None
-        coefficient = Coefficient(name, axis, finding, named, rigs[0].unit, alike, mean, tuple(rigs))
+        coefficient = Coefficient(name, axis, finding, named_by, rigs[0].unit, alike, mean, tuple(rigs))
         if axis:
             effects.append(coefficient)
         elif mean:
@@ -224,41 +222,35 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
     return Fleet(dict(diagnoses), tuple(effects), tuple(parameters), dict(failures or {}))
 
 
-def _of_rig(rig: str, own: Estimate, verdict: str, left_out: str, named: bool = False) -> RigEstimate:
+def _of_rig(rig: str, own: Estimate, verdict: str, left_out: str, named: bool) -> RigEstimate:
     return RigEstimate(rig, own.value, own.standard_error, own.unit, own.interval, verdict, left_out, named)
 
 
-def _of_effect(rig: str, diagnosis: Diagnosis, entry: CatalogueVerdict) -> RigEstimate:
-    """Give the catalogue's estimate of one effect on one rig, and why the mean does without it."""
+def _place(diagnosis: Diagnosis, entry: CatalogueVerdict) -> tuple[str, bool]:
+    """Why the mean does without an entry of the catalogue on one rig, and whether the rig's diagnosis names it."""
     key, family = (entry.name, entry.axis), effect(entry.name, entry.axis).family
     named = [own for own in diagnosis.effects if own.coefficient is not None]
-    is_named = key in {(own.name, own.axis) for own in named}
-    rivals = [
-        effect_name(own.name, own.axis)
-        for own in named
-        if key in own.alternatives or (own.axis == entry.axis and effect(own.name, own.axis).family == family)
-    ]
-    left_out = ""
+    is_named, left_out = key in {(own.name, own.axis) for own in named}, ""
     if entry.verdict == Verdict.NOT_TESTABLE or not _determined(entry.estimate):
         left_out = f"not testable: {entry.why}"
-    elif not is_named and rivals:
-        left_out = f"{rivals[0]} is named in its place"
-    return _of_rig(rig, entry.estimate, str(entry.verdict), left_out, is_named)
+    for own in named if not (is_named or left_out) else ():
+        if key in own.alternatives or (own.axis == entry.axis and effect(own.name, own.axis).family == family):
+            left_out = left_out or f"{effect_name(own.name, own.axis)} is named in its place"
+    return left_out, is_named
 
 
 def _determined(estimate: Estimate) -> bool:
     return abs(estimate.value) < inf and 0.0 < (estimate.standard_error or 0.0) < inf
 
 
-def _mean(rigs: Sequence[RigEstimate]) -> Pooled | None:
-    counted = [entry for entry in rigs if not entry.left_out]
-    if len(counted) < 2:
-        return None
-    return pooled([entry.value for entry in counted], [entry.standard_error or 0.0 for entry in counted])
+def _mean(rigs: list[RigEstimate]) -> Pooled | None:
+    pairs = [(own.value, own.standard_error or 0.0) for own in rigs if not own.left_out]
+    return pooled(*zip(*pairs, strict=True)) if len(pairs) > 1 else None
 
 
-def _finding(entry: Effect, named: int, mean: Pooled | None, is_refuted: bool) -> Finding:
+def _finding(name: str, axis: str, named: int, mean: Pooled | None, is_refuted: bool) -> Finding:
     """Find out of an effect that so many rigs name, once it is known whether it is refuted that no rig has it."""
+    entry = effect(name, axis)
     if mean is None:
         return Finding.OPEN if named else Finding.NOT_SHOWN
     if named >= 2 or (is_refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper):

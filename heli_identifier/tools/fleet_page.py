@@ -6,8 +6,7 @@ from typing import Any
 from heli_identifier.results import Axes, Table, effect_name, figure, listed, meaning, rendered, significant, unit_text
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 
-FARTHEST = 2.0
-"""Widths of the part that holds all values, beyond which an interval is cut off at the edge."""
+FARTHEST = 2.0  # widths of the part that holds all values, beyond which an interval is cut off at the edge
 
 
 def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:

@@ -17,7 +17,7 @@ from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, determi
 from heli_identifier.online.excitation import Excitation, Multisine
 from heli_identifier.records import Log
 from heli_identifier.results import Table
-from heli_identifier.tools.experiment import STEP, Proposal, air_torque, on_encoders
+from heli_identifier.tools.experiment import STEP, Limits, Proposal, air_torque, on_encoders
 from heli_identifier.tools.history import identify_log
 from heli_identifier.tools.loop import fly
 from heli_plant.control import PidSettings, start_pid
@@ -25,32 +25,21 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles
 from heli_plant.state import PlantState, rest_state
 
-JUDGED = ("a_th", "k_x", "a_e", "k_z", "k_y")
-"""Stiffnesses and gains: what a loop hides."""
-
-PERIOD = 6.0
-"""Time between two steps of a reference [s]; those of the elevation come half of it later."""
-
-STEPS = ((0.05, 0.02), (0.1, 0.05), (0.2, 0.1))
-"""Sizes of the steps of pitch and elevation [rad]."""
-
-VOLTAGES = (0.1, 0.2, 0.4)
-"""Root-mean-square values of the multisines [V], on the difference and, doubled, on the sum."""
-
-BAND = (0.1, 1.2)
-"""Of the multisines [Hz]: around the crossover of the loops."""
+JUDGED = ("a_th", "k_x", "a_e", "k_z", "k_y")  # stiffnesses and gains: what a loop hides
+PERIOD = 6.0  # time between two steps of a reference [s]; those of the elevation come half of it later
+STEPS = ((0.05, 0.02), (0.1, 0.05), (0.2, 0.1))  # sizes of the steps of pitch and elevation [rad]
+VOLTAGES = (0.1, 0.2, 0.4)  # root-mean-square values of the multisines [V], on the difference and, doubled, on the sum
+BAND = (0.1, 1.2)  # of the multisines [Hz]: around the crossover of the loops
 
 
 @dataclass(frozen=True)
 class FlightOutlook:
-    """The expected result of one flight."""
+    """The expected result of one flight: standard error over value of what a loop hides, and largest departures."""
 
     added: str
     relative_errors: dict[str, float]
-    """Standard error over value of what a loop hides [1]."""
     pitch_to_rad: float
     elevation_by_rad: float
-    """Largest pitch, and largest departure of the elevation."""
 
 
 def additions() -> Iterator[Proposal]:
@@ -95,13 +84,13 @@ def flight_outlooks(
     pid: PidSettings,
     hover: float,
     duration: float,
-    departure: tuple[float, float],
+    limits: Limits,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> list[FlightOutlook]:
     """Fly all additions for a ``duration`` [s] at the elevation ``hover`` [rad]; return those within the limits.
 
-    The one with the least largest relative error is first. ``departure`` has the largest pitch, and the largest
-    departure of the elevation from ``hover`` [rad].
+    The one with the least largest relative error is first. The limit of the elevation is that of its departure from
+    ``hover``.
     """
     settings = IdentifierSettings(
         sample_time=STEP,
@@ -115,7 +104,7 @@ def flight_outlooks(
         progress(f"flying: {addition.name}", number / len(every))
         log = flown(addition, plant, pid, hover, duration)
         pitch, elevation, _ = np.abs(log.angles - (0.0, hover, 0.0)).max(axis=0).tolist()
-        if pitch <= departure[0] and elevation <= departure[1]:
+        if pitch <= limits.pitch and elevation <= limits.elevation:
             last = identify_log(log, settings).last
             hidden = {name: (last[name].standard_error or 0.0) / max(abs(last[name].value), 1e-9) for name in JUDGED}
             found.append(FlightOutlook(addition.name, hidden, pitch, elevation))
@@ -125,14 +114,11 @@ def flight_outlooks(
 def flight_table(outlooks: list[FlightOutlook]) -> Table:
     """Give relative errors and departures."""
     rows = []
-    for one in outlooks:
-        errors = (_percent(error) for error in one.relative_errors.values())
-        rows.append((one.added, *errors, f"{one.pitch_to_rad:.2f} rad", f"{one.elevation_by_rad:.2f} rad"))
+    for own in outlooks:
+        errors = []
+        for share in own.relative_errors.values():
+            said = [f"{100.0 * share:.2g} %"] if share <= 1.0 else []
+            errors.append(", ".join([*said, *([] if determined(1.0, share, "") else ["not determined"])]))
+        rows.append((own.added, *errors, f"{own.pitch_to_rad:.2f} rad", f"{own.elevation_by_rad:.2f} rad"))
     columns = ("added to the flight", *JUDGED, "pitch to", "elevation by")
     return Table("Standard errors of what the loop hides, best first", columns, rows)
-
-
-def _percent(share: float) -> str:
-    if share > 1.0:
-        return "not determined"
-    return f"{100.0 * share:.2g} %" + ("" if determined(1.0, share, "") else ", not determined")

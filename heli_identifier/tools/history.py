@@ -18,8 +18,7 @@ from heli_plant.parameters import BY_FIELD
 NAMES = ModelParameters._fields
 """The paper's symbols of the estimated parameters; fields of :class:`~heli_plant.parameters.PlantParameters`."""
 
-ROLES = ("after", "before", "third", "measured", "band")
-"""Colours of the logs."""
+ROLES = ("after", "before", "third", "measured", "band")  # colours of the logs
 
 
 class EstimateHistory(NamedTuple):
@@ -38,12 +37,19 @@ class EstimateHistory(NamedTuple):
 
     @property
     def last(self) -> dict[str, Estimate]:
-        """The last estimates by symbol, with the motors' lag ``T_m`` where it was estimated."""
-        final = zip(NAMES, self.parameters[-1].tolist(), self.standard_errors[-1].tolist(), strict=True)
-        found = {name: Estimate(value, error, BY_FIELD[name].unit) for name, value, error in final}
-        if self.plan.estimates_lag:
-            found["T_m"] = Estimate(*online.output_of(self.state, self.plan).lag, BY_FIELD["T_m"].unit)
-        return found
+        """The last estimates by symbol."""
+        lag = online.output_of(self.state, self.plan).lag if self.plan.estimates_lag else None
+        return estimates_of(self.parameters[-1].tolist(), self.standard_errors[-1].tolist(), lag)
+
+
+def estimates_of(
+    values: Sequence[float], errors: Sequence[float | None], lag: tuple[float, float] | None
+) -> dict[str, Estimate]:
+    """Return estimates by symbol, with the motors' lag ``T_m`` where it was estimated."""
+    found: dict[str, tuple[float, float | None]] = dict(zip(NAMES, zip(values, errors, strict=True), strict=True))
+    if lag is not None:
+        found["T_m"] = lag
+    return {name: Estimate(*own, BY_FIELD[name].unit) for name, own in found.items()}
 
 
 def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
@@ -70,11 +76,11 @@ def history_text(histories: Sequence[EstimateHistory]) -> str:
     """Return histories as CSV: log, time, every parameter and every standard error."""
     columns = [f"{name} [{BY_FIELD[name].unit}]" for name in NAMES]
     heads = ["time [s]", *columns, *(f"standard_error.{column}" for column in columns)]
-    tables = [
-        pd.DataFrame(np.column_stack((one.time, one.parameters, one.standard_errors)), columns=heads)
+    rows = {
+        one.name: pd.DataFrame(np.column_stack((one.time, one.parameters, one.standard_errors)), columns=heads)
         for one in histories
-    ]
-    return pd.concat(tables, keys=[one.name for one in histories], names=["log"]).droplevel(1).to_csv()
+    }
+    return pd.concat(rows, names=["log"]).droplevel(1).to_csv()
 
 
 def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, Estimate], voltage_limit: float) -> str:

@@ -81,7 +81,6 @@ class Identification(Tabular):
     """Relative changes of parameters by symbol with a motors' lag longer by `LONGER`; none where it was estimated."""
 
     files: ClassVar = ("parameters.json", "history.csv", "history.svg")
-    """What :meth:`write` leaves in a folder."""
 
     @property
     def estimates(self) -> Mapping[str, Estimate]:
@@ -89,7 +88,7 @@ class Identification(Tabular):
         return self.together.estimates
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def remarks(self) -> tuple[str, ...]:
         """The method and why; what the logs do not determine; what a given lag changes; logs that disagree."""
         said = [f"method {self.choice.reason}"]
         hidden = [name for name, estimate in self.estimates.items() if not estimate.is_determined]
@@ -112,14 +111,12 @@ class Identification(Tabular):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Least squares used in closed loop; parameters whose sign no rig has, and what is mistaken in the log."""
-        signs = tuple(sign_notes(self.estimates))
-        if not (self.choice.closed_loop and self.choice.method == ADAPTATION):
-            return signs
-        return (
+        wrong = (
             "a controller flew the rig: the paper's adaptation is wrong there by more than its intervals say; "
-            f"use --method {PREDICTION_ERROR}",
-            *signs,
+            f"use --method {PREDICTION_ERROR}"
         )
+        is_wrong = self.choice.closed_loop and self.choice.method == ADAPTATION
+        return (*([wrong] if is_wrong else []), *sign_notes(self.estimates))
 
     @property
     def table(self) -> Table:
@@ -136,11 +133,6 @@ class Identification(Tabular):
         ]
         columns = ("parameter", "meaning", *(history.name for history in self.histories), "together", "unit")
         return Table("Parameters with half of their 95 % intervals", columns, rows)
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """Give :attr:`notes`."""
-        return self.notes
 
     def to_dict(self) -> dict[str, Any]:
         """Give the content of parameters.json."""
@@ -213,12 +205,12 @@ def identify(
     records.check_excitation(logs)
     records.check_apart(logs)
 
-    def histories_of(own: Sequence[IdentifierSettings], number: int) -> list[EstimateHistory]:
-        """Pass all logs once, as the last of three passes if ``number`` is 2."""
+    def histories_of(number: int, **changes: Any) -> list[EstimateHistory]:
+        """Pass all logs once with changed settings, as the last of three passes if ``number`` is 2."""
         histories = []
         for k, (log, one) in enumerate(zip(logs, own, strict=True)):
             progress(f"identifying from {log.name}", (number + k / len(logs)) / 3.0)
-            histories.append(identify_log(log, one))
+            histories.append(identify_log(log, replace(one, **changes)))
         return histories
 
     own = [
@@ -234,18 +226,19 @@ def identify(
         )
         for log in logs
     ]
-    histories, changes = histories_of(own, 0), {}
+    histories, changes, lag = histories_of(0), {}, rig.motor_time_constant
     choice = choose([output_of(one.state, one.plan).feedback for one in histories], method)
-    if choice.method == PREDICTION_ERROR:
-        together = joint(histories)
-        histories = histories_of([begun_at(one, together) for one in own], 2)
+    if choice.method == PREDICTION_ERROR:  # once more, with the noise models and the motors' lag of all logs together
+        first = joint(histories)
+        if known := first.estimates.get("T_m"):
+            lag = max(known.value, 0.0)
+        histories = histories_of(2, noise=first.noise, motor_time_constant=lag)
         together = joint(histories)
     else:
-        own = [replace(one, method=ADAPTATION) for one in own]
-        histories = histories_of(own, 1)
+        histories = histories_of(1, method=ADAPTATION)
         together = weighted([history.last for history in histories])
-        longer = [replace(one, motor_time_constant=rig.motor_time_constant + LONGER) for one in own]
-        others = weighted([history.last for history in histories_of(longer, 2)]).estimates
+        longer = histories_of(2, method=ADAPTATION, motor_time_constant=lag + LONGER)
+        others = weighted([history.last for history in longer]).estimates
         changes = {
             name: others[name].value / estimate.value - 1.0
             for name, estimate in together.estimates.items()
@@ -256,14 +249,6 @@ def identify(
     estimates = results.plant_values(plant, together.estimates)
     parameters = results.ParameterSet(results.PLANT, estimates, provenance=from_python("identify"))
     return Identification(tuple(histories), together, parameters, choice, changes)
-
-
-def begun_at(settings: IdentifierSettings, together: Together) -> IdentifierSettings:
-    """Return ``settings`` that begin with the noise models and the motors' lag of all logs together."""
-    pitch, elevation, travel = together.noise
-    lag = together.estimates.get("T_m")
-    known = settings.motor_time_constant if lag is None else max(lag.value, 0.0)
-    return replace(settings, noise=(pitch, elevation, travel), motor_time_constant=known)
 
 
 def choose(scores: Sequence[Sequence[float]], wanted: str | None = None) -> Choice:

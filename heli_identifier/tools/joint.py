@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 
 from heli_identifier import online
 from heli_identifier.online import Estimate, IdentifierState, Plan
-from heli_identifier.tools.history import EstimateHistory
+from heli_identifier.tools import meta_analysis
+from heli_identifier.tools.history import EstimateHistory, estimates_of
 from heli_plant.parameters import BY_FIELD
 
 Array = NDArray[np.float64]
@@ -36,8 +37,7 @@ ZERO = 0.02
 CONSISTENT = 2.0
 """Birge ratio above which logs disagree by more than their standard errors allow."""
 
-_STIFFNESS, _TORQUE = 1, 2
-"""Places in Omega of pitch and elevation: a zero moves the constant torque by the stiffness times itself."""
+_STIFFNESS, _TORQUE = 1, 2  # places in Omega: a zero moves the constant torque by the stiffness times itself
 
 
 class Together(NamedTuple):
@@ -54,17 +54,13 @@ class Together(NamedTuple):
 
 def joint(histories: Sequence[EstimateHistory]) -> Together:
     """Combine prediction errors of logs that began with one prior; their sampling periods may differ."""
-    state, plan = histories[-1].state, histories[-1].plan
+    plan = histories[-1].plan
     omegas, errors, ratios = zip(*(_of_axis([one.state for one in histories], a, plan) for a in range(3)), strict=True)
-    state = _with(state, "omega", omegas)
+    state = _with(histories[-1].state, "omega", omegas)
     output = online.output_of(_with(state, "standard_errors", errors), plan)
     scatter = online.output_of(_with(state, "standard_errors", ratios), plan).standard_errors._asdict()
-    found = {
-        name: Estimate(value, error if error > 0.0 else None, BY_FIELD[name].unit)
-        for name, value, error in zip(output.parameters._fields, output.parameters, output.standard_errors, strict=True)
-    }
-    if plan.estimates_lag:
-        found["T_m"] = Estimate(*output.lag, BY_FIELD["T_m"].unit)
+    errors_or_none = [error if error > 0.0 else None for error in output.standard_errors]
+    found = estimates_of(output.parameters, errors_or_none, output.lag if plan.estimates_lag else None)
     outputs = [online.output_of(one.state, one.plan) for one in histories]
     notes = (*_disagreement(scatter), *_contradictions(found, outputs))
     return Together(found, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
@@ -100,12 +96,11 @@ def _of_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[
 
 def _with(state: IdentifierState, field: str, values: Sequence[Array]) -> IdentifierState:
     """Return ``state`` with a ``field`` of the estimates of its three axes replaced."""
-    changes: list[dict[str, Any]] = [{field: tuple(own.tolist())} for own in values]
-    pitch, elevation, travel = (
-        axis._replace(estimate=axis.estimate._replace(**change))
-        for axis, change in zip(state.axes, changes, strict=True)
-    )
-    return state._replace(axes=(pitch, elevation, travel))
+    axes: Any = [
+        axis._replace(estimate=axis.estimate._replace(**dict[str, Any]({field: tuple(own.tolist())})))
+        for axis, own in zip(state.axes, values, strict=True)
+    ]
+    return state._replace(axes=tuple(axes))
 
 
 def weighted(logs: Sequence[Mapping[str, Estimate]]) -> Together:
@@ -124,10 +119,8 @@ def weighted(logs: Sequence[Mapping[str, Estimate]]) -> Together:
 
 def _weighted_mean(values: Array, errors: Array) -> tuple[float, float, float]:
     """Return mean, standard error and Birge ratio, 0 of a single value."""
-    weights = errors**-2.0
-    mean = float(weights @ values / weights.sum())
-    ratio = float(np.sqrt(weights @ (values - mean) ** 2 / max(len(values) - 1, 1)))
-    return mean, float(weights.sum() ** -0.5), ratio
+    mean, Q, precision = meta_analysis.weighted(values, errors, 0.0)
+    return mean, precision**-0.5, float(np.sqrt(Q / max(len(values) - 1, 1)))
 
 
 def _contradictions(estimates: Mapping[str, Estimate], outputs: Sequence[Any]) -> list[str]:

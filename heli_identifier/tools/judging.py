@@ -27,15 +27,9 @@ from heli_plant.parameters import BY_NAME, PlantParameters
 
 Progress = Callable[[str, float], None]
 
-CONFIDENCE = 0.95
-"""Share of the plants that keep what is promised."""
-
-LONGEST = 40.0
-"""Length [s] of the steps whose settling is judged."""
-
-SHOWN = {"pitch": 12.0, "elevation": 12.0, "travel": 30.0}
-"""Length [s] of the steps that are shown."""
-
+CONFIDENCE = 0.95  # share of the plants that keep what is promised
+LONGEST = 40.0  # length [s] of the steps whose settling is judged
+SHOWN = {"pitch": 12.0, "elevation": 12.0, "travel": 30.0}  # length [s] of the steps that are shown
 MARGINS = margins.Margins._fields
 
 SMALLER_IS_BETTER = ("gain_down", "sensitivity", "settling")

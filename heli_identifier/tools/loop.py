@@ -20,21 +20,14 @@ from heli_plant.state import PlantState
 from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, eight, feedback_step, start_feedback
 
 Controller = TypeVar("Controller", PidSettings, FeedbackSettings)
-Settings = PidSettings | FeedbackSettings
-"""A controller."""
-
-Memory = PidState | FeedbackState
-"""Its state."""
-
+Settings = PidSettings | FeedbackSettings  # a controller
+Memory = PidState | FeedbackState  # its state
 Array = NDArray[np.float64]
 
 CONTROLLER, FEEDBACK = "PidController", "StateFeedback"
 
-SETTLED = 0.05
-"""Share of the step within which a response counts as settled."""
-
-LEAD = 1.0
-"""Time [s] before the step."""
+SETTLED = 0.05  # share of the step within which a response counts as settled
+LEAD = 1.0  # time [s] before the step
 
 
 def controller_settings(default: Controller, values: Mapping[str, float]) -> Controller:

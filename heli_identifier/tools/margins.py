@@ -35,15 +35,9 @@ from heli_plant.control import PidSettings
 from heli_plant.state_feedback import MOST_DELAY, Angles, FeedbackSettings, Rotors
 
 Array = NDArray[np.float64]
-Responses = NDArray[Any]
-"""Frequency responses, complex."""
-
-LOOPS = ("pitch", "elevation")
-"""Loops, in the order of the channels: difference and sum of the voltages."""
-
-TO_ROTORS = np.array([[0.5, 0.5], [-0.5, 0.5]])
-"""(v_front, v_rear) from difference and sum of the voltages."""
-
+Responses = NDArray[Any]  # frequency responses, complex
+LOOPS = ("pitch", "elevation")  # loops, in the order of the channels: difference and sum of the voltages
+TO_ROTORS = np.array([[0.5, 0.5], [-0.5, 0.5]])  # (v_front, v_rear) from difference and sum of the voltages
 _UNLIMITED = 1e9  # limit [V] and [rad] that is never reached
 _NOTHING = 1e-12  # entry of a sampled matrix below which it is rounding
 

@@ -31,8 +31,6 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.stats import chi2, norm, t
 
-from heli_identifier.errors import IdentifierError
-
 LEVEL = 0.95
 """Probability of all intervals."""
 
@@ -51,27 +49,26 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Pooled:
-    """The random-effects mean of one coefficient over k ``rigs``, in the unit of the coefficient, intervals of 95 %."""
+    """The random-effects mean of one coefficient over k ``rigs``, in the unit of the coefficient, intervals of 95 %.
+
+    ``p`` is the two-sided probability of such a mean if the true one is zero, whatever the spread; ``none_p`` that of
+    such estimates if no rig has the effect: of the fixed-effect mean over its standard error, a normal variable. It is
+    far smaller than p where the rigs are few, as it does without the spread. ``spread`` is tau, ``prediction`` holds
+    the true value of a further rig (None for two rigs, whose interval says nothing), ``Q`` and ``Q_p`` are Cochran's
+    test, ``I2`` is 0 to 1.
+    """
 
     mean: float
     standard_error: float
     interval: tuple[float, float]
-    """Of the mean, by Hartung and Knapp."""
     p: float
-    """Two-sided probability of such a mean if the true one is zero, whatever the spread."""
     none_p: float
-    """Two-sided probability of such estimates if no rig has the effect: of the fixed-effect mean over its standard
-    error, a normal variable. It is far smaller than p where the rigs are few, as it does without the spread."""
     spread: float
-    """tau, the standard deviation between the rigs."""
     spread_interval: tuple[float, float]
     prediction: tuple[float, float] | None
-    """Of the true value of a further rig; None for two rigs, whose interval says nothing."""
     Q: float
     Q_p: float
-    """Q, Q_p: statistic of Cochran's test that all rigs have one value, and its probability."""
     I2: float
-    """Share of the variance of the estimates that the rigs' differences make, 0 to 1."""
     rigs: int
 
     @property
@@ -86,19 +83,9 @@ class Pooled:
 
 
 def pooled(values: Sequence[float], standard_errors: Sequence[float]) -> Pooled:
-    """Pool k estimates of one coefficient and their standard errors.
-
-    IdentifierError if there are fewer than two, or one is not finite or has no finite and positive standard error.
-    """
-    y, s = np.array(values, dtype=float), np.array(standard_errors, dtype=float)
-    k = len(y)
-    if k < 2 or len(s) != k or not (np.isfinite(y).all() and np.isfinite(s).all() and (s > 0.0).all()):
-        raise IdentifierError(
-            f"estimates {y.tolist()} with standard errors {s.tolist()} cannot be pooled; two or more finite estimates "
-            "with a positive standard error each are needed."
-        )
+    """Pool two or more finite estimates of one coefficient with their standard errors, which are positive."""
+    y, s, k, tail = np.array(values), np.array(standard_errors), len(values), 0.5 - 0.5 * LEVEL
     fixed, Q, fixed_precision = weighted(y, s, 0.0)
-    tail = 0.5 - 0.5 * LEVEL
     tau, low, high = (spread(y, s, q) for q in (k - 1.0, chi2.isf(tail, k - 1), chi2.ppf(tail, k - 1)))
     m, q, precision = weighted(y, s, tau)
     error = float(np.sqrt(max(1.0, q / (k - 1)) / precision))

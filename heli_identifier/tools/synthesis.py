@@ -43,23 +43,12 @@ from heli_plant.laws import motor_time_constant
 from heli_plant.parameters import PlantParameters
 from heli_plant.state_feedback import MOST_DELAY, Angles, FeedbackSettings, Motion, Pair, Rotors
 
-PEAK = 1.6
-"""Largest peak of the sensitivity: a phase margin of 36 degrees and a gain margin of 2.7 at least."""
-
-HORIZON = 10.0
-"""Length [s] of the steps in J."""
-
-UNSTABLE = 1e6
-"""Error J [s^2] of a loop that does not settle."""
-
-PENALTY = 50.0
-"""On a violated bound: larger than any improvement of a step response."""
-
-NO_GAIN = 1e-9
-"""Gain that the search has let go to zero."""
-
-AIR_RATE = 2.5
-"""Rate at which the torque of the air dies out [1/s], that of measured rooms."""
+PEAK = 1.6  # largest peak of the sensitivity: a phase margin of 36 degrees and a gain margin of 2.7 at least
+HORIZON = 10.0  # length [s] of the steps in J
+UNSTABLE = 1e6  # error J [s^2] of a loop that does not settle
+PENALTY = 50.0  # on a violated bound: larger than any improvement of a step response
+NO_GAIN = 1e-9  # gain that the search has let go to zero
+AIR_RATE = 2.5  # rate at which the torque of the air dies out [1/s], that of measured rooms
 
 MOTOR_NOISE = 0.01
 """Intensity of the noise on the motors' states [V^2 s]: their lag is no better known, and the filter stays regular."""
