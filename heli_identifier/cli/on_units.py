@@ -363,12 +363,11 @@ def design(
 
 def _plant(file: Path | None) -> "PlantParameters":
     """Give the plant of a parameters.json; without one the published model, and say so."""
-    from heli_plant.parameters import TABLE_2
+    from heli_plant.parameters import from_names
 
     if file is None:
         note("no --parameters given: the published model, Table 2, stands in for the rig")
-        return TABLE_2
-    return args.read_with_doubts(file).plant()
+    return from_names(args.by_unit(file, [PLANT], f"those of the {PLANT} are needed").get(PLANT, {}))
 
 
 def linearise(
