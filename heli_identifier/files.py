@@ -58,19 +58,10 @@ def is_kept(path: Path) -> bool:
 
 
 def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
-    """Write a file so that a reader finds the old content or the new one, never a part.
+    """Write a file so that a reader finds the old content or the new one, never a part; folders above it are made.
 
-    Parameters
-    ----------
-    path : str or PathLike
-        File to make or replace, or a device or pipe to write to. Missing folders above it are made.
-    content : str or bytes
-        Text is written as UTF-8 with its own line ends; what UTF-8 cannot hold becomes a question mark.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written; it names the file. The old file is then untouched and no draft remains.
+    It may also be a device or a pipe. Text is written as UTF-8 with its own line ends; what UTF-8 cannot hold becomes a
+    question mark. An OSError names the file, which is then untouched.
     """
     target = Path(path)
     data = content.encode("utf-8", "replace") if isinstance(content, str) else content
@@ -78,19 +69,18 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
         present = None
         with suppress(FileNotFoundError, NotADirectoryError):
             present = target.stat()  # what stands at the end of all links; a link to itself is an error
-        out = None  # standard output: what `-o /dev/stdout >> FILE` finds in FILE must stay
-        with suppress(OSError):  # it is closed
-            out = os.fstat(1)
-        if present is None:
-            _replace(Path(os.path.realpath(target)), None, data)
-        elif out is not None and os.path.samestat(present, out):
-            _write_all(os.dup(1), data)
-        elif stat.S_ISREG(present.st_mode):
-            _replace(Path(os.path.realpath(target)), present, data)
-        elif stat.S_ISDIR(present.st_mode):
+        if present is not None and stat.S_ISDIR(present.st_mode):
             raise IsADirectoryError(errno.EISDIR, "it is a folder, a file is needed")
+        if present is not None and _is_standard_output(present):
+            with open(os.dup(1), "wb") as file:  # what `-o /dev/stdout >> FILE` finds in FILE must stay
+                file.write(data)
+        elif present is None or stat.S_ISREG(present.st_mode):
+            _replace(Path(os.path.realpath(target)), present, data)
         else:  # without NO_WAIT a pipe that nobody reads would be waited for without end
-            _write_all(os.open(target, os.O_WRONLY | NO_WAIT), data, blocking=bool(NO_WAIT))
+            with open(os.open(target, os.O_WRONLY | NO_WAIT), "wb") as file:
+                if NO_WAIT:
+                    os.set_blocking(file.fileno(), True)
+                file.write(data)
     except OSError as error:
         # An error of a write, such as a full disk, names no file, and one of the draft names the draft.
         raise OSError(error.errno, error.strerror, str(path)) from error
@@ -108,23 +98,15 @@ def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
         draft.replace(target)
 
 
-def _write_all(descriptor: int, data: bytes, blocking: bool = False) -> None:
-    with open(descriptor, "wb") as file:
-        if blocking:
-            os.set_blocking(descriptor, True)
-        file.write(data)
+def _is_standard_output(present: os.stat_result) -> bool:
+    try:
+        return os.path.samestat(present, os.fstat(1))
+    except OSError:  # it is closed
+        return False
 
 
 def regular_bytes(path: Path, largest: float) -> bytes:
-    """Read a file that may be anything, up to a size of ``largest`` [MB].
-
-    Raises
-    ------
-    FileNotFoundError
-        There is no such file.
-    OSError
-        It is a folder, a device or a pipe, is larger than `largest`, or cannot be read.
-    """
+    """Read a file that may be anything, up to a size of ``largest`` [MB]; an OSError says that it is no such file."""
     # Looked at before it is opened: a pipe without a writer would be waited for without end.
     status = path.stat()
     if not stat.S_ISREG(status.st_mode):
@@ -140,10 +122,7 @@ def regular_bytes(path: Path, largest: float) -> bytes:
 def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
     """Give a new folder within ``folder``, by default that of temporary files; it is removed when the block ends.
 
-    Raises
-    ------
-    OSError
-        The folder cannot be made; it names the folder in which.
+    An OSError names the folder in which it cannot be made.
     """
     # the place of temporary files is looked for by writing one, and in vain where the disk is full
     parent = Path(tempfile.gettempdir() if folder is None else folder)
@@ -170,12 +149,7 @@ def sweep(folder: Path) -> None:
 def check_zip(path: Path) -> None:
     """Refuse a zip that cannot be unpacked safely; zipfile refuses what is encrypted, and makes a file of a link.
 
-    Raises
-    ------
-    ValueError
-        It is no zip, holds more than `LARGEST_ARCHIVE`, or has an entry that lies outside of its folder.
-    OSError
-        The file cannot be read.
+    A ValueError says that it is no zip, holds more than :data:`LARGEST_ARCHIVE`, or has an entry outside of its folder.
     """
     try:
         with zipfile.ZipFile(path) as archive:

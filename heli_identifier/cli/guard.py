@@ -8,7 +8,6 @@ leaves no files and no processes behind. What a command reads it does not write 
 import os
 import traceback
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ import typer
 
 from fmu_src.errors import FmuError
 from heli_identifier.errors import ConfigurationError, IdentifierError
-from heli_identifier.files import keeping
+from heli_identifier.files import is_kept, keeping
 from heli_identifier.processes import handled_here, memory_limits
 from heli_plant.errors import PlantError
 
@@ -56,9 +55,10 @@ def guarded(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def sentence_of(error: Exception) -> str | None:
     """Say what is wrong; None if the error is one of the program itself."""
-    if not isinstance(error, IdentifierError | PlantError | FmuError) and is_of_memory(error):
+    on_purpose = isinstance(error, IdentifierError | PlantError | FmuError)
+    if not on_purpose and is_of_memory(error):
         return "there is not enough memory for this; give less data or ask for less of it"
-    if not isinstance(error, IdentifierError | PlantError | FmuError | OSError):
+    if not on_purpose and not isinstance(error, OSError):
         return None
     try:
         os.getcwd()
@@ -78,13 +78,7 @@ def fail(sentence: str) -> typer.Exit:
 
 
 def refuse(wrong: bool, sentence: str) -> None:
-    """Refuse what a command was given if that is wrong.
-
-    Raises
-    ------
-    ConfigurationError
-        Says the sentence.
-    """
+    """Refuse what a command was given if that is wrong: a ConfigurationError says the sentence."""
     if wrong:
         raise ConfigurationError(sentence)
 
@@ -94,24 +88,16 @@ _WRITTEN = ("output", "junit", "plot")
 
 
 def files_read(options: Mapping[str, object]) -> list[Path]:
-    """Give the files that a command reads, such as a measured log; refuse to write over one of them, or one twice.
-
-    Raises
-    ------
-    ConfigurationError
-        Names the file.
-    """
+    """Give the files that a command reads, such as a measured log; refuse to write over one of them, or one twice."""
     written = [path for key in _WRITTEN if isinstance(path := options.get(key), Path)]
     real = [Path(os.path.realpath(path)) for path in written]
     if twice := [path for path in real if real.count(path) > 1 and (path.is_file() or not path.exists())]:
         raise ConfigurationError(f"two results are to be written to {twice[0].name}; name one file for each.")
     given = [value if isinstance(value, list) else [value] for key, value in options.items() if key not in _WRITTEN]
     read = [path for values in given for path in values if isinstance(path, Path)]
-    for path in written:
-        for other in read:
-            with suppress(OSError):  # one of them is not there
-                if path.is_file() and path.samefile(other):
-                    raise ConfigurationError(f"{path} is read by this command and not written over; name another.")
+    with keeping(read):
+        if over := [path for path in written if is_kept(path)]:
+            raise ConfigurationError(f"{over[0]} is read by this command and not written over; name another.")
     return read
 
 

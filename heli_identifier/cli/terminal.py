@@ -40,12 +40,10 @@ codecs.register_error("alike", _alike)
 
 
 class _Outlet(io.FileIO):
-    """A stream whose reader may leave, or whose disk may be full; what is written after that goes nowhere.
-
-    ``problem`` is what the system said then; None while all is well, and after a reader has left.
-    """
+    """A stream whose reader may leave, or whose disk may be full; what is written after that goes nowhere."""
 
     problem: str | None = None
+    """What the system said then; None while all is well, and after a reader has left."""
 
     def write(self, data: Any) -> int | None:  # type: ignore[override]
         try:
@@ -68,19 +66,17 @@ def open_streams() -> Callable[[], str | None]:
             os.fstat(descriptor)
         except OSError:  # closed: the next file opened would take its place, and receive what is printed
             _point_to_nothing(descriptor, os.O_WRONLY if descriptor else os.O_RDONLY)
-    outlets = {name: _Outlet(descriptor, "w", closefd=False) for descriptor, name in ((1, "stdout"), (2, "stderr"))}
-    for name, outlet in outlets.items():
-        if sys.platform == "win32" and outlet.isatty():
-            continue  # Windows' console takes text, not bytes; Python's own stream writes it
-        encoding = getattr(getattr(sys, name), "encoding", "utf-8")
-        lines = name == "stderr" or outlet.isatty()
-        buffer = io.BufferedWriter(outlet)
-        setattr(sys, name, io.TextIOWrapper(buffer, encoding=encoding, errors="alike", line_buffering=lines))
+    outlets = [_Outlet(descriptor, "w", closefd=False) for descriptor in (1, 2)]
+    for outlet, name in zip(outlets, ("stdout", "stderr"), strict=True):
+        encoding, lines = getattr(getattr(sys, name), "encoding", "utf-8"), name == "stderr" or outlet.isatty()
+        if sys.platform != "win32" or not outlet.isatty():  # Windows' console takes text, which Python's stream writes
+            buffer = io.BufferedWriter(outlet)
+            setattr(sys, name, io.TextIOWrapper(buffer, encoding=encoding, errors="alike", line_buffering=lines))
 
     def flush() -> str | None:
-        for stream in (sys.stdout, sys.stderr):
-            stream.flush()
-        return next((outlet.problem for outlet in outlets.values() if outlet.problem is not None), None)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        return next((outlet.problem for outlet in outlets if outlet.problem is not None), None)
 
     return flush
 
