@@ -33,13 +33,16 @@ def printable(text: str) -> str:
 def require_range(name: str, value: float, unit: str, lower: float = -inf, upper: float = inf) -> float:
     """Return ``value`` if it is finite and lower <= value <= upper, else a ConfigurationError names all of them."""
     if not isfinite(value) or not lower <= value <= upper:
-        said = "" if unit == "1" else f" {unit}"
-        raise ConfigurationError(f"{name} = {value!r}{said} must lie in [{lower:g}, {upper:g}]{said}")
+        if unit == "1":  # units in C hold one text for each case
+            raise ConfigurationError(f"{name} = {value!r} must lie in [{lower:g}, {upper:g}]")
+        raise ConfigurationError(f"{name} = {value!r} {unit} must lie in [{lower:g}, {upper:g}] {unit}")
     return value
 
 
 def require_positive(name: str, value: float, unit: str) -> float:
     """Return ``value`` if it is finite and positive, else a ConfigurationError names it."""
     if not isfinite(value) or value <= 0.0:
-        raise ConfigurationError(f"{name} = {value!r}{'' if unit == '1' else f' {unit}'} must be positive and finite")
+        if unit == "1":
+            raise ConfigurationError(f"{name} = {value!r} must be positive and finite")
+        raise ConfigurationError(f"{name} = {value!r} {unit} must be positive and finite")
     return value
