@@ -11,7 +11,7 @@ import ast
 import builtins
 import inspect
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from types import FunctionType
 from typing import Any
@@ -25,14 +25,54 @@ OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow,
 }  # fmt: skip
 _SYMBOLS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
-_NEGATIVE = {ast.IsNot: ast.Is(), ast.NotIn: ast.In()}
 
 
-def evaluated(body: Any, node: ast.expr) -> Any:
+def evaluated(body: Any, node: ast.expr | None) -> Any:
     """Return the value of an expression."""
-    if type(node) not in _EXPRESSIONS:
-        raise NoType(f"the expression {type(node).__name__} has no translation to C")
-    return _EXPRESSIONS[type(node)](body, node)
+
+    def of(one: ast.expr) -> Any:
+        return evaluated(body, one.value if isinstance(one, ast.Starred | ast.FormattedValue) else one)
+
+    match node:
+        case None:
+            return None
+        case ast.Constant(value):
+            return value
+        case ast.Name(name):
+            return _named(body, name)
+        case ast.Attribute(owner, name):
+            return getattr(of(owner), name)
+        case ast.Call(function, positional, keywords):
+            call, given = of(function), list[Any]()
+            for one in positional:
+                given += known_items(of(one)) or () if isinstance(one, ast.Starred) else [of(one)]
+            return call(*given, **{str(one.arg): of(one.value) for one in keywords})
+        case ast.Tuple(parts) | ast.List(parts):
+            if any(isinstance(one, ast.Starred) for one in parts):
+                return body.display(*((isinstance(one, ast.Starred), of(one)) for one in parts))
+            return [of(one) for one in parts] if isinstance(node, ast.List) else tuple(of(one) for one in parts)
+        case ast.Slice(lower, upper, step):
+            return slice(*(evaluated(body, bound) for bound in (lower, upper, step)))
+        case ast.Subscript(owner, place):
+            return body.item(of(owner), of(place))
+        case ast.BinOp(left, operation, right):
+            return OPERATIONS[type(operation)](of(left), of(right))
+        case ast.UnaryOp(operation, operand):
+            return opposite(body, of(operand)) if isinstance(operation, ast.Not) else -of(operand)
+        case ast.BoolOp(operation, values):
+            return _connected(body, both if isinstance(operation, ast.And) else either, values)
+        case ast.Compare(left, operations, others):
+            return _compared(body, of(left), operations, others)
+        case ast.IfExp(test, yes, no):
+            return choose(body, of(test), lambda: of(yes), lambda: of(no))
+        case ast.ListComp(element, parts) | ast.GeneratorExp(element, parts):
+            return body.collect(lambda put: _filled(body, element, parts, put))
+        case ast.JoinedStr(parts):
+            texts = [of(one) for one in parts]
+            if any(isinstance(text, Expr) for text in texts):
+                raise NoType("a text that is made at run time has no translation to C")
+            return "".join(map(str, texts))
+    raise NoType(f"the expression {type(node).__name__} has no translation to C")
 
 
 def bound(body: Any, target: ast.expr, value: Any) -> dict[str, Any]:
@@ -43,12 +83,12 @@ def bound(body: Any, target: ast.expr, value: Any) -> dict[str, Any]:
     return {name: own for one, part in parts for name, own in bound(body, one, part).items()}
 
 
-def _name(body: Any, node: ast.Name) -> Any:
-    if node.id in body.env:
-        return body.env[node.id]
-    value = {**vars(builtins), **body.function.__globals__}.get(node.id, NotImplemented)
+def _named(body: Any, name: str) -> Any:
+    if name in body.env:
+        return body.env[name]
+    value = {**vars(builtins), **body.function.__globals__}.get(name, NotImplemented)
     if value is NotImplemented:
-        raise NoType(f"name {node.id!r} is not defined")
+        raise NoType(f"name {name!r} is not defined")
     if not callable(value):
         return value
     if value in REFUSED:
@@ -60,109 +100,45 @@ def _name(body: Any, node: ast.Name) -> Any:
     return Callee(body, function) if is_own else value
 
 
-def _call(body: Any, node: ast.Call) -> Any:
-    function, given = evaluated(body, node.func), list[Any]()
-    for one in node.args:
-        value = evaluated(body, one.value if isinstance(one, ast.Starred) else one)
-        given += known_items(value) or () if isinstance(one, ast.Starred) else [value]
-    return function(*given, **{str(one.arg): evaluated(body, one.value) for one in node.keywords})
+def _connected(body: Any, join: Callable[..., Any], nodes: Sequence[ast.expr]) -> Any:
+    """Return values joined by ``and`` or ``or``; each is computed only where those before do not decide."""
+    first, *others = nodes
+    value = evaluated(body, first)
+    return join(body, value, lambda: _connected(body, join, others)) if others else value
 
 
-def _sequence(body: Any, node: ast.List | ast.Tuple) -> Any:
-    stars = [isinstance(one, ast.Starred) for one in node.elts]
-    values = [evaluated(body, one.value if isinstance(one, ast.Starred) else one) for one in node.elts]
-    if any(stars):
-        return body.display(*zip(stars, values, strict=True))
-    return values if isinstance(node, ast.List) else tuple(values)
+def _compared(body: Any, a: Any, operations: Sequence[ast.cmpop], nodes: Sequence[ast.expr]) -> Any:
+    """Return ``a < b``, or ``a < b <= c``, in which b is computed once."""
+    b = evaluated(body, nodes[0])
+    match operations[0]:
+        case ast.Is() | ast.IsNot():
+            holds = is_none(body, a)
+        case ast.In() | ast.NotIn():
+            holds = is_among(body, a, b)
+        case other:
+            holds = compared(body, _SYMBOLS[type(other)], a, b)
+    if isinstance(operations[0], ast.IsNot | ast.NotIn):
+        holds = opposite(body, holds)
+    return both(body, holds, lambda: _compared(body, b, operations[1:], nodes[1:])) if nodes[1:] else holds
 
 
-def _subscript(body: Any, node: ast.Subscript) -> Any:
-    place, value = node.slice, evaluated(body, node.value)
-    if not isinstance(place, ast.Slice):
-        return body.item(value, evaluated(body, place))
-    bounds = [None if one is None else evaluated(body, one) for one in (place.lower, place.upper, place.step)]
-    return body.item(value, slice(*bounds))
+def _filled(body: Any, element: ast.expr, parts: Sequence[ast.comprehension], put: Callable[[Any], None]) -> None:
+    """Put the elements of a comprehension, whose loops and conditions are ``parts``."""
+    if not parts:
+        put(evaluated(body, element))
+        return
+    part = parts[0]
 
+    def tested(tests: Sequence[ast.expr]) -> None:
+        if tests:
+            choose(body, evaluated(body, tests[0]), lambda: tested(tests[1:]), lambda: None)
+        else:
+            _filled(body, element, parts[1:], put)
 
-def _unary(body: Any, node: ast.UnaryOp) -> Any:
-    value = evaluated(body, node.operand)
-    return opposite(body, value) if isinstance(node.op, ast.Not) else -value
+    def take(item: Any) -> None:
+        around = body.env
+        body.env = {**around, **bound(body, part.target, item)}
+        tested(part.ifs)
+        body.env = around
 
-
-def _connected(body: Any, node: ast.BoolOp) -> Any:
-    join = both if isinstance(node.op, ast.And) else either
-
-    def from_(first: int) -> Any:
-        value = evaluated(body, node.values[first])
-        return value if first == len(node.values) - 1 else join(body, value, lambda: from_(first + 1))
-
-    return from_(0)
-
-
-def _comparison(body: Any, node: ast.Compare) -> Any:
-    def from_(first: int, a: Any) -> Any:
-        b = evaluated(body, node.comparators[first])
-        holds = _holds(body, node.ops[first], a, b)
-        return holds if first == len(node.ops) - 1 else both(body, holds, lambda: from_(first + 1, b))
-
-    return from_(0, evaluated(body, node.left))
-
-
-def _holds(body: Any, op: ast.cmpop, a: Any, b: Any) -> Any:
-    if type(op) in _NEGATIVE:
-        return opposite(body, _holds(body, _NEGATIVE[type(op)], a, b))
-    if isinstance(op, ast.Is):
-        return is_none(body, a)
-    return is_among(body, a, b) if isinstance(op, ast.In) else compared(body, _SYMBOLS[type(op)], a, b)
-
-
-def _comprehension(body: Any, node: ast.ListComp | ast.GeneratorExp) -> Any:
-    def fill(put: Callable[[Any], None], depth: int = 0) -> None:
-        if depth == len(node.generators):
-            put(evaluated(body, node.elt))
-            return
-        part = node.generators[depth]
-
-        def tested(number: int) -> None:
-            if number == len(part.ifs):
-                fill(put, depth + 1)
-            else:
-                choose(body, evaluated(body, part.ifs[number]), lambda: tested(number + 1), lambda: None)
-
-        def take(item: Any) -> None:
-            around = body.env
-            body.env = {**around, **bound(body, part.target, item)}
-            tested(0)
-            body.env = around
-
-        body.each(evaluated(body, part.iter), take)
-
-    return body.collect(fill)
-
-
-def _text(body: Any, node: ast.JoinedStr) -> str:
-    values = [evaluated(body, one.value if isinstance(one, ast.FormattedValue) else one) for one in node.values]
-    if any(isinstance(value, Expr) for value in values):
-        raise NoType("a text that is made at run time has no translation to C")
-    return "".join(map(str, values))
-
-
-_EXPRESSIONS: dict[type, Callable[[Any, Any], Any]] = {
-    ast.Constant: lambda body, node: node.value,
-    ast.Name: _name,
-    ast.Attribute: lambda body, node: getattr(evaluated(body, node.value), node.attr),
-    ast.Call: _call,
-    ast.Tuple: _sequence,
-    ast.List: _sequence,
-    ast.Subscript: _subscript,
-    ast.BinOp: lambda body, node: OPERATIONS[type(node.op)](evaluated(body, node.left), evaluated(body, node.right)),
-    ast.UnaryOp: _unary,
-    ast.BoolOp: _connected,
-    ast.Compare: _comparison,
-    ast.IfExp: lambda body, node: choose(
-        body, evaluated(body, node.test), lambda: evaluated(body, node.body), lambda: evaluated(body, node.orelse)
-    ),
-    ast.ListComp: _comprehension,
-    ast.GeneratorExp: _comprehension,
-    ast.JoinedStr: _text,
-}
+    body.each(evaluated(body, part.iter), take)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import ast
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from textwrap import dedent
 from typing import Any
 
 from .body import Body
 from .expressions import OPERATIONS, bound, evaluated
-from .types import FLOAT, INT, NOTHING, TEXT, Listing, NoType, annotated, joined, listed
+from .types import BOOL, FLOAT, INT, NOTHING, TEXT, Listing, NoType, annotated, joined, listed
 from .values import Expr, branched, opposite, quoted, truth, type_of, unwrapped
 
 
@@ -52,30 +52,53 @@ def run(body: Body, nodes: list[ast.stmt]) -> None:
         if body.ended:
             return
         try:
-            if type(node) not in _STATEMENTS:
-                raise NoType(f"the statement {type(node).__name__} has no translation to C")
-            _STATEMENTS[type(node)](body, node)
+            _translate(body, node)
         except (NoType, TypeError, ValueError, LookupError, AttributeError) as problem:
             body.refuse(node, f"{problem}: {ast.unparse(node).splitlines()[0]}")
 
 
-def _assignment(body: Body, node: ast.Assign) -> None:
-    value = evaluated(body, node.value)
-    for target in node.targets:
-        _assign(body, target, value)
-
-
-def _annotated_assignment(body: Body, node: ast.AnnAssign) -> None:
-    if node.value is None:
-        raise NoType("an annotation without a value has no translation")
-    wanted = annotated(eval(ast.unparse(node.annotation), body.function.__globals__))  # our own source
-    value = evaluated(body, node.value)
-    _assign(body, node.target, value if type_of(value) == wanted else body.opened(body.as_type(value, wanted)))
-
-
-def _changed(body: Body, node: ast.AugAssign) -> None:
-    operation = OPERATIONS[type(node.op)]
-    _assign(body, node.target, operation(evaluated(body, node.target), evaluated(body, node.value)))
+def _translate(body: Body, node: ast.stmt) -> None:
+    match node:
+        case ast.Assign(targets, expression):
+            value = evaluated(body, expression)
+            for target in targets:
+                _assign(body, target, value)
+        case ast.AnnAssign(target, annotation, expression):
+            wanted = annotated(eval(ast.unparse(annotation), body.function.__globals__))  # our own source
+            value = evaluated(body, expression)
+            _assign(body, target, value if type_of(value) == wanted else body.opened(body.as_type(value, wanted)))
+        case ast.AugAssign(target, operation, expression):
+            _assign(body, target, OPERATIONS[type(operation)](evaluated(body, target), evaluated(body, expression)))
+        case ast.If(test, yes, no):
+            _branch(body, truth(body, evaluated(body, test)), yes, no)
+        case ast.While(test, inner):
+            _repeat_while(body, test, inner)
+        case ast.For():
+            _repeat_for(body, node)
+        case ast.Return(expression):
+            value = evaluated(body, expression)
+            body.returned = joined(body.returned, type_of(value))
+            kind = body.returns or body.returned
+            body.program.use(kind)
+            body.emit("return;" if kind == NOTHING else f"return {body.as_type(value, kind).bare};")
+            body.ended = True
+        case ast.Expr(ast.Call(ast.Attribute(owner, "append"), [item])):
+            made = evaluated(body, owner)
+            if not isinstance(made, Expr) or not isinstance(made.type, Listing):
+                raise NoType("append needs a list that is a variable of the same function")
+            body.push(made, evaluated(body, item))
+        case ast.Expr(expression):
+            evaluated(body, expression)
+        case ast.Continue():
+            body.commit()
+            body.emit("continue;")
+            body.ended = True
+        case ast.Raise(ast.Call(_, [message])):
+            _refuse(body, message)
+        case ast.Raise():
+            raise NoType("only `raise Error(text)` has a translation to C")
+        case _:
+            raise NoType(f"the statement {type(node).__name__} has no translation to C")
 
 
 def _assign(body: Body, target: ast.expr, value: Any) -> None:
@@ -103,13 +126,12 @@ def _store(body: Body, name: str, value: Any) -> None:
     body.env[name] = body.kept(value, name)
 
 
-def _branch(body: Body, node: ast.If) -> None:
-    test = truth(body, evaluated(body, node.test))
+def _branch(body: Body, test: Any, yes: list[ast.stmt], no: list[ast.stmt]) -> None:
     if not isinstance(test, Expr):
-        run(body, node.body if test else node.orelse)
+        run(body, yes if test else no)
         return
     before, parts, ends = body.env, ([], []), []  # type: ignore[var-annotated]
-    for lines, nodes in zip(parts, (node.body, node.orelse), strict=True):
+    for lines, nodes in zip(parts, (yes, no), strict=True):
         body.env, body.ended = dict(before), False
         with body.aside(lines):
             run(body, nodes)
@@ -118,14 +140,13 @@ def _branch(body: Body, node: ast.If) -> None:
     body.env, body.ended = after or before, after is None
 
 
-def _repeat_while(body: Body, node: ast.While) -> None:
+def _repeat_while(body: Body, test: ast.expr, inner: list[ast.stmt]) -> None:
     def turn() -> None:
-        ended = opposite(body, evaluated(body, node.test))
-        body.emit(f"if ({body.as_type(ended, type_of(True)).bare})")
+        body.emit(f"if ({body.as_type(opposite(body, evaluated(body, test)), BOOL).bare})")
         body.emit("    break;")
-        run(body, node.body)
+        run(body, inner)
 
-    body.repeat("for (;;)", _assigned(node.body), turn)
+    body.repeat("for (;;)", _assigned(inner), turn)
 
 
 def _repeat_for(body: Body, node: ast.For) -> None:
@@ -141,36 +162,8 @@ def _repeat_for(body: Body, node: ast.For) -> None:
     body.each(over, take, _assigned([node]))
 
 
-def _give_back(body: Body, node: ast.Return) -> None:
-    value = None if node.value is None else evaluated(body, node.value)
-    body.returned = joined(body.returned, type_of(value))
-    kind = body.returns or body.returned
-    body.program.use(kind)
-    body.emit("return;" if kind == NOTHING else f"return {body.as_type(value, kind).bare};")
-    body.ended = True
-
-
-def _lone_expression(body: Body, node: ast.Expr) -> None:
-    call = node.value
-    if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute) and call.func.attr == "append":
-        made = evaluated(body, call.func.value)
-        if not isinstance(made, Expr) or not isinstance(made.type, Listing):
-            raise NoType("append needs a list that is a variable of the same function")
-        body.push(made, evaluated(body, call.args[0]))
-    else:
-        evaluated(body, call)
-
-
-def _go_on(body: Body, node: ast.stmt) -> None:
-    body.commit()
-    body.emit("continue;")
-    body.ended = True
-
-
-def _refusal(body: Body, node: ast.Raise) -> None:
-    if not isinstance(node.exc, ast.Call) or len(node.exc.args) != 1:
-        raise NoType("only `raise Error(text)` has a translation to C")
-    message = node.exc.args[0]
+def _refuse(body: Body, message: ast.expr) -> None:
+    """Refuse the call of the host with a message, as ``raise`` does."""
     form, values = "", []
     for part in message.values if isinstance(message, ast.JoinedStr) else [message]:
         if not isinstance(part, ast.FormattedValue):
@@ -178,14 +171,13 @@ def _refusal(body: Body, node: ast.Raise) -> None:
             continue
         value = unwrapped(evaluated(body, part.value))
         kind = type_of(value)
-        wanted = part.format_spec.values[0].value if isinstance(part.format_spec, ast.JoinedStr) else ""  # type: ignore[attr-defined]
         text = body.as_type(value, kind).bare
         if kind == TEXT:
             form += "'%s'" if part.conversion == ord("r") else "%s"
         elif kind == INT:
             form, text = form + "%lld", f"(long long){text}"
-        elif kind == FLOAT and wanted:
-            form += f"%{wanted}"
+        elif kind == FLOAT and part.format_spec is not None:
+            form += f"%{evaluated(body, part.format_spec)}"
         elif kind == FLOAT:
             form, text = form + "%s", f"shortest(space, {text})"
         else:
@@ -194,17 +186,3 @@ def _refusal(body: Body, node: ast.Raise) -> None:
     body.needs_space = True
     body.emit(f"refuse(space, {', '.join([quoted(form), *values])});")
     body.ended = True
-
-
-_STATEMENTS: dict[type, Callable[[Body, Any], None]] = {
-    ast.Assign: _assignment,
-    ast.AnnAssign: _annotated_assignment,
-    ast.AugAssign: _changed,
-    ast.If: _branch,
-    ast.While: _repeat_while,
-    ast.For: _repeat_for,
-    ast.Return: _give_back,
-    ast.Expr: _lone_expression,
-    ast.Continue: _go_on,
-    ast.Raise: _refusal,
-}
