@@ -42,8 +42,7 @@ UNITS: dict[str, str] = {
 
 _NAMESPACE = UUID("5b6c0a52-5f0e-4f2e-9a55-6a4f5f0f9f21")
 
-EARLIEST = (1980, 1, 1, 0, 0, 0)
-"""The earliest time of a zip entry."""
+EARLIEST = (1980, 1, 1, 0, 0, 0)  # the earliest time of a zip entry
 
 
 def unit_class(name: str) -> type[SlaveBase]:

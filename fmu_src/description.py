@@ -25,10 +25,8 @@ from .variables import LARGEST, Value, Variable
 AUTHOR = "The heli-twin authors"
 LICENSE = "MIT"
 VERSION = "0.1.0"
-DATE = "2025-01-01T00:00:00Z"
-"""Fixed, so that two builds of the same sources are the same bytes."""
-TOOL = f"heli-twin {VERSION}"
-"""What made a native unit."""
+DATE = "2025-01-01T00:00:00Z"  # fixed, so that two builds of the same sources are the same bytes
+TOOL = f"heli-twin {VERSION}"  # what made a native unit
 
 BASES: dict[str, dict[str, int]] = {
     "1": {}, "m": {"m": 1}, "kg": {"kg": 1}, "s": {"s": 1}, "A": {"A": 1}, "rad": {"rad": 1}, "Hz": {"s": -1},

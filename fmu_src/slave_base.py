@@ -38,8 +38,7 @@ from .variables import TYPES, Value, Variable, problem_with, with_fields
 
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
 
-LONGEST_STEP = 1e9
-"""Communication steps must be shorter [s]; this also keeps infinity out."""
+LONGEST_STEP = 1e9  # communication steps must be shorter [s]; this also keeps infinity out
 
 MOST_SUBSTEPS = 100_000
 """Steps that a unit takes inside of one communication step: some seconds of computing. More are refused, because a
@@ -51,8 +50,7 @@ CLOCK_TOLERANCE = 1e-3
 _OPEN = {STEPPING: ("input", "tunable"), TERMINATED: ()}
 """Causality or variability of what may be set in a phase; inputs and parameters in the earlier ones."""
 
-_WHOLE_UNIT = -1
-"""Key of a refusal that belongs to no single variable."""
+_WHOLE_UNIT = -1  # key of a refusal that belongs to no single variable
 
 _BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}
 """Value that is returned for a variable that does not exist."""

@@ -18,8 +18,7 @@ Value = Union[float, int, bool, str]  # noqa: UP007 - evaluated, also by Python 
 TYPES = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
 """Python type of each FMI type."""
 
-LARGEST = float_info.max
-"""Bound of a Real that declares no bound; infinities and NaN stay out of range."""
+LARGEST = float_info.max  # bound of a Real that declares no bound; infinities and NaN stay out of range
 
 
 class Variable(NamedTuple):

@@ -20,8 +20,7 @@ from .variables import Value
 VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")
 """Packages that are put into an FMU; everything else that a unit imports must be in the standard library."""
 
-OLDEST_PYTHON = (3, 9)
-"""The oldest Python of a host."""
+OLDEST_PYTHON = (3, 9)  # the oldest Python of a host
 
 _POSTPONED = "from __future__ import annotations\n"
 _STRICT = re.compile(r",\s*strict=(?:True|False)(?=\s*,?\s*\))")
@@ -44,7 +43,8 @@ def _imports(module: str, tree: ast.AST, is_package: bool) -> Iterable[str]:
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             origin = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
-            yield from (origin, *(f"{origin}.{alias.name}" for alias in node.names))
+            names = [f"{origin}.{alias.name}" for alias in node.names]
+            yield from names if all(map(_module_file, names)) else (origin, *names)
 
 
 def needed_sources(module: str) -> dict[str, str]:

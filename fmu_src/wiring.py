@@ -33,8 +33,7 @@ from .variables import Value
 
 VOLTAGES = ("v_front", "v_rear")
 
-MOST_STEPS = 20_000_000
-"""Communication steps of a run: two days at 100 Hz, whose outputs fill some gigabytes."""
+MOST_STEPS = 20_000_000  # communication steps of a run: two days at 100 Hz, whose outputs fill some gigabytes
 
 
 @dataclass(frozen=True)

@@ -32,17 +32,10 @@ from ..wiring import Scenario, scenario, whole_steps
 from .instance import Array, Instance, alive
 from .result import Bands, Result
 
-STRIDE = 1000
-"""Steps after which a run says that it is alive."""
-
-LONGEST_SLEEP = 1.0
-"""Time after which a run in real time that waits for its next step says that it is alive [s]."""
-
-SHARE = 0.95
-"""Share of many runs inside of a band."""
-
-MOST_NUMBERS = 5e7
-"""Numbers that are kept of many runs (400 MB); of longer ones every n-th instant is kept."""
+STRIDE = 1000  # steps after which a run says that it is alive
+LONGEST_SLEEP = 1.0  # time after which a run in real time that waits for its next step says that it is alive [s]
+SHARE = 0.95  # share of many runs inside of a band
+MOST_NUMBERS = 5e7  # numbers that are kept of many runs (400 MB); of longer ones every n-th instant is kept
 
 
 def run(

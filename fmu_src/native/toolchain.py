@@ -42,10 +42,8 @@ WINDOWS = Platform(
 MAC = Platform("darwin64", "x86_64-darwin", ".dylib", "x86_64-macos")
 ARM_LINUX = Platform("", "aarch64-linux", ".so", "aarch64-linux-gnu.2.17", ("aarch64-linux-gnu-gcc",))
 ARM_MAC = Platform("", "aarch64-darwin", ".dylib", "aarch64-macos")
-PLATFORMS = (LINUX, WINDOWS)
-"""Platforms that every native unit is compiled for where a compiler is at hand."""
-ALL_PLATFORMS = (*PLATFORMS, MAC, ARM_LINUX, ARM_MAC)
-"""FMI 2.0 has no name for those on ARM."""
+PLATFORMS = (LINUX, WINDOWS)  # platforms that every native unit is compiled for where a compiler is at hand
+ALL_PLATFORMS = (*PLATFORMS, MAC, ARM_LINUX, ARM_MAC)  # FMI 2.0 has no name for those on ARM
 
 
 def _machine() -> Platform | None:

@@ -8,20 +8,7 @@ from typing import ClassVar
 
 from pythonfmu.enums import Fmi2Status
 
-from heli_identifier.online import (
-    GAINS,
-    IdentifierOutput,
-    IdentifierSettings,
-    ModelParameters,
-    Sampled,
-    before_samples,
-    begin_sampling,
-    determined,
-    is_closed,
-    prepare,
-    take_samples,
-    total,
-)
+from heli_identifier import online
 from heli_plant.parameters import BY_FIELD
 
 from ..errors import Refusal
@@ -29,13 +16,12 @@ from ..slave_base import SlaveBase, check_due
 from ..variables import Variable, for_each, output, parameter, setting
 from .signals import ANGLE_INPUTS, AXES, REFERENCE_INPUTS, VOLTAGE_INPUTS
 
-_ESTIMATED = tuple((name, BY_FIELD[name].unit, BY_FIELD[name].description) for name in ModelParameters._fields)
+_ESTIMATED = tuple((name, BY_FIELD[name].unit, BY_FIELD[name].description) for name in online.ModelParameters._fields)
 """Symbol, unit and description of each estimated parameter."""
 _UNITS = tuple(unit for _, unit, _ in _ESTIMATED)
-_DEFAULT = IdentifierSettings()
+_DEFAULT = online.IdentifierSettings()
 _setting = partial(setting, _DEFAULT)
-SLOTS = 3
-"""Number of effects of the catalogue that can be watched on each axis."""
+SLOTS = 3  # number of effects of the catalogue that can be watched on each axis
 
 _OUTPUTS = (
     *(output(name, unit, f"estimate: {text}", (f"initial.{name}",)) for name, unit, text in _ESTIMATED),
@@ -57,11 +43,11 @@ _OUTPUTS = (
     output("closed_loop", "1", "1: one of the three scores is beyond 3, a controller flies the rig, else 0"),
     *(
         output(f"instrument.{name}", BY_FIELD[name].unit, f"{name} by the references alone, 0 where none has moved")
-        for name in GAINS
+        for name in online.GAINS
     ),
     *(
         output(f"standard_error.instrument.{name}", BY_FIELD[name].unit, f"standard error of instrument.{name}")
-        for name in GAINS
+        for name in online.GAINS
     ),
     output("contradicted", "1", "1: the references exclude an estimated gain by 2.5 standard errors, else 0"),
     *(
@@ -96,7 +82,7 @@ _SETTINGS = (
 )
 
 
-def shown(estimate: IdentifierOutput, is_in_closed_loop: bool):
+def shown(estimate: online.IdentifierOutput, is_in_closed_loop: bool):
     """Return the outputs in their order, but for the scores."""
     triples = zip(estimate.parameters, estimate.standard_errors, _UNITS, strict=True)
     return (
@@ -104,7 +90,7 @@ def shown(estimate: IdentifierOutput, is_in_closed_loop: bool):
         *estimate.standard_errors,
         *estimate.sigma,
         *estimate.excitation,
-        *[float(determined(value, error, unit)) for value, error, unit in triples],
+        *[float(online.determined(value, error, unit)) for value, error, unit in triples],
         *estimate.lag,
         *estimate.feedback,
         float(is_in_closed_loop),
@@ -120,14 +106,14 @@ class AdaptiveIdentifier(SlaveBase):
     variables: ClassVar[tuple[Variable, ...]] = (
         *VOLTAGE_INPUTS, *ANGLE_INPUTS, *REFERENCE_INPUTS, *_OUTPUTS, *_SETTINGS,
     )  # fmt: skip
-    hidden = {"sampled": Sampled, "warned": bool}
+    hidden = {"sampled": online.Sampled, "warned": bool}
     summary = "Adaptive identification of pitch, elevation and travel from voltages and angles"
 
     def initialise(self, time: float) -> None:
         """Read the settings; show the initial estimate."""
         hold, known = self.value("adaptation.hold_time"), self.value("pitch.rest_angle_known")
         self.slots = {axis: self._watched_on(axis) for axis in AXES}
-        self.plan = prepare(
+        self.plan = online.prepare(
             self.settings(
                 _DEFAULT,
                 hold_time=None if hold < 0.0 else hold,
@@ -136,9 +122,9 @@ class AdaptiveIdentifier(SlaveBase):
                 method=self.value("method"),
             )
         )
-        self.sampled: Sampled | None = None
+        self.sampled: online.Sampled | None = None
         self.warned = False
-        self._show(before_samples(self.plan))
+        self._show(online.before_samples(self.plan))
 
     def _watched_on(self, axis: str) -> list[str]:
         """Return the names listed in ``watch.<axis>``."""
@@ -153,14 +139,14 @@ class AdaptiveIdentifier(SlaveBase):
         v_front, v_rear, pitch, elevation, travel, of_pitch, of_elevation, of_travel = self.values[:8]
         measured, references = (v_front, v_rear, pitch, elevation, travel), (of_pitch, of_elevation, of_travel)
         if self.sampled is None:
-            self.sampled = begin_sampling(time, measured, self.plan, references)
+            self.sampled = online.begin_sampling(time, measured, self.plan, references)
             return
         period = self.plan.settings.sample_time
         due = self.sampled.first + (self.sampled.state.samples + 1) * period
         check_due(time - due, period, time)
-        sampled, estimate = take_samples(self.sampled, time, measured, self.plan, references)
+        sampled, estimate = online.take_samples(self.sampled, time, measured, self.plan, references)
         if estimate is not None:
-            if not isfinite(total(estimate.parameters)):
+            if not isfinite(online.total(estimate.parameters)):
                 raise Refusal(
                     f"the estimate is no longer finite in the step from t = {time:g} s; "
                     f"the inputs (voltages [V] and angles [rad]) were {list(measured)}"
@@ -168,8 +154,8 @@ class AdaptiveIdentifier(SlaveBase):
             self._show(estimate)
         self.sampled = sampled
 
-    def _show(self, estimate: IdentifierOutput) -> None:
-        closed = is_closed(estimate.feedback)
+    def _show(self, estimate: online.IdentifierOutput) -> None:
+        closed = online.is_closed(estimate.feedback)
         self.show(shown(estimate, closed))
         if closed and not self.warned and not self.plan.predicting:
             self.warned = True

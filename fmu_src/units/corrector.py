@@ -5,21 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import ClassVar
 
-from heli_identifier.following import (
-    DEFAULT_EFFECTS,
-    HEARD,
-    MODES,
-    REASONS,
-    WHAT,
-    CorrectorState,
-    Event,
-    FollowSettings,
-    IdentifierReport,
-    Sample,
-    correct,
-    prepare_following,
-    start_correcting,
-)
+from heli_identifier import following
 from heli_plant.observer import CORRECTED
 from heli_plant.parameters import BY_FIELD, PARAMETERS, checked
 
@@ -33,7 +19,7 @@ _EARLY = 1e-6
 _PLACES = {
     effect: (axis, place)
     for axis in AXES
-    for place, effect in enumerate([one for one in DEFAULT_EFFECTS if one[1] == axis], 1)
+    for place, effect in enumerate([one for one in following.DEFAULT_EFFECTS if one[1] == axis], 1)
 }
 """Axis of each effect and its place in the identifier's list ``watch.<axis>``, in the order of the inputs."""
 
@@ -48,13 +34,13 @@ _INPUTS = (
     ),
     *(
         real_input(f"estimate.{name}", BY_FIELD[name].unit, 1e9, 1.0, f"the identifier's estimate of {name}")
-        for name in HEARD
+        for name in following.HEARD
     ),
     *(
         real_input(
             f"estimate_error.{name}", BY_FIELD[name].unit, 1e9, 1.0, f"standard error of that of {name}, 0 if none"
         )
-        for name in HEARD
+        for name in following.HEARD
     ),
 )
 _OUTPUTS = (
@@ -78,7 +64,7 @@ _OUTPUTS = (
     output("event.standard_error", "1", "its standard error"),
     output("event.since", "s", "when the change took place, as estimated"),
 )
-_DEFAULT = FollowSettings()
+_DEFAULT = following.FollowSettings()
 _setting = partial(setting, _DEFAULT)
 _SETTINGS = (
     _setting("sample.time", "sample_time", "time between two samples", "s", 1e-4, 0.1),
@@ -98,51 +84,51 @@ class Corrector(SlaveBase):
     """Takes a sample every ``sample.time``; the pure step is that of the following twin."""
 
     variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS, *_OUTPUTS, *_SETTINGS)
-    hidden = {"first": float, "state": CorrectorState, "reports": int, "last": Event}
+    hidden = {"first": float, "state": following.CorrectorState, "reports": int, "last": following.Event}
     summary = "Notices in flight that a twin no longer fits its rig, names the change and corrects the twin"
 
     def initialise(self, time: float) -> None:
         """Read the settings; show the start."""
         settings = self.settings(_DEFAULT)
         checked(settings.parameters)
-        self.plan = prepare_following(settings)
-        self.state: CorrectorState | None = None
+        self.plan = following.prepare_following(settings)
+        self.state: following.CorrectorState | None = None
         self.first = time
         self.reports = 0
-        self.last: Event | None = None
+        self.last: following.Event | None = None
         self.bandwidth = self.value("keeping.bandwidth") if self.value("keeping.enabled") else 0.0
         self.show(self.bandwidth if variable.name == "observer.bandwidth" else 0.0 for variable in _OUTPUTS)
 
     def advance(self, time: float, step_size: float) -> None:
         """Take the sample of ``time`` [s]; the outputs are of the end of the step."""
-        now = Sample(*self.values[:6])
+        now = following.Sample(*self.values[:6])
         period = self.plan.settings.sample_time
         if self.state is None:
             self.first = time
-            self.state = start_correcting(self.plan, now)
+            self.state = following.start_correcting(self.plan, now)
             return
         check_due(time - self.first - (self.state.samples + 1) * period, period, time)
         report = self._report_of_the_identifier()
         state = self.state
         while self.first + (state.samples + 1) * period <= time + _EARLY * period:
             due_again = self.first + (state.samples + 2) * period <= time + _EARLY * period
-            state, events = correct(state, now._replace(fresh=0.0) if due_again else now, report, self.plan)
+            state, events = following.correct(state, now._replace(fresh=0.0) if due_again else now, report, self.plan)
             self.reports += len(events)
             self.last = events[-1] if events else self.last
         if state.samples > self.state.samples:
             self.state = state
             self._show(state)
 
-    def _report_of_the_identifier(self) -> IdentifierReport:
+    def _report_of_the_identifier(self) -> following.IdentifierReport:
         to_pitch, to_elevation, to_travel = (self.value(f"excitation.{axis}") for axis in AXES)
-        return IdentifierReport(
+        return following.IdentifierReport(
             (to_pitch, to_elevation, to_travel),
-            tuple([self.value("score.{}[{}]".format(*_PLACES[effect])) for effect in DEFAULT_EFFECTS]),
-            tuple([self.value(f"estimate.{name}") for name in HEARD]),
-            tuple([self.value(f"estimate_error.{name}") for name in HEARD]),
+            tuple([self.value("score.{}[{}]".format(*_PLACES[effect])) for effect in following.DEFAULT_EFFECTS]),
+            tuple([self.value(f"estimate.{name}") for name in following.HEARD]),
+            tuple([self.value(f"estimate_error.{name}") for name in following.HEARD]),
         )
 
-    def _show(self, state: CorrectorState) -> None:
+    def _show(self, state: following.CorrectorState) -> None:
         twins, window = state.predictions, self.plan.window
         if twins.compared:
             errors = [*twins.used.rms(window), *twins.alone.rms(window)]
@@ -160,13 +146,13 @@ class Corrector(SlaveBase):
             self.bandwidth,
             state.alarm,
             state.finding.change + 1.0,
-            float(MODES.index(state.mode)),
+            float(following.MODES.index(state.mode)),
             float(self.reports),
         ]
         if self.last is not None:
             event = self.last
             names = ["", *(change.name for change in self.plan.changes)]
-            what, why = list(WHAT).index(event.what), list(REASONS.values()).index(event.why)
+            what, why = list(following.WHAT).index(event.what), list(following.REASONS.values()).index(event.why)
             shown += [what + 1.0, float(names.index(event.name)), why + 1.0]
             shown += [event.value, event.standard_error, self.start_time + event.since]
         self.show(shown)

@@ -125,8 +125,7 @@ _KEEPING = (
     ),
 )
 
-_CORRECTING = slice(-len(_CORRECTIONS) - len(_KEEPING), -len(_KEEPING))
-"""Values of the corrections."""
+_CORRECTING = slice(-len(_CORRECTIONS) - len(_KEEPING), -len(_KEEPING))  # values of the corrections
 
 
 class FollowingPlant(HelicopterPlant):

@@ -31,8 +31,7 @@ _HEADERS = {
 _BLANKS = " \t\r\v\f"
 _CELL = re.compile(r'[ \t\r\v\f]*(?:"((?:[^"]|"")*)"[ \t\r\v\f]*|([^",]*))(,|\Z)')
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-_SHOWN = 300
-"""Characters of a text from the file that a message shows."""
+_SHOWN = 300  # characters of a text from the file that a message shows
 
 
 class Recording(NamedTuple):

@@ -7,11 +7,8 @@ from ..variables import Variable, for_each, output, real_input
 VOLTAGE_BOUND = 30.0
 """Bound of a voltage [V], above the output of any rig's amplifier; the motors saturate at ``motor.voltage_limit``."""
 
-ANGLE_BOUND = 1e4
-"""Bound of an angle [rad]; angles count turns and may be large."""
-
-RATE_BOUND = 1e3
-"""Bound of an angular rate [rad/s]."""
+ANGLE_BOUND = 1e4  # bound of an angle [rad]; angles count turns and may be large
+RATE_BOUND = 1e3  # bound of an angular rate [rad/s]
 
 AXES = ("pitch", "elevation", "travel")
 ROTORS = ("front", "rear")

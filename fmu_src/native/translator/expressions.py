@@ -13,7 +13,7 @@ import inspect
 import operator
 from collections.abc import Callable, Sequence
 from functools import partial
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any
 
 from .functions import REFUSED, STAGED
@@ -41,7 +41,8 @@ def evaluated(body: Any, node: ast.expr | None) -> Any:
         case ast.Name(name):
             return _named(body, name)
         case ast.Attribute(owner, name):
-            return getattr(of(owner), name)
+            whole = of(owner)
+            return _staged(body, getattr(whole, name)) if isinstance(whole, ModuleType) else getattr(whole, name)
         case ast.Call(function, positional, keywords):
             call, given = of(function), list[Any]()
             for one in positional:
@@ -89,6 +90,11 @@ def _named(body: Any, name: str) -> Any:
     value = {**vars(builtins), **body.function.__globals__}.get(name, NotImplemented)
     if value is NotImplemented:
         raise NoType(f"name {name!r} is not defined")
+    return _staged(body, value)
+
+
+def _staged(body: Any, value: Any) -> Any:
+    """Return what stands in the place of a value of Python's, which is a function or a constant."""
     if not callable(value):
         return value
     if value in REFUSED:

@@ -38,8 +38,7 @@ TEXT = Scalar("const char *", "s")
 CHOICE = Scalar("int64_t", "choice")
 """A function in a field: its number among those that the program has put into fields."""
 NOTHING = Scalar("void", "n")
-UNKNOWN = Scalar("unknown", "u")
-"""The type of the elements of an empty list."""
+UNKNOWN = Scalar("unknown", "u")  # the type of the elements of an empty list
 NUMBERS = (BOOL, INT, FLOAT, DUAL)
 
 
