@@ -30,7 +30,7 @@ from heli_identifier.live.align import (
     take,
 )
 from heli_identifier.live.datagrams import decode
-from heli_identifier.live.sources import find_rate, find_unit
+from heli_identifier.live.listening import find_rate, find_unit
 
 H = 0.01
 USUAL = read_layout(USUAL_LAYOUT)

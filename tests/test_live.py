@@ -18,10 +18,11 @@ from rich.console import Console
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, encode, read_layout
+from heli_identifier.live.listening import Listening
 from heli_identifier.live.page import MOST_CONNECTIONS, served
 from heli_identifier.live.screen import draw_screen, stream_line
 from heli_identifier.live.session import Journal, Session, check_unused
-from heli_identifier.live.sources import Listening, play, send
+from heli_identifier.live.sources import play, send
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_logs, read_log
 from heli_identifier.results import PLANT, ParameterSet, plant_values
@@ -60,7 +61,7 @@ def heard(contents, until, pauses=(), format=CONTRACT, layout=LAYOUT, rate=None,
     try:
         listening = Listening(port, rate, format, lambda time, signals: kept.append((time, *signals)))
         thread.start()
-        for sample in listening.instants():
+        for sample in listening.instants(lambda: False):
             if sample is not None:
                 seen.append(sample)
             elif until(seen, kept):
@@ -164,6 +165,21 @@ def test_a_rigs_clock_that_lies_loses_no_sample_and_is_said(clock, rate, note):
     assert listening.rate == 100.0 and note in "; ".join(listening.status.notes) in stream_line(listening.status)
 
 
+@pytest.mark.parametrize("count, rate", [(1, None), (5, 100.0), (30, None)])
+def test_what_comes_in_before_the_rate_is_known_is_recorded(count, rate):
+    """As soon as the clock is known, from eight samples; and the rest when the flight ends."""
+    kept, port = [], Port("127.0.0.1", 0, "", LAYOUT)
+    listening = Listening(port, rate, CONTRACT, lambda time, signals: kept.append((time, signals[2])))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
+        for k in range(count):
+            rig.sendto(datagram(k), port.address)
+    # what is recorded before the flight ends
+    instants = listening.instants(lambda: len(kept) == (count if count >= 8 else 0) and bool(listening.unread or kept))
+    assert set(instants) == {None}
+    port.close()
+    assert kept == [(pytest.approx(k * H), 0.001 * k) for k in range(count)]
+
+
 @pytest.mark.parametrize("layout", [USUAL_LAYOUT, "time v_front v_rear pitch elevation travel"])
 def test_the_rate_of_a_rig_whose_clock_stands_still_is_taken_from_what_comes_in_and_said(layout):
     form = read_layout(layout)
@@ -246,7 +262,8 @@ def followed(tmp_path_factory):
     known = {"k_x": Estimate(TABLE_2.k_x, 0.001, "rad/s^2/V")}
     session = Session(folder, ParameterSet(PLANT, plant_values(TABLE_2, known)))
     log, views = read_log(demo_logs("rig-c")[1][0], end=12.0), []
-    session.run(play(log, 0.0, session.keep), lambda: log.step, lambda: False, lambda view, status: views.append(view))
+    source = play(log, 0.0, session.keep, lambda: False)
+    session.run(source, lambda: log.step, lambda view, status: views.append(view))
     session.close()
     return folder, session, views, log
 

@@ -27,12 +27,15 @@ if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
 
     from heli_identifier.following import Sample
+    from heli_identifier.live.listening import Keep, Status
     from heli_identifier.live.session import Session, Show
-    from heli_identifier.live.sources import Keep, Status
     from heli_plant.parameters import PlantParameters
 
-    Source = Callable[[Keep], tuple[Iterator[Sample | None], Callable[[], float], Callable[[], Status | None]]]
-    """Gives the rig's instants, the time between two of them [s], and how the stream is doing."""
+    Flown = tuple[Iterator[Sample | None], Callable[[], float], Callable[[], Status | None]]
+    """The rig's instants, the time between two of them [s], and how the stream is doing."""
+
+    Source = Callable[[Keep, Callable[[], bool]], Flown]
+    """Gives what is flown until it is stopped."""
 
 SERVED_AT = "127.0.0.1:8042"
 """Where the page is shown by default."""
@@ -111,8 +114,8 @@ def follow(
             session.notice = adviser.look()
             show(view, status)
 
-        instants, sample_time, status = source(session.keep)
-        session.run(instants, sample_time, stopped, show_all, status)
+        instants, sample_time, status = source(session.keep, stopped)
+        session.run(instants, sample_time, show_all, status)
         if why := faults_of(status()):
             session.say(Event(session.time, "stream", why=why))
         interrupted = stopped()
@@ -164,7 +167,11 @@ def _player(
     if speed != 0.0:
         require_range("--speed", speed, "times real time", *SPEEDS)
     ((recorded,), configuration) = args.logs_of([path], config, start, end)
-    return lambda keep: (play(recorded, speed, keep), lambda: recorded.step, lambda: None), configuration
+
+    def source(keep: "Keep", stopped: Callable[[], bool]) -> "Flown":
+        return play(recorded, speed, keep, stopped), lambda: recorded.step, lambda: None
+
+    return source, configuration
 
 
 def _listener(
@@ -172,7 +179,7 @@ def _listener(
 ) -> "Source":
     """Open the port and return what comes in as a source."""
     from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
-    from heli_identifier.live.sources import Listening, check_rate
+    from heli_identifier.live.listening import Listening, check_rate
 
     address, number = read_address(listen, "--listen")
     refuse(number < 0, f"--listen {listen} names no port; give HOST:PORT, as 127.0.0.1:25000.")
@@ -182,9 +189,9 @@ def _listener(
     stack.callback(port.close)
     note(f"listening on {port.address[0]}:{port.address[1]}")
 
-    def source(keep: "Keep") -> Any:
+    def source(keep: "Keep", stopped: Callable[[], bool]) -> "Flown":
         rig = Listening(port, rate, config.format, keep)
-        return rig.instants(), lambda: 1.0 / (rig.rate or 1.0), lambda: rig.status
+        return rig.instants(stopped), lambda: 1.0 / (rig.rate or 1.0), lambda: rig.status
 
     return source
 

@@ -1,7 +1,7 @@
 """A rig in flight. This door offers the link to it: its datagrams, their order, the time by which they are shown.
 
 The unit RigLink contains it, so that it needs the standard library alone. Commands enter the other modules by name:
-``sources`` (a rig, or a log in its place), ``session`` (a twin and its files), ``screen`` and ``page``.
+``listening`` (a rig), ``sources`` (a log in its place), ``session`` (a twin and its files), ``screen`` and ``page``.
 """
 
 from .align import Clock as Clock

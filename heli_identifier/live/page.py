@@ -20,9 +20,10 @@ from urllib.parse import urlsplit
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live.datagrams import is_every
+from heli_identifier.live.listening import Status
 from heli_identifier.live.screen import stream_line
 from heli_identifier.live.session import View
-from heli_identifier.live.sources import Status, find_address
+from heli_identifier.live.sources import find_address
 from heli_identifier.results import plain
 
 PAST = 300

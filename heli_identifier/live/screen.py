@@ -11,8 +11,8 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from heli_identifier.live.listening import SILENCE, Status
 from heli_identifier.live.session import Show, View
-from heli_identifier.live.sources import SILENCE, Status
 from heli_identifier.results import significant
 from heli_plant.effects import AXES
 

@@ -6,7 +6,6 @@ system is asked to put them on the disk, so that a loss of power costs a second.
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -15,7 +14,7 @@ from heli_identifier import following
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.following import Event, Follower, FollowState, Sample
-from heli_identifier.live.sources import Status
+from heli_identifier.live.listening import Status
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
 from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text
@@ -82,11 +81,6 @@ class Journal:
             self._file.truncate(self._file.seek(begin + data.rfind(b"\n", 0, written) + 1))
             raise OSError(error.errno, error.strerror, str(self.path)) from error
 
-    def remove(self) -> None:
-        """Remove the file, as if it had never been."""
-        self._file.close()
-        self.path.unlink()
-
     def close(self) -> None:
         """Write what is left and close the file."""
         with self._file:
@@ -103,7 +97,7 @@ Show = Callable[[View | None, Status | None], None]
 def check_unused(folder: Path) -> None:
     """Refuse a folder that holds an earlier flight or diagnosis: a ConfigurationError that names the file."""
     for name in (RECORDED, PREDICTIONS, DIAGNOSED):
-        if (folder / name).exists():
+        if os.path.lexists(folder / name):
             raise ConfigurationError(f"{folder / name} {_IS_THERE}")
 
 
@@ -127,35 +121,28 @@ class Session:
         self.errors = {name: value.standard_error or 0.0 for name, value in parameters.values.items()}
         try:
             folder.mkdir(parents=True, exist_ok=True)
-        except (FileExistsError, NotADirectoryError) as error:
-            said = f"{folder} is a file, a folder is needed there; name another output folder."
-            raise ConfigurationError(said) from error
         except OSError as error:
-            raise ConfigurationError(f"{folder} cannot be made: {error.strerror}; name another folder.") from error
+            is_file = isinstance(error, FileExistsError | NotADirectoryError)
+            fault = "is a file, a folder is needed there" if is_file else f"cannot be made: {error.strerror}"
+            raise ConfigurationError(f"{folder} {fault}; name another output folder.") from error
         self.events: list[dict[str, Any]] = []  # as they stand in their file
         angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
-        with ExitStack() as undo:
-            self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
-            undo.callback(self.recorded.remove)
-            self.predictions = Journal(folder / PREDICTIONS, ["time [s]", *angles])
-            undo.callback(self.predictions.remove)
-            self._write_events()
-            undo.pop_all()
-        self.plan: Follower | None = None  # until the first instant
-        self.state: FollowState | None = None
+        check_unused(folder)
+        self._write_events()
+        self.predictions = Journal(folder / PREDICTIONS, ["time [s]", *angles])
+        self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
+        self.twin: tuple[Follower, FollowState] | None = None  # from the first instant on
         self.due: list[dict[str, Any]] = []  # since the last view
         self.last: dict[str, Any] | None = None
         self.last_time = 0.0  # of a sample [s]
         self.notice = ""  # what is to be said about the controller
+        self._time = self._elevation = 0.0  # of the last step [s], [rad]
         self._noted: set[str] = set()
-        self._elevation = 0.0
 
     @property
     def time(self) -> float:
         """Time of the last instant [s]."""
-        if self.state is None or self.plan is None or self.state.corrector.samples == 0:
-            return self.last_time
-        return self.state.corrector.samples * self.plan.corrector.settings.sample_time
+        return self._time or self.last_time
 
     def keep(self, time: float, signals: tuple[float, ...]) -> None:
         """Record a sample: its time [s], voltages [V] and angles [rad]."""
@@ -166,11 +153,10 @@ class Session:
         self,
         instants: Iterable[Sample | None],
         sample_time: Callable[[], float],
-        stopped: Callable[[], bool],
         show: Show,
         status: Callable[[], Status | None] = lambda: None,
     ) -> None:
-        """Follow until the ``instants`` end (None while none is due) or it has ``stopped``.
+        """Follow until the ``instants`` end (None while none is due).
 
         ``sample_time`` gives the time between two instants [s] once the first has come. The view (None before) and the
         ``status`` of the stream are shown about five times a second; what the status notes becomes an event.
@@ -186,8 +172,6 @@ class Session:
             if now - shown > SHOWN_EVERY:
                 shown = now
                 self._show(show, status())
-            if stopped():
-                break
         self.write()
         self._show(show, status())
 
@@ -199,22 +183,26 @@ class Session:
         show(self.view(), status)
 
     def _step(self, sample: Sample, sample_time: Callable[[], float]) -> None:
-        if self.plan is None or self.state is None:
+        if self.twin is None:
             settings = following.FollowSettings(sample_time=sample_time(), parameters=self.plant)
-            self.plan = following.prepare_follower(settings)
-            self.state = following.start_following(self.plan, sample)
+            plan = following.prepare_follower(settings)
+            self.twin = plan, following.start_following(plan, sample)
             return
-        self.state, events = following.follow(self.state, sample, self.plan)
-        self._elevation = sample.elevation
-        twins, window = self.state.corrector.predictions, self.plan.corrector.window
+        plan, state = self.twin
+        state, events = following.follow(state, sample, plan)
+        self.twin, self._elevation = (plan, state), sample.elevation
+        self._time = state.corrector.samples * plan.corrector.settings.sample_time
+        twins, window = state.corrector.predictions, plan.corrector.window
         if twins.compared:
-            time, measured = round(self.time, _DIGITS), sample[2:5]
-            predicted, alone = twins.used.predicted, twins.alone.predicted
-            used, left = [[error or None for error in twin.rms(window)] for twin in (twins.used, twins.alone)]
-            self.last = {"time": time, "measured": measured, "predicted": predicted, "predicted_alone": alone}
-            self.last |= {"error": used, "error_alone": left}
+            used, alone = twins.used, twins.alone
+            self.last = {
+                "time": round(self.time, _DIGITS), "measured": sample[2:5],
+                "predicted": used.predicted, "predicted_alone": alone.predicted,
+                "error": [error or None for error in used.rms(window)],
+                "error_alone": [error or None for error in alone.rms(window)],
+            }  # fmt: skip
             self.due.append(self.last)
-            self.predictions.add((time, *measured, *predicted, *alone))
+            self.predictions.add((self.last["time"], *sample[2:5], *used.predicted, *alone.predicted))
         for event in events:
             self.say(event)
 
@@ -250,18 +238,19 @@ class Session:
         (None where there is none yet) [rad]; ``declared``: those of the parameters [rad]. ``values``: each at the
         ``start`` and as ``used``, with the identifier's ``estimate`` and half its 95 % ``band``.
         """
-        if self.plan is None or self.state is None or self.state.corrector.samples == 0:
+        if self.twin is None or self._time == 0.0:
             return None
-        now, due = self.state.corrector, self.due
+        plan, state = self.twin
+        now, due = state.corrector, self.due
         self.due = []
         return {
             "time": self.time,
             "mode": now.mode,
             "alarm": now.alarm,
-            "suspect": self.plan.corrector.changes[now.finding.change].name if now.finding.change >= 0 else "",
+            "suspect": plan.corrector.changes[now.finding.change].name if now.finding.change >= 0 else "",
             "last": self.last,
             "declared": self.declared,
-            "values": _values(self.state, self.plan),
+            "values": _values(state, plan),
             "number_of_events": len(self.events),
             "events": self.events[-_EVENTS_SHOWN:],
             "notice": self.notice,
@@ -271,36 +260,33 @@ class Session:
     def in_use(self) -> ParameterSet:
         """Return the parameters that the twin uses; what was adopted has the standard error of its adoption."""
         plant, adopted = self._used()
-        errors, known = {**self.errors, **adopted}, {}
-        for row in PARAMETERS:
-            if error := errors.get(row.name):
-                known[row.field] = Estimate(getattr(plant, row.field), error, row.unit)
+        errors = {**self.errors, **adopted}
+        rows = [(row, errors[row.name]) for row in PARAMETERS if errors.get(row.name)]
+        known = {row.field: Estimate(getattr(plant, row.field), error, row.unit) for row, error in rows}
         return ParameterSet(PLANT, plant_values(plant, known), {}, self.provenance)
 
     def _used(self) -> tuple[PlantParameters, dict[str, float]]:
         """Return the plant in use, and the standard errors of the parameters that were adopted."""
-        if self.plan is None or self.state is None:
+        if self.twin is None:
             return self.plant, {}
-        return following.parameters_in_use(self.state.corrector, self.plan.corrector)
+        plan, state = self.twin
+        return following.parameters_in_use(state.corrector, plan.corrector)
 
 
 def _values(state: FollowState, plan: Follower) -> list[dict[str, Any]]:
     """Return the identified parameters, and whatever else the twin has changed."""
-    corrector, estimates = plan.corrector, state.estimates
-    used = dict(zip(corrector.changeable, state.corrector.values.now.values, strict=True))
-    first = dict(zip(corrector.changeable, corrector.alone.values, strict=True))
-    units = {row.name: unit_text(row.unit) or "1" for row in PARAMETERS}
-    known: dict[str, tuple[float | None, float | None]] = {}
+    names, estimates, start = plan.corrector.changeable, state.estimates, plan.corrector.settings.parameters
+    changed = zip(names, plan.corrector.alone.values, state.corrector.values.now.values, strict=True)
+    values = {name: (first, used) for name, first, used in changed}
+    found = []
     for field, estimate in estimates.parameters._asdict().items():
-        name, start = BY_FIELD[field].name, getattr(corrector.settings.parameters, field)
-        used.setdefault(name, start)
-        first.setdefault(name, start)
-        band = 1.96 * getattr(estimates.standard_errors, field)
-        known[name] = (estimate, band) if estimates.adapting else (None, None)
-    others = [name for name, value in used.items() if value != first[name] and name not in known]
-    rows = [(name, *known.get(name, (None, None))) for name in (*known, *others)]
+        row = BY_FIELD[field]
+        first, used = values.pop(row.name, (getattr(start, field),) * 2)
+        error = getattr(estimates.standard_errors, field)
+        found.append((row.name, first, used, *((estimate, 1.96 * error) if estimates.adapting else (None, None))))
+    found += [(name, first, used, None, None) for name, (first, used) in values.items() if used != first]
+    units = {row.name: unit_text(row.unit) or "1" for row in PARAMETERS}
     return [
-        {"name": name, "unit": units.get(name, "1"), "start": first[name], "used": used[name],
-         "estimate": estimate, "band": band}
-        for name, estimate, band in rows
-    ]  # fmt: skip
+        {"name": name, "unit": units.get(name, "1"), "start": first, "used": used, "estimate": estimate, "band": band}
+        for name, first, used, estimate, band in found
+    ]
