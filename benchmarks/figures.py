@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from benchmarks.harness import ROOT
 from fmu_src.master import run_apart
+from heli_identifier.files import write_atomically
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR
-from heli_identifier.results import Axes, figure, write_figure
+from heli_identifier.results import Axes, figure, figure_file
 from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2
 
@@ -87,6 +88,6 @@ def figures() -> None:
         late = np.flatnonzero(run.time > 12.0)[::50]
         columns[method] = {name: run.column(name)[late] for name in names}
         time = np.asarray(run.time)[late]
-    write_figure(identifier(time, columns), FIGURES / "closed-loop-identifier.svg")
+    write_atomically(FIGURES / "closed-loop-identifier.svg", figure_file(identifier(time, columns)))
     for draw, name in ((before_after, "measured"), (gains, "windy")):
-        write_figure(draw(pandas.read_csv(TABLES / f"{name}.csv")), FIGURES / f"{name}.svg")
+        write_atomically(FIGURES / f"{name}.svg", figure_file(draw(pandas.read_csv(TABLES / f"{name}.csv"))))

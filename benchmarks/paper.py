@@ -27,8 +27,9 @@ import pandas
 
 from fmu_src import AXES, OPEN_LOOP, Connection, Scenario, Value, build
 from fmu_src.master import run_apart
+from heli_identifier.files import write_atomically
 from heli_identifier.online import ModelParameters
-from heli_identifier.results import Axes, figure, write_figure
+from heli_identifier.results import Axes, figure, figure_file
 from heli_identifier.tools.history import ROLES
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.state import rest_state
@@ -199,7 +200,7 @@ def reproduce(
         own = histories[(histories.kind == kind.name) & (histories.theta0_is == theta0)]
         for experiment in (1, 2):
             drawing = draw(own[own.experiment == experiment], names)
-            write_figure(drawing, folder / f"{kind.name.split()[0]}_experiment{experiment}.svg")
+            write_atomically(folder / f"{kind.name.split()[0]}_experiment{experiment}.svg", figure_file(drawing))
     for theta0 in (KNOWN, FREE):
         largest = of_pitch.loc[of_pitch.theta0 == theta0, "largest deviation [%]"].max()
         print(f"Table 1: all pitch runs end within {largest:.2g} % of Table 2 with theta0 {theta0}.")

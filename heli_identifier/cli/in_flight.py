@@ -345,12 +345,8 @@ def _diagnosed_plant(
     # The recording has the contract's columns, signs and units; what is left of the rig's own are its limits.
     own = configuration.format
     limits = hi.LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts)
-    with results.whole_folder(folder / DIAGNOSIS) as draft:
-        training, held_out, held_back = tools.read_split((path,), (), limits, begin, end)
-        note(held_back)
-        terminal.print_notes((*training, *held_out))
-        with progress_bar() as progress:
-            diagnosis = diagnosed(training, held_out, replace(configuration, format=limits), draft, progress)
+    rig = replace(configuration, format=limits)
+    diagnosis, _, held_out = diagnosed((path,), (), rig, folder / DIAGNOSIS, begin, end)
     terminal.print_diagnosis(diagnosis)
     gain = tracing.log_likelihood(diagnosis.plant_after, held_out) - tracing.log_likelihood(twin.plant(), held_out)
     seconds = sum(log.duration for log in held_out)

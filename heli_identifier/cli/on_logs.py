@@ -51,16 +51,9 @@ def diagnose(
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu, with --native also
     HelicopterPlant-native.fmu: all of them, or none.
     """
-    with results.whole_folder(output) as draft:
-        configuration = args.found_configuration(config)
-        training, held_out, held_back = tools.read_split(logs, validate, configuration.format, start, end)
-        if held_back:
-            note(f"{held_back} (name another log with --validate)")
-        print_notes((*training, *held_out))
-        with progress_bar() as progress:
-            diagnosis = diagnosed(training, held_out, configuration, draft, progress, keep_events)
-            if native:
-                _build_native_plant(diagnosis, draft)
+    configuration = args.found_configuration(config)
+    way = " (name another log with --validate)"
+    diagnosis, training, _ = diagnosed(logs, validate, configuration, output, start, end, way, keep_events, native)
     if json:
         terminal.print_json(diagnosis.to_dict())
         for text in diagnosis.notes:
@@ -73,29 +66,45 @@ def diagnose(
 
 
 def diagnosed(
-    training: "Sequence[hi.Log]",
-    held_out: "Sequence[hi.Log]",
+    paths: Sequence[Path],
+    validate: Sequence[Path],
     configuration: "hi.RigConfiguration",
-    folder: Path,
-    progress: terminal.Progress = lambda what, share: None,
+    output: Path,
+    start: float | None = None,
+    end: float | None = None,
+    way: str = "",
     keep_events: bool = False,
-) -> "hi.Diagnosis":
-    """Diagnose a rig and write the results into ``folder``."""
-    settings = replace(hi.DiagnosisSettings.from_rig(configuration), keep_events=keep_events)
-    found = hi.diagnose(
-        training, held_out=held_out, settings=settings, progress=lambda what, share: progress(what, 0.85 * share)
-    )
-    diagnosis = replace(found, provenance=from_command_line())
-    progress("building and running the corrected unit", 0.9)
-    results.write_results(diagnosis, configuration.name, folder)
-    return diagnosis
+    native: bool = False,
+) -> "tuple[hi.Diagnosis, tuple[hi.Log, ...], tuple[hi.Log, ...]]":
+    """Diagnose a rig and write the results; give the diagnosis, the training logs and those that were held out.
+
+    ``way``: how to hold out others, where none are named.
+    """
+    with results.whole_folder(output) as draft:
+        training, held_out, held_back = tools.read_split(paths, validate, configuration.format, start, end)
+        if held_back:
+            note(held_back + way)
+        print_notes((*training, *held_out))
+        settings = replace(hi.DiagnosisSettings.from_rig(configuration), keep_events=keep_events)
+        with progress_bar() as progress:
+
+            def first(what: str, share: float) -> None:
+                progress(what, 0.85 * share)
+
+            found = hi.diagnose(training, held_out=held_out, settings=settings, progress=first)
+            diagnosis = replace(found, provenance=from_command_line())
+            progress("building and running the corrected unit", 0.9)
+            results.write_results(diagnosis, configuration.name, draft)
+            if native:
+                _build_native_plant(diagnosis, draft)
+    return diagnosis, training, held_out
 
 
 def _build_native_plant(diagnosis: "hi.Diagnosis", folder: Path) -> None:
     """Build the corrected plant in C beside the one in Python, and hold it to the reported free run as well."""
     from fmu_src.native import runs_here, without_compiler
 
-    parameters = hi.read_parameters(folder / "parameters.json")
+    parameters = results.corrected_parameters(diagnosis)
     with draft_folder() as apart:
         built = hi.build(parameters.unit, apart, parameters, native=True)
         if runs_here():
@@ -259,12 +268,10 @@ def fleet(
             found = tools.diagnose_rigs(rigs, failures, progress)
         ran = from_command_line()
         document = found.document(ran)
-        write_atomically(draft / "fleet.json", results.document_text(document))
-        write_atomically(draft / "fleet.html", tools.fleet_html(found, ran))
+        written = results.write_files(draft, {"fleet.json": document, "fleet.html": tools.fleet_html(found, ran)})
     for name, why in found.failures.items():
         warn(f"rig {name} is left out: {why}")
-    written = (output, ("fleet.json", "fleet.html"))
-    answer(json, document, tools.fleet_tables(found), (), written, tools.fleet_sentence(found))
+    answer(json, document, tools.fleet_tables(found), (), (output, written), tools.fleet_sentence(found))
     if found.failures:
         raise typer.Exit(FAILED)
 
@@ -392,12 +399,8 @@ def demo(output: args.Folder = Path("build")) -> None:
     for rig in rigs:
         typer.echo(f"\n{rig}: reading its logs and looking for what the model lacks")
         folder = output / "demo" / rig
-        with progress_bar() as progress, results.whole_folder(folder) as draft:
-            progress(f"diagnosing {rig}", 0.0)
-            diagnosis = diagnosed(*hi.read_data_set(*hi.demo_logs(rig)), hi.RigConfiguration(name=rig), draft)
-        used = [entry.used_for for entry in diagnosis.data]
-        fitted = terminal.counted(used.count("training"), "log")
-        typer.echo(f"{rig}: {fitted} fitted, {used.count('held out')} held out")
+        diagnosis, training, held_out = diagnosed(*hi.demo_logs(rig), hi.RigConfiguration(name=rig), folder)
+        typer.echo(f"{rig}: {len(training)} logs fitted, {len(held_out)} held out")
         terminal.print_diagnosis(diagnosis)
         typer.echo(f"report: {folder / 'report.html'}  corrected plant: {folder / 'HelicopterPlant.fmu'}")
     typer.echo(f"\n{perf_counter() - began:.0f} s in all")

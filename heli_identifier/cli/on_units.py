@@ -158,7 +158,7 @@ def simulate(
     if output is not None:
         result.write_csv(output)
     if plot is not None:
-        results.write_figure(results.run_figure(result, recorded), plot)
+        write_atomically(plot, results.figure_file(results.run_figure(result, recorded)))
     _print_run(result, recorded, json, verbose)
 
 
@@ -387,14 +387,15 @@ def linearise(
             made = tools.design_pid(given, pitch, elevation, progress=progress)
         origin = from_command_line()
         document = made.linear_document(origin)
-        write_atomically(draft / "linear_model.json", results.document_text(document))
-        write_atomically(draft / "linear_model.mat", made.matlab_bytes())
-        tools.controller_parameters(made.robust.settings, made.plants.model.point, origin).write(
-            draft / "controller.json"
-        )
-        results.write_figure(tools.step_figure(made, ("present PID", "retuned PID")), draft / "steps.svg")
-    names = ("linear_model.json", "linear_model.mat", "controller.json", "steps.svg")
-    answer(json, document, [tools.margin_table(made)], made.notes, (output, names))
+        point, steps = made.plants.model.point, tools.step_figure(made, ("present PID", "retuned PID"))
+        files = {
+            "linear_model.json": document,
+            "linear_model.mat": made.matlab_bytes(),
+            "controller.json": tools.controller_parameters(made.robust.settings, point, origin),
+            "steps.svg": results.figure_file(steps),
+        }
+        results.write_files(draft, files)
+    answer(json, document, [tools.margin_table(made)], made.notes, (output, files))
 
 
 COURSE = "The course's script with masses and lengths, to compare with."
@@ -431,19 +432,16 @@ def design_controller(
             made = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
         origin = from_command_line()
         document = made.document(origin)
-        texts = {
-            "design.json": results.document_text(document),
+        model, course, name = made.plants.model, tools.course_values(init), init.name if init else None
+        files = {
+            "design.json": document,
             "design.html": tools.controller_html(made, origin),
             "controller.m": tools.controller_m(made),
-            "init_heli_corrected.m": tools.corrected_init(
-                given, made.plants.model, tools.course_values(init), configuration.geometry, init.name if init else None
-            ),
+            "init_heli_corrected.m": tools.corrected_init(given, model, course, configuration.geometry, name),
+            "controller.json": tools.controller_parameters(made.robust.settings, model.point, origin),
+            "nominal.json": tools.controller_parameters(made.baseline.settings, model.point, origin),
         }
-        for name, judged in (("controller.json", made.robust), ("nominal.json", made.baseline)):
-            own = tools.controller_parameters(judged.settings, made.plants.model.point, origin)
-            texts[name] = results.document_text(own)
         if isinstance(made.robust.settings, FeedbackSettings):
-            texts |= controller_sources(made.robust.settings)
-        for name, text in texts.items():
-            write_atomically(draft / name, text)
-    answer(json, document, [tools.design_table(made)], made.notes, (output, texts))
+            files |= controller_sources(made.robust.settings)
+        results.write_files(draft, files)
+    answer(json, document, [tools.design_table(made)], made.notes, (output, files))

@@ -23,6 +23,7 @@ __all__ = [
     "drawn_values",
     "effect_name",
     "figure",
+    "figure_file",
     "labelled",
     "law_text",
     "listed",
@@ -48,14 +49,14 @@ __all__ = [
     "verdict_line",
     "whole_folder",
     "with_interval",
-    "write_figure",
+    "write_files",
     "write_results",
 ]
 
 from .checking import Check, check
 from .comparing import Comparison, compare
 from .documents import document_text, plain, read_document
-from .folder import whole_folder
+from .folder import whole_folder, write_files
 from .looking import Look, diagnosis_lines, look
 from .parameters import (
     PLANT,
@@ -69,7 +70,7 @@ from .parameters import (
 )
 from .report import RESULTS, notebook_view, rendered, write_results
 from .simulation import Simulation, simulate, started
-from .svg import COLOURS, Axes, figure, run_figure, side_by_side, thinned, write_figure
+from .svg import COLOURS, Axes, figure, figure_file, run_figure, side_by_side, thinned
 from .tables import (
     Table,
     Tabular,

@@ -6,13 +6,15 @@ that the target already holds stay as they are. A link is followed. Nothing but 
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.files import PREFIX, draft_folder, is_kept, sweep
+from heli_identifier.files import PREFIX, draft_folder, is_kept, sweep, write_atomically
 from heli_identifier.processes import undone
+from heli_identifier.results.documents import document_text
 
 _SWEPT = 4
 """Folders from the target upwards in which an earlier run may have left a draft, before the target was there."""
@@ -48,6 +50,13 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
         except OSError as error:
             raise ConfigurationError(f"{folder} cannot be made: {error.strerror}; nothing was changed.") from error
         _move_all(draft, folder)
+
+
+def write_files(folder: Path, contents: Mapping[str, Any]) -> tuple[str, ...]:
+    """Write files by their names, text and bytes as they are and other values as JSON; give the names."""
+    for name, content in contents.items():
+        write_atomically(folder / name, content if isinstance(content, str | bytes) else document_text(content))
+    return tuple(contents)
 
 
 def _of_target(error: OSError, draft: Path, target: Path) -> OSError:

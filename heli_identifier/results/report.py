@@ -12,9 +12,8 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from scipy.signal import welch
 
-from heli_identifier.files import write_atomically
 from heli_identifier.results import tables, words
-from heli_identifier.results.documents import document_text
+from heli_identifier.results.folder import write_files
 from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.svg import Axes, figure
 from heli_identifier.results.unit import build, check_free_run
@@ -58,9 +57,8 @@ def write_results(diagnosis: Diagnosis, rig: str, folder: Path) -> None:
     """Write the four files of a diagnosis into ``folder``; ``rig`` is what the report calls the rig."""
     parameters = corrected_parameters(diagnosis)
     check_free_run(build(PLANT, folder, parameters), diagnosis)
-    parameters.write(folder / "parameters.json")
-    write_atomically(folder / "report.html", report_page(diagnosis, rig))
-    write_atomically(folder / "diagnosis.json", document_text(diagnosis.to_dict()))
+    page = report_page(diagnosis, rig)
+    write_files(folder, {"parameters.json": parameters, "report.html": page, "diagnosis.json": diagnosis.to_dict()})
 
 
 def report_page(diagnosis: Diagnosis, rig: str) -> str:

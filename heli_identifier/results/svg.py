@@ -8,13 +8,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from math import ceil, floor, log10
-from os import PathLike
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heli_identifier.files import write_atomically
 from heli_identifier.records import Log
 from heli_identifier.results.words import labelled, power_text
 from heli_plant.effects import AXES
@@ -156,15 +154,14 @@ def side_by_side(figures: Sequence[str], columns: int, size: tuple[float, float]
     return "".join([head, *placed, "</svg>"])
 
 
-def write_figure(svg: str, path: str | PathLike[str]) -> None:
-    """Write a figure as a file of its own, in the light theme on white."""
+def figure_file(svg: str) -> str:
+    """Give a figure as the text of a file of its own, in the light theme on white."""
     for role, colour in COLOURS.items():
         svg = svg.replace(f"var(--{role})", colour)
     rules = f"text{{font:11px sans-serif;fill:{COLOURS['ink']}}}.rule{{stroke:{COLOURS['grid']}}}"
     head, body = svg.split(">", 1)
     head = head.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)
-    ground = '<rect width="100%" height="100%" fill="white"/>'
-    write_atomically(path, f"{head}><style>{rules}</style>{ground}{body}\n")
+    return f'{head}><style>{rules}</style><rect width="100%" height="100%" fill="white"/>{body}\n'
 
 
 def run_figure(result: Any, log: Log | None = None) -> str:

@@ -27,7 +27,6 @@ from scipy.stats import norm
 
 from heli_identifier import records, results
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.files import write_atomically
 from heli_identifier.online import (
     ADAPTATION,
     CLOSED,
@@ -147,10 +146,10 @@ class Identification(Tabular):
             The folder cannot be written to.
         """
         with results.whole_folder(folder) as draft:
-            self.parameters.write(draft / "parameters.json")
-            write_atomically(draft / "history.csv", history_text(self.histories))
             limit = self.histories[0].plan.settings.voltage_limit
-            results.write_figure(history_figure(self.histories, self.estimates, limit), draft / "history.svg")
+            drawn = results.figure_file(history_figure(self.histories, self.estimates, limit))
+            contents = (self.parameters, history_text(self.histories), drawn)
+            results.write_files(draft, dict(zip(self.files, contents, strict=True)))
         return Path(folder)
 
     def __repr__(self) -> str:
