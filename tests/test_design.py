@@ -33,45 +33,42 @@ def multisines(base: float, strength: float) -> Proposal:
     return Proposal("", Excitation(base, Multisine(strength, 0.1, 1.2), Multisine(strength, 0.1, 1.0, seed=2)))
 
 
+def seen(proposal, *effects):
+    found = outlook(proposal, PLANT, effects, 40.0, WIDE)
+    assert found is not None
+    return found
+
+
 def test_rotors_that_never_reverse_cannot_show_a_loss_of_reverse_thrust():
     entry = effect("reverse_thrust_loss", "rotors")
-    forward = outlook(multisines(3.0, 0.2), PLANT, (entry,), 40.0, WIDE)
-    reversing = outlook(multisines(0.0, 0.6), PLANT, (entry,), 40.0, WIDE)
-    assert forward is not None
-    assert reversing is not None
-    assert forward.visibility == (0.0,)
-    assert forward.standard_errors == (np.inf,)
+    forward, reversing = seen(multisines(3.0, 0.2), entry), seen(multisines(0.0, 0.6), entry)
+    assert (forward.visibility, forward.standard_errors) == ((0.0,), (np.inf,))
     assert reversing.standard_errors[0] < 0.2  # a fifth of all reverse thrust is seen at one standard error
 
 
 def test_a_stronger_excitation_shows_drag_with_a_smaller_error():
-    entry = effect("quadratic_drag", "pitch")
-    weak, strong = (outlook(multisines(1.5, s), PLANT, (entry,), 40.0, WIDE) for s in (0.1, 0.4))
-    assert weak is not None
-    assert strong is not None
+    weak, strong = (seen(multisines(1.5, rms), effect("quadratic_drag", "pitch")) for rms in (0.1, 0.4))
     # drag grows with the square of the amplitude; noise does not
     assert strong.standard_errors[0] < weak.standard_errors[0] / 4.0
 
 
 def test_two_effects_that_look_alike_are_separated_with_larger_errors():
-    pair = effects_named(("motor_lag", "input_delay"))
-    found = outlook(multisines(1.5, 0.5), PLANT, pair, 40.0, WIDE)
-    assert found is not None
+    found = seen(multisines(1.5, 0.5), *effects_named(("motor_lag", "input_delay")))
     assert found.correlation > 0.8  # a lag and a delay differ only in second order of the frequency
     for alone, apart in zip(found.standard_errors, found.separated_errors, strict=True):
         assert apart > 1.5 * alone
 
 
-@pytest.mark.parametrize(("least", "said"), [(0.97, True), (0.9, False)])
-def test_experiments_that_all_leave_two_effects_alike_are_said_to_separate_nothing(least, said):
-    alike = Outlook(multisines(1.5, 0.5), 40.0, (0.1, 0.1), (1e-3, 2e-3), 0.99, 0.5, 0.3)
-    text = (
-        separation_warning([alike, alike._replace(correlation=least)], effects_named(("motor_lag", "input_delay")))
-        or ""
-    )
+ALIKE = Outlook(multisines(1.5, 0.5), 40.0, (0.1, 0.1), (1e-3, 2e-3), 0.99, 0.5, 0.3)
+
+
+def test_experiments_that_all_leave_two_effects_alike_are_said_to_separate_nothing():
+    pair = effects_named(("motor_lag", "input_delay"))
+    text = separation_warning([ALIKE, ALIKE._replace(correlation=0.97)], pair) or ""
     # the separable share is sqrt(1 - .97^2) = .243, so that errors are 4 times as large
     for part in ("separates motor_lag from input_delay", "at least 0.970", "4 times"):
-        assert (part in text) is said
+        assert part in text
+    assert separation_warning([ALIKE, ALIKE._replace(correlation=0.9)], pair) is None
 
 
 def test_an_experiment_beyond_the_limits_is_not_proposed():
@@ -86,11 +83,9 @@ def test_every_proposal_keeps_the_voltage_limit_however_small():
 
 
 def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
-    one = Outlook(multisines(1.5, 0.5), 40.0, (0.1, 0.1), (1.0, 1.0), 0.0, 0.5, 0.3)
     lopsided, fair, alike = (
-        one._replace(standard_errors=(0.5, 4.0)),
-        one,
-        one._replace(standard_errors=(0.9, 0.9), correlation=0.9),
+        ALIKE._replace(standard_errors=errors, correlation=rho)
+        for errors, rho in (((0.5, 4.0), 0.0), ((1.0, 1.0), 0.0), ((0.9, 0.9), 0.9))
     )
     # relative to the smallest errors .5 and 1: 4, 2 and, with .9 / sqrt(1 - .81) = 2.06, 4.1
     assert ranked([alike, lopsided, fair]) == [fair, lopsided, alike]

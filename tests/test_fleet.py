@@ -47,20 +47,16 @@ def test_of_equal_standard_errors_the_mean_is_the_average_and_its_interval_that_
     assert found.I2 == pytest.approx(1.0 - s**2 / y.var(ddof=1))
 
 
-def test_published_figures_of_a_meta_analysis_come_out():
+def test_published_figures_of_a_meta_analysis_and_those_of_statsmodels_come_out():
     """Viechtbauer, Conducting Meta-Analyses in R with the metafor Package, J. Stat. Softw. 36(3), 2010: Q = 152.23."""
-    found = pooled(*vaccine())
-    assert found.Q == pytest.approx(152.233, abs=5e-4)
-    assert found.Q_p < 1e-4
-
-
-def test_statsmodels_finds_the_same():
     y, s = vaccine()
     theirs, ours = combine_effects(y, s**2, method_re="pm", use_t=True), pooled(y, s)
-    # its iteration ends when the sum of squares is off by 1e-5 of 12
+    assert pytest.approx(152.233, abs=5e-4) == ours.Q
+    assert pytest.approx(theirs.q) == ours.Q
+    assert ours.Q_p < 1e-4
+    # the iteration of statsmodels ends when the sum of squares is off by 1e-5 of 12
     assert ours.mean == pytest.approx(theirs.mean_effect_re, rel=1e-5)
     assert ours.spread**2 == pytest.approx(theirs.tau2, rel=1e-5)
-    assert pytest.approx(theirs.q) == ours.Q
     # the weights are those of q = 1, at which the lower bound of the variance just does not act
     assert ours.interval == pytest.approx(tuple(theirs.conf_int()[3]), rel=1e-5)
 
@@ -133,6 +129,7 @@ def rig(estimates, named=(), alternatives=(), untestable=()):
 
 
 FRICTION, CABLE = ("dry_friction", "pitch"), ("cable_stiffness", "travel")
+TITLE = "dry friction on the pitch"
 LAG, DELAY, DEAD = ("motor_lag", "rotors"), ("input_delay", "rotors"), ("dead_zone", "rotors")
 
 
@@ -141,58 +138,43 @@ def over(*rigs):
     return fleet, {(effect.name, effect.axis): effect for effect in fleet.effects}
 
 
-def test_a_weak_effect_that_no_rig_names_shows_if_it_repeats():
-    # 2.9 standard errors on each rig: below any threshold of one, 5.8 together
-    fleet, effects = over(*(rig({FRICTION: c}) for c in (0.029, 0.031, 0.028, 0.029)))
+def own(value, named=True, untestable=False):
+    return rig({FRICTION: value}, [FRICTION] if named else (), untestable=[FRICTION] if untestable else ())
+
+
+@pytest.mark.parametrize(
+    "rigs, finding, said",
+    [
+        # 2.9 standard errors on each rig: below any threshold of one, 5.8 together; the heading has what a rig names
+        ([own(c, False) for c in (0.029, 0.031, 0.028, 0.029)], Finding.REPEATS, "no effect repeats"),
+        # friction that drives is implausible
+        ([own(c, False) for c in (-0.029, -0.031, -0.028, -0.029)], Finding.NOT_SHOWN, "no effect repeats"),
+        # a mean of 2.9 standard errors, of which one in seven clean fleets has one among its entries
+        ([own(c, False) for c in (0.015, 0.014, 0.015, 0.014)], Finding.NOT_SHOWN, "no effect repeats"),
+        ([own(0.5), *(own(c, False) for c in (0.005, -0.004, 0.0))], Finding.OWN, "no effect repeats"),
+        ([own(0.20), own(0.21), own(0.19)], Finding.REPEATS, f"{TITLE} repeats with a like coefficient"),
+        # a spread of .03 is below half of the mean, but the errors of .01 do not allow one value
+        ([own(0.20), own(0.26), own(0.17)], Finding.DIFFERS, f"{TITLE} differs from rig to rig"),
+        # the interval of the mean spans zero
+        ([own(0.5), own(-0.4), own(0.1)], Finding.DIFFERS, "no effect repeats"),
+        # 2.8 standard errors together: p = .004, times the number of entries far above .005
+        ([own(0.021), own(0.019)], Finding.UNCONFIRMED, "no effect repeats"),
+        ([own(0.2), own(0.0, False, untestable=True)], Finding.OPEN, "no effect repeats"),
+    ],
+)
+def test_a_fleet_finds_what_repeats_what_differs_and_what_is_one_rigs_own(rigs, finding, said):
+    fleet, effects = over(*rigs)
     found = effects[FRICTION]
-    assert (found.finding, found.named) == (Finding.REPEATS, ())
-    assert found.pooled.mean == pytest.approx(0.02925)
-    assert fleet.found(Finding.REPEATS) == (found,)
-    assert fleet_sentence(fleet) == "Over 4 rigs no effect repeats."  # in the heading only what a rig names
-
-
-def test_what_is_implausible_or_comes_of_chance_repeats_on_no_fleet():
-    # friction that drives; a mean of 2.9 standard errors, of which one in seven clean fleets has one among its entries
-    for coefficients in ((-0.029, -0.031, -0.028, -0.029), (0.015, 0.014, 0.015, 0.014)):
-        _, effects = over(*(rig({FRICTION: c}) for c in coefficients))
-        assert effects[FRICTION].finding == Finding.NOT_SHOWN
-
-
-def test_an_effect_of_one_rig_is_its_own():
-    _, effects = over(rig({FRICTION: 0.5}, [FRICTION]), *(rig({FRICTION: c}) for c in (0.005, -0.004, 0.0)))
-    assert (effects[FRICTION].finding, effects[FRICTION].named) == (Finding.OWN, ("rig 1",))
-
-
-def test_the_heading_names_what_a_rig_names_and_whose_mean_has_a_sign():
-    repeats, _ = over(*(rig({FRICTION: c}, [FRICTION]) for c in (0.20, 0.21, 0.19)))
-    assert fleet_sentence(repeats) == "Over 3 rigs dry friction on the pitch repeats with a like coefficient."
-    # a spread of .03 is below half of the mean, but the errors of .01 do not allow one value
-    differs, effects = over(*(rig({FRICTION: c}, [FRICTION]) for c in (0.20, 0.26, 0.17)))
-    assert effects[FRICTION].finding == Finding.DIFFERS
-    assert fleet_sentence(differs) == "Over 3 rigs dry friction on the pitch differs from rig to rig."
-    spans_zero, effects = over(*(rig({CABLE: c}, [CABLE]) for c in (0.5, -0.4, 0.1)))
-    assert effects[CABLE].finding == Finding.DIFFERS
-    assert fleet_sentence(spans_zero) == "Over 3 rigs no effect repeats."
-
-
-def test_what_two_rigs_name_repeats_only_after_correction_over_the_catalogue():
-    # 2.8 standard errors together: p = .004, times the number of entries far above .005
-    _, effects = over(rig({FRICTION: 0.021}, [FRICTION]), rig({FRICTION: 0.019}, [FRICTION]))
-    assert effects[FRICTION].finding == Finding.UNCONFIRMED
+    assert found.finding == finding
+    assert found in fleet.found(finding)
+    assert fleet_sentence(fleet) == f"Over {len(rigs)} rigs {said}."
 
 
 def test_a_rig_that_cannot_test_an_effect_is_left_out_and_says_why():
-    _, effects = over(
-        rig({FRICTION: 0.2}, [FRICTION]), rig({FRICTION: 0.2}, [FRICTION]), rig({FRICTION: 9.0}, untestable=[FRICTION])
-    )
+    _, effects = over(own(0.2), own(0.2), own(9.0, False, untestable=True))
     found = effects[FRICTION]
-    assert (found.finding, found.pooled.rigs, len(found.counted)) == (Finding.REPEATS, 2, 2)
+    assert (found.finding, found.pooled.rigs, found.named) == (Finding.REPEATS, 2, ("rig 1", "rig 2"))
     assert found.rigs[2].left_out.startswith("not testable: ")
-
-
-def test_an_effect_that_nobody_else_could_test_stays_open():
-    _, effects = over(rig({FRICTION: 0.2}, [FRICTION]), rig({FRICTION: 0.0}, untestable=[FRICTION]))
-    assert (effects[FRICTION].finding, effects[FRICTION].pooled) == (Finding.OPEN, None)
 
 
 def test_beside_a_named_effect_that_explains_the_same_an_entry_says_nothing():
@@ -290,26 +272,3 @@ def test_a_configuration_of_this_folder_is_taken_for_rigs_without_one_and_that_i
     assert "configuration: heli.toml of this folder, for rigs without one of their own" in done.stderr
     named = run(*folders, "--config", "heli.toml")
     assert "configuration:" not in named.stderr
-
-
-@pytest.mark.slow
-def test_two_rigs_with_friction_and_one_without(tmp_path):
-    (first, *others), held = demo_logs("rig-a")
-    folders = [folder_of(tmp_path / "friction-1", first, *held), folder_of(tmp_path / "friction-2", *others)]
-    folders.append(folder_of(tmp_path / "plain", *(logs[0] for logs in demo_logs("rig-c"))))
-    done = run(*folders, "--output", tmp_path / "out", "--json")
-    assert done.exit_code == 0, done.output
-    document = json.loads(done.stdout)
-    assert document == json.loads((tmp_path / "out" / "fleet.json").read_text())
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"fleet.json", "fleet.html"}
-    friction = document["effects"][0]
-    assert (friction["name"], friction["axis"]) == ("dry_friction", "pitch")
-    assert friction["named"] == ["friction-1", "friction-2"]
-    # .025, .025 and 0 have the standard deviation .0144, above half of their mean
-    assert friction["finding"] == "differs between rigs"
-    assert friction["pooled"]["spread"] == pytest.approx(0.0144, rel=0.15)
-    # the data sets of one rig agree better than those of two, whose parameters were drawn apart
-    gain = next(parameter for parameter in document["parameters"] if parameter["name"] == "k_x")
-    one, other, apart = (entry["value"] for entry in gain["rigs"])
-    assert abs(one - other) < abs(0.5 * (one + other) - apart)
-    assert gain["pooled"]["rigs"] == 3
