@@ -12,7 +12,7 @@ import numpy as np
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
 from heli_identifier.tools import Rig, Row, Source, TrueEffect, TrueUnknown, Truth, diagnosed, generated_rig
-from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
+from heli_identifier.tracing import DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
 from tests.blind.generator import BATTERY, Case
@@ -104,13 +104,9 @@ def told_scores(training: Sequence[Log], fields: Iterable[str]) -> dict[str, flo
     return {field: score.score for field, score in scores.items() if field in fields}
 
 
-def measured(rig: Rig, diagnosis: Diagnosis) -> dict[str, float]:
-    """Give the largest told score of the rig's effects; nothing for an unknown torque, which no parameter describes."""
+def measured_rig(source: Source, settings: DiagnosisSettings) -> Row:
+    """Diagnose a rig; its measure is the largest told score of its effects, and none for an unknown torque."""
+    row, rig = diagnosed(source, settings), source.load()
     effects = rig.truth.effects if rig.truth else ()
     scores = told_scores(rig.training, [effect(true.name, true.axis).field for true in effects])
-    return {TOLD: max(scores.values())} if scores else {}
-
-
-def measured_rig(source: Source, settings: DiagnosisSettings) -> Row:
-    """Diagnose a rig, with its told score."""
-    return diagnosed(source, settings, measured)
+    return row | {"measures": {TOLD: max(scores.values())} if scores else {}}

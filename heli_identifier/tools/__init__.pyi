@@ -54,7 +54,6 @@ __all__ = [
 
 from .campaign import CONSOLIDATED, Progress, diagnosed, run_campaign
 from .campaign_rows import Row, campaign_tables, read_rows, summarised
-from .closed_loop import ClosedLoopErrors, closed_loop_errors
 from .controller import Design, control_advice, design_controller, design_pid
 from .controller_page import controller_html, design_table, margin_table, step_figure
 from .course import controller_m, corrected_init, course_values
@@ -64,7 +63,7 @@ from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table
 from .identification import Identification, identify
 from .linearisation import linearise
-from .loop import CONTROLLER, controller_parameters, controller_settings
+from .loop import CONTROLLER, ClosedLoopErrors, closed_loop_errors, controller_parameters, controller_settings
 from .rigs import (
     SHORTEST_TO_SPLIT,
     Rig,

@@ -30,8 +30,8 @@ from heli_identifier.files import draft_folder
 from heli_identifier.results import whole_folder
 from heli_identifier.tools import campaign_rows
 from heli_identifier.tools.campaign_rows import Row
-from heli_identifier.tools.rigs import Rig, Source, error_text, source_digest
-from heli_identifier.tracing import Diagnosis, DiagnosisSettings
+from heli_identifier.tools.rigs import Source, error_text, source_digest
+from heli_identifier.tracing import DiagnosisSettings
 
 CONSOLIDATED = "campaign.parquet"
 
@@ -58,23 +58,18 @@ Progress = Callable[[int, int, Row | None], None]
 """Called with the number of rigs done, the number in all, and the row that has just arrived, if any."""
 
 
-def diagnosed(
-    source: Source, settings: DiagnosisSettings, measure: Callable[[Rig, Diagnosis], Mapping[str, float]] | None = None
-) -> Row:
+def diagnosed(source: Source, settings: DiagnosisSettings) -> Row:
     """Load and diagnose one rig, whose own configuration overrides the settings.
 
-    The column ``measures`` has what ``measure`` says of the rig, truth included, and its diagnosis. A rig that cannot
-    be read or diagnosed gives a row with the text of its ``error``: one bad rig does not end the campaign.
+    A rig that cannot be read or diagnosed gives a row with the text of its ``error``: one bad rig does not end the
+    campaign.
     """
     began = perf_counter()
     row: Row = {"rig": source.rig}
     try:
         rig = source.load()
         row |= campaign_rows.truth_columns(rig.truth)
-        diagnosis = rig.diagnose(settings)
-        row |= campaign_rows.diagnosis_columns(diagnosis)
-        if measure:
-            row["measures"] = dict(measure(rig, diagnosis))
+        row |= campaign_rows.diagnosis_columns(rig.diagnose(settings))
     except Exception as error:
         row |= {"error": error_text(error), "seconds": perf_counter() - began}
     return row

@@ -129,19 +129,21 @@ def truth_columns(truth: Truth | None) -> Row:
 
 
 class Judgement(NamedTuple):
-    """What of a row is true, with the words of the module's head."""
+    """What of a row is true, with the words of the module's head.
 
+    ``found`` are the entries found, unknown effects included, strongest evidence first. ``all_named`` says whether
+    every effect of the rig is named, on at least one of its axes; ``recognised`` whether the verdict is an unknown
+    effect, on the true axis and of the true variable. ``covered`` has every parameter and coefficient of known value.
+    """
+
+    verdict: str | None
     found: tuple[Entry, ...]
-    """Entries found, unknown effects included, strongest evidence first."""
     false: tuple[Entry, ...]
     named_first: bool
     all_named: bool
-    """Whether every effect of the rig is named, on at least one of its axes."""
     recognised: bool
-    """Whether the verdict is an unknown effect, on the true axis and of the true variable."""
     right: bool
     covered: dict[str, bool]
-    """Every parameter and coefficient of known true value."""
 
 
 def judged(row: Row) -> Judgement:
@@ -151,11 +153,11 @@ def judged(row: Row) -> Judgement:
     found = tuple((own["name"], own["axis"]) for own in effects)
     false = tuple(entry for entry in found if entry not in true and not (entry[0] == UNKNOWN and unknown))
     all_named = {name for name, _ in true} == {entry[0] for entry in found if entry in true}
-    recognised = row["verdict"] == RigVerdict.UNKNOWN_EFFECT and unknown is not None and any(
-        (own["name"], own["axis"], own["variable"]) == (UNKNOWN, unknown["axis"], unknown["variable"])
-        for own in effects
-    )  # fmt: skip
-    right = row["error"] is None and (all_named if unknown is None else recognised) and not false
+    wanted = (UNKNOWN, unknown["axis"], unknown["variable"]) if unknown else None
+    recognised = row["verdict"] == RigVerdict.UNKNOWN_EFFECT and wanted in [
+        (own["name"], own["axis"], own["variable"]) for own in effects
+    ]
+    right = row["error"] is None and (recognised if unknown else all_named) and not false
     figures = [(symbol, row[symbol], row[f"{symbol}_se"], row[f"true_{symbol}"]) for symbol in BASE]
     for own, entry in zip(effects, found, strict=True):
         figures.append((" ".join(entry), own["coefficient"], own["standard_error"], true.get(entry)))
@@ -164,19 +166,22 @@ def judged(row: Row) -> Judgement:
         if None not in (value, error, truth):
             low, high = Estimate(value, error, "").interval
             covered[name] = low <= truth <= high
-    return Judgement(found, false, found[:1] != () and found[0] in true, all_named, recognised, right, covered)
+    first = found[:1] != () and found[0] in true
+    return Judgement(row["verdict"], found, false, first, all_named, recognised, right, covered)
 
 
-COUNTED: tuple[tuple[str, str, bool, Callable[[str | None, Judgement], object]], ...] = (
-    ("shown", "effects shown", False, lambda verdict, _: verdict == RigVerdict.EFFECTS_SHOWN),
-    ("adequate", "model adequate", False, lambda verdict, _: verdict == RigVerdict.MODEL_ADEQUATE),
-    ("unknown", "unknown effect", False, lambda verdict, _: verdict == RigVerdict.UNKNOWN_EFFECT),
-    ("named_first", "named first", True, lambda _, judgement: judgement.named_first),
-    ("false", "with a false one", True, lambda _, judgement: judgement.false),
-    ("recognised", "unknown recognised", True, lambda _, judgement: judgement.recognised),
-    ("right", "found as it is", True, lambda _, judgement: judgement.right),
-)
-"""What is counted: key, title, whether the truth has to be known, and which rows."""
+COUNTED: dict[str, tuple[str, Callable[[Judgement], object]]] = {
+    "shown": ("effects shown", lambda own: own.verdict == RigVerdict.EFFECTS_SHOWN),
+    "adequate": ("model adequate", lambda own: own.verdict == RigVerdict.MODEL_ADEQUATE),
+    "unknown": ("unknown effect", lambda own: own.verdict == RigVerdict.UNKNOWN_EFFECT),
+    "named_first": ("named first", lambda own: own.named_first),
+    "false": ("with a false one", lambda own: own.false),
+    "recognised": ("unknown recognised", lambda own: own.recognised),
+    "right": ("found as it is", lambda own: own.right),
+}
+"""What is counted: title, and of which rows; from the fourth on the truth has to be known."""
+
+VERDICTS = [*COUNTED][:3]
 
 
 def summarised(rows: Sequence[Row]) -> dict[str, Any]:
@@ -189,15 +194,16 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     diagnosis [s], or None.
     """
     done = [(row, judged(row)) for row in rows if row["error"] is None]
-    held = [hit for _, judgement in done for hit in judgement.covered.values()]
+    held = [hit for _, own in done for hit in own.covered.values()]
     kinds = []
     for kind in dict.fromkeys(row["true_kind"] for row, _ in done):
-        own = [(row["verdict"], judgement) for row, judgement in done if row["true_kind"] == kind]
-        known = {key: sum(bool(hit(*one)) for one in own) if kind or not asks else 0 for key, _, asks, hit in COUNTED}
-        kinds.append({"kind": kind or "", "rigs": len(own)} | known)
+        own = [judgement for row, judgement in done if row["true_kind"] == kind]
+        counts = {key: sum(bool(hit(one)) for one in own) for key, (_, hit) in COUNTED.items()}
+        unknown = {} if kind else {key: 0 for key in COUNTED if key not in VERDICTS}
+        kinds.append({"kind": kind or "", "rigs": len(own), **counts, **unknown})
     return {
         "kinds": kinds,
-        "effects": Counter(" ".join(entry) for _, judgement in done for entry in judgement.found).most_common(),
+        "effects": Counter(" ".join(entry) for _, own in done for entry in own.found).most_common(),
         "failures": [(row["rig"], row["error"]) for row in rows if row["error"] is not None],
         "covered": sum(held),
         "intervals": len(held),
@@ -208,15 +214,12 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
 
 def campaign_tables(summary: dict[str, Any]) -> tuple[list[Table], list[str]]:
     """Give tables and sentences of a summary: what was found, and how much of it is true where that is known."""
-    said, heads, rows = [], ["rigs"], [[str(kind["rigs"])] for kind in summary["kinds"]]
-    known = any(kind["kind"] for kind in summary["kinds"])
-    for key, title, asks, _ in COUNTED if known else COUNTED[:3]:
-        heads.append(title)
-        for row, kind in zip(rows, summary["kinds"], strict=True):
-            row.append("–" if asks and not kind["kind"] else str(kind[key]))
-    if known:
-        heads = ["kind", *heads]
-        rows = [[kind["kind"] or "truth not known", *row] for kind, row in zip(summary["kinds"], rows, strict=True)]
+    known, said, rows = any(kind["kind"] for kind in summary["kinds"]), [], []
+    columns = [*COUNTED] if known else VERDICTS
+    for kind in summary["kinds"]:
+        shown = [str(kind[key]) if kind["kind"] or key in VERDICTS else "–" for key in columns]
+        rows.append([*([kind["kind"] or "truth not known"] if known else []), str(kind["rigs"]), *shown])
+    heads = [*(["kind"] if known else []), "rigs", *(COUNTED[key][0] for key in columns)]
     tables = [Table("Campaign", heads, rows)]
     if summary["effects"]:
         found = [(name, str(count)) for name, count in summary["effects"]]
