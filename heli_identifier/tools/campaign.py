@@ -51,8 +51,7 @@ LOCAL = {
 }
 """Settings of Dask for workers on this machine."""
 
-CONNECTING = 60.0
-"""Time limit [s] for a scheduler to answer, and then for its first worker."""
+CONNECTING = 60.0  # time limit [s] for a scheduler to answer, and then for its first worker
 
 Progress = Callable[[int, int, Row | None], None]
 """Called with the number of rigs done, the number in all, and the row that has just arrived, if any."""

@@ -39,17 +39,10 @@ BANDS = {"slow": (0.03, 0.4), "middle": (0.1, 1.2), "fast": (0.5, 3.0)}  # of th
 BASES, PAPERS_BASE = (0.0, 0.6, 1.25, 2.5), 1.5
 """Base voltages of each rotor [V], near zero the rotors reverse; that of the paper's signals."""
 
-STRENGTHS = (0.25, 0.6, 1.2)
-"""Root-mean-square values [V] of the signals on the difference and on the sum."""
-
-TYPICAL = 2.5
-"""Voltage [V] at which gains are slopes: half of full voltage lifts a balanced arm."""
-
-INSEPARABLE = 0.95
-"""Correlation rho above which two effects are not separated: sqrt(1 - rho^2) is below a third."""
-
-AIR, AIR_TIME = 0.003, 1.0
-"""Standard deviation [rad/s^2] and correlation time [s] of the random torque on each axis."""
+STRENGTHS = (0.25, 0.6, 1.2)  # root-mean-square values [V] of the signals on the difference and on the sum
+TYPICAL = 2.5  # voltage [V] at which gains are slopes: half of full voltage lifts a balanced arm
+INSEPARABLE = 0.95  # correlation rho above which two effects are not separated: sqrt(1 - rho^2) is below a third
+AIR, AIR_TIME = 0.003, 1.0  # standard deviation [rad/s^2] and correlation time [s] of the random torque on each axis
 
 
 def air_torque(count: int) -> Array:

@@ -45,14 +45,9 @@ from heli_identifier.tracing import sign_notes
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 
-FALSE_ALARMS = 0.01
-"""Share of sets of logs in open loop in which one score is beyond the quantile by chance."""
-
-LONGER = 0.01
-"""By how much the lag is longer where its influence is computed [s]."""
-
-LEAST = 0.01
-"""Relative change of a parameter from which on it is worth a word."""
+FALSE_ALARMS = 0.01  # share of sets of logs in open loop in which one score is beyond the quantile by chance
+LONGER = 0.01  # by how much the lag is longer where its influence is computed [s]
+LEAST = 0.01  # relative change of a parameter from which on it is worth a word
 
 
 class Choice(NamedTuple):

@@ -31,12 +31,8 @@ from heli_plant.parameters import BY_FIELD
 
 Array = NDArray[np.float64]
 
-ZERO = 0.02
-"""Standard deviation of an encoder's zero from log to log [rad]: a rig is switched on in another position."""
-
-CONSISTENT = 2.0
-"""Birge ratio above which logs disagree by more than their standard errors allow."""
-
+ZERO = 0.02  # standard deviation of an encoder's zero from log to log [rad]: a rig is switched on in another position
+CONSISTENT = 2.0  # Birge ratio above which logs disagree by more than their standard errors allow
 _STIFFNESS, _TORQUE = 1, 2  # places in Omega: a zero moves the constant torque by the stiffness times itself
 
 

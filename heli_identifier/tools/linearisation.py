@@ -33,14 +33,12 @@ from heli_plant.state import PlantState, start_state
 STATES = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate", "nu_front", "nu_rear")
 BENDING = ("bending", "bending_rate")
 INPUTS = ("v_front", "v_rear")
-PERIOD = 0.01
-"""Control period [s]."""
+PERIOD = 0.01  # control period [s]
 
 NOT_LINEAR = tuple(effect.field for effect in CATALOGUE if effect.family == FRICTION)
 """Coefficients that a linear model leaves out."""
 
-BALANCED = 1e-9
-"""Largest acceleration [rad/s^2] at which a point counts as an equilibrium."""
+BALANCED = 1e-9  # largest acceleration [rad/s^2] at which a point counts as an equilibrium
 
 FURTHEST, LARGEST_LEAN = 1.5, 0.7
 """Largest pitch and elevation [rad], beyond a quarter of a turn the rig lies on its back; largest pitch of a hover."""

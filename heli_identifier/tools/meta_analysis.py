@@ -31,19 +31,14 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.stats import chi2, norm, t
 
-LEVEL = 0.95
-"""Probability of all intervals."""
+LEVEL = 0.95  # probability of all intervals
 
 LARGEST_LIKE_SPREAD = 0.5
 """Spread over the size of the mean up to which coefficients are alike: 97.7 % of those of a normal distribution then
 have the sign of the mean."""
 
-HOMOGENEOUS = 0.05
-"""Probability of Cochran's test below which the rigs do not have like coefficients."""
-
-QUANTILES = 41
-"""Of the confidence distribution of tau, from which a prediction interval is made."""
-
+HOMOGENEOUS = 0.05  # probability of Cochran's test below which the rigs do not have like coefficients
+QUANTILES = 41  # of the confidence distribution of tau, from which a prediction interval is made
 Values = NDArray[np.float64]
 
 

@@ -23,14 +23,9 @@ from heli_identifier.records import Log, LogFormat, RigConfiguration
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, diagnose
 from heli_plant.effects import CATALOGUE
 
-ENDINGS = (".csv", ".mat")
-"""Endings of logs; other files in a rig's folder are left alone."""
-
-HELD_OUT = "held"
-"""A log whose name begins so is held out."""
-
-TRAINING_SHARE = 2.0 / 3.0
-"""Share of a single log that is fitted to; the rest is held out."""
+ENDINGS = (".csv", ".mat")  # endings of logs; other files in a rig's folder are left alone
+HELD_OUT = "held"  # a log whose name begins so is held out
+TRAINING_SHARE = 2.0 / 3.0  # share of a single log that is fitted to; the rest is held out
 
 SHORTEST_TO_SPLIT = 25.0
 """Length [s] from which a single log is split: its last third has the 8 s that a diagnosis needs."""
