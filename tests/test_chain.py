@@ -1,7 +1,5 @@
 """The measurement chain: faults undone, defects seen, and a damaged log of a clean rig named as such."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -79,7 +77,7 @@ def logs_of(damage: str, count: int = 3) -> list[Log]:
     logs = []
     for i, log in enumerate(rig.train[:count]):
         v, y = DAMAGES[damage](log[:, 0], log[:, 1:3], log[:, 3:6])
-        logs.append(Log(f"log {i}", 100.0, np.ascontiguousarray(v), np.ascontiguousarray(y)))
+        logs.append(Log(f"log {i}", 100.0, v, y))
     return logs
 
 
@@ -138,8 +136,8 @@ def test_an_angle_that_is_twice_too_large_is_refused_and_a_coarse_encoder_is_not
 def test_a_log_of_a_rig_with_other_gains_does_not_belong_to_the_others():
     """Gains 10 % larger; they drift by 1.5 % from log to log where a supply does."""
     rig = make_rig(9001, "clean")
-    base = rig.truth.base
-    other = replace(rig.truth, base=base._replace(k_x=1.1 * base.k_x, k_z=1.1 * base.k_z, k_y=1.1 * base.k_y))
+    gains = {gain: 1.1 * getattr(rig.truth.base, gain) for gain in ("k_x", "k_z", "k_y")}
+    other = rig.truth._replace(base=rig.truth.base._replace(**gains))
     strange = simulate_log(other, rig.train[2][:, 1:3], 5)
     *training, held = (
         Log(name, 100.0, np.ascontiguousarray(log[:, 1:3]), np.ascontiguousarray(log[:, 3:6]))

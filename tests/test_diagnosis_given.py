@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.rigs import likelihood_of
 from heli_identifier.cli.app import app
 from heli_identifier.cli.terminal import print_diagnosis
 from heli_identifier.errors import ConfigurationError
@@ -20,7 +21,6 @@ from heli_identifier.tracing.diagnose import _base
 from heli_identifier.tracing.fit import covariance, fit
 from heli_plant.parameters import TABLE_2
 from tests.diagnosis_example import example
-from tests.test_tracing_likelihood import likelihood_of
 
 TRAINING, HELD_OUT = demo_logs("rig-a")
 WRONG = TABLE_2.theta0 + 0.05

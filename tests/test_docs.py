@@ -3,7 +3,7 @@
 A block of ``bash`` is typed as it stands; in a block of ``console`` the lines behind ``$`` are. A block with a title is
 a file that the reader writes (``title="heli.toml"``); of a GitHub workflow the ``run: heli ...`` lines are typed as
 well. A block of ``text`` behind commands is what they print, but for lines of dots; figures may differ as little as
-:func:`near` says, and those of lines that :data:`VARYING` names as they like. A comment ``<!-- not run: reason -->``
+:func:`same` says, and those of lines that :data:`VARYING` names as they like. A comment ``<!-- not run: reason -->``
 before a block keeps it from being typed, and ``<!-- continues: page.md -->`` at a page's beginning starts it where
 another page ended."""
 
@@ -49,30 +49,27 @@ _MARK = "\x1e"
 
 
 class Block(NamedTuple):
-    """One fenced block: its language, its title if it is a file, its text, its line, and why it is not run."""
+    """One fenced block: its language, its title if it is a file, its text, its line, and whether it says: not run."""
 
     language: str
     title: str
     text: str
     line: int
-    reason: str
+    left_out: bool
 
 
 def blocks(markdown):
     """Every fenced block of a page, in order."""
-    found = []
     for fence in _FENCE.finditer(markdown):
         before, title = markdown[: fence.start()], re.search(r'title="([^"]+)"', fence["rest"])
-        reason = _NOT_RUN.search(before)
         text = textwrap.dedent(fence["body"]) if fence["indent"] else fence["body"]
         own = (fence["language"] or "", title[1] if title else "", text)
-        found.append(Block(*own, before.count("\n") + 1, reason[1] if reason else ""))
-    return found
+        yield Block(*own, before.count("\n") + 1, bool(_NOT_RUN.search(before)))
 
 
 def typed(block):
     """What a reader types for a block; nothing if it is no command, or is not run."""
-    if block.reason:
+    if block.left_out:
         return ""
     if block.title:
         folder = os.path.dirname(block.title) or "."
@@ -81,12 +78,6 @@ def typed(block):
     if block.language == "console":
         return "".join(f"{line[2:]}\n" for line in block.text.splitlines() if line.startswith("$ "))
     return block.text if block.language == "bash" else ""
-
-
-def predecessor(markdown):
-    """The page that a page continues, or nothing."""
-    found = _CONTINUES.search(markdown)
-    return found[1] if found else ""
 
 
 def clone(folder):
@@ -126,47 +117,34 @@ def session(markdown, folder):
     return outputs
 
 
-def words(text):
-    """The words of a line, without figures and signs."""
-    return re.findall(r"[^\W\d][\w.]*", text)
+TOKEN = re.compile(r"[^\W\d][\w.]*|(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+"""A word or a figure; digits within a word, as in ``train1.csv``, are no figure."""
 
 
-def figures(text):
-    """The figures of a line as they are written; digits within a word, as in ``train1.csv``, are no figure."""
-    return re.findall(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?", text.replace("−", "-"))
-
-
-def near(shown, printed):
-    """Whether a figure is what a page shows.
+def same(shown, printed):
+    """Whether a word is what a page shows, or a figure is near it.
 
     Every run is seeded, but an optimiser stops where its tolerance is met, and another processor or linear algebra
     brings it there another way: estimates move by far less than their standard errors, which are a per cent and more of
     them. A figure with a fraction may besides round to the digit next to the one that was shown; counts may not.
     """
+    if not all(re.match(r"[-+]?\d", token) for token in (shown, printed)):
+        return shown == printed
     wanted, there = Decimal(shown), Decimal(printed)
     digit = Decimal(1).scaleb(wanted.as_tuple().exponent) if wanted.as_tuple().exponent < 0 else 0
     return abs(there - wanted) <= RELATIVE * abs(wanted) + digit
 
 
 def unlike(shown, printed):
-    """Lines of ``shown`` whose words, in order, and whose figures are in no line of ``printed``."""
-    actual = printed.splitlines()
-    return [line for line in shown.splitlines() if not any(_alike(line, there) for there in actual)]
+    """Lines of ``shown`` whose words and figures, in order, are in no line of ``printed``."""
+    actual = [TOKEN.findall(line.replace("−", "-")) for line in printed.splitlines()]
+    return [line for line in shown.splitlines() if not any(_alike(line, tokens) for tokens in actual)]
 
 
 def _alike(shown, printed):
-    if not _within(words(shown), words(printed)):
-        return False
+    wanted, rest = TOKEN.findall(shown.replace("−", "-")), iter(printed)
     if any(re.search(pattern, shown) for pattern in VARYING):
-        return True
-    wanted, there = figures(shown), figures(printed)
-    if "..." in shown:  # of a line that is cut, figures are left out as well
-        return _within(wanted, there, near)
-    return len(wanted) == len(there) and all(map(near, wanted, there))
-
-
-def _within(wanted, there, same=str.__eq__):
-    rest = iter(there)
+        wanted = [token for token in wanted if token[0].isalpha()]
     return all(any(same(one, other) for other in rest) for one in wanted)
 
 
@@ -183,8 +161,9 @@ def typed_page(tmp_path_factory):
 
     def typed_once(name):
         if name not in done:
-            before = predecessor(PAGES[name])
-            folder = typed_once(f"docs/{before}")[1] if before else clone(tmp_path_factory.mktemp("docs") / "heli-twin")
+            before = _CONTINUES.search(PAGES[name])
+            new = tmp_path_factory.mktemp("docs") / "heli-twin"
+            folder = typed_once(f"docs/{before[1]}")[1] if before else clone(new)
             done[name] = session(PAGES[name], folder), folder
         return done[name]
 
@@ -222,7 +201,7 @@ def test_a_block_of_commands_is_run_or_says_why_not(name):
         if block.language in ("sh", "shell", "zsh"):
             pytest.fail(f"line {block.line}: a block of {block.language} is never run; call it bash")
         if block.language in SHELL:
-            assert typed(block) or block.reason, f"line {block.line}: nothing in this block is run"
+            assert typed(block) or block.left_out, f"line {block.line}: nothing in this block is run"
 
 
 NAMED = re.compile(r"`((?:heli_plant|heli_identifier|fmu_src|tests|benchmarks|docs)/[\w/.]+)`(?! of commit)")

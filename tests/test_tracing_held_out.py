@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.rigs import likelihood_of as nothing_fitted
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
@@ -13,9 +14,8 @@ from heli_identifier.tracing import prediction
 from heli_identifier.tracing.fit import fit
 from heli_identifier.tracing.held_out import compare, hold_to, likelihood_of, use_of
 from heli_identifier.tracing.helicopter import helicopter
-from heli_identifier.tracing.likelihood import Likelihood
 from heli_identifier.tracing.prediction import HORIZONS, Model, made_by_itself, rms_figures, run_along
-from heli_identifier.tracing.records import record_of, records_of
+from heli_identifier.tracing.records import record_of
 from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.result import Determination, ParameterReport, Use
 from heli_identifier.tracing.settings import NOISE_CENTRE, NOISE_WIDTH, DiagnosisSettings
@@ -75,9 +75,9 @@ def fits():
     for seed in (1, 2, 3):
         v = drive(60.0, seed)
         logs.append(Log(f"log{seed}", 1.0 / H, v, recorded(rubbing, v, seed, 0.3 * torque(len(v), seed))))
-    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs[:2]], [log.voltages for log in logs[:2]])
-    before = fit(Likelihood(rig, records_of(logs[:2], rig, {})), rig.base)
-    return before, fit(before.likelihood, (*rig.base, "dry_friction_pitch"), before), logs[2]
+    likelihood = nothing_fitted(logs[:2])
+    before = fit(likelihood, likelihood.rig.base)
+    return before, fit(likelihood, (*likelihood.rig.base, "dry_friction_pitch"), before), logs[2]
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from benchmarks.rigs import likelihood_of, log_of
 from heli_identifier.records import Log
 from heli_identifier.tracing import sensitivity as module
 from heli_identifier.tracing.fit import bounded_step, covariance, fit, with_own_spread
 from heli_identifier.tracing.helicopter import helicopter
-from heli_identifier.tracing.likelihood import Likelihood
 from heli_identifier.tracing.records import block_samples, record_of, records_of
 from heli_identifier.tracing.settings import HUBER, DiagnosisSettings
 from tests.blind.generator import Case
@@ -18,13 +18,7 @@ def logs_of(kind, index=0, count=2, seconds=40.0):
     """Logs of a blind rig in open loop, cut to ``seconds``."""
     made = Case("test", kind, 20).rig(index)
     rows = round(100.0 * seconds)
-    logs = (Log(f"log {n}", 100.0, s[:rows, 1:3], s[:rows, 3:]) for n, s in enumerate(made.train[:count]))
-    return tuple(logs), made.truth
-
-
-def likelihood_of(logs):
-    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
-    return Likelihood(rig, records_of(logs, rig, {}))
+    return [log_of(f"log {n}", 100.0, s[:rows]) for n, s in enumerate(made.train[:count])], made.truth
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from benchmarks.rigs import windy_log
+from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.tracing.fit import fit, with_own_spread
 from heli_identifier.tracing.held_out import log_likelihood
 from heli_identifier.tracing.identification import delivered
@@ -14,7 +14,7 @@ from heli_identifier.tracing.select import halves_agree, left_out_gain, select
 from heli_plant.parameters import TABLE_2
 from tests.blind.windy import windy_rig
 from tests.simulated import drive, noisy
-from tests.test_tracing_likelihood import likelihood_of, logs_of
+from tests.test_tracing_likelihood import logs_of
 
 
 def searched(kind, index=0):
@@ -90,7 +90,7 @@ def test_a_rig_in_calm_air_that_lacks_mechanics_gets_none():
 def test_terms_of_mechanics_enter_the_plant_together_and_help_under_another_controller():
     """A rig that has all three, of which 100 s in rough air establish none: another flight is likelier with them."""
     rig = windy_rig(48, "ou", counts={"a": 3, "c": 1})
-    other, training = ([windy_log(name, log) for name, log in rig.part(of).items()] for of in "ca")
+    other, training = windy_logs(rig, "c"), windy_logs(rig, "a")
     likelihood = likelihood_of(training)
     null = with_own_spread(fit(likelihood, likelihood.rig.base))
     selection = select(null, likelihood.rig.candidates)

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from benchmarks.rigs import likelihood_of
 from heli_identifier.tracing.fit import fit
-from heli_identifier.tracing.helicopter import helicopter
-from heli_identifier.tracing.likelihood import Likelihood
-from heli_identifier.tracing.records import records_of
 from heli_identifier.tracing.result import Verdict
 from heli_identifier.tracing.select import select
-from heli_identifier.tracing.settings import UNKNOWN_TRIED, DiagnosisSettings
+from heli_identifier.tracing.settings import UNKNOWN_TRIED
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
 from heli_plant.tabulated_torque import KNOTS, tabulated_torque
@@ -42,10 +40,9 @@ LAWS = {
 def searched(name):
     """What the catalogue says of a rig, the selection beside unknown torques, and these."""
     logs = [noisy(TABLE_2, drive(SECONDS, seed), seed, LAWS[name], name=f"log {seed}") for seed in (1, 2)]
-    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
-    null = fit(Likelihood(rig, records_of(logs, rig, {})), rig.base)
-    before = select(null, rig.candidates)
-    return before, *search_unknown(before, rig.candidates)
+    likelihood = likelihood_of(logs)
+    before = select(fit(likelihood, likelihood.rig.base), likelihood.rig.candidates)
+    return before, *search_unknown(before, likelihood.rig.candidates)
 
 
 def without_line(x, y):

@@ -9,143 +9,119 @@ strikes is its first word, so that a test can ask for it.
 """
 
 from collections.abc import Callable, Mapping
-from functools import partial
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Damage = Callable[[Array, Array, Array], tuple[Array, Array]]
+Own = Callable[[Array, Array], Array]
+"""Damage of one signal: of time [s] and signal."""
+
+FRONT, REAR, PITCH, ELEVATION, TRAVEL = range(5)
+VOLTAGES, ANGLES = (FRONT, REAR), (PITCH, ELEVATION, TRAVEL)
+DEGREE, COUNT = np.pi / 180.0, 2.0 * np.pi / 4096.0
 
 
-def _angle(own: Callable[[Array, Array], Array], axis: int, time: Array, voltages: Array, angles: Array):
-    """Damage one angle."""
-    struck = angles.copy()
-    struck[:, axis] = own(time, angles[:, axis])
-    return voltages, struck
+def on(channels: int | tuple[int, ...], own: Own) -> Damage:
+    """Damage some channels, each by itself."""
+
+    def damage(time: Array, voltages: Array, angles: Array) -> tuple[Array, Array]:
+        struck = np.vstack([voltages.T, angles.T])
+        for k in np.atleast_1d(channels):
+            struck[k] = own(time, struck[k])
+        return np.ascontiguousarray(struck[:2].T), np.ascontiguousarray(struck[2:].T)
+
+    return damage
 
 
-def _voltages(own: Callable[[Array, Array], Array], time: Array, voltages: Array, angles: Array):
-    """Damage both voltages."""
-    return np.column_stack([own(time, v) for v in voltages.T]), angles
-
-
-def _late(delay: float, time: Array, x: Array) -> Array:
+def late(delay: float) -> Own:
     """What was true ``delay`` [s] before; between samples on the straight line."""
-    return np.interp(time - delay, time, x)
+    return lambda time, x: np.interp(time - delay, time, x)
 
 
-def _late_held(samples: int, time: Array, x: Array) -> Array:
-    """A held signal, whole samples late."""
-    return np.concatenate((np.full(samples, x[0]), x[:-samples]))
-
-
-def _low_pass(corner_hz: float, time: Array, x: Array) -> Array:
+def low_pass(corner_hz: float) -> Own:
     """First-order filter of a data logger."""
-    share, y = 1.0 - np.exp(-2.0 * np.pi * corner_hz * (time[1] - time[0])), np.empty_like(x)
-    y[0] = x[0]
-    for k in range(1, len(x)):
-        y[k] = y[k - 1] + share * (x[k] - y[k - 1])
-    return y
+
+    def own(time: Array, x: Array) -> Array:
+        share = 1.0 - np.exp(-2.0 * np.pi * corner_hz * (time[1] - time[0]))
+        return np.array(list(accumulate(x, lambda y, new: y + share * (new - y))))
+
+    return own
 
 
-def _drift(rate: float, time: Array, x: Array) -> Array:
+def drift(rate: float) -> Own:
     """Zero that wanders at ``rate`` [rad/s]."""
-    return x + rate * (time - time[0])
+    return lambda time, x: x + rate * (time - time[0])
 
 
-def _counted(counts: int, time: Array, x: Array) -> Array:
-    """Encoder of fewer counts a turn."""
+def counted(counts: int) -> Own:
+    """Encoder of so many counts a turn."""
     quantum = 2.0 * np.pi / counts
-    return np.floor(x / quantum + 0.5) * quantum
+    return lambda _, x: np.floor(x / quantum + 0.5) * quantum
 
 
-def _play(gap: float, time: Array, x: Array) -> Array:
+def play(gap: float) -> Own:
     """Backlash of width ``gap`` [rad] between axis and encoder."""
-    y, at = np.empty_like(x), x[0]
-    for k, value in enumerate(x):
-        at = min(max(at, value - 0.5 * gap), value + 0.5 * gap)
-        y[k] = at
-    return y
+    return lambda _, x: np.array(list(accumulate(x, lambda at, new: min(max(at, new - 0.5 * gap), new + 0.5 * gap))))
 
 
-def _cut(step: float, time: Array, x: Array) -> Array:
-    """Digits that a file does not have."""
-    return np.trunc(x / step + 1e-9) * step
+def scaled(factor: float) -> Own:
+    """Factor that is wrong."""
+    return lambda _, x: factor * x
 
 
-def _scaled(factor: float, time: Array, x: Array) -> Array:
-    return factor * x
-
-
-def _slipped(size: float, time: Array, x: Array) -> Array:
+def slipped(size: float) -> Own:
     """Encoder whose coupling slips once, at 40 % of the log, by ``size`` [rad]."""
-    return x + size * (time - time[0] > 0.4 * (time[-1] - time[0]))
+    return lambda time, x: x + size * (time - time[0] > 0.4 * (time[-1] - time[0]))
 
 
-def _jittered(std: float, time: Array, voltages: Array, angles: Array):
-    """Angles read at instants that err by ``std`` [s], and written as if they were uniform."""
-    at = time + np.random.default_rng(0).normal(0.0, std, len(time))
-    return voltages, np.column_stack([np.interp(at, time, x) for x in angles.T])
+def jittered(std: float) -> Own:
+    """Read at instants that err by ``std`` [s], and written as if they were uniform."""
+    return lambda time, x: np.interp(time + np.random.default_rng(0).normal(0.0, std, len(time)), time, x)
 
 
-def _stretched(scale: float, time: Array, voltages: Array, angles: Array):
-    """A clock that is fast by ``scale``: the same instants are written as others; both held at the ends."""
-    at = time[0] + (time - time[0]) * scale
+def stretched(time: Array, voltages: Array, angles: Array) -> tuple[Array, Array]:
+    """A clock that is fast by 2 %: the same instants are written as others; both held at the ends."""
+    at = time[0] + (time - time[0]) * 0.98
     held = np.minimum(np.searchsorted(time, at, "right") - 1, len(time) - 1)
     return voltages[held], np.column_stack([np.interp(at, time, x) for x in angles.T])
 
 
-def _folded(time: Array, x: Array) -> Array:
-    """Angle within half a turn either way."""
-    return (x + np.pi) % (2.0 * np.pi) - np.pi
+def clipped(time: Array, voltages: Array, angles: Array) -> tuple[Array, Array]:
+    """An amplifier that gives 80 % of what it is asked for at most."""
+    limit = 0.8 * np.abs(voltages).max()
+    return np.clip(voltages, -limit, limit), angles
 
-
-def _copied(source: int, target: int, time: Array, voltages: Array, angles: Array):
-    """One column written twice."""
-    struck = angles.copy()
-    struck[:, target] = angles[:, source]
-    return voltages, struck
-
-
-def _front_scaled(factor: float, time: Array, voltages: Array, angles: Array):
-    return voltages * np.array([factor, 1.0]), angles
-
-
-def _all_scaled(factor: float, time: Array, voltages: Array, angles: Array):
-    return voltages, factor * angles
-
-
-DEGREE = np.pi / 180.0
 
 DAMAGES: Mapping[str, Damage] = {
     "none": lambda time, voltages, angles: (voltages, angles),
-    "pitch drifts 1 degree in 90 s": partial(_angle, partial(_drift, DEGREE / 90.0), 0),
-    "elevation drifts 1 degree in 90 s": partial(_angle, partial(_drift, DEGREE / 90.0), 1),
-    "voltages late by a sample": partial(_voltages, partial(_late_held, 1)),
-    "voltages behind a filter of 5 Hz": partial(_voltages, partial(_low_pass, 5.0)),
-    "elevation late by 30 ms": partial(_angle, partial(_late, 0.030), 1),
-    "pitch late by 20 ms": partial(_angle, partial(_late, 0.020), 0),
-    "elevation behind a filter of 5 Hz": partial(_angle, partial(_low_pass, 5.0), 1),
-    "pitch of 2048 counts": partial(_angle, partial(_counted, 2048), 0),
-    "pitch of 256 counts": partial(_angle, partial(_counted, 256), 0),
-    "elevation of 256 counts": partial(_angle, partial(_counted, 256), 1),
-    "elevation with a play of 2 counts": partial(_angle, partial(_play, 4.0 * np.pi / 4096.0), 1),
-    "pitch with a play of 6 counts": partial(_angle, partial(_play, 12.0 * np.pi / 4096.0), 0),
-    "voltages cut to .1 V": partial(_voltages, partial(_cut, 0.1)),
-    "voltages clipped at 80 %": lambda time, voltages, angles: (
-        np.clip(voltages, -0.8 * np.abs(voltages).max(), 0.8 * np.abs(voltages).max()), angles),
-    "v_front times 1.1": partial(_front_scaled, 1.1),
-    "v_front with the other sign": partial(_front_scaled, -1.0),
-    "pitch with the other sign": partial(_angle, partial(_scaled, -1.0), 0),
-    "pitch twice as large": partial(_angle, partial(_scaled, 2.0), 0),
-    "pitch slips by 12 counts": partial(_angle, partial(_slipped, 24.0 * np.pi / 4096.0), 0),
-    "elevation slips by 24 counts": partial(_angle, partial(_slipped, 48.0 * np.pi / 4096.0), 1),
-    "clock jitters by 2 ms": partial(_jittered, 0.002),
-    "clock fast by 2 %": partial(_stretched, 0.98),
-    "travel a copy of the elevation": partial(_copied, 1, 2),
-    "pitch in radians under [deg]": partial(_angle, partial(_scaled, DEGREE), 0),
-    "angles in radians under [deg]": partial(_all_scaled, DEGREE),
-    "elevation in degrees under [rad]": partial(_angle, partial(_scaled, 1.0 / DEGREE), 1),
-    "travel folded at half a turn": partial(_angle, _folded, 2),
-}  # fmt: skip
+    "pitch drifts 1 degree in 90 s": on(PITCH, drift(DEGREE / 90.0)),
+    "elevation drifts 1 degree in 90 s": on(ELEVATION, drift(DEGREE / 90.0)),
+    "voltages late by a sample": on(VOLTAGES, lambda _, x: np.append(x[0], x[:-1])),
+    "voltages behind a filter of 5 Hz": on(VOLTAGES, low_pass(5.0)),
+    "elevation late by 30 ms": on(ELEVATION, late(0.030)),
+    "pitch late by 20 ms": on(PITCH, late(0.020)),
+    "elevation behind a filter of 5 Hz": on(ELEVATION, low_pass(5.0)),
+    "pitch of 2048 counts": on(PITCH, counted(2048)),
+    "pitch of 256 counts": on(PITCH, counted(256)),
+    "elevation of 256 counts": on(ELEVATION, counted(256)),
+    "elevation with a play of 2 counts": on(ELEVATION, play(2.0 * COUNT)),
+    "pitch with a play of 6 counts": on(PITCH, play(6.0 * COUNT)),
+    "voltages cut to .1 V": on(VOLTAGES, lambda _, x: np.trunc(x / 0.1 + 1e-9) * 0.1),
+    "voltages clipped at 80 %": clipped,
+    "v_front times 1.1": on(FRONT, scaled(1.1)),
+    "v_front with the other sign": on(FRONT, scaled(-1.0)),
+    "pitch with the other sign": on(PITCH, scaled(-1.0)),
+    "pitch twice as large": on(PITCH, scaled(2.0)),
+    "pitch slips by 12 counts": on(PITCH, slipped(12.0 * COUNT)),
+    "elevation slips by 24 counts": on(ELEVATION, slipped(24.0 * COUNT)),
+    "clock jitters by 2 ms": on(ANGLES, jittered(0.002)),
+    "clock fast by 2 %": stretched,
+    "travel a copy of the elevation": lambda time, voltages, angles: (voltages, angles[:, [0, 1, 1]]),
+    "pitch in radians under [deg]": on(PITCH, scaled(DEGREE)),
+    "angles in radians under [deg]": on(ANGLES, scaled(DEGREE)),
+    "elevation in degrees under [rad]": on(ELEVATION, scaled(1.0 / DEGREE)),
+    "travel folded at half a turn": on(TRAVEL, lambda _, x: (x + np.pi) % (2.0 * np.pi) - np.pi),
+}

@@ -10,13 +10,13 @@ Seeds come from a digest of the case, so that no two cases share a rig and none 
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tests.blind.plant import STEP, Push, fly, push_torque, room_torque
-from tests.blind.rigs import DURATION, STANDARD_ROOM, Rig, Room, draw_rig
+from tests.blind.rigs import DURATION, ENCODER_SHAKE, ROOM_TIME, ROOM_TORQUE, Rig, draw_rig
 from tests.blind.signals import SAMPLE, multisines, square_and_chirp
 
 _DECIMALS = (2, 5, 5, 6, 6, 6)
@@ -26,8 +26,7 @@ _PITCH_OFF, _ELEVATION_SHARE = 0.03, 0.9
 """A log starts at rest, pitch this near to theta0 [rad] and elevation at this share of its trim."""
 
 
-@dataclass(frozen=True)
-class BlindRig:
+class BlindRig(NamedTuple):
     """Three training logs and a held-out one, and the truth that they must not tell.
 
     A log has the shape (n, 6): time [s], two voltages [V], three angles [rad].
@@ -54,22 +53,22 @@ def simulate_log(
     strange = rig.strange(phase=float(rng.uniform(0, 2 * np.pi)))
     count = len(voltages)
     noise = rng.standard_normal((round(count * SAMPLE / STEP) + 1, 3))
-    torque = room_torque(noise, rig.room.torque_std, rig.room.torque_time)
+    torque = room_torque(noise, ROOM_TORQUE, ROOM_TIME)
     torque += push_torque(len(torque), pushes)
-    shake = rig.room.encoder_shake * rng.standard_normal((count, 3))
+    shake = ENCODER_SHAKE * rng.standard_normal((count, 3))
     read, *_ = fly(voltages, start, rig.coefficients(), torque, shake, strange=strange)
     log = np.column_stack([SAMPLE * np.arange(count), voltages, read])
     return np.column_stack([column.round(n) for column, n in zip(log.T, _DECIMALS, strict=True)])
 
 
-def make_rig(seed: int, kind: str = "clean", scale: float = 1.0, room: Room = STANDARD_ROOM) -> BlindRig:
+def make_rig(seed: int, kind: str = "clean", scale: float = 1.0) -> BlindRig:
     """Draw a rig and make its logs: training, the paper's two experiments and multisines; held out, other multisines.
 
-    Room, excitation and base parameters depend on the seed alone: rigs of one seed differ in their effect only.
+    Excitation and base parameters depend on the seed alone: rigs of one seed differ in their effect only.
     """
     rig_seed, phase_seed, *log_seeds = np.random.SeedSequence(seed).spawn(6)
     rng = np.random.default_rng(phase_seed)
-    rig = draw_rig(rig_seed, kind, scale, room)
+    rig = draw_rig(rig_seed, kind, scale)
     voltages = (
         square_and_chirp(DURATION, 1.0),
         square_and_chirp(DURATION, 2.0),
@@ -83,8 +82,7 @@ def make_rig(seed: int, kind: str = "clean", scale: float = 1.0, room: Room = ST
 # --- the battery: which kinds of rig, how many of each, at which share of their strength ---------------------------
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """One line of the battery: its group, a kind as for `draw_rig`, how many rigs, and the share of the strength.
 
     Groups are clean, single, weak, pair, unknown, and beyond (in the catalogue, but in no bar).
@@ -102,23 +100,10 @@ class Case:
 
 
 SINGLE = (
-    "dry_friction",
-    "quadratic_drag",
-    "gyroscopic_coupling",
-    "airspeed_thrust_loss",
-    "reverse_thrust_loss",
-    "quadratic_thrust",
-    "dead_zone",
-    "input_delay",
-    "motor_lag",
-    "thrust_fade",
-    "rotor_mismatch",
-    "cable_stiffness",
-    "arm_bending",
-    "moving_mass",
-    "inertial_coupling",
-    "large_angle_gravity",
-)
+    "dry_friction", "quadratic_drag", "gyroscopic_coupling", "airspeed_thrust_loss", "reverse_thrust_loss",
+    "quadratic_thrust", "dead_zone", "input_delay", "motor_lag", "thrust_fade", "rotor_mismatch", "cable_stiffness",
+    "arm_bending", "moving_mass", "inertial_coupling", "large_angle_gravity",
+)  # fmt: skip
 """Effects of the bars."""
 
 BEYOND = ("breakaway_friction", "constant_torque", "rotor_drag_torque", "pitch_gravity_coupling", "ground_effect")

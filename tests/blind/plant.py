@@ -124,9 +124,6 @@ class Changes(NamedTuple):
     shares: NDArray[np.float64]
 
 
-STILL = Strange()
-
-
 @njit
 def pitch_torque(
     th: float, e: float, w: float, w_e: float, w_l: float, mu_s: float, mu_d: float, p: Coefficients
@@ -408,34 +405,20 @@ def fly(
     rate: float = 100.0,
     lead: int = 0,
     zeros: Sequence[float] = (0.0, 0.0, 0.0),
-    strange: Strange = STILL,
+    strange: Strange = Strange(),  # noqa: B008
     changes: Changes | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Fly once, from rest, motors in steady state for the first voltages.
 
-    Parameters
-    ----------
-    voltages, shape (n, 2)
-        Front and rear voltage, held over each sample; under a controller only the first counts [V].
-    start, shape (3,)
-        Pitch, elevation and travel at the first sample [rad].
-    torque, shape (n steps, 3)
-        Further torque over inertia at each step of 1 ms [rad/s^2].
-    shake, shape (n, 3)
-        Of the encoders' lines [counts]; they read ``zeros`` [rad] where the angles are zero.
-    control, references, hover
-        The controller, what it is asked for on pitch, elevation (about the elevation ``hover`` [rad]) and travel, shape
-        (n, 3) [rad]; none in open loop.
-    rate, lead
-        Samples a second [Hz]; samples before the log begins, where the cable is relaxed.
-    changes
-        In place of `coefficients`, where the rig changes.
+    Given are ``voltages`` (n, 2), held over each sample [V], of which only the first count under a ``control``; the
+    ``start`` of pitch, elevation and travel [rad]; ``torque`` (n steps, 3), further torque over inertia at each step of
+    1 ms [rad/s^2]; ``shake`` (n, 3) of the encoders' lines [counts], which read ``zeros`` [rad] where the angles are
+    zero; ``references`` (n, 3) of the controller, on elevation about the elevation ``hover`` [rad]; the ``rate`` of
+    samples [Hz] and how many ``lead`` the log, where the cable is relaxed; ``changes`` in place of `coefficients` where
+    the rig changes.
 
-    Returns
-    -------
-    read, angles, rates, voltages : ndarray
-        What the encoders say [rad], the true angles (bending of the arm included) [rad] and the rates of the rigid body
-        [rad/s] at each sample, shape (n, 3); the voltages as they are written down [V], shape (n, 2).
+    Returns, at each sample, what the encoders say, the true angles (bending of the arm included) [rad], the rates of
+    the rigid body [rad/s] (n, 3), and the voltages as they are written down [V] (n, 2).
     """
     n, held = len(voltages), np.array(voltages, dtype=float)
     changes = changes or Changes((coefficients,), np.zeros(n, dtype=np.int64), np.ones((n, 2)))

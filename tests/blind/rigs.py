@@ -5,8 +5,8 @@ A kind is a word, or several joined by ``+``: ``clean``, ``dry_friction`` (the a
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,12 @@ DRAWN = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "a_1", "a_lt", "k_z", "a_wy", "k_
 SPREAD = 0.20
 """Each drawn parameter lies within this share of its nominal value, uniformly."""
 
+ROOM_TORQUE, ROOM_TIME = 0.003, 1.0
+"""Standard deviation of the random torque on each axis [rad/s^2] and its correlation time [s]."""
+
+ENCODER_SHAKE = 0.25
+"""Standard deviation of the position of an encoder's lines [counts]."""
+
 SHAPE_FIELDS = {
     "w_s": "stribeck_rate",
     "t_1": "mass_time",
@@ -27,34 +33,28 @@ SHAPE_FIELDS = {
     "zeta": "bending_damping",
     "eps_ground": "ground_angle",
     "eps_g": "ground_length",
-    "eps_0": "elevation_zero",
 }
 
 
-@dataclass(frozen=True)
-class Effect:
+class Effect(NamedTuple):
     """An effect of the catalogue, in its words and units; axis is pitch, elevation, travel or rotors.
 
-    ``shape``: further numbers of its law, w_s [rad/s], t_1 [s], w_b [Hz], zeta [1], eps_ground, eps_g, eps_0 [rad].
+    ``shape``: further numbers of its law, w_s [rad/s], t_1 [s], w_b [Hz], zeta [1], eps_ground, eps_g [rad].
     """
 
     name: str
     axis: str
     coefficient: float
-    shape: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    shape: Mapping[str, float] = MappingProxyType({})
 
     @property
     def field(self) -> str:
         """Name of the coefficient's field in `Coefficients`."""
         on_axis = f"{self.name}_{self.axis}"
-        name = on_axis if on_axis in Coefficients._fields else self.name
-        if name not in Coefficients._fields:
-            raise ValueError(f"effect {self.name} on {self.axis} is not in the blind plant's table")
-        return name
+        return on_axis if on_axis in Coefficients._fields else self.name
 
 
-@dataclass(frozen=True)
-class Unknown:
+class Unknown(NamedTuple):
     """A torque that no catalogue names: its axis, the variable that it depends on, its largest value [rad/s^2].
 
     ``shape``: frequency [Hz]; or centre and width [rad]; or waves [1/turn] and phase [rad].
@@ -66,34 +66,18 @@ class Unknown:
     shape: Mapping[str, float]
 
 
-@dataclass(frozen=True)
-class Room:
-    """Where a rig stands, and what reads it.
-
-    Standard deviation of the random torque of each axis [rad/s^2], its correlation time [s], standard deviation of the
-    position of an encoder's lines [counts], elevation of the arm from the horizon where its encoder reads zero [rad].
-    """
-
-    torque_std: float = 0.003
-    torque_time: float = 1.0
-    encoder_shake: float = 0.25
-    elevation_zero: float = 0.0
-
-
-@dataclass(frozen=True)
-class Rig:
-    """What makes one rig different from another: base model, effects, an unknown torque, its room, and how far the
-    bristles of dry friction bend before it slips [rad], 0 for ideal sticking."""
+class Rig(NamedTuple):
+    """What makes one rig different from another: base model, effects, an unknown torque, and how far the bristles of
+    dry friction bend before it slips [rad], 0 for ideal sticking."""
 
     base: Coefficients
     effects: tuple[Effect, ...] = ()
     unknown: Unknown | None = None
     presliding: float = 0.0
-    room: Room = Room()
 
     def coefficients(self) -> Coefficients:
         """Numbers for the integration."""
-        numbers = {"presliding": self.presliding, "elevation_zero": self.room.elevation_zero}
+        numbers = {"presliding": self.presliding}
         for effect in self.effects:
             numbers[effect.field] = effect.coefficient
             numbers |= {SHAPE_FIELDS[name]: value for name, value in effect.shape.items()}
@@ -105,10 +89,8 @@ class Rig:
             return Strange()
         axis, amplitude, shape = AXES.index(self.unknown.axis), self.unknown.amplitude, self.unknown.shape
         if self.unknown.variable == "time":
-            return Strange(axis=axis, periodic=amplitude, frequency=shape["frequency"], phase=phase)
-        if "centre" in shape:
-            return Strange(axis=axis, detent=amplitude, centre=shape["centre"], width=shape["width"])
-        return Strange(axis=axis, by_travel=amplitude, waves=shape["waves"], phase=shape["phase"])
+            return Strange(axis, periodic=amplitude, phase=phase, **shape)
+        return Strange(axis, **{"detent" if "centre" in shape else "by_travel": amplitude}, **shape)
 
 
 def draw_base(rng: np.random.Generator) -> Coefficients:
@@ -125,53 +107,46 @@ def draw_base(rng: np.random.Generator) -> Coefficients:
 DURATION = 90.0
 """Length of a log [s]."""
 
-STANDARD_ROOM = Room()
-"""Random torque, encoders and elevation zero of the battery."""
-
 _P, _E, _T, _R = (*AXES, "rotors")
 
-STRENGTHS: Mapping[str, tuple[tuple[tuple[str, float], ...], ...]] = MappingProxyType(
-    {
-        # In the bars. One inner tuple is what acts together; of several, one is drawn.
-        "dry_friction": (((_P, 0.02),), ((_E, 0.01),), ((_T, 0.03),)),
-        "quadratic_drag": (((_P, 0.3),), ((_E, 0.5),), ((_T, 0.06),)),
-        "gyroscopic_coupling": (((_P, 0.04), (_E, 0.02)),),
-        "airspeed_thrust_loss": (((_P, 0.03), (_E, 0.03)),),
-        "reverse_thrust_loss": (((_R, 0.6),),),
-        "quadratic_thrust": (((_R, 0.12),),),
-        "dead_zone": (((_R, 0.15),),),
-        "input_delay": (((_R, 0.08),),),
-        "motor_lag": (((_R, 0.07),),),
-        "thrust_fade": (((_R, 0.12 / DURATION),),),
-        "rotor_mismatch": (((_P, 0.012),),),
-        "cable_stiffness": (((_T, 0.006),),),
-        "arm_bending": (((_E, 0.004),),),
-        "moving_mass": (((_E, 0.06),),),
-        "inertial_coupling": (((_E, 1.0), (_T, 1.0)),),
-        "large_angle_gravity": (((_E, 1.0),),),
-        # In the catalogue, but in no bar.
-        "breakaway_friction": (((_P, 0.03),), ((_E, 0.02),), ((_T, 0.04),)),
-        "constant_torque": (((_P, 0.03),), ((_T, 0.02),)),
-        "rotor_drag_torque": (((_T, 0.01),),),
-        "pitch_gravity_coupling": (((_P, 1.0),),),
-        "ground_effect": (((_E, 0.4),),),
-    }
-)
+STRENGTHS: Mapping[str, tuple[tuple[tuple[str, float], ...], ...]] = {
+    # In the bars. One inner tuple is what acts together; of several, one is drawn.
+    "dry_friction": (((_P, 0.02),), ((_E, 0.01),), ((_T, 0.03),)),
+    "quadratic_drag": (((_P, 0.3),), ((_E, 0.5),), ((_T, 0.06),)),
+    "gyroscopic_coupling": (((_P, 0.04), (_E, 0.02)),),
+    "airspeed_thrust_loss": (((_P, 0.03), (_E, 0.03)),),
+    "reverse_thrust_loss": (((_R, 0.6),),),
+    "quadratic_thrust": (((_R, 0.12),),),
+    "dead_zone": (((_R, 0.15),),),
+    "input_delay": (((_R, 0.08),),),
+    "motor_lag": (((_R, 0.07),),),
+    "thrust_fade": (((_R, 0.12 / DURATION),),),
+    "rotor_mismatch": (((_P, 0.012),),),
+    "cable_stiffness": (((_T, 0.006),),),
+    "arm_bending": (((_E, 0.004),),),
+    "moving_mass": (((_E, 0.06),),),
+    "inertial_coupling": (((_E, 1.0), (_T, 1.0)),),
+    "large_angle_gravity": (((_E, 1.0),),),
+    # In the catalogue, but in no bar.
+    "breakaway_friction": (((_P, 0.03),), ((_E, 0.02),), ((_T, 0.04),)),
+    "constant_torque": (((_P, 0.03),), ((_T, 0.02),)),
+    "rotor_drag_torque": (((_T, 0.01),),),
+    "pitch_gravity_coupling": (((_P, 1.0),),),
+    "ground_effect": (((_E, 0.4),),),
+}
 
 EITHER_SIGN = frozenset({"rotor_mismatch", "moving_mass", "constant_torque", "rotor_drag_torque"})
 """Effects whose sign is drawn."""
 
-SHAPES: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
-    {
-        "breakaway_friction": {"w_s": (0.03, 0.08)},
-        "arm_bending": {"w_b": (3.0, 3.0), "zeta": (0.03, 0.08)},
-        "moving_mass": {"t_1": (20.0, 70.0)},
-        "ground_effect": {"eps_ground": (-0.25, -0.1), "eps_g": (0.1, 0.2)},
-    }
-)
+SHAPES: Mapping[str, Mapping[str, tuple[float, float]]] = {
+    "breakaway_friction": {"w_s": (0.03, 0.08)},
+    "arm_bending": {"w_b": (3.0, 3.0), "zeta": (0.03, 0.08)},
+    "moving_mass": {"t_1": (20.0, 70.0)},
+    "ground_effect": {"eps_ground": (-0.25, -0.1), "eps_g": (0.1, 0.2)},
+}
 """Ranges from which the further numbers of a law are drawn, once for all logs of a rig."""
 
-UNKNOWN_AMPLITUDES: Mapping[str, float] = MappingProxyType({"periodic": 0.05, "detent": 0.06, "travel_angle": 0.05})
+UNKNOWN_AMPLITUDES: Mapping[str, float] = {"periodic": 0.05, "detent": 0.06, "travel_angle": 0.05}
 
 _BRISTLE_SHARE, _BRISTLE_BENDS = 1 / 3, (0.0003, 0.001)
 """How many rigs with friction have bristles, and how far those bend [rad]."""
@@ -192,7 +167,7 @@ def _draw_effects(word: str, scale: float, rng: np.random.Generator) -> tuple[Ef
         raise ValueError(f"kind {word!r}: {name} does not act on {axis!r}")
     option = options[rng.integers(len(options))]
     sign = rng.choice([-1.0, 1.0]) if name in EITHER_SIGN else 1.0
-    shape = MappingProxyType({key: float(rng.uniform(*ends)) for key, ends in SHAPES.get(name, {}).items()})
+    shape = {key: float(rng.uniform(*ends)) for key, ends in SHAPES.get(name, {}).items()}
     return tuple(Effect(name, where, float(sign * scale * strength), shape) for where, strength in option)
 
 
@@ -206,21 +181,19 @@ def _draw_unknown(word: str, scale: float, rig: Rig, rng: np.random.Generator) -
         while True:
             frequency = float(np.exp(rng.uniform(*np.log(_FREQUENCIES))))
             if abs(frequency - own) > _NEAR_RESONANCE * own:
-                return Unknown(axis, "time", amplitude, MappingProxyType({"frequency": frequency}))
+                return Unknown(axis, "time", amplitude, {"frequency": frequency})
     if word == "detent":
         axis = AXES[rng.integers(2)]
         # Where the axis passes often: about the middle of what the excitation makes it visit.
         middle = {"pitch": rig.base.theta0, "elevation": (2 * rig.base.k_z - rig.base.a_1) / rig.base.a_e}[axis]
         centre = float(middle + rng.uniform(-0.1, 0.1))
         width = float(rng.uniform(*_NOTCH_WIDTHS[axis]))
-        return Unknown(axis, axis, amplitude, MappingProxyType({"centre": centre, "width": width}))
+        return Unknown(axis, axis, amplitude, {"centre": centre, "width": width})
     shape = {"waves": float(rng.integers(1, 4)), "phase": float(rng.uniform(0, 2 * np.pi))}
-    return Unknown(AXES[rng.integers(3)], "travel", amplitude, MappingProxyType(shape))
+    return Unknown(AXES[rng.integers(3)], "travel", amplitude, shape)
 
 
-def draw_rig(
-    seed: int | np.random.SeedSequence, kind: str = "clean", scale: float = 1.0, room: Room = STANDARD_ROOM
-) -> Rig:
+def draw_rig(seed: int | np.random.SeedSequence, kind: str = "clean", scale: float = 1.0) -> Rig:
     """Draw a rig of a kind, its effects at a share ``scale`` of the battery's strength.
 
     The same seed gives the same base parameters whatever the kind.
@@ -228,10 +201,10 @@ def draw_rig(
     base_seed, kind_seed = np.random.default_rng(seed).integers(2**63, size=2)
     rng = np.random.default_rng(kind_seed)
     bristles = float(rng.uniform(*_BRISTLE_BENDS)) if rng.random() < _BRISTLE_SHARE else 0.0
-    rig = Rig(draw_base(np.random.default_rng(base_seed)), presliding=bristles, room=room)
+    rig = Rig(draw_base(np.random.default_rng(base_seed)), presliding=bristles)
     for word in kind.split("+"):
         if word.startswith("unknown:"):
-            rig = replace(rig, unknown=_draw_unknown(word.partition(":")[2], scale, rig, rng))
+            rig = rig._replace(unknown=_draw_unknown(word.partition(":")[2], scale, rig, rng))
         elif word != "clean":
-            rig = replace(rig, effects=rig.effects + _draw_effects(word, scale, rng))
+            rig = rig._replace(effects=rig.effects + _draw_effects(word, scale, rng))
     return rig

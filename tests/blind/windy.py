@@ -16,7 +16,7 @@ decide on parameters, effects, levels of the air and controllers.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from tests.blind.air import Noise, draw_noise, torque
 from tests.blind.coefficients import Coefficients
 from tests.blind.plant import STEP, V_MAX, Control, Push, fly, placed, push_torque
-from tests.blind.rigs import AXES, DRAWN, Effect, Room
+from tests.blind.rigs import AXES, DRAWN, ENCODER_SHAKE, Effect
 from tests.blind.signals import joystick
 
 COUNTS: Mapping[str, int] = {"a": 5, "b": 5, "t": 2, "c": 2}
@@ -80,8 +80,7 @@ _LIGHT = 80.0
 """Bandwidth of a filter of the rates that a student hardly put in [rad/s]."""
 
 
-@dataclass(frozen=True)
-class WindyLog:
+class WindyLog(NamedTuple):
     """Time (n,) [s], front and rear voltage (n, 2) [V], each held to the next sample, angles (n, 3) as read [rad].
 
     ``references``, by axis: what the pilot asked for [rad], empty if not logged. That of the pitch is the stick's
@@ -94,8 +93,7 @@ class WindyLog:
     references: Mapping[str, NDArray[np.float64]]
 
 
-@dataclass(frozen=True)
-class WindyTruth:
+class WindyTruth(NamedTuple):
     """Parameters by the paper's names, gains at zero voltage, T_m the true lag; coefficients by "name/axis"."""
 
     parameters: Mapping[str, float]
@@ -109,8 +107,7 @@ class WindyTruth:
         return {name: self.parameters[name] * (share if name == "k_y" else slope) for name in ("k_x", "k_z", "k_y")}
 
 
-@dataclass(frozen=True)
-class WindyRig:
+class WindyRig(NamedTuple):
     """A rig's logs by name (a1, a2, ..., t1, ..., c1, ...), its truth, its air and its two controllers."""
 
     logs: Mapping[str, WindyLog]
@@ -278,7 +275,7 @@ def _log(
     added[before:] += push_torque(count - before, pushes)
     read, _, _, voltages = fly(
         np.full((samples, 2), control.mu_s0 / 2), np.array([base.theta0, hover[0], 0.0]), base, added,
-        Room().encoder_shake * world.standard_normal((samples, 3)), control=control, references=wanted,
+        ENCODER_SHAKE * world.standard_normal((samples, 3)), control=control, references=wanted,
         hover=hover[0], rate=rate, lead=lead, zeros=zeros,
     )  # fmt: skip
     begin = np.array([0.0, 0.0, read[lead, 2]])
@@ -300,19 +297,10 @@ def windy_rig(
 ) -> WindyRig:
     """Draw a windy rig and fly its logs; what is not given follows the seed.
 
-    Parameters
-    ----------
-    colour, quiet
-        Of the air: ou, slow or swirl; whether the references are a fifth as large.
-    rate
-        Sampling and control rate, 100 or 500 [Hz].
-    effects
-        ``bare``, ``coupled`` (inertial coupling and trigonometric gravity), or names of `STRENGTHS` joined by ``+``,
-        which come on top of the latter; drawn if not given: every other rig is bare, others hold one of them.
-    references
-        Whether they are logged.
-    counts, pushes
-        Logs by letter, which do not change one another; pushes by a hand by the name of the log.
+    ``colour`` of the air: ou, slow or swirl; ``quiet``: references a fifth as large; ``rate`` of samples and
+    controller, 100 or 500 [Hz]; ``effects``: bare, coupled (inertial coupling and trigonometric gravity) or names of
+    `STRENGTHS` joined by ``+``, which come on top of the latter, drawn if not given; ``references``: whether they are
+    logged; ``counts`` of logs by letter, which do not change one another; ``pushes`` by a hand, by the log's name.
     """
     drawn, air, held, tuning, pilot, flights = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(6))
     base, hover = _base(rate, drawn)
