@@ -76,7 +76,7 @@ NAMES = {
 }
 """Kinds of change, and what the twin should call them."""
 
-ASKED = (*list(NAMES)[:7],)
+ASKED = tuple(NAMES)[:7]
 """Kinds of change for which a bar says how soon they are to be noticed."""
 
 STREAMS = ("loss", "stuck", "stop", "jitter", "all")
@@ -147,41 +147,36 @@ def broken(kind: str, rows: Array, start: float, rng: np.random.Generator) -> li
     Returns 1 for samples that come in, else 0. A fault comes 20 s before the change at ``start`` [s], or 5 or 40 s
     after it.
     """
-    fresh = [1.0] * len(rows)
-    minutes = range(len(rows) // (60 * RATE))
+    fresh = np.ones(len(rows))
+    minutes = 60.0 * np.arange(len(rows) // (60 * RATE)) if kind == FAULTY else np.empty(0)
     stuck = [start + rng.choice([-20.0, 5.0, 40.0])] if kind in ("stuck", "all") else []
-    for time in [*stuck, *((60.0 * minute for minute in minutes) if kind == FAULTY else ())]:
+    for time in [*stuck, *minutes]:
         at = round(RATE * (time + (rng.uniform(15.0, 35.0) if kind == FAULTY else 0.0)))
         column = int(rng.integers(2, 5))
         rows[at : at + round(RATE * STUCK), column] = rows[at - 1, column]
     if kind in ("loss", "jitter", "all", FAULTY):
-        for k in np.flatnonzero(rng.random(len(rows)) < LOST).tolist():
-            fresh[k] = 0.0 if k > 0 else 1.0
+        fresh[1:][rng.random(len(rows))[1:] < LOST] = 0.0
     stops = [start + rng.choice([-20.0, 5.0, 40.0])] if kind in ("stop", "all") else []
-    stops += [60.0 * minute + rng.uniform(40.0, 54.0) for minute in minutes] if kind == FAULTY else []
-    for time in stops:
-        silent = round(RATE * time)
-        fresh[silent : silent + round(RATE * STOPPED)] = [0.0] * round(RATE * STOPPED)
+    for time in [*stops, *(minute + rng.uniform(40.0, 54.0) for minute in minutes)]:
+        fresh[round(RATE * time) :][: round(RATE * STOPPED)] = 0.0
     if kind in ("jitter", "all", FAULTY):
         return late(rows, fresh, rng)
-    for k in range(1, len(rows)):
-        if not fresh[k]:
-            rows[k] = rows[k - 1]
-    return fresh
+    for k in np.flatnonzero(fresh == 0.0):
+        rows[k] = rows[k - 1]
+    return fresh.tolist()
 
 
-def late(rows: Array, fresh: list[float], rng: np.random.Generator) -> list[float]:
+def late(rows: Array, fresh: Array, rng: np.random.Generator) -> list[float]:
     """Let the samples that are ``fresh`` travel for a random time, and put into ``rows`` what the units' link shows."""
     travelled = np.maximum(0.0, JITTER * (1.0 + rng.standard_normal(len(rows))))
     travelled[0] = 0.0
-    arrivals: list[list[Datagram]] = [[] for _ in rows]
-    for k in range(len(rows)):
+    arrivals: dict[int, list[Datagram]] = {}
+    for k in np.flatnonzero(fresh).tolist():
         arrived = k + math.ceil(RATE * float(travelled[k]) - 1e-9)
-        if fresh[k] and arrived < len(rows):
-            arrivals[arrived].append(Datagram(k, k / RATE, tuple(rows[k].tolist())))
+        arrivals.setdefault(arrived, []).append(Datagram(k, k / RATE, tuple(rows[k].tolist())))
     clock, shown = Clock(DELAY, MAXIMUM_AGE, 1.0 / RATE), []
     for k in range(len(rows)):
-        clock = tick(clock, k / RATE, arrivals[k])
+        clock = tick(clock, k / RATE, arrivals.get(k, []))
         shown.append(float(clock.fresh))
         rows[k] = rows[0] if clock.order.last is None else clock.order.last.signals
     return shown
@@ -239,7 +234,7 @@ def flown(half: int, seed: int, kind: str) -> Row:
     sign, start = float(rng.choice([-1.0, 1.0])), float(rng.uniform(35.0, 50.0))
     kinds = [] if kind in UNCHANGED_KINDS else [kind]
     if kind == "two":
-        kinds = [str(name) for name in rng.choice([name for name in NAMES if name != "warming"], 2, replace=False)]
+        kinds = rng.choice([name for name in NAMES if name != "warming"], 2, replace=False).tolist()
     elif kind in STREAMS:
         kinds = [str(rng.choice(["k_x", "k_z"]))]
     stages = [Stage(0.0, rig.coefficients)]
@@ -296,8 +291,7 @@ def followed(
     now = now._replace(memory=now.memory._replace(state=rest))
     state = state._replace(observer=state.observer._replace(instant=now))
     errors: list[tuple[float, ...]] = []
-    events: list[Event] = []
-    adoptions: list[tuple[Event, tuple[float, ...]]] = []
+    events, adoptions = list[Event](), list[tuple[Event, tuple[float, ...]]]()
     for k in range(first + 1, last):
         before, sample = state.values.end, Sample(*(*rows[k].tolist(), fresh[k]))
         state, said = following.correct(state, sample, following.IdentifierReport(), plan)
@@ -326,10 +320,9 @@ def judged(row: Row) -> list[Row]:
         alarms = [e for e in row["events"] if e["what"] == "alarm" and change["start"] <= e["time_s"] < later]
         tried = [event["name"] for event in alarms if not event["why"].startswith("the inno")]
         delay = alarms[0]["time_s"] - change["start"] if alarms else math.inf
-        found.append(
-            {"delay": delay, "noticed": delay <= (change["slow"] or LIMIT), "named": tried[:1] == [change["name"]],
-             "excited": None if change["excited"] is None else delay <= change["excited"]}
-        )  # fmt: skip
+        excited = None if change["excited"] is None else delay <= change["excited"]
+        noticed, named = delay <= (change["slow"] or LIMIT), tried[:1] == [change["name"]]
+        found.append({"delay": delay, "noticed": noticed, "named": named, "excited": excited})
     return found
 
 

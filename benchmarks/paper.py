@@ -127,43 +127,39 @@ def run(kind: Kind, experiment: int, number: int, fmus: dict[str, Path]) -> pand
 
 
 def last_estimates(histories: pandas.DataFrame) -> pandas.DataFrame:
-    """Give the last estimates of every run."""
-    return histories[histories.time == histories.groupby("kind").time.transform("max")]
+    """Give a row for the last estimate of every parameter in every run, with its deviation from Table 2 [%]."""
+    last = histories[histories.time == histories.groupby("kind").time.transform("max")]
+    about = ["kind", "experiment", "run", "omega", "gamma", "theta0_is"]
+    rows = last.melt(about, [*NAMES], "parameter")
+    of_pitch, known = rows.parameter.isin(OF_PITCH), (rows.parameter == "theta0") & (rows.theta0_is == KNOWN)
+    rows = rows[(of_pitch == (rows.kind == PITCH_RUN.name)) & ~known]
+    unit, truth = rows.parameter.map(lambda name: BY_FIELD[name].unit), rows.parameter.map(TRUTH)
+    return rows.assign(unit=unit, truth=truth, off=100.0 * (rows.value / truth - 1.0))
 
 
-def table_1(last: pandas.DataFrame) -> pandas.DataFrame:
-    """Give the ranges of the pitch estimates beside the paper's, and the largest deviation from Table 2 [%]."""
-    rows = []
-    for experiment, theta0 in product((1, 2), (KNOWN, FREE)):
-        own = last[(last.experiment == experiment) & (last.theta0_is == theta0)]
-        for name in OF_PITCH if theta0 == FREE else OF_PITCH[:3]:
-            worst = 100.0 * (own[name] / TRUTH[name] - 1.0).abs().max()
-            printed = TABLE_1[experiment].get(name, ("", ""))
-            found = (own[name].min(), own[name].max(), worst, TRUTH[name], *printed)
-            rows.append((experiment, theta0, name, BY_FIELD[name].unit, *found))
-    head = ("experiment", "theta0", "parameter", "unit", "lowest", "highest", "largest deviation [%]", "truth")
-    return pandas.DataFrame(rows, columns=[*head, "paper lowest", "paper highest"])
+def tables(last: pandas.DataFrame) -> dict[str, pandas.DataFrame]:
+    """Give the tables by name.
 
-
-def table_2(last: pandas.DataFrame) -> pandas.DataFrame:
-    """Give mean, scatter and worst deviation [%] of every parameter over the runs that forget Omega(0)."""
-    sure, rows = last[(last.gamma >= CERTAIN) & (last.theta0_is == FREE)], []
-    for kind, names in ((PITCH_RUN, OF_PITCH), (JOINT_RUN, OTHERS)):
-        for name in names:
-            own, true = sure.loc[sure.kind == kind.name, name], TRUTH[name]
-            off = 100.0 * (own / true - 1.0)
-            rows.append((name, BY_FIELD[name].unit, true, own.mean(), own.std(), off.mean(), off.abs().max()))
-    head = ["parameter", "unit", "truth", "mean", "scatter of a run", "deviation [%]", "worst run's deviation [%]"]
-    return pandas.DataFrame(rows, columns=head)
-
-
-def recovery(last: pandas.DataFrame) -> pandas.DataFrame:
-    """Give the largest deviation [%] of every parameter for each experiment and Gamma(0)."""
-    free = last[last.theta0_is == FREE]
-    off = (100.0 * (free[[*NAMES]] / TRUTH - 1.0).abs()).assign(experiment=free.experiment, gamma=free.gamma)
-    by_kind = [off[free.kind == kind.name].groupby(["experiment", "gamma"])[names].max()
-               for kind, names in ((PITCH_RUN, OF_PITCH), (JOINT_RUN, OTHERS))]  # fmt: skip
-    return pandas.concat(by_kind, axis=1).reset_index()
+    table1: the ranges of the pitch estimates beside the paper's, and the largest deviation from Table 2 [%]; table2:
+    mean, scatter and worst deviation [%] of every parameter over the runs that forget Omega(0); recovery: the largest
+    deviation [%] for each experiment and Gamma(0).
+    """
+    last = last.assign(size=last.off.abs())
+    free, what = last[last.theta0_is == FREE], ["parameter", "unit", "truth"]
+    ranges = last[last.kind == PITCH_RUN.name].groupby(["experiment", "theta0_is", *what], sort=False)
+    table_1 = ranges.agg(
+        lowest=("value", "min"), highest=("value", "max"), **{"largest deviation [%]": ("size", "max")}
+    ).reset_index()
+    of_paper = pandas.DataFrame(TABLE_1).unstack().str
+    keys = pandas.MultiIndex.from_frame(table_1[["experiment", "parameter"]])
+    for k, name in enumerate(("paper lowest", "paper highest")):
+        table_1[name] = of_paper[k].reindex(keys).to_numpy()
+    table_2 = free[free.gamma >= CERTAIN].groupby(what, sort=False).agg(
+        mean=("value", "mean"), **{"scatter of a run": ("value", "std"), "deviation [%]": ("off", "mean"),
+                                   "worst run's deviation [%]": ("size", "max")},
+    ).reset_index()  # fmt: skip
+    recovery = free.pivot_table("size", ["experiment", "gamma"], "parameter", "max")[[*NAMES]].reset_index()
+    return {"table1": table_1, "table2": table_2, "recovery": recovery}
 
 
 def draw(histories: pandas.DataFrame, names: Sequence[str]) -> str:
@@ -190,10 +186,8 @@ def reproduce(
         fmus = {unit: build(unit, Path(built)) for _, unit in OPEN_LOOP.units}
         jobs = [pool.submit(run, *job, fmus) for job in product(kinds, (1, 2), numbers)]
         histories = pandas.concat([job.result() for job in jobs])
-    last = last_estimates(histories)
-    of_pitch = table_1(last[last.kind == PITCH_RUN.name])
-    of_all = table_2(last)
-    for name, made in (("table1", of_pitch), ("table2", of_all), ("recovery", recovery(last))):
+    found = tables(last_estimates(histories))
+    for name, made in found.items():
         made.to_csv(folder / f"{name}.csv", index=False, float_format="%.6g")
     histories.to_csv(folder / "histories.csv", index=False, float_format="%.6g")
     for kind, names, theta0 in ((PITCH_RUN, OF_PITCH[:3], KNOWN), (JOINT_RUN, OTHERS, FREE)):
@@ -201,11 +195,10 @@ def reproduce(
         for experiment in (1, 2):
             drawing = draw(own[own.experiment == experiment], names)
             write_atomically(folder / f"{kind.name.split()[0]}_experiment{experiment}.svg", figure_file(drawing))
-    for theta0 in (KNOWN, FREE):
-        largest = of_pitch.loc[of_pitch.theta0 == theta0, "largest deviation [%]"].max()
-        print(f"Table 1: all pitch runs end within {largest:.2g} % of Table 2 with theta0 {theta0}.")
-    print(f"Table 2: from Gamma(0) = {CERTAIN:g} on the means are within {of_all['deviation [%]'].abs().max():.2g} %, "
-          f"single runs within {of_all.iloc[:, -1].max():.2g} %.")  # fmt: skip
+    for given, largest in found["table1"].groupby("theta0_is")["largest deviation [%]"].max().items():
+        print(f"Table 1: all pitch runs end within {largest:.2g} % of Table 2 with theta0 {given}.")
+    mean, single = found["table2"]["deviation [%]"].abs().max(), found["table2"]["worst run's deviation [%]"].max()
+    print(f"Table 2: from Gamma(0) = {CERTAIN:g} on means are within {mean:.2g} %, single runs within {single:.2g} %.")
 
 
 def paper(output: Path = Path("paper")) -> None:
