@@ -108,9 +108,7 @@ thrust_voltage = _composed("thrust_voltage", "nu", at(THRUST), ("nu", "time"))
 motor_time_constant = _composed("motor_time_constant", "time_constant = p.T_m", at(LAG), ())
 input_delay = _composed("input_delay", "delay = 0.0", at(DELAY), ())
 _BENDING = at(BENDING, "elevation")
-bending_acceleration = _composed(
-    "bending_acceleration", "total = 0.0", _BENDING, ("bending", "bending_rate", "mu_sum")
-)
+bending_acceleration = _composed("bending_acceleration", "total = 0.0", _BENDING, ("bending", "bending_rate", "mu_sum"))
 bends = _function("bends", ("p",), [f"return {_any_on(_BENDING)}"])
 _stepping = [(entry.field, shape.field) for entry in CATALOGUE for shape in entry.shapes if shape.start == STEP_TIMES]
 next_step_time = _function(

@@ -32,6 +32,7 @@ from .parameters import PlantParameters
 GRAVITY = 9.81
 """Acceleration of free fall [m/s^2]."""
 
+
 def simplified_accelerations(
     pitch: float, elevation: float, pitch_rate: float, elevation_rate: float, travel_rate: float,
     mu_diff: float, mu_sum: float, p: PlantParameters,

@@ -151,9 +151,7 @@ def checked(parameters: PlantParameters) -> PlantParameters:
         value = getattr(parameters, row.field)
         if not isfinite(value) or not row.minimum <= value <= row.maximum:
             unit = f" {row.unit}" if row.unit != "1" else ""
-            raise ParameterError(
-                f"{row.name} = {value!r}{unit} must lie in [{row.minimum:g}, {row.maximum:g}]{unit}"
-            )
+            raise ParameterError(f"{row.name} = {value!r}{unit} must lie in [{row.minimum:g}, {row.maximum:g}]{unit}")
     time_constant = motor_time_constant(parameters)
     if time_constant < 0.0:
         raise ParameterError(

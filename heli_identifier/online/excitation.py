@@ -52,14 +52,9 @@ _POINTS_PER_CYCLE = 8  # of the highest tone, on which the peak is searched: it 
 
 @dataclass(frozen=True)
 class SquareChirp:
-    """A square wave plus a chirp.
+    """A square wave plus a chirp; ConfigurationError if a value is out of its range.
 
     Levels [V] and period T [s] of the square; amplitude [V], frequencies f_0, f_1 [Hz] and period T_c [s] of the chirp.
-
-    Raises
-    ------
-    ConfigurationError
-        A period is not positive, an amplitude or frequency is negative, or a value is not finite.
     """
 
     low: float = 0.25
@@ -92,12 +87,8 @@ class SquareChirp:
 class Multisine:
     """A random-phase multisine: root mean square over a period [V], band [Hz], number of tones asked for, period [s].
 
-    The same ``seed`` of the phases gives the same signal on every machine.
-
-    Raises
-    ------
-    ConfigurationError
-        A bound is broken, or the band holds no harmonic of 1/``period``.
+    The same ``seed`` gives the same phases on every machine. ConfigurationError if a bound is broken, or the band holds
+    no harmonic of 1/``period``.
     """
 
     rms: float = 0.45
@@ -125,10 +116,7 @@ class Multisine:
 class Excitation:
     """What drives both rotors: the voltage v_0 of each [V], u_d and u_s or None, the bound of each voltage [V].
 
-    Raises
-    ------
-    ConfigurationError
-        The base is not finite or beyond the limit, or the limit is not positive.
+    ConfigurationError if the base is beyond the limit, or the limit not positive.
     """
 
     base: float = 1.0
@@ -169,11 +157,7 @@ def paper_channels(experiment: int, channel: Channel) -> tuple[SquareChirp | Non
     """Return the signals on the difference and on the sum of the voltages in ``experiment`` 1 or 2.
 
     The pitch experiment drives the difference, that of elevation and travel the total with doubled voltages.
-
-    Raises
-    ------
-    ConfigurationError
-        The experiment or the channel is unknown.
+    ConfigurationError if the experiment or the channel is unknown.
     """
     if experiment not in (1, 2):
         raise ConfigurationError(f"experiment = {experiment!r} must be 1 or 2")
@@ -181,13 +165,9 @@ def paper_channels(experiment: int, channel: Channel) -> tuple[SquareChirp | Non
         raise ConfigurationError(f"channel = {channel!r} must be 'difference', 'total' or 'both'")
     once = SquareChirp()
     total = replace(
-        once,
-        low=2.0 * once.low,
-        high=2.0 * once.high,
-        chirp_amplitude=2.0 * once.chirp_amplitude,
-        period=experiment * once.period,
-        chirp_period=experiment * once.chirp_period,
-    )
+        once, low=2.0 * once.low, high=2.0 * once.high, chirp_amplitude=2.0 * once.chirp_amplitude,
+        period=experiment * once.period, chirp_period=experiment * once.chirp_period,
+    )  # fmt: skip
     slower = _DETUNING if channel == "both" else 1.0
     difference = replace(once, period=slower * total.period, chirp_period=slower * total.chirp_period)
     return None if channel == "total" else difference, None if channel == "difference" else total

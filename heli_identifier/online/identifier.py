@@ -18,10 +18,10 @@ from typing import NamedTuple
 from heli_plant.motor import saturate
 
 from .adaptation import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis
-from .instruments import NO_REFERENCES, References, advance_references, evaluated, first_references
+from .instruments import NO_REFERENCES, References, advance_references, evaluated
 from .linear_algebra import hypotenuse, unit_vector
-from .loop import first_feedback, shares, watch_error, watch_innovation
-from .prediction_error import first_predictor, predict_axis, rest_predictor
+from .loop import Feedback, shares, watch_error, watch_innovation
+from .prediction_error import first_predictor, predict_axis
 from .settings import Plan
 from .signals import (
     Angles,
@@ -39,6 +39,7 @@ from .signals import (
 )
 from .state import Axis, IdentifierOutput, IdentifierState, lag_of, output_of
 from .watch import WatchState, advance_watch, settled_watch
+from .whitening import settled_memory, whiten
 
 _PITCH, _ELEVATION, _TRAVEL = 0, 1, 2  # step of a report interval in which an axis is evaluated: none pays for three
 _EARLY = 1e-6  # share of its period by which a sample is due early: communication points k H are rounded
@@ -63,7 +64,7 @@ def start(plan: Plan, now: Sample, references: Angles = NO_REFERENCES) -> Identi
         _first_axis(_ELEVATION, z_2, front + rear, plan),
         _first_axis(_TRAVEL, z_3, front - rear, plan),
     )
-    return IdentifierState(0, signals.voltages, signals, lag, watch, axes, first_references(references))
+    return IdentifierState(0, signals.voltages, signals, lag, watch, axes, References(references))
 
 
 def before_samples(plan: Plan) -> IdentifierOutput:
@@ -74,7 +75,7 @@ def before_samples(plan: Plan) -> IdentifierOutput:
 def _first_axis(which: int, z: tuple[float, ...], voltage: float, plan: Plan) -> Axis:
     own = plan.axes[which]
     predictor = first_predictor(z, own, plan) if plan.predicting else None
-    return Axis(initial_axis(own, plan), predictor, first_feedback(voltage, plan.usual))
+    return Axis(initial_axis(own, plan), predictor, Feedback(settled_memory(0.0, plan.usual), voltage))
 
 
 def _regressors(signals: Signals, lag: LagState | None, watch: WatchState | None, plan: Plan) -> Regressors:
@@ -138,7 +139,10 @@ def _advance(
     estimate, predictor, loop = axis
     own, h = plan.axes[which], plan.sample_time
     if count < 0:
-        return axis if predictor is None else axis._replace(predictor=rest_predictor(predictor, z))
+        if predictor is None:
+            return axis
+        memory, _ = whiten(predictor.memory, z, predictor.whitening)
+        return axis._replace(predictor=predictor._replace(memory=tuple(memory)))
     if predictor is None:
         estimate = adapt_axis(estimate, z, count, plan)
         loop = watch_error(loop, estimate.sigma, voltage, count, h, plan.usual)

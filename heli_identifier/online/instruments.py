@@ -44,8 +44,8 @@ class References(NamedTuple):
     """What all axes share: b, the ``first`` references [rad], and whether one has ``moved``."""
 
     first: tuple[float, float, float]
-    moved: bool
-    b: tuple[float, ...]
+    moved: bool = False
+    b: tuple[float, ...] = (1.0, *([0.0] * (_SIZE - 1)))
 
 
 class Instruments(NamedTuple):
@@ -62,11 +62,6 @@ class Instruments(NamedTuple):
     first_stage: tuple[tuple[float, ...], ...]
     gain: float
     standard_error: float
-
-
-def first_references(references: tuple[float, float, float]) -> References:
-    """Return the state at sample 0, before which the ``references`` [rad] rested."""
-    return References(references, False, (1.0, *([0.0] * (_SIZE - 1))))
 
 
 def no_instruments(parameters: int) -> Instruments:
@@ -106,9 +101,7 @@ def add_signals(
     )
 
 
-def evaluated(
-    i: Instruments, omega: tuple[float, ...], prior: tuple[float, ...], index: int, h: float
-) -> Instruments:
+def evaluated(i: Instruments, omega: tuple[float, ...], prior: tuple[float, ...], index: int, h: float) -> Instruments:
     """Return ``i`` with Pi and the gain at ``index`` of Omega, whose variances before were ``prior``."""
     n = len(i.first_stage)
     V, cross = bordered(i.second, 2 * n + 1, n)

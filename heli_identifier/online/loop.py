@@ -37,7 +37,7 @@ from math import exp, sqrt
 from typing import NamedTuple
 
 from .linear_algebra import bordered, eliminated, explained, is_singular, with_products
-from .whitening import Memory, Whitening, settled_memory, whiten
+from .whitening import Memory, Whitening, whiten
 
 CLOSED = 3.0
 """A score beyond it, of either sign, says that the loop is closed; in open loop by chance in .3 % of the cases."""
@@ -56,17 +56,12 @@ class Feedback(NamedTuple):
 
     memory: Memory
     voltage: float
-    e1: float
-    e2: float
-    block: float
-    filled: int
-    total: float
-    squares: float
-
-
-def first_feedback(voltage: float, w: Whitening) -> Feedback:
-    """Return what is known at sample 0, from which the axis' ``voltage`` [V] is held."""
-    return Feedback(settled_memory(0.0, w), voltage, 0.0, 0.0, 0.0, 0, 0.0, 0.0)
+    e1: float = 0.0
+    e2: float = 0.0
+    block: float = 0.0
+    filled: int = 0
+    total: float = 0.0
+    squares: float = 0.0
 
 
 def watch_error(f: Feedback, sigma: float, voltage: float, count: int, h: float, w: Whitening) -> Feedback:

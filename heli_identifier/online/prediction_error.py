@@ -33,6 +33,7 @@ from .whitening import (
     BANDWIDTHS,
     CORNER_CHANGE,
     CORNERS,
+    REST,
     Memory,
     Noise,
     NoiseModel,
@@ -40,7 +41,6 @@ from .whitening import (
     bandwidth_slope,
     bounded_noise,
     first_noise,
-    noise_rests,
     remember,
     settled_memory,
     whiten,
@@ -75,12 +75,6 @@ def first_predictor(z: tuple[float, ...], own: AxisPlan, plan: Plan) -> Predicto
     return PredictorState(memory, noise, w, nothing_outside(own.reported), no_instruments(own.reported))
 
 
-def rest_predictor(p: PredictorState, z: tuple[float, ...]) -> PredictorState:
-    """Return ``p`` after a sample at which nothing is estimated yet."""
-    memory, _ = whiten(p.memory, z, p.whitening)
-    return p._replace(memory=tuple(memory))
-
-
 def predict_axis(
     axis: AxisState, p: PredictorState, z: tuple[float, ...], count: int, b: tuple[float, ...], own: AxisPlan,
     plan: Plan,
@@ -107,7 +101,7 @@ def predict_axis(
     if angle:
         v[1] += by_angle * innovation
     d, g = 0.0, 0.0
-    if not noise_rests(past, h):
+    if past.seen >= REST / h:
         d = bandwidth_slope(past, w)
         g = before[-1].corner_slope
         for i in range(n):

@@ -78,9 +78,9 @@ class IdentifierOutput(NamedTuple):
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     """Return what is known in ``state``, without a step."""
     pitch, elevation, travel = state.axes
-    omega_1, errors_1 = _reported(pitch, plan.axes[0])
-    omega_2, errors_2 = _reported(elevation, plan.axes[1])
-    omega_3, errors_3 = _reported(travel, plan.axes[2])
+    (omega_1, errors_1), (omega_2, errors_2), (omega_3, errors_3) = [
+        _reported(axis, own) for axis, own in zip(state.axes, plan.axes, strict=True)
+    ]
     rest = plan.settings.rest_angle
     if rest is not None:
         a_wx, a_th, k_x = omega_1

@@ -43,7 +43,7 @@ from collections.abc import Callable
 from math import cos, sin, sqrt
 from typing import NamedTuple
 
-from heli_plant.effects import AXES, CATALOGUE, ROTORS, effect
+from heli_plant.effects import AXES, CATALOGUE, ROTORS, Effect
 from heli_plant.laws import law_alone
 
 from ..errors import ConfigurationError
@@ -51,11 +51,6 @@ from .linear_algebra import bilinear_form, bordered, dot, eliminated, is_singula
 from .moments import LEAST_FREEDOM, OVERLAP, freedom, variance_of_sum
 from .signals import Signals
 from .state_filter import FilterCoefficients, Pair, discretise, filter_line, second_derivative
-
-WATCHABLE: dict[str, tuple[str, ...]] = {
-    axis: tuple(entry.name for entry in CATALOGUE if entry.watchable and entry.axis in (axis, ROTORS)) for axis in AXES
-}
-"""Names of the effects that can be watched, per axis."""
 
 
 class Motion(NamedTuple):
@@ -97,13 +92,17 @@ def candidate(name: str, axis: str) -> Candidate:
     raise ConfigurationError(f"watched axis {axis!r} must be one of {', '.join(WATCHABLE)}")
 
 
-def _made(name: str, axis: str) -> Candidate:
-    in_rotors = (name, axis) not in {(entry.name, entry.axis) for entry in CATALOGUE}
-    entry = effect(name, ROTORS if in_rotors else axis)
-    return Candidate(name, axis, law_alone(entry), in_rotors, in_rotors or entry.share_of_lift)
+def _made(entry: Effect, axis: str) -> Candidate:
+    in_rotors = entry.axis == ROTORS
+    return Candidate(entry.name, axis, law_alone(entry), in_rotors, in_rotors or entry.share_of_lift)
 
 
-_CANDIDATES = tuple((axis, tuple([_made(name, axis) for name in names])) for axis, names in WATCHABLE.items())
+_CANDIDATES = tuple(
+    (axis, tuple([_made(entry, axis) for entry in CATALOGUE if entry.watchable and entry.axis in (axis, ROTORS)]))
+    for axis in AXES
+)
+WATCHABLE = {axis: tuple(one.name for one in candidates) for axis, candidates in _CANDIDATES}
+"""Names of the effects that can be watched, per axis."""
 
 
 def candidate_value(c: Candidate, m: Motion) -> float:

@@ -151,8 +151,10 @@ BANDWIDTH_CHANGE, CORNER_CHANGE = 1e-3, 1e-2
 """Variances by which ln omega_o and ln gamma change in a second [1/s]: noise changes with the flight. They return to
 their prior meanwhile."""
 
+REST = 3.5
+"""Time for which nu rests [s]: e is an innovation only once Omega is near the truth."""
+
 _MOST_RADIANS = 0.3  # upper bound of omega_o h: the sampling must be fine enough
-_REST = 3.5  # time for which nu rests [s]: e is an innovation only once Omega is near the truth
 _VARIANCE_MEMORY = 20.0  # time over which lambda is a mean [s]; at first it is the mean of all samples
 _FIRST_SAMPLES = 50.0  # samples that lambda(0) counts for
 _FIRST_DEVIATION = 6e-4  # of an angle's innovation [rad], for lambda(0): encoders of 4096 counts
@@ -206,11 +208,6 @@ def first_noise(newest: float) -> NoiseModel:
     """Return the noise model before the first innovation; ``newest`` [1/s^2] is d e / d (newest angle)."""
     deviation = newest * _FIRST_DEVIATION
     return NoiseModel(deviation * deviation, _FIRST_SAMPLES, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-def noise_rests(n: NoiseModel, h: float) -> bool:
-    """Return whether nu still rests."""
-    return n.seen < _REST / h
 
 
 def bandwidth_slope(n: NoiseModel, w: Whitening) -> float:
