@@ -1,31 +1,14 @@
-"""Compilation: the same function as the interpreter's, found again on disk, and by its whole content."""
+"""Compiled code is found again on disk by its whole content; tests/test_effects.py compares what it computes."""
 
 import os
 import subprocess
 import sys
 from textwrap import dedent
 
-import numpy as np
 import pytest
 
-from heli_plant.compiled import cache_folder, compiled, parameter_record
-from heli_plant.effects import CATALOGUE
+from heli_plant.compiled import cache_folder, compiled
 from heli_plant.errors import PlantError
-from heli_plant.laws import added_pitch, thrust_voltages
-from heli_plant.parameters import TABLE_2
-
-ALL_ON = TABLE_2._replace(**{e.field: 0.01 for e in CATALOGUE})
-
-
-def test_compiled_function_gives_what_the_interpreted_one_gives():
-    rng = np.random.default_rng(0)
-    for _ in range(200):
-        motion = rng.uniform(-1, 1, 10).tolist()
-        # tanh and exp may come from another mathematical library: a few units in the last place
-        expected = added_pitch(*motion, ALL_ON)
-        assert compiled(added_pitch)(*motion, parameter_record(ALL_ON)) == pytest.approx(expected, abs=1e-14)
-        fast = compiled(thrust_voltages)(*motion[:3], parameter_record(ALL_ON))
-        assert fast == pytest.approx(thrust_voltages(*motion[:3], ALL_ON), rel=1e-15)
 
 
 def run(script, cache):
@@ -34,34 +17,6 @@ def run(script, cache):
         env={**os.environ, "HELI_CACHE_DIR": str(cache)}, check=True,
     )  # fmt: skip
     return done.stdout.split()
-
-
-@pytest.mark.slow
-def test_threads_may_compile_at_once(tmp_path):
-    """numba's cache folder is one setting for the whole process; it is the old one afterwards."""
-    script = """
-        import sys, numba
-        from concurrent.futures import ThreadPoolExecutor
-        from threading import Barrier
-        from heli_plant.compiled import compiled
-        from heli_plant.motor import kept, lagged, saturate, toward
-
-        sys.setswitchinterval(1e-6)  # threads change places as often as possible
-        before, barrier = numba.config.CACHE_DIR, Barrier(4)
-
-        def compile_and_call(case):
-            function, arguments = case
-            barrier.wait()
-            return compiled(function)(*arguments)
-
-        lag = (kept, (0.08, 0.08)), (lagged, (1.0, 3.0, 0.08, 0.0))
-        cases = *lag, (saturate, (9.0, 5.0)), (toward, (1.0, 3.0, 0.25))
-        with ThreadPoolExecutor(4) as pool:
-            print(*(f"{value:.4f}" for value in pool.map(compile_and_call, cases)))
-        print(numba.config.CACHE_DIR == before)
-    """
-    assert run(script, tmp_path) == ["0.3679", "3.0000", "5.0000", "2.5000", "True"]
-    assert len(list(tmp_path.rglob("*.nbi"))) == 4
 
 
 def outer_of_a_test(folder, body, constant):

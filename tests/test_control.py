@@ -32,11 +32,8 @@ def pitch_loop(sign):
     return control.poles(control.minreal(1 / (1 + sign * plant * law), verbose=False))
 
 
-def test_printed_sign_puts_a_pole_near_plus_two_point_seven():
+def test_the_printed_sign_is_unstable_and_the_corrected_one_stable_and_damped():
     assert max(pitch_loop(-1.0).real) == pytest.approx(2.7, abs=0.05)
-
-
-def test_corrected_sign_is_stable_and_damped():
     poles = pitch_loop(1.0)
     assert max(poles.real) < -0.5
     assert min(-poles.real / np.abs(poles)) > 0.6
@@ -116,24 +113,20 @@ def test_travel_loop_needs_lift():
     assert max(modes((0.0, 0.03, 0.0), TRAVEL).real) > 0.0
 
 
-def test_elevation_steps_to_its_reference_in_two_seconds():
-    angles, _ = fly(equilibrium(LEVEL, PID), (0.0, 0.35, 0.0), PID, 10.0)
-    overshoot, settling = overshoot_and_settling(angles[:, 1], 0.35)
-    assert overshoot < 0.05 and settling < 2.5
-
-
-def test_travel_steps_to_its_reference_in_fifteen_seconds():
-    angles, voltages = fly(equilibrium(LEVEL, TRAVEL), (0.0, 0.2, 1.0), TRAVEL, 40.0)
-    overshoot, settling = overshoot_and_settling(angles[:, 2], 1.0)
-    assert overshoot < 0.05 and settling < 15.0
-    assert np.abs(angles[:, 0]).max() < TRAVEL.pitch_limit and np.abs(voltages).max() < TRAVEL.voltage_limit
-
-
-def test_paper_gains_step_the_pitch_with_their_known_overshoot():
-    angles, _ = fly(equilibrium(LEVEL, PID), (0.2, 0.2, 0.0), PID, 20.0)
-    overshoot, settling = overshoot_and_settling(angles[:, 0], 0.2)
-    # the integral adds a slow tail, so the overshoot lies above ten per cent
-    assert 0.05 < overshoot < 0.2 and settling < 8.0
+@pytest.mark.parametrize(
+    "references, settings, axis, most, seconds",
+    [
+        ((0.2, 0.2, 0.0), PID, 0, 0.2, 8.0),  # the paper's gains: the integral adds a slow tail
+        ((0.0, 0.35, 0.0), PID, 1, 0.05, 2.5),
+        ((0.0, 0.2, 1.0), TRAVEL, 2, 0.05, 15.0),
+    ],
+)
+def test_each_axis_steps_to_its_reference_in_its_time(references, settings, axis, most, seconds):
+    angles, voltages = fly(equilibrium(LEVEL, settings), references, settings, 40.0)
+    overshoot, settling = overshoot_and_settling(angles[:, axis], references[axis])
+    assert overshoot < most and settling < seconds
+    if axis == 2:
+        assert np.abs(angles[:, 0]).max() < TRAVEL.pitch_limit and np.abs(voltages).max() < TRAVEL.voltage_limit
 
 
 # --- the law's parts -----------------------------------------------------------------------------------------------
@@ -164,18 +157,13 @@ def test_constant_angle_has_no_rate_and_a_moving_one_its_slope():
 
 def test_integral_stops_where_it_would_push_beyond_the_limit_and_runs_where_it_leads_back():
     far = PidState(-9.0, 0.0, 0.0, 0.0, 0.2, 0.0)  # 38 V wanted of the difference
-    outward, _ = pid_step(far, -0.1, 0.2, 0.0, LEVEL, H, PID)
+    outward, inward = (pid_step(far, pitch, 0.2, 0.0, LEVEL, H, PID)[0] for pitch in (-0.1, 0.1))
     assert outward.integral_pitch == far.integral_pitch
-    inward, _ = pid_step(far, 0.1, 0.2, 0.0, LEVEL, H, PID)
     assert inward.integral_pitch == pytest.approx(far.integral_pitch + H * 0.1)
-
-
-def test_integral_of_the_travel_stops_while_the_pitch_reference_is_clipped():
     eager = TRAVEL._replace(travel=AxisGains(1.0, 1.0, 0.0))
     clipped = PidState(0.0, 0.0, 3.0, 0.0, 0.2, 0.0)  # 3 rad wanted of the pitch reference
-    outward, _ = pid_step(clipped, 0.0, 0.2, 0.1, LEVEL, H, eager)
+    outward, inward = (pid_step(clipped, 0.0, 0.2, travel, LEVEL, H, eager)[0] for travel in (0.1, -0.1))
     assert outward.integral_travel == 3.0
-    inward, _ = pid_step(clipped, 0.0, 0.2, -0.1, LEVEL, H, eager)
     assert inward.integral_travel == pytest.approx(3.0 - H * 0.1)
 
 

@@ -18,6 +18,7 @@ from heli_plant.parameters import TABLE_2
 from heli_plant.plant import accelerations, advance, rigid_start, step
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
+from heli_plant.tabulated_torque import KNOTS, VARIABLES
 
 BY_AXIS = [e for e in CATALOGUE if e.place == ACCELERATION]
 OF_ROTORS = [e for e in CATALOGUE if e.axis == ROTORS]
@@ -163,10 +164,20 @@ def interpreted(V, start, p):
     return np.array(states)
 
 
-@pytest.mark.parametrize("general", [0.0, 1.0])
-@pytest.mark.parametrize("every", [False, True])
-def test_compiled_record_moves_as_the_interpreted_steps(every, general):
-    p = (ALL_ON if every else TABLE_2)._replace(general_model=general)
+def tables():
+    """Random tables over the travel, the elevation's rate and the sum of the thrust voltages."""
+    out, draw = {}, np.random.default_rng(4)
+    for axis, name in zip(AXES, ("travel", "elevation_rate", "mu_sum"), strict=True):
+        out |= {f"table_variable_{axis}": list(VARIABLES).index(name) + 1.0, f"table_first_{axis}": -1.0}
+        out |= {f"table_spacing_{axis}": 0.1}
+        out |= {f"table_torque_{k}_{axis}": float(draw.uniform(-0.3, 0.3)) for k in range(1, KNOTS + 1)}
+    return out
+
+
+@pytest.mark.parametrize(
+    "p", [TABLE_2, TABLE_2._replace(general_model=1.0), ALL_ON, ALL_ON._replace(general_model=1.0, **tables())]
+)
+def test_compiled_record_moves_as_the_interpreted_steps(p):
     V = np.random.default_rng(7).uniform(-5.5, 5.5, (150, 2))
     batch, _ = simulate(V, h, START, p)
     # the compiler may not reorder operations: only sines and exponentials of another library could differ, by roundings

@@ -1,6 +1,5 @@
 """The identifier: it recovers Table 2, keeps its word through rest and restore, and needs no library."""
 
-import json
 from dataclasses import replace
 from math import inf, nan, radians
 
@@ -62,16 +61,6 @@ def test_an_unknown_rest_angle_is_estimated_along():
     # = 0 with Gamma(0) = 1e3 pulls by less than 1e-3 of each parameter.
     assert found.theta0 == pytest.approx(radians(5.0), abs=3e-4)
     assert found.k_x == pytest.approx(TRUTH.k_x, rel=2e-3)
-
-
-def test_a_step_does_not_touch_the_state_it_was_given(minute):
-    held, angles, _ = minute
-    plan = prepare(KNOWN)
-    state, _ = identified(held[:2000], angles[:2000], KNOWN)
-    saved = json.dumps(state)
-    once = step(state, (1.0, 1.0, 0.1, 0.2, 0.3), plan)
-    assert json.dumps(state) == saved
-    assert step(state, (1.0, 1.0, 0.1, 0.2, 0.3), plan) == once
 
 
 def test_the_adaptation_rests_for_ten_filter_times(minute):
@@ -144,13 +133,8 @@ def test_the_excitation_level_falls_when_the_rig_comes_to_rest(minute):
     [
         ({"sample_time": 0.0}, "sample_time = 0.0 s must be positive"),
         ({"filter_frequency": 25.0}, r"filter.frequency = 25.0 rad/s must lie in \[0.001, 20\]"),
-        ({"filter_damping": 0.0}, "filter.damping = 0.0 must lie in"),
-        ({"initial_gain": -1.0}, "adaptation.initial_gain = -1.0 must be positive"),
         ({"gain_limit": nan}, "adaptation.gain_limit = nan must be positive"),
-        ({"forgetting": -0.1}, "adaptation.forgetting = -0.1 1/s must lie in"),
-        ({"hold_time": -1.0}, "adaptation.hold_time = -1.0 s must lie in"),
         ({"rest_angle": 4.0}, "pitch.rest_angle = 4.0 rad must lie in"),
-        ({"motor_time_constant": -0.03}, "motor.time_constant = -0.03 s must lie in"),
         ({"initial": ModelParameters(k_x=nan)}, "initial.k_x = nan"),
         ({"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
         ({"watched": (("dry_friction", "rotors"),)}, "watched axis 'rotors' must be one of pitch"),

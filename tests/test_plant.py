@@ -152,6 +152,24 @@ def test_record_starts_with_the_arm_settled_and_reads_the_elevation_it_was_given
     assert after.bending == pytest.approx(start.bending, rel=1e-12) and abs(after.bending_rate) < 1e-12
 
 
-def test_stiff_arm_does_not_bend():
-    assert rigid_start(START, TABLE_2) is START
-    assert run(START, 1.0, 0.01, TABLE_2).bending == 0.0
+
+# --- a record ------------------------------------------------------------------------------------------------------
+
+
+def test_row_k_of_a_record_is_the_state_before_voltage_k_acts_and_its_angles_are_what_encoders_read():
+    held = np.repeat(np.random.default_rng(5).uniform(-3, 4, (20, 2)), 25, axis=0)
+    start = start_state(0.1, 0.05, 0.3, *held[0], rates=(0.1, 0.0, 0.2))
+    states, angles = simulate(held, 0.01, start, BENDING)
+    assert angles[0] == pytest.approx(start[:3])  # the start's elevation is the encoder's, bending included
+    following = step(PlantState(*states[0].tolist()), *held[0].tolist(), 0.0, 0.0, 0.01, BENDING)
+    np.testing.assert_allclose(states[1], following, rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(angles, [measured_angles(PlantState(*row)) for row in states])
+    for layout in (np.asfortranarray(held), held.tolist(), np.repeat(held, 2, axis=0)[::2]):
+        np.testing.assert_array_equal(simulate(layout, 0.01, start, BENDING)[0], states)
+
+
+def test_a_record_without_samples_is_empty_and_shapes_that_do_not_fit_are_refused():
+    assert len(simulate(np.empty((0, 2)), 0.01, START, TABLE_2)[0]) == 0
+    for voltages in (np.zeros((5, 1)), np.zeros(5)):
+        with pytest.raises(ValueError, match=r"must be \(N, 2\)"):
+            simulate(voltages, 0.01, START, TABLE_2)

@@ -1,4 +1,4 @@
-"""A tabulated torque is the curve that it was taken from, in the table and beyond it, in every form of the plant."""
+"""A tabulated torque is the curve that it was taken from, in the table and beyond it."""
 
 import math
 from types import SimpleNamespace
@@ -12,8 +12,6 @@ from heli_plant.effects import AXES
 from heli_plant.errors import ParameterError
 from heli_plant.laws import switched_on
 from heli_plant.parameters import PARAMETERS, TABLE_2, from_names
-from heli_plant.simulation import simulate
-from heli_plant.state import rest_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
 MOTION = SimpleNamespace(
@@ -75,23 +73,6 @@ def test_a_torque_of_the_travel_repeats_with_every_turn(turns):
     here = plant.accelerations(**state, switches=switched_on(p), p=p)
     there = plant.accelerations(**{**state, "la": state["la"] + turns * math.tau}, switches=switched_on(p), p=p)
     assert there == pytest.approx(here, abs=1e-13)  # some rounding errors of 40 turns times the slope
-
-
-@pytest.mark.slow
-def test_the_compiled_plant_runs_as_the_interpreted_one():
-    """Apart from the last places of sin and cos, the same sums and products; 500 steps leave 1e-12."""
-    p = tabled("pitch", "mu_sum", 1.0, 6.0, lambda x: 0.1 * math.sin(x))
-    p = tabled("elevation", "elevation", -0.5, 0.4, lambda x: 0.3 * math.sin(3.0 * x), p)
-    p = tabled("travel", "travel", 0.0, math.tau, lambda x: 0.1 * math.sin(2.0 * x), p)
-    time = 0.01 * np.arange(500)
-    voltages = 1.6 + 0.8 * np.column_stack((np.sin(2.1 * time), np.sin(1.3 * time + 1.0)))
-    state = rest_state(p, 3.2)
-    states, _ = simulate(voltages, 0.01, state, p)
-    for k in range(len(voltages) - 1):
-        v_front, v_rear = (float(v) for v in voltages[k])
-        state = plant.step(state, v_front, v_rear, 0.0, k * 0.01, 0.01, p)
-    assert np.array(state) == pytest.approx(states[-1], abs=1e-12)
-    assert np.ptp(states[:, :3], axis=0).min() > 0.05  # all axes move
 
 
 def test_parameters_name_table_axis_and_place():
