@@ -27,15 +27,15 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.files import check_zip
-from heli_identifier.records.columns import Table, as_numbers
-from heli_identifier.records.configuration import LogFormat
-from heli_identifier.records.text import read_text
-from heli_identifier.records.units import with_unit
+
+from .columns import Table, as_numbers
+from .configuration import LogFormat
+from .text import read_text
+from .units import with_unit
 
 LARGER = f"; cut it, or set largest_file under [log] of {HELI_TOML}"
 """What to do with a file that is too large."""
 
-_HDF5 = b"\x89HDF"
 _MOST_ROWS = 200  # signals in a matrix; a matrix with more rows and columns is no log
 _FEWEST_SAMPLES = 100  # in a matrix; one that has fewer rows and columns holds gains or the like
 
@@ -45,10 +45,7 @@ _Columns = dict[str, NDArray[Any]]
 def read_binary(path: Path, file: str, format: LogFormat) -> Table:
     """Read a file whose ending is one of `READERS`; messages call it ``file``.
 
-    Raises
-    ------
-    LogError
-        It is damaged, holds no table, or needs a package that is not installed.
+    A LogError says that it is damaged, holds no table, or needs a package that is not installed.
     """
     what, module, package, read = READERS[path.suffix]
     library = _need(module, package, file, what)
@@ -63,33 +60,28 @@ def read_binary(path: Path, file: str, format: LogFormat) -> Table:
         return found
     if len(found) < 2 and path.suffix != ".mat":
         raise LogError(f"{file} holds {len(found)} columns, a log has six.")
-    return Table(file, tuple(found), tuple(found.values()))
+    return Table(file, tuple(found), tuple(map(as_numbers, found.values())))
 
 
 def _need(module: str, package: str, file: str, what: str) -> Any:
     try:
         return import_module(module)
     except ImportError as error:
-        raise LogError(
-            f"{file} is {what}, for which the package {package} is needed: `pip install 'heli-twin[formats]'`."
-        ) from error
+        advice = "`pip install 'heli-twin[formats]'`"
+        raise LogError(f"{file} is {what}, for which the package {package} is needed: {advice}.") from error
 
 
 def _read_parquet(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:
-    """Read a Parquet file; columns that hold no numbers are objects."""
     with library.ParquetFile(path) as source:
         schema, rows = source.schema_arrow, source.metadata.num_rows
         size = 8e-6 * rows * len(schema.names)  # runs of equal values take no room in the file
         if size > format.largest_file:
-            raise LogError(
-                f"{file} cannot be read: it has {size:.4g} MB unpacked, more than {format.largest_file:g} MB{LARGER}."
-            )
-        if len({*schema.names}) < len(schema.names):
-            raise ValueError("two of its columns have the same name")
+            unpacked = f"it has {size:.4g} MB unpacked, more than {format.largest_file:g} MB"
+            raise LogError(f"{file} cannot be read: {unpacked}{LARGER}.")
         table = source.read(use_threads=False)
-    decimals = {field.name: "float64" for field in schema if str(field.type).startswith("decimal")}
-    found = {name: table[name].cast(decimals.get(name, table[name].type)).to_pandas() for name in schema.names}
-    return {name: as_numbers(values.to_numpy()) for name, values in found.items()}
+    columns = {name: table[name] for name in schema.names}
+    columns |= {name: own.cast("float64") for name, own in columns.items() if str(own.type).startswith("decimal")}
+    return {name: own.to_pandas().to_numpy() for name, own in columns.items()}
 
 
 def _read_tdms(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:
@@ -98,23 +90,21 @@ def _read_tdms(library: Any, path: Path, file: str, format: LogFormat) -> _Colum
     with library.TdmsFile.open(path) as source:
         groups = [group for group in source.groups() if group.channels()]
         for group in groups:
-            prefix = "" if len(groups) == 1 else f"{group.name}."
-            for channel in group.channels():
-                unit = str(channel.properties.get("unit_string", ""))
-                found[with_unit(prefix + channel.name, unit)] = as_numbers(channel[:])
-            first = group.channels()[0]
-            is_timed = any("time" in channel.name.lower() for channel in group.channels())
-            if not is_timed and "wf_increment" in first.properties:
-                found[f"{prefix}time [s]"] = np.asarray(first.time_track(), dtype=float)
+            prefix, channels = "" if len(groups) == 1 else f"{group.name}.", group.channels()
+            for channel in channels:
+                found[with_unit(prefix + channel.name, str(channel.properties.get("unit_string", "")))] = channel[:]
+            is_timed = any("time" in channel.name.lower() for channel in channels)
+            if not is_timed and "wf_increment" in channels[0].properties:
+                found[f"{prefix}time [s]"] = channels[0].time_track()
     return found
 
 
 def _read_mdf(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:
     """Read the group with the most channels, its master as the time; an invalid sample is not a number."""
+    found: _Columns = {}
     with library.MDF(path) as source:
         groups = [list(source.virtual_groups[index].groups) for index in source.virtual_groups]
         members = max(groups, key=lambda group: sum(len(source.groups[index].channels) for index in group))
-        found: _Columns = {}
         for index in members:
             for number, channel in enumerate(source.groups[index].channels):
                 if number == source.masters_db.get(index):
@@ -149,7 +139,7 @@ def _read_matlab(library: Any, path: Path, file: str, format: LogFormat) -> _Col
     """Read a MATLAB file by scipy.io, or by mat-io where it has to be; its vectors may differ in length."""
     with open(path, "rb") as stream:
         head = stream.read(516)
-    hdf5 = _HDF5 in (head[:4], head[512:])  # MATLAB puts a header of its own before it
+    hdf5 = b"\x89HDF" in (head[:4], head[512:])  # MATLAB puts a header of its own before it
     variables = {} if hdf5 else library.loadmat(path, squeeze_me=True, appendmat=False)
     if hdf5 or "__function_workspace__" in variables:
         what = "a MATLAB 7.3 file" if hdf5 else "a MATLAB file with objects"
@@ -175,7 +165,7 @@ def _vectors(name: str, value: Any, objects: list[str]) -> Iterator[tuple[str, N
             if series.dtype.kind == "m":
                 yield f"{name}.{column}_s", series.dt.total_seconds().to_numpy()
             elif series.dtype.kind in "iufb":
-                yield f"{name}.{column}", as_numbers(series.to_numpy())
+                yield f"{name}.{column}", series.to_numpy()
         return
     properties = getattr(value, "properties", None)
     if isinstance(properties, dict) and properties:  # an object, such as a timeseries with its Time and Data
@@ -184,22 +174,19 @@ def _vectors(name: str, value: Any, objects: list[str]) -> Iterator[tuple[str, N
     elif type(value).__name__ in ("MatlabOpaque", "MatlabObject", "MatlabFunction"):
         objects.append(name)
         return
-    if structs := _structs(value):
-        for index, struct in enumerate(structs[:_MOST_ROWS], start=1):
-            place = name if len(structs) == 1 else f"{name}({index})"
-            for field, content in _labelled(struct).items():
-                yield from _vectors(f"{place}.{field}", content, objects)
-        return
+    structs = _structs(value)
+    for index, struct in enumerate(structs[:_MOST_ROWS], start=1):
+        place = name if len(structs) == 1 else f"{name}({index})"
+        for field, content in _labelled(struct).items():
+            yield from _vectors(f"{place}.{field}", content, objects)
     array = np.squeeze(np.asarray(value))
-    if array.dtype.kind in "iufcb" and array.ndim == 1 and array.size > 1:
-        yield name, as_numbers(array)
-    elif (
-        array.dtype.kind in "iuf" and array.ndim == 2
-        and min(array.shape) <= _MOST_ROWS and max(array.shape) >= _FEWEST_SAMPLES
-    ):  # fmt: skip
-        rows = array.shape[0] < array.shape[1]
+    kind, shape = array.dtype.kind, array.shape
+    if kind in "iufcb" and array.ndim == 1 and array.size > 1:
+        yield name, array
+    elif kind in "iuf" and array.ndim == 2 and min(shape) <= _MOST_ROWS and max(shape) >= _FEWEST_SAMPLES:
+        rows = shape[0] < shape[1]
         for index, row in enumerate(array if rows else array.T, start=1):
-            yield f"{name}({index},:)" if rows else f"{name}(:,{index})", as_numbers(row)
+            yield f"{name}({index},:)" if rows else f"{name}(:,{index})", row
 
 
 def _structs(value: Any) -> list[dict[str, Any]]:
@@ -218,8 +205,8 @@ def _labelled(fields: dict[str, Any]) -> dict[str, Any]:
     if {"time", "signals"} <= fields.keys():
         found, signals, label, content = {"time": fields["time"]}, _structs(fields["signals"]), "label", "values"
     elif {"X", "Y"} <= fields.keys():
-        signals, label, content = _structs(fields["Y"]), "Name", "Data"
-        found = {"X": _structs(fields["X"])[0].get("Data") if _structs(fields["X"]) else fields["X"]}
+        (x, *_), signals, label, content = _structs(fields["X"]) or [{}], _structs(fields["Y"]), "Name", "Data"
+        found = {"X": x.get("Data") if x else fields["X"]}
     else:
         return fields
     if not signals or content not in signals[0]:

@@ -16,21 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
-from heli_identifier.records.configuration import LogFormat
-from heli_identifier.records.units import (
-    ANGLES,
-    COMBINED,
-    NAMED,
-    REFERENCES,
-    SIGNALS,
-    STAMP,
-    VOLTAGES,
-    factor_to_si,
-    header,
-    probably,
-    understood,
-)
 from heli_plant.errors import did_you_mean
+
+from .configuration import LogFormat
+from .units import ANGLES, COMBINED, NAMED, REFERENCES, STAMP, VOLTAGES, factor_to_si, header, probably, understood
 
 _LONGEST = 60  # characters of a cell that a message shows
 _WHOLE = 1e-6  # what a whole number may be off, as a print or an interpolation leaves it
@@ -56,18 +45,13 @@ class Column:
 class Table:
     """Columns of one file."""
 
-    file: str
-    """As messages name it."""
+    file: str  # as messages name it
     headers: tuple[str, ...]
-    columns: tuple[NDArray[Any], ...]
-    """Values of each column, shape (N,); of type object where a cell is not a number."""
-    first_row: int = 1
-    """Row of the first sample as an editor counts: 2 below a header line, 1 in a MATLAB array."""
-    notes: tuple[str, ...] = ()
-    """What was left out of the file, or cannot be known of it."""
+    columns: tuple[NDArray[Any], ...]  # shape (N,) each; of type object where a cell is not a number
+    first_row: int = 1  # of the first sample as an editor counts: 2 below a header line, 1 in a MATLAB array
+    notes: tuple[str, ...] = ()  # what was left out of the file, or cannot be known of it
     text: str = ""
-    separator: str = ""
-    """Content of a text file and what separates its cells."""
+    separator: str = ""  # content of a text file and what separates its cells
 
     def cell(self, sample: int, column: int) -> str:
         """Give the cell as the file holds it."""
@@ -109,7 +93,7 @@ class Table:
     def holds_stamps(self, index: int) -> bool:
         """Whether a column holds time stamps, by its first cell."""
         values = self.columns[index]
-        return values.dtype.kind in "OM" and len(values) > 0 and bool(np.isfinite(read_stamps(values[:1])).all())
+        return values.dtype.kind in "OM" and bool(np.isfinite(read_stamps(values[:1])).any())
 
     def instants(self, column: Column) -> NDArray[np.float64]:
         """Give the whole time column [s], shape (N,), with NaN where a cell holds no instant."""
@@ -155,16 +139,14 @@ def read_stamps(cells: NDArray[Any]) -> NDArray[np.float64]:
 
 def floats(cells: NDArray[Any]) -> NDArray[np.float64]:
     """Give cells as numbers, NaN where one is none."""
-    return cells if cells.dtype.kind == "f" else np.array([_number(cell) for cell in cells], dtype=float)
 
+    def number(cell: Any) -> float:
+        try:
+            return np.nan if isinstance(cell, bool) or "_" in str(cell) else float(cell)  # 1_0 is ten in Python only
+        except (TypeError, ValueError):
+            return np.nan
 
-def _number(cell: object) -> float:
-    if isinstance(cell, bool) or (isinstance(cell, str) and "_" in cell):  # 1_0 is ten in Python only
-        return np.nan
-    try:
-        return float(cell)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        return np.nan
+    return cells if cells.dtype.kind == "f" else np.array([number(cell) for cell in cells], dtype=float)
 
 
 def find_columns(table: Table, format: LogFormat) -> list[Column]:
@@ -220,9 +202,9 @@ def _places(signal: str, name: str | None, headers: Sequence[str]) -> list[int]:
 
     Names are alike but for their units, in any case, and with blanks or hyphens for underscores.
     """
+    wanted = signal if name is None else name
     exact = [index for index, text in enumerate(headers) if name is not None and text == name.strip()]
-    wanted = plain(name_and_unit(signal if name is None else name)[0])
-    return exact or [index for index, text in enumerate(headers) if plain(name_and_unit(text)[0]) == wanted]
+    return exact or [index for index, text in enumerate(headers) if plain(text) == plain(wanted)]
 
 
 def _missing(
@@ -234,7 +216,7 @@ def _missing(
     section = "[log.references]" if missing[0] in REFERENCES else "[log.columns]"
     unused = [text for index, text in enumerate(headers) if index not in taken]
     proposal = (did_you_mean(texts[0], unused) if len(missing) == 1 else "") or "."
-    if len(missing) == len(SIGNALS):
+    if not taken:
         proposal = f"; `heli init {file}` looks into the log and writes one."
     shown = ", ".join(repr(text[:60]) for text in headers[:_LISTED])
     more = f" and {len(headers) - _LISTED} more" if len(headers) > _LISTED else ""
@@ -246,18 +228,17 @@ def _missing(
 
 def name_and_unit(text: str) -> tuple[str, str | None]:
     """Split a header into the name, without the path of a struct, and the unit; None where it states none."""
-    last = text.strip()
-    if _INDEX.search(last):
-        return last, None
-    if found := _BRACKETED.match(last):
+    whole = text.strip()
+    last = whole.rpartition(".")[2] or whole
+    if _INDEX.search(whole):
+        return whole, None
+    if found := _BRACKETED.match(whole):
         return found["name"].strip(), found["unit"].strip()
-    last = last.rpartition(".")[2] or last
-    found = _UNDERSCORED.match(last)
-    if found and understood(found["name"].lower(), found["unit"]):
+    if (found := _UNDERSCORED.match(last)) and understood(found["name"].lower(), found["unit"]):
         return found["name"], found["unit"]
     return last, None
 
 
-def plain(name: str) -> str:
-    """Give a name without the path of a struct, in small letters, with underscores for blanks and hyphens."""
-    return re.sub(r"[\s-]+", "_", name.strip().rpartition(".")[2].lower())
+def plain(text: str) -> str:
+    """Give the name in a header, without the path of a struct, in small letters, with underscores for blanks."""
+    return re.sub(r"[\s-]+", "_", name_and_unit(text)[0].strip().rpartition(".")[2].lower())

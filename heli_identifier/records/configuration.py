@@ -10,11 +10,12 @@ from typing import Any
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.online import Estimate
-from heli_identifier.records.units import ANGLES, NAMED, SI_UNIT, known_units, understood
 from heli_plant.control import PidSettings
 from heli_plant.effects import CATALOGUE, effect_of
 from heli_plant.errors import did_you_mean
 from heli_plant.geometry import Geometry
+
+from .units import ANGLES, NAMED, SI_UNIT, known_units, understood
 
 LOWEST_LIMIT, HIGHEST_VOLTAGE = 0.1, 30.0
 """Limit of an amplifier [V] below which no rotor turns, and voltage [V] above which no bench motor runs: that of the

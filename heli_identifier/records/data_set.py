@@ -11,12 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.configuration import CONTRACT, LogFormat, RigConfiguration
-from heli_identifier.records.log import Log
-from heli_identifier.records.overlap import shared_flight
-from heli_identifier.records.plausibility import SAME_VOLTAGE, STANDING_STILL, still
-from heli_identifier.records.reading import read_log
-from heli_identifier.records.units import ANGLES, VOLTAGES
+
+from .configuration import CONTRACT, LogFormat, RigConfiguration
+from .log import Log
+from .overlap import shared_flight
+from .plausibility import SAME_VOLTAGE, STANDING_STILL, still
+from .reading import read_log
+from .units import ANGLES, VOLTAGES
 
 LogSource = Log | str | PathLike[str]
 """A log, or the file of one with the contract's columns; `read_log` reads others."""

@@ -17,20 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.columns import Table, name_and_unit, plain, read_stamps
-from heli_identifier.records.configuration import CONTRACT, LogFormat
-from heli_identifier.records.opening import open_table
-from heli_identifier.records.response import (
-    ELEVATION_SURE,
-    PITCH_SURE,
-    Gains,
-    angle_unit,
-    assign_columns,
-    find_responses,
-)
-from heli_identifier.records.text import NUMBERED
-from heli_identifier.records.timing import check_extent
-from heli_identifier.records.units import ANGLES, STAMP, VOLTAGES, factor_to_si, understood
+
+from .columns import Table, name_and_unit, plain, read_stamps
+from .configuration import CONTRACT, LogFormat
+from .opening import open_table
+from .response import ELEVATION_SURE, PITCH_SURE, Gains, angle_unit, assign_columns, find_responses
+from .text import NUMBERED
+from .timing import check_extent
+from .units import ANGLES, STAMP, VOLTAGES, factor_to_si, understood
 
 _NAMES = {
     "time": r"time|t|zeit|seconds?|timestamp|x_value|x|datetime",
@@ -143,7 +137,7 @@ def _table(path: Path) -> tuple[Table, str]:
 
 def _find_names(headers: Sequence[str], patterns: Mapping[str, str]) -> dict[str, int]:
     """Find the column whose name matches, by what it is called; a name that two columns share decides nothing."""
-    names = [plain(name_and_unit(text)[0]) for text in headers]
+    names = [plain(text) for text in headers]
     places = {what: [i for i, name in enumerate(names) if re.fullmatch(p, name)] for what, p in patterns.items()}
     return {what: found[0] for what, found in places.items() if len(found) == 1}
 

@@ -18,15 +18,16 @@ import msgspec
 from heli_identifier.errors import ConfigurationError, printable, require_range
 from heli_identifier.files import regular_bytes, write_atomically
 from heli_identifier.online import Estimate
-from heli_identifier.records import configuration
-from heli_identifier.records.configuration import CONTRACT, RigConfiguration
-from heli_identifier.records.units import ANGLES, NAMED
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.effects import CATALOGUE
 from heli_plant.errors import did_you_mean
 
+from . import configuration
+from .configuration import CONTRACT, RigConfiguration
+from .units import ANGLES, NAMED
+
 if TYPE_CHECKING:
-    from heli_identifier.records.guess import Guess
+    from .guess import Guess
 
 CONFIGURATION_NAME = "heli.toml"
 

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.errors import LogError
 from heli_identifier.files import write_atomically
-from heli_identifier.records.configuration import HIGHEST_VOLTAGE, RigConfiguration
-from heli_identifier.records.units import ANGLES, CONTRACT_HEADERS, SIGNALS, header
+
+from .configuration import HIGHEST_VOLTAGE, RigConfiguration
+from .units import ANGLES, CONTRACT_HEADERS, SIGNALS, header
 
 FARTHEST_TRAVEL = 1e4
 """Largest travel either way [rad]: 1600 turns, an hour of flight at half a turn a second."""

@@ -22,10 +22,11 @@ from typing import Any
 from heli_identifier.errors import LogError
 from heli_identifier.files import draft_folder, regular_bytes
 from heli_identifier.processes import bound_memory
-from heli_identifier.records.binary import LARGER, READERS, read_binary
-from heli_identifier.records.columns import Table
-from heli_identifier.records.configuration import LogFormat
-from heli_identifier.records.text import read_text
+
+from .binary import LARGER, READERS, read_binary
+from .columns import Table
+from .configuration import LogFormat
+from .text import read_text
 
 PATIENCE, PATIENCE_PER_MB = 30.0, 3.0
 """Longest time that a reader may take [s], and its growth with the size of the file [s/MB]: some 30 times what readers

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import correlate, get_window
 
-from heli_identifier.records.log import Log
+from .log import Log
 
 Array = NDArray[np.float64]
 

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
-from heli_identifier.records.columns import Column
-from heli_identifier.records.configuration import HIGHEST_VOLTAGE
-from heli_identifier.records.log import FARTHEST_TRAVEL
-from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
+
+from .columns import Column
+from .configuration import HIGHEST_VOLTAGE
+from .log import FARTHEST_TRAVEL
+from .units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = 2.5 * np.pi  # of pitch or elevation either way [rad]: a quarter of a turn, and a turn of the encoder
 SUSPICIOUS_ANGLE = np.pi  # of pitch or elevation either way [rad] above which a note asks for the unit

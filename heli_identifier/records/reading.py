@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError, printable
-from heli_identifier.records.columns import Column, Table, find_columns
-from heli_identifier.records.configuration import CONTRACT, LogFormat, RigConfiguration
-from heli_identifier.records.log import Log
-from heli_identifier.records.opening import open_table
-from heli_identifier.records.plausibility import check_plausible, describe_values, unwrap_angle
-from heli_identifier.records.timing import find_sampling
-from heli_identifier.records.units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
+
+from .columns import Column, Table, find_columns
+from .configuration import CONTRACT, LogFormat, RigConfiguration
+from .log import Log
+from .opening import open_table
+from .plausibility import check_plausible, describe_values, unwrap_angle
+from .timing import find_sampling
+from .units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
 
 _Signals = dict[str, NDArray[np.float64]]
 

@@ -33,10 +33,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
-from heli_identifier.records.configuration import CONTRACT
-from heli_identifier.records.log import Log
-from heli_identifier.records.plausibility import encoder_step
-from heli_identifier.records.units import ANGLES, COMBINED, VOLTAGES, factor_to_si
+from .configuration import CONTRACT
+from .log import Log
+from .plausibility import encoder_step
+from .units import ANGLES, COMBINED, VOLTAGES, factor_to_si
 
 PITCH_SURE, ELEVATION_SURE = 3.5, 6.0
 """Scores below minus which a gain is beyond doubt of the wrong sign."""

@@ -24,9 +24,10 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.columns import Table, as_numbers, cells_of
-from heli_identifier.records.configuration import LogFormat
-from heli_identifier.records.units import CONTRACT_HEADERS, SIGNALS, understood, with_unit
+
+from .columns import Table, as_numbers, cells_of
+from .configuration import LogFormat
+from .units import CONTRACT_HEADERS, SIGNALS, understood, with_unit
 
 NUMBERED = "column {}"
 """Name of a column in a file without headers; counts from 1."""

@@ -1,11 +1,5 @@
 """The six signals of a log, the units in which it may state them, and their factors to SI: degrees become radians here.
 
-| quantity | SI | also read |
-|---|---|---|
-| time | s | ms, us, ns, min, time stamps (ISO 8601) |
-| voltage | V | mV |
-| angle | rad | deg, counts (of the encoder: 2π/counts per turn), rev, mrad |
-
 A unit is understood in any case and by its plain names (`degrees`, `°`, `sec`, `Volt`). One that could be two things is
 not: `Grad` is a degree in German and a 400th of a turn in English.
 
@@ -18,10 +12,8 @@ SIGNALS = ("time", "v_front", "v_rear", "pitch", "elevation", "travel")
 VOLTAGES = SIGNALS[1:3]
 ANGLES = SIGNALS[3:]
 COMBINED = ("v_sum", "v_difference")
-"""Sum and difference of front and rear voltage, which a log may hold in place of the two."""
 NAMED = (*SIGNALS, *COMBINED)
 """All that a configuration may name a column of."""
-
 REFERENCES = tuple(f"{angle}_reference" for angle in ANGLES)
 """What a pilot or a plan asked of an angle, which a log may hold as well."""
 
@@ -31,8 +23,6 @@ SI_UNIT = {
 
 STAMP = "ISO 8601"
 """Unit of a time column that holds time stamps, such as 2026-03-01T12:00:00.010; instants count from the first."""
-
-ENCODER_UNIT = "counts"
 
 _UNITS = {  # by the SI unit: factor to it, and names
     "s": {
@@ -47,7 +37,7 @@ _UNITS = {  # by the SI unit: factor to it, and names
     "rad": {
         "rad": (1.0, "rad rads radian radians"),
         "deg": (math.pi / 180.0, "deg degs degree degrees ° º ˚"),
-        ENCODER_UNIT: (math.nan, "counts count cnt cnts ticks tick pulses increments inkremente"),
+        "counts": (math.nan, "counts count cnt cnts ticks tick pulses increments inkremente"),
         "rev": (2.0 * math.pi, "rev revs revolution revolutions turn turns"),
         "mrad": (1e-3, "mrad milliradian milliradians"),
     },
@@ -102,4 +92,4 @@ def probably(signal: str, text: str) -> str:
 
 def factor_to_si(signal: str, unit: str, counts_per_turn: int) -> float:
     """Give the factor to SI from `unit`, one of `known_units(signal)`; counts are those of the signal's encoder."""
-    return 2.0 * math.pi / counts_per_turn if unit == ENCODER_UNIT else _UNITS[SI_UNIT[signal]][unit][0]
+    return 2.0 * math.pi / counts_per_turn if unit == "counts" else _UNITS[SI_UNIT[signal]][unit][0]
