@@ -33,29 +33,24 @@ def same(log):
     )
 
 
-def structure_with_time():
-    """Simulink's structure with time: one signal of two columns, and three of one."""
-    signals = np.zeros(4, dtype=[("values", object), ("label", object), ("dimensions", object)])
-    for index, (label, content) in enumerate((("volts", COLUMNS[1:3].T), *zip(NAMES[3:], COLUMNS[3:], strict=True))):
-        signals[index] = (content, label, float(np.ndim(content)))
-    return {"simout": {"time": COLUMNS[0], "signals": signals, "blockName": "rig/scope"}}
+def structs(**fields):
+    """An array of structs, of the values of each field."""
+    out = np.zeros(len(next(iter(fields.values()))), dtype=[(name, object) for name in fields])
+    for index, row in enumerate(zip(*fields.values(), strict=True)):
+        out[index] = row
+    return out
 
 
-def dspace():
-    """The structure that dSPACE writes: X with Data, and Y with Name and Data."""
-    y = np.zeros(5, dtype=[("Name", object), ("Data", object)])
-    for index in range(5):
-        y[index] = (NAMES[index + 1], COLUMNS[index + 1])
-    return {"run": {"X": {"Name": "time", "Data": COLUMNS[0]}, "Y": y}}
-
-
+# Simulink's structure with time: one signal of two columns, and three of one
+SCOPE = {"time": COLUMNS[0], "signals": structs(values=[COLUMNS[1:3].T, *COLUMNS[3:]], label=["volts", *NAMES[3:]])}
+DSPACE = {"X": {"Name": "time", "Data": COLUMNS[0]}, "Y": structs(Name=NAMES[1:], Data=[*COLUMNS[1:]])}
 PLAIN_UNITS = dict(zip(NAMES, UNITS, strict=True))
 MATLABS = {
     "a matrix of rows": ({"ans": COLUMNS}, {name: f"ans({i},:)" for i, name in enumerate(NAMES, 1)}),
     "a matrix of columns": ({"log": COLUMNS.T}, {name: f"log(:,{i})" for i, name in enumerate(NAMES, 1)}),
     "a matrix in a struct": ({"run": {"data": COLUMNS}}, {n: f"run.data({i},:)" for i, n in enumerate(NAMES, 1)}),
-    "a structure with time": (structure_with_time(), {"v_front": "simout.volts(:,1)", "v_rear": "simout.volts(:,2)"}),
-    "dSPACE's structure": (dspace(), {"time": "run.X"}),
+    "a structure with time": ({"simout": SCOPE}, {"v_front": "simout.volts(:,1)", "v_rear": "simout.volts(:,2)"}),
+    "dSPACE's structure": ({"run": DSPACE}, {"time": "run.X"}),
 }
 
 
@@ -77,60 +72,72 @@ def test_structs_and_tables_of_either_version_are_read(tmp_path, version):
         assert same(read_log(tmp_path / f"{name}.mat.gz"))
 
 
-def test_an_excel_sheet_with_lines_above_its_table_is_read(tmp_path):
-    openpyxl = pytest.importorskip("openpyxl")
-    book = openpyxl.Workbook()
-    book.active.append(["north lab"])
-    book.active.append([])
-    book.active.append(list(NAMES))
-    book.active.append(list(UNITS))
-    for row in COLUMNS.T.tolist():
+def excel(path):
+    """Write a sheet with lines above its table, and a row of units below the names."""
+    book = pytest.importorskip("openpyxl").Workbook()
+    for row in (["north lab"], [], list(NAMES), list(UNITS), *COLUMNS.T.tolist()):
         book.active.append(row)
-    book.save(tmp_path / "log.xlsx")
-    assert same(read_log(tmp_path / "log.xlsx"))
+    book.save(path)
 
 
-def test_a_parquet_file_is_read(tmp_path):
-    arrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
-    parquet.write_table(arrow.table(dict(zip(HEADERS, COLUMNS, strict=True))), tmp_path / "log.parquet")
-    assert same(read_log(tmp_path / "log.parquet"))
+def parquet(path):
+    arrow = pytest.importorskip("pyarrow")
+    pytest.importorskip("pyarrow.parquet").write_table(arrow.table(dict(zip(HEADERS, COLUMNS, strict=True))), path)
 
 
-def test_a_tdms_file_is_read_with_its_units_and_the_time_of_its_waveforms(tmp_path):
+def tdms(path):
+    """Write waveforms, whose increment is the time."""
     nptdms = pytest.importorskip("nptdms")
-    channels = [
-        nptdms.ChannelObject(
-            "run", name, values, properties={"unit_string": unit, "wf_increment": 0.01, "wf_start_offset": 0.0}
-        )
-        for name, unit, values in zip(NAMES[1:], UNITS[1:], COLUMNS[1:], strict=True)
-    ]
-    with nptdms.TdmsWriter(str(tmp_path / "log.tdms")) as file:
-        file.write_segment(channels)
-    assert same(read_log(tmp_path / "log.tdms"))
+    timed = {"wf_increment": 0.01, "wf_start_offset": 0.0}
+    channels = zip(NAMES[1:], UNITS[1:], COLUMNS[1:], strict=True)
+    with nptdms.TdmsWriter(str(path)) as file:
+        file.write_segment([nptdms.ChannelObject("run", n, v, {"unit_string": u, **timed}) for n, u, v in channels])
 
 
-def test_an_mdf_file_is_read_with_its_units_and_its_master(tmp_path):
+def mdf(path, invalid=()):
+    """Write channels with a master; some samples of the pitch are invalid."""
     asammdf = pytest.importorskip("asammdf")
+    bad = asammdf.signal.InvalidationArray(np.isin(np.arange(len(COLUMNS[0])), invalid)) if invalid else None
+    channels = zip(NAMES[1:], UNITS[1:], COLUMNS[1:], strict=True)
     with asammdf.MDF() as file:
-        file.append(
-            [
-                asammdf.Signal(samples=values, timestamps=COLUMNS[0], name=name, unit=unit)
-                for name, unit, values in zip(NAMES[1:], UNITS[1:], COLUMNS[1:], strict=True)
-            ]
-        )
-        file.save(tmp_path / "log.mf4")
-    assert same(read_log(tmp_path / "log.mf4"))
+        file.append([
+            asammdf.Signal(v, COLUMNS[0], unit, name, invalidation_bits=bad if name == "pitch" else None)
+            for name, unit, v in channels
+        ])  # fmt: skip
+        file.save(path)
+
+
+@pytest.mark.parametrize(("write", "ending"), [(excel, "xlsx"), (parquet, "parquet"), (tdms, "tdms"), (mdf, "mf4")])
+def test_a_file_of_another_program_is_read_with_its_units_and_its_time(tmp_path, write, ending):
+    write(tmp_path / f"log.{ending}")
+    assert same(read_log(tmp_path / f"log.{ending}"))
 
 
 def test_an_invalid_sample_of_an_mdf_file_is_no_number(tmp_path):
-    asammdf = pytest.importorskip("asammdf")
-    bad = {"pitch": asammdf.signal.InvalidationArray(np.arange(len(COLUMNS[0])) == 5)}
-    with asammdf.MDF() as file:
-        columns = zip(NAMES[1:], UNITS[1:], COLUMNS[1:], strict=True)
-        file.append([asammdf.Signal(v, COLUMNS[0], unit, n, invalidation_bits=bad.get(n)) for n, unit, v in columns])
-        file.save(tmp_path / "log.mf4")
+    mdf(tmp_path / "log.mf4", invalid=(5,))
     with pytest.raises(LogError, match=r"row 6, column 'pitch \[rad\]': the cell holds 'nan'"):
         read_log(tmp_path / "log.mf4")
+
+
+@pytest.mark.parametrize(
+    ("variables", "words"),
+    [
+        ({"gain": 3.0, "who": "me"}, "holds no vector of numbers, found gain, who"),
+        (FIELDS | {"pitch_rad": np.zeros(30)}, "'pitch_rad' has 30 samples, 'time_s' has 2001"),
+        (FIELDS | {"pitch_rad": np.full(2001, 1j)}, "row 1, column 'pitch_rad': the cell holds"),
+    ],
+)
+def test_a_matlab_file_that_holds_no_log_says_why(tmp_path, variables, words):
+    savemat(tmp_path / "log.mat", variables)
+    with pytest.raises(LogError, match=words):
+        read_log(tmp_path / "log.mat")
+
+
+def test_a_matlab_vector_of_another_length_is_left_out_unless_it_is_a_signal(tmp_path):
+    savemat(tmp_path / "log.mat", {**FIELDS, "gains": np.arange(4.0), "counter": np.arange(2001), "name": "a run"})
+    log = read_log(tmp_path / "log.mat")
+    assert list(log.extra) == ["counter"]
+    assert log.notes == ("left out 'gains': not one number per sample",)
 
 
 def test_a_reader_that_crashes_is_a_damaged_file():

@@ -1,5 +1,7 @@
 """`heli init LOG`: what an unknown log holds is found by its names, and where it has none by physics."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -58,14 +60,10 @@ LAYOUTS = {
         [TRUE.time, *angles(), REAR, FRONT],
         {"time": 1, "travel": 2, "pitch": 4, "elevation": 6, "v_front": 8, "v_rear": 9}, "rad", {}, True,
     ),
-    "a pitch that counts the other way": (
-        [TRUE.time, *angles()[:2], *(-column for column in angles()[2:4]), *angles()[4:], FRONT, REAR],
-        {"time": 1, "travel": 2, "pitch": 4, "elevation": 6, "v_front": 8, "v_rear": 9}, "rad", {"pitch": -1}, False,
-    ),
-    "an elevation that counts the other way": (
-        [TRUE.time, *angles()[:4], *(-column for column in angles()[4:]), FRONT, REAR],
+    "pitch and elevation that count the other way": (
+        [TRUE.time, *angles()[:2], *(-column for column in angles()[2:]), FRONT, REAR],
         {"time": 1, "travel": 2, "pitch": 4, "elevation": 6, "v_front": 8, "v_rear": 9}, "rad",
-        {"elevation": -1}, False,
+        {"elevation": -1, "pitch": -1}, False,
     ),
 }  # fmt: skip
 
@@ -110,7 +108,7 @@ def test_a_file_without_headers_is_looked_into(tmp_path):
 
 def test_the_configuration_that_init_writes_reads_the_log_and_gives_every_reason(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    rows, *_ = LAYOUTS["a pitch that counts the other way"]
+    rows, *_ = LAYOUTS["pitch and elevation that count the other way"]
     savemat("log.mat", {"ans": np.vstack(rows)})
     said = CliRunner().invoke(app, ["init", "log.mat"])
     assert said.exit_code == 0, said.output
@@ -123,50 +121,47 @@ def test_the_configuration_that_init_writes_reads_the_log_and_gives_every_reason
     assert "exists already" in again.output
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (lambda v, a: (v[:, ::-1], a), "the pitch falls where v_front exceeds v_rear"),
-        (lambda v, a: (v, a * [-1.0, 1.0, 1.0]), "the pitch falls where v_front exceeds v_rear"),
-        (lambda v, a: (v, a * [1.0, -1.0, 1.0]), "the elevation falls where the voltages rise"),
-        (lambda v, a: (0.5 * a[:, 1:], a), "neither the pitch nor the elevation is seen to follow"),
-    ],
-    ids=["rotors exchanged", "pitch mirrored", "elevation mirrored", "angles taken for voltages"],
-)
-def test_wrong_columns_and_signs_are_noticed_on_reading(tmp_path, change, said):
-    from dataclasses import replace
+PITCH_FALLS = "the pitch falls where v_front exceeds v_rear"
+V, A = TRUE.voltages, TRUE.angles
+NAMED = ",".join(TRUE.columns)
+WRONG = {
+    "rotors exchanged": (V[:, ::-1], A, PITCH_FALLS),
+    "pitch mirrored": (V, A * [-1.0, 1.0, 1.0], PITCH_FALLS),
+    "elevation mirrored": (V, A * [1.0, -1.0, 1.0], "the elevation falls where the voltages rise"),
+    "angles taken for voltages": (0.5 * A[:, 1:], A, "neither the pitch nor the elevation is seen to follow"),
+}
 
-    voltages, turned = change(TRUE.voltages, TRUE.angles)
-    (found,) = suspicions(replace(TRUE, voltages=voltages, angles=turned))
-    assert said in found
+
+def test_wrong_columns_and_signs_are_noticed_on_reading():
     assert suspicions(TRUE) == ()
+    for voltages, angles, said in WRONG.values():
+        (found,) = suspicions(replace(TRUE, voltages=voltages, angles=angles))
+        assert said in found
 
 
-def test_a_log_without_a_time_or_with_too_few_columns_is_refused(tmp_path):
-    savemat(tmp_path / "log.mat", {"ans": np.vstack([*angles(), FRONT, REAR])})
-    with pytest.raises(LogError, match="none is the time"):
-        guess(tmp_path / "log.mat")
-    savemat(tmp_path / "log.mat", {"ans": np.vstack([TRUE.time, FRONT, REAR])})
-    with pytest.raises(LogError, match="two voltages and three angles are needed"):
-        guess(tmp_path / "log.mat")
+@pytest.mark.parametrize(
+    ("header", "columns", "words"),
+    [
+        ("a,b,c,d,e", TRUE.columns.values(), "none is the time"),
+        ("a,b,c", (TRUE.time, FRONT, REAR), "two voltages and three angles are needed"),
+        (NAMED.replace("pitch [rad]", "theta") + ",theta", (*TRUE.columns.values(), A[:, 0]), "2 columns are called"),
+    ],
+    ids=["no time", "few columns", "two of one name"],
+)
+def test_a_log_that_cannot_be_told_is_refused(tmp_path, header, columns, words):
+    values = np.column_stack(list(columns)[header == "a,b,c,d,e" :])
+    np.savetxt(tmp_path / "log.csv", values, delimiter=",", header=header, comments="")
+    with pytest.raises(LogError, match=words):
+        guess(tmp_path / "log.csv")
 
 
 def test_what_was_asked_of_an_axis_is_found_by_its_name(tmp_path):
     asked = np.where(np.arange(TRUE.samples) // 500 % 2, 5.0, 0.0)
-    values = (TRUE.time, *TRUE.voltages.T, *TRUE.angles.T, asked, np.radians(asked), asked)
-    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad],elev_ref [deg],pitch setpoint,a"
+    values = np.column_stack((*TRUE.columns.values(), asked, np.radians(asked), asked))
     path = tmp_path / "asked.csv"
-    np.savetxt(path, np.column_stack(values), delimiter=",", header=header, comments="")
+    np.savetxt(path, values, delimiter=",", header=f"{NAMED},elev_ref [deg],pitch setpoint,a", comments="")
     found = guess(path)
     assert found.format.references == {"pitch": "pitch setpoint", "elevation": "elev_ref [deg]"}
     read = read_log(path, found.format).references
     # a column without a unit has that of its axis
     np.testing.assert_allclose(read["elevation"], read["pitch"], atol=1e-9)
-
-
-def test_columns_of_one_name_are_refused_because_no_configuration_tells_them_apart(tmp_path):
-    values = (TRUE.time, *TRUE.voltages.T, *TRUE.angles.T, TRUE.angles[:, 0])
-    header = "time [s],v_front [V],v_rear [V],theta,elevation [rad],travel [rad],theta"
-    np.savetxt(tmp_path / "log.csv", np.column_stack(values), delimiter=",", header=header, comments="")
-    with pytest.raises(LogError, match="2 columns are called 'theta', which no configuration can tell apart"):
-        guess(tmp_path / "log.csv")

@@ -1,7 +1,5 @@
 """Logs that share flight are recognised by their samples; flights of the same voltages are not taken for one."""
 
-import csv
-import gzip
 from itertools import combinations
 
 import numpy as np
@@ -13,9 +11,7 @@ from heli_identifier.records import (
     check_apart,
     counted_once,
     excitation_notes,
-    read_log,
     shared_flight,
-    write_log,
 )
 from heli_identifier.tools import Rig, diagnose_rigs
 from tests.blind.generator import make_rig, simulate_log
@@ -42,7 +38,6 @@ def with_noise(samples: np.ndarray, counts: float) -> np.ndarray:
 
 COPIES = {
     "as it is": lambda s: s,
-    "resampled to 50 Hz": lambda s: at(s, np.arange(0.0, s[-1, 0], 1 / 50.0)),
     "resampled to 73 Hz, between its samples": lambda s: at(s, 0.0037 + np.arange(0.0, s[-1, 0] - 0.02, 1 / 73.0)),
     "resampled to 20 Hz": lambda s: at(s, np.arange(0.0, s[-1, 0], 1 / 20.0)),
     "cut to 20 s": lambda s: s[700:2700],
@@ -78,29 +73,18 @@ def test_flights_of_the_same_voltages_are_not_one_flight():
             assert shared_flight(one, other) is None
 
 
-def test_flights_of_one_rig_under_its_controller_are_not_one_flight():
+def test_flights_of_one_rig_under_its_controller_or_at_rest_are_not_one_flight():
+    """At rest angles are noise alone, in which every recording is like every other one."""
     flown = windy_rig(501, "ou", True, 100.0, "bare", True, {"a": 4, "b": 0, "t": 0, "c": 0}).logs
-    logs = [Log(name, 100.0, own.voltages, own.angles) for name, own in flown.items()]
+    logs, rng = [Log(name, 100.0, own.voltages, own.angles) for name, own in flown.items()], np.random.default_rng(0)
+    logs += [Log("rest", 100.0, np.zeros((6000, 2)), rng.normal(0.0, 3e-4, (6000, 3))) for _ in range(2)]
     assert not any(shared_flight(one, other) for one, other in combinations(logs, 2))
 
 
-def test_a_rig_at_rest_shares_no_flight_with_itself():
-    """Its angles are noise alone, in which every recording is like every other one."""
-    rng = np.random.default_rng(0)
-    one, other = (Log("rest", 100.0, np.zeros((6000, 2)), rng.normal(0.0, 3e-4, (6000, 3))) for _ in range(2))
-    assert shared_flight(one, other) is None
-
-
-def test_what_is_held_out_is_held_out(tmp_path):
-    """As a file, compressed, with its columns in another order; and without a file."""
-    training = log_of(RIG.train[2], "train")
-    write_log(training, tmp_path / "train.csv")
-    rows = list(csv.reader((tmp_path / "train.csv").read_text().splitlines()))
-    with gzip.open(tmp_path / "held.csv.gz", "wt") as file:
-        csv.writer(file).writerows([row[i] for i in (5, 3, 0, 4, 2, 1)] for row in rows)
-    for copy in (read_log(tmp_path / "held.csv.gz"), log_of(COPIES["resampled to 50 Hz"](RIG.train[2]))):
-        with pytest.raises(LogError, match="is held out for validation but shares samples with training log train"):
-            check_apart([training], [copy])
+def test_what_is_held_out_is_held_out():
+    training, copy = log_of(RIG.train[2], "train"), log_of(COPIES["cut to 20 s"](RIG.train[2]))
+    with pytest.raises(LogError, match="is held out for validation but shares samples with training log train"):
+        check_apart([training], [copy])
     with pytest.raises(LogError, match="give each held-out log once"):
         check_apart([log_of(RIG.train[0])], [training, copy])
     check_apart([training], [log_of(RIG.held)])
