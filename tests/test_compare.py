@@ -38,7 +38,7 @@ def test_alike_estimates_move_as_often_as_their_intervals_say():
     """Pairs drawn around one truth: 5 % move; 1000 of them leave a standard error of .7 %."""
     random, moved = np.random.default_rng(0), 0
     for first, second in random.normal(1.0, (0.1, 0.3), (1000, 2)):
-        pair = Compared("c", (Estimate(first, 0.1, "1"), Estimate(second, 0.3, "1")))
+        pair = Compared("c", Estimate(first, 0.1, "1"), Estimate(second, 0.3, "1"))
         moved += pair.outcome == "moved"
     assert abs(moved / 1000.0 - 0.05) < 3.0 * 0.007
 

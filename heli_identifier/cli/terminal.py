@@ -88,11 +88,6 @@ def _point_to_nothing(descriptor: int, mode: int) -> None:
         os.close(nothing)
 
 
-def counted(number: int, noun: str) -> str:
-    """Give a number of things: ``1 log``, ``2 logs``."""
-    return f"{number} {noun}{'s' if number != 1 else ''}"
-
-
 def note(text: str) -> None:
     """Say something beside the result, on the error stream."""
     typer.secho(printable(text), err=True, dim=True)

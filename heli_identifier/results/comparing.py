@@ -5,16 +5,16 @@ A parameter has moved where the difference d of two estimates is more than its 9
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import hypot, inf
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log, LogSource, read_logs
-from heli_identifier.results.documents import plain, read_document, with_ends
+from heli_identifier.results.documents import plain, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters, read_parameters
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import angle_text, effect_name, with_interval
@@ -24,17 +24,17 @@ from heli_plant.effects import AXES
 NOT_IN_PLANT = "not in the plant"
 
 
-@dataclass(frozen=True)
-class Compared:
+class Compared(NamedTuple):
     """A parameter or a coefficient of both plants; None where a plant does not have it."""
 
     name: str
-    estimates: tuple[Estimate | None, Estimate | None]
+    first: Estimate | None
+    second: Estimate | None
 
     @property
     def outcome(self) -> str:
         """Whether it moved by more than its interval, is only in one of them, or was given to both."""
-        first, second = self.estimates
+        first, second = self.first, self.second
         if first is None or second is None:
             return f"only in the {'second' if first is None else 'first'}"
         if first.standard_error is None and second.standard_error is None:
@@ -42,25 +42,36 @@ class Compared:
         error = hypot(first.standard_error or 0.0, second.standard_error or 0.0)
         return "moved" if abs(second.value - first.value) > 1.96 * error else "within its interval"
 
+    def to_dict(self) -> dict[str, Any]:
+        """Give name, outcome, and both estimates with their intervals."""
+        both = {"first": self.first, "second": self.second}
+        shown = {which: own and {**asdict(own), "interval": own.interval} for which, own in both.items()}
+        return {"name": self.name, "outcome": self.outcome, **shown}
 
-@dataclass(frozen=True)
-class ComparedError:
+
+class ComparedError(NamedTuple):
     """Errors 1 s ahead [rad] of both plants on one axis of one log."""
 
     log: str
     axis: str
-    errors: tuple[ErrorFigure, ErrorFigure]
+    first: ErrorFigure
+    second: ErrorFigure
     closed_loop: bool
 
     @property
     def outcome(self) -> str:
         """Which plant is better: that whose interval lies below the other's. In closed loop nothing is said."""
-        first, second = self.errors
         if self.closed_loop:
             return "decides nothing"
-        if first.high < second.low:
+        if self.first.high < self.second.low:
             return "first is better"
-        return "second is better" if second.high < first.low else "not told apart"
+        return "second is better" if self.second.high < self.first.low else "not told apart"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give log, axis, outcome, and both errors with their intervals."""
+        both = {"first": self.first, "second": self.second}
+        shown = {which: {"prediction_1s_rad": e.value, "interval": (e.low, e.high)} for which, e in both.items()}
+        return {"log": self.log, "axis": self.axis, "outcome": self.outcome, **shown}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,12 +105,13 @@ class Comparison(Tabular):
         found: list[Sequence[str]] = []
         for group, absent in ((self.parameters, "–"), (self.effects, NOT_IN_PLANT)):
             for one in group:
-                found.append((one.name, *(with_interval(e) if e else absent for e in one.estimates), one.outcome))
+                shown = (with_interval(e) if e else absent for e in (one.first, one.second))
+                found.append((one.name, *shown, one.outcome))
         for axis, two in self.uses.items():
             found.append((f"use of the {axis}", *two, "as before" if two[0] == two[1] else "differs"))
         for error in self.errors:
             what = f"{error.log}, {error.axis} 1 s ahead [mrad]"
-            found.append((what, *map(angle_text, error.errors), error.outcome))
+            found.append((what, angle_text(error.first), angle_text(error.second), error.outcome))
         return Table(title, ("what", *self.names, "outcome"), found)
 
     @property
@@ -120,20 +132,10 @@ class Comparison(Tabular):
 
     def to_dict(self) -> dict[str, Any]:
         """Give the same as values for JSON."""
-        groups = {
-            group: [
-                {"name": one.name, "outcome": one.outcome, **_pair([e and with_ends(e) for e in one.estimates])}
-                for one in getattr(self, group)
-            ]
-            for group in ("parameters", "effects")
-        }
-        errors = [
-            {"log": one.log, "axis": one.axis, "outcome": one.outcome}
-            | _pair([{"prediction_1s_rad": e.value, "interval": (e.low, e.high)} for e in one.errors])
-            for one in self.errors
-        ]
-        uses = {axis: _pair(two) for axis, two in self.uses.items()}
-        return plain({**_pair(self.names), **groups, "use": uses, "errors": errors, "notes": self.remarks})
+        groups = {key: [one.to_dict() for one in getattr(self, key)] for key in ("parameters", "effects", "errors")}
+        uses = {axis: dict(zip(("first", "second"), two, strict=True)) for axis, two in self.uses.items()}
+        names = dict(zip(("first", "second"), self.names, strict=True))
+        return plain({**names, **groups, "use": uses, "notes": self.remarks})
 
     def __repr__(self) -> str:
         return f"<Comparison: {self.table.title}>"
@@ -169,7 +171,7 @@ def compare(
         names = tuple(str(own) for own in (first, second))
     mapped = [(own.parameters_after, dict(_in_plant(own))) for own in documents]
     parameters, effects = (
-        tuple(Compared(name, (one.get(name), two.get(name))) for name in dict.fromkeys((*one, *two)))
+        tuple(Compared(name, one.get(name), two.get(name)) for name in dict.fromkeys((*one, *two)))
         for one, two in zip(*mapped, strict=True)
     )
     files = [{entry.sha256: entry.file for entry in own.data if entry.sha256} for own in documents]
@@ -210,8 +212,4 @@ def _errors(plants: Sequence[ParameterSet], logs: Sequence[Log], closed_loop: bo
     if logs:
         limits = dict.fromkeys(AXES, inf)
         for one, two in zip(*(hold_to(own.plant(), limits, logs) for own in plants), strict=True):
-            yield ComparedError(one.log, one.axis, (one.error, two.error), closed_loop)
-
-
-def _pair(two: Sequence[Any]) -> dict[str, Any]:
-    return dict(zip(("first", "second"), two, strict=True))
+            yield ComparedError(one.log, one.axis, one.error, two.error, closed_loop)

@@ -5,7 +5,6 @@ What is not finite is null in a file.
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
 from math import isfinite
 from os import PathLike
 from pathlib import Path
@@ -17,7 +16,6 @@ import numpy as np
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import regular_bytes
-from heli_identifier.online import Estimate
 
 LARGEST_MB = 50.0
 """Size up to which a document is read [MB]; it has some kilobytes."""
@@ -44,19 +42,10 @@ def document_text(document: Any) -> str:
     return json.dumps(plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def with_ends(estimate: Estimate) -> dict[str, Any]:
-    """Give an estimate's fields and its 95 % interval."""
-    return {**asdict(estimate), "interval": estimate.interval}
-
-
 def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     """Read a JSON file of results into the value that it holds.
 
-    Raises
-    ------
-    ConfigurationError
-        The file cannot be read, is no JSON or not of the schema, or an entry is missing, there twice, of the wrong type
-        or not finite; file and entry are named.
+    A ConfigurationError names the file, and the entry that is missing, there twice, of the wrong type or not finite.
     """
     file, name = Path(path), (kind.__doc__ or "").partition(":")[0]
     if file.is_dir():
