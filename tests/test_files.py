@@ -61,13 +61,6 @@ def test_standard_output_that_is_appended_to_a_file_keeps_what_the_file_holds(tm
     assert (tmp_path / "all.csv").read_text() == "old\nnew"
 
 
-def test_a_folder_in_the_file_s_place_stays_and_no_draft_remains(tmp_path):
-    (tmp_path / "taken").mkdir()
-    with pytest.raises(OSError, match="it is a folder"):
-        write_atomically(tmp_path / "taken", "text")
-    assert names(tmp_path) == ["taken"]
-
-
 # --- drafts ------------------------------------------------------------------------------------------------------
 
 
@@ -145,22 +138,6 @@ def test_a_move_that_fails_or_is_ended_by_a_signal_takes_back_those_before_it(tm
             for name in old:
                 (draft / name).write_text("new")
     assert contents(tmp_path) == old and names(tmp_path) == list(old)
-
-
-def test_a_target_that_cannot_be_a_folder_is_refused_before_the_work_begins(tmp_path):
-    file = tmp_path / "x"
-    file.write_text("1")
-    for target in (file, file / "below"):
-        with pytest.raises(ConfigurationError, match="is a file"), whole_folder(target):
-            pytest.fail("the work began")
-
-
-def test_a_folder_of_the_user_is_not_replaced_by_a_file_of_the_same_name(tmp_path):
-    (tmp_path / "x").mkdir()
-    (tmp_path / "x" / "mine").write_text("kept")
-    with pytest.raises(ConfigurationError, match="is a folder and is not replaced"), whole_folder(tmp_path) as draft:
-        (draft / "x").write_text("new")
-    assert contents(tmp_path / "x") == {"mine": "kept"} and names(tmp_path) == ["x"]
 
 
 def test_a_link_to_a_folder_and_a_link_in_it_are_followed(tmp_path):

@@ -12,7 +12,6 @@ import pytest
 from typer.testing import CliRunner
 
 import heli_identifier as hi
-from fmu_src.vendoring import needed_sources
 from heli_identifier import check
 from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError, LogError
@@ -39,12 +38,6 @@ def test_importing_the_package_loads_the_standard_library_and_the_lazy_loader_al
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "['lazy_loader']"
-
-
-def test_an_fmu_that_vendors_the_identifier_vendors_nothing_of_the_interface():
-    sources = needed_sources("fmu_src.units.adaptive_identifier")
-    vendored = {Path(name).parts[1] for name in sources if name.startswith("heli_identifier/")}
-    assert vendored <= {"__init__.py", "online", "errors.py"}
 
 
 def test_every_public_name_is_found_and_documented_and_type_checkers_see_it():

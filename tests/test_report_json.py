@@ -43,17 +43,6 @@ def test_a_table_of_the_plant_is_part_of_its_parameters_and_an_axis_without_one_
     assert read.plant() == plant
 
 
-def test_words_and_figures_stand_under_the_names_of_the_values(document):
-    assert document["verdict"] == "effects shown"
-    assert [(lag["verdict"], lag["left_out_gain"]) for lag in document["possible"]] == [("possible", 2.5)]
-    assert document["parameters"]["k_x"]["determination"] == "determined from outside"
-    assert document["axes"]["travel"]["use"] == "prediction only"
-    assert document["axes"]["travel"]["after"]["free_run"] is None  # it is not stable
-    held_out = document["held_out"]
-    assert held_out["gain"]["value"] == (held_out["after"] - held_out["before"]) * 20.0
-    assert document["agreement"] == {"observed": 0.8, "expected": 0.9, "splits": 3}
-
-
 def test_a_number_that_is_not_finite_becomes_null():
     # json would write Infinity, which no other parser takes
     assert plain({"a": float("inf"), "b": [float("nan"), 1.0]}) == {"a": None, "b": [None, 1.0]}

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.signal import correlate
 
 from heli_identifier.online import Estimate
-from heli_identifier.results.report import autocorrelation, ranked_experiments, report_page
+from heli_identifier.results.report import ranked_experiments, report_page
 from heli_identifier.results.svg import Axes, figure, thinned, ticks
 from heli_identifier.results.tables import effect_table, error_table, gain_table
 from heli_identifier.results.words import (
@@ -190,13 +189,6 @@ def test_a_figure_takes_its_colours_from_the_page_and_survives_a_run_that_leaves
     drawn = figure([own], "x", "a <run>")
     assert "var(--after)" in drawn and "a &lt;run&gt;" in drawn and "nan" not in drawn and "inf" not in drawn
     assert "#" not in drawn
-
-
-def test_the_autocorrelation_is_that_of_scipy():
-    values = np.random.default_rng(0).normal(size=400)
-    centred = values - values.mean()
-    full = correlate(centred, centred)[399:]
-    np.testing.assert_allclose(autocorrelation(values, 20), full[1:21] / full[0], atol=1e-12)
 
 
 def test_numbers_units_and_laws_are_written_as_people_write_them():

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from scipy.signal import welch
+from scipy.signal import correlate, welch
 
 from heli_identifier.results import tables, words
 from heli_identifier.results.folder import write_files
@@ -41,6 +41,9 @@ TEMPLATES.globals |= {"tables": tables, "words": words}
 
 CONFUSED = 0.7
 """Correlation of two signatures from which the logs hardly tell the effects apart."""
+
+LAGS = 50
+"""Lags up to which the autocorrelation of innovations is drawn."""
 
 USES = {
     Use.CONTROL: "usable for prediction and control",
@@ -210,10 +213,11 @@ def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[st
         for label, values in (("before", series.residual_before[:, index]), ("after", series.residual_after[:, index])):
             frequency, power = welch(values, 1.0 / series.residual_step, nperseg=min(1024, len(values)))
             spectrum.line(frequency[1:], power[1:], label, label)
-            lags = np.arange(1, 51)
-            memory.line(lags * series.residual_step, autocorrelation(values, len(lags)), label, label)
+            centred = values - values.mean()
+            memories = correlate(centred, centred)[len(values) :][:LAGS] / max(float(centred @ centred), 1e-300)
+            memory.line(np.arange(1, LAGS + 1) * series.residual_step, memories, label, label)
         bound = np.full(2, 1.96 / np.sqrt(len(series.residual_after)))
-        memory.band(np.array([0.0, 50 * series.residual_step]), -bound, bound, "95 % of white noise")
+        memory.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
         white = f"Ljung-Box test of white innovations: {words.p_text(diagnosis.axes[axis].whiteness_p['after'])}."
         said = f"of the innovations of the {axis} on {series.log.name}, before and after"
         drawn = [
@@ -221,13 +225,6 @@ def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[st
             figure([memory], "lag [s]", f"Autocorrelation {said}"),
         ]
         yield axis.capitalize(), white, drawn
-
-
-def autocorrelation(values: np.ndarray, lags: int) -> np.ndarray:
-    """Autocorrelation of ``values`` (N,) at lags 1 to ``lags``, shape (lags,)."""
-    centred = values - values.mean()
-    power = max(float(centred @ centred), 1e-300)
-    return np.array([float(centred[lag:] @ centred[:-lag]) / power for lag in range(1, lags + 1)])
 
 
 def _confused(diagnosis: Diagnosis) -> Iterator[str]:
