@@ -43,17 +43,12 @@ def test_alike_estimates_move_as_often_as_their_intervals_say():
     assert abs(moved / 1000.0 - 0.05) < 3.0 * 0.007
 
 
-def test_a_diagnosis_beside_itself_moves_nothing_and_says_that_the_logs_are_shared():
-    found = hi.compare(diagnosis(), diagnosis())
-    assert found.moved == ()
-    assert found.remarks[-1].startswith("Both diagnoses use")
-    assert all(row[-1] in ("within its interval", "given", "as before") for row in found.table.rows)
-
-
-def test_an_effect_of_one_plant_alone_is_named():
-    found = hi.compare(diagnosis(), replace(diagnosis(), effects=()))
-    assert outcome(found, "dry friction on the pitch") == "only in the first"
-    assert found.moved == ("dry friction on the pitch",)
+def test_a_diagnosis_beside_itself_moves_nothing_and_an_effect_of_one_plant_alone_is_named():
+    same, without = hi.compare(diagnosis(), diagnosis()), hi.compare(diagnosis(), replace(diagnosis(), effects=()))
+    assert same.moved == () and same.remarks[-1].startswith("Both diagnoses use")
+    assert all(row[-1] in ("within its interval", "given", "as before") for row in same.table.rows)
+    assert without.moved == ("dry friction on the pitch",)
+    assert outcome(without, "dry friction on the pitch") == "only in the first"
 
 
 def test_the_plant_that_made_the_log_is_better_on_the_axis_in_which_the_other_errs():
