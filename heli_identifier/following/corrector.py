@@ -16,20 +16,11 @@ from ..online import step as step_identifier
 from .changes import HEARD, Vector
 from .cusum import PROVED, Cusum, Inflation
 from .encoders import Encoder, read_encoders
-from .evidence import Evidence, Noise, Sums, project_block, settled_baseline, start_baseline, start_sums
+from .evidence import Evidence, Noise, Sums, project_block, settled_baseline, start_baseline
 from .naming import make_event
-from .observer import (
-    Angles,
-    Observer,
-    Roughness,
-    Weight,
-    advance_observer,
-    correct_observer,
-    start_instant,
-    weigh_sample,
-)
+from .observer import Angles, Observer, Roughness, Weight, start_instant
 from .plan import FollowPlan, FollowSettings, prepare_following
-from .prediction import Copies, Predictions, launch_copies, move_copies
+from .prediction import Copies, Predictions
 from .state import CorrectorState, Event, IdentifierReport, Sample, Values
 from .trial import judge_block
 
@@ -50,7 +41,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         encoders=tuple([Encoder(angle) for angle in angles]),
         values=Values(twin, twin.values, twin.values, (0.0,) * len(twin.values)),
         predictions=Predictions((Copies(predicted=angles),) * 2),
-        sums=_no_sums(plan),
+        sums=plan.no_sums,
         noises=(Noise(),) * 3,
         baseline=start_baseline(plan.deviations),
         inflations=(Inflation(),) * changes,
@@ -58,10 +49,6 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         cusums_before=(Cusum(),) * (2 * changes),
         scored=(0,) * len(plan.settings.effects),
     )
-
-
-def _no_sums(plan: FollowPlan) -> tuple[Sums, ...]:
-    return tuple([start_sums(len(own)) for own in plan.deviations])
 
 
 def correct(
@@ -74,10 +61,10 @@ def correct(
     k, suspended, voltages, angles = state.samples + 1, state.mode == "suspended", now[:2], now[2:5]
     values, noise, came_in = state.values.at(k, plan), state.noise, now.fresh > 0.5
     unseen = 0 if suspended else state.observer.unseen
-    observer, arrived = advance_observer(state.observer, voltages, k, came_in and unseen > 0, values.now, plan)
+    observer, arrived = state.observer.advance(voltages, k, came_in and unseen > 0, values.now, plan)
     weight, encoders, broken = Weight(()), state.encoders, suspended or unseen + 1 >= plan.stop
     if came_in:
-        weight = weigh_sample(observer, unseen, noise, values.now.parameters, plan)
+        weight = observer.weigh(unseen, noise, values.now.parameters, plan)
         scatter = tuple([a * b for a, b in zip(weight.deviations, noise, strict=True)])
         encoders, broken = read_encoders(encoders, angles, observer.instant, scatter, plan)
     fresh = came_in and not broken
@@ -91,14 +78,14 @@ def correct(
         state, events = _resume(state, angles, plan)
     elif k % plan.block < plan.stuck and any(one.still == plan.stuck for one in encoders):
         state = _withdraw_block(state, plan)
-    state = state._replace(sums=_take_innovations(state, angles, fresh, weight, noise, plan))
+    sums = _take_innovations(state, angles, fresh, weight, noise, plan)
     if fresh:
-        observer = correct_observer(state.observer, angles, weight, plan)
+        observer = state.observer.correct(angles, weight, plan)
     else:
         front, rear = state.observer.arrived
         passed = (front + arrived[0], rear + arrived[1])
         observer = state.observer._replace(unseen=state.observer.unseen + 1, arrived=passed)
-    state = state._replace(observer=observer)
+    state = state._replace(sums=sums, observer=observer)
     if k % plan.coarse == 0:
         state = _coarse_step(state, angles, fresh, plan)
     if k % plan.block == 0:
@@ -141,7 +128,7 @@ def _withdraw_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
 
     An encoder has just stood for half a second, and in the last block too, which is seen only now.
     """
-    nothing = tuple([Evidence(one.information, one.response) for one in _no_sums(plan)])
+    nothing = tuple([Evidence(one.information, one.response) for one in plan.no_sums])
     return state._replace(
         blocks=(*state.blocks[:-1], *[nothing for _ in state.blocks[-1:]]),
         tested=(*state.tested[:-1], *[((0.0, 0.0),) * len(plan.changes) for _ in state.tested[-1:]]),
@@ -173,10 +160,10 @@ def _take_innovations(
 def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: FollowPlan) -> CorrectorState:
     """Move the copies of the twins; compare those that have run for 1 s, start new ones; take the products."""
     k, values = state.samples, state.values
-    predictions = move_copies(state.predictions, (values.now, plan.alone, *values.rival), k, plan)
+    predictions = state.predictions.move((values.now, plan.alone, *values.rival), k, plan)
     if k % plan.launch == 0:
         if state.mode != "suspended" and k >= state.settled:
-            predictions = launch_copies(predictions, state.observer.instant.memory.state, angles, fresh, plan)
+            predictions = predictions.launch(state.observer.instant.memory.state, angles, fresh, plan)
         else:
             predictions = predictions.drop_running()
     return state._replace(predictions=predictions, sums=tuple([one.with_products() for one in state.sums]))
@@ -188,7 +175,7 @@ def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     block = tuple([one.evidence(noise.variance) for one, noise in pairs])
     if state.mode not in ("alarmed", "suspended"):
         state = state._replace(noises=tuple([noise.learn(one) for one, noise in pairs]))
-    state = state._replace(sums=_no_sums(plan))
+    state = state._replace(sums=plan.no_sums)
     if state.mode == "starting":
         return state
     seen = tuple([own.discount(one) for own, one in zip(state.baseline.now, block, strict=True)])

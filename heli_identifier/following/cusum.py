@@ -29,9 +29,7 @@ from typing import NamedTuple
 
 from .evidence import MEMORY
 
-PROVED = 20
-"""Blocks after which a block without an alarm counts as one without a change."""
-
+PROVED = 20  # blocks after which a block without an alarm counts as one without a change
 _PRIOR_BLOCKS = 60.0  # kappa begins at 1 with the weight of this many blocks
 _LARGEST_TERM = 16.0  # of a term of kappa's sum over D^T R D, in size
 _PRIOR_WIDTH = 3.0  # standard deviation of the prior in smallest changes that matter

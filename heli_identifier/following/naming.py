@@ -23,12 +23,8 @@ from .evidence import project_block
 from .plan import FollowPlan
 from .state import REASONS, WHAT, CorrectorState, Event, IdentifierReport
 
-LEAD = 4.6
-"""Lead in ln B, ln 100, at which the likeliest change is named without waiting."""
-
-SWINGING = 2
-"""Blocks after a change in which the innovations still swing."""
-
+LEAD = 4.6  # lead in ln B, ln 100, at which the likeliest change is named without waiting
+SWINGING = 2  # blocks after a change in which the innovations still swing
 _LEAST_BLOCKS = 5  # blocks that are needed after them
 _SURELY = 3.0
 

@@ -71,12 +71,45 @@ class Roughness(NamedTuple):
         return Roughness(difference, total, count, voltages, self.last, in_a_row)
 
 
+def apply_shares(voltages: Voltages, twin: Twin) -> Voltages:
+    """Return the voltages [V] as rotors see them that have the twin's shares of their thrust left."""
+    limit = twin.parameters.v_max
+    return with_share(voltages[0], twin.values[-2], limit), with_share(voltages[1], twin.values[-1], limit)
+
+
 class Instant(NamedTuple):
     """The twin at one instant: its plant, the unmodelled accelerations [rad/s^2], the sensitivity of each axis."""
 
     memory: PlantMemory
     torque: Torque
     sensitivities: tuple[Sensitivity, ...]
+
+    def advance(self, voltages: Voltages, time: float, twin: Twin, plan: FollowPlan) -> "tuple[Instant, Voltages]":
+        """Return the twin one sampling interval after ``time`` [s], and the voltages that arrived at its motors [V].
+
+        ``voltages`` [V] are held meanwhile; what arrived is without the rotors' shares.
+        """
+        h, p, before, gains = plan.settings.sample_time, twin.parameters, self.memory.state, plan.steady[0].gains
+        front, rear = apply_shares(voltages, twin)
+        memory = communicate(self.memory, front, rear, 0.0, time, 0.0, h, h, plan.delay, p)
+        if plan.delay > 0.0:
+            front, rear = arriving(memory.since, memory.held, len(memory.since) - 1, time, h, p)
+            voltages = (front / twin.values[-2], rear / twin.values[-1])
+        kept, torque = predicted(memory.state, self.torque, h, gains)
+        # the accelerations by which each change would have acted, from the motion at the step's begin
+        mu_diff, mu_sum = thrust_voltages(
+            0.5 * (before.nu_front + kept.nu_front), 0.5 * (before.nu_rear + kept.nu_rear), time + h, p
+        )
+        acting = regress_motion(before, mu_diff, mu_sum, plan.laws, p.theta0)
+        stiffnesses, dampings = (p.a_th * cos(before.pitch - p.theta0), p.a_e, 0.0), (p.a_wx, p.a_wz, p.a_wy)
+        found = []
+        for own, accelerations, a, b in zip(self.sensitivities, acting, stiffnesses, dampings, strict=True):
+            rows = []
+            for (x, w, d), g in zip(own, accelerations, strict=True):
+                total = g + d - a * x - b * w
+                rows.append((x + h * w + 0.5 * h * h * total, w + h * total, gains.kept * d))
+            found.append(tuple(rows))
+        return Instant(memory._replace(state=kept), torque, tuple(found)), voltages
 
 
 class Weight(NamedTuple):
@@ -106,102 +139,63 @@ class Observer(NamedTuple):
     unseen: int = 0
     arrived: Voltages = (0.0, 0.0)
 
+    def advance(
+        self, voltages: Voltages, k: int, crosses: bool, twin: Twin, plan: FollowPlan
+    ) -> "tuple[Observer, Voltages]":
+        """Return the observer at sample ``k``, before its correction, and the voltages that arrived since [V].
+
+        ``voltages`` [V] are held from sample ``k`` on. Where ``k`` is the first sample after a gap it ``crosses`` the
+        gap once more; what arrived is then less by what the twin had taken for it before.
+        """
+        n, instant, first, front, rear = 1, self.instant, self.voltages, 0.0, 0.0
+        if crosses:
+            n, instant, first = self.unseen + 1, self.begin, self.roughness.last
+            front, rear = -self.arrived[0], -self.arrived[1]
+        for j in range(n):
+            held = first[0] + j / n * (voltages[0] - first[0]), first[1] + j / n * (voltages[1] - first[1])
+            instant, arrived = instant.advance(held, (k - n + j) * plan.settings.sample_time, twin, plan)
+            front, rear = front + arrived[0], rear + arrived[1]
+        return self._replace(instant=instant, voltages=voltages), (front, rear)
+
+    def correct(self, angles: Angles, weight: Weight, plan: FollowPlan) -> "Observer":
+        """Return the observer after the correction by a sample of the ``angles`` [rad]."""
+        before, voltages, h = self.instant, self.voltages, plan.settings.sample_time
+        kept, torque = measured_against(before.memory.state, before.torque, angles, weight.gains)
+        rows = []
+        for own, g in zip(before.sensitivities, weight.gains, strict=True):
+            left = 1.0 - g.angle
+            rows.append(tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in own]))
+        instant = Instant(before.memory._replace(state=kept), torque, tuple(rows))
+        roughness = self.roughness.learn(voltages, self.unseen > 0, h)
+        recent = roughness.in_a_row < gap_memory(plan.settings.observer_bandwidth, h)
+        return Observer(instant, instant, voltages, roughness, weight.covariances if recent else ())
+
+    def weigh(self, unseen: int, noise: Vector, p: PlantParameters, plan: FollowPlan) -> Weight:
+        """Return how much a sample counts that came in after ``unseen`` instants without one.
+
+        ``noise``: standard deviations of the innovations of the axes in the steady state [rad].
+        """
+        known, rough, h = self.covariances, self.roughness, plan.settings.sample_time
+        if not known and unseen == 0:
+            return Weight(tuple([one.gains for one in plan.steady]))
+        of_travel = p.k_y * sin(self.instant.memory.state.pitch)
+        kicks = (
+            (p.k_x * h) ** 2 * rough.difference,
+            (p.k_z * h) ** 2 * rough.total,
+            (of_travel * h) ** 2 * rough.total,
+        )
+        found = []
+        for axis, steady in enumerate(plan.steady):
+            kept, u = steady.gains.kept, known[axis] if known else steady.covariance
+            u = predict_covariance(u, h, kept, 0.0, steady.drive)
+            of_rate = kicks[axis] * steady.variance / (noise[axis] * noise[axis])
+            for _ in range(unseen):
+                u = predict_covariance(u, h, kept, of_rate, steady.drive)
+            gains, after = correct_covariance(u, kept)
+            found.append((gains, sqrt((u.angle + 1.0) / steady.variance), after))
+        return Weight(*zip(*found, strict=True))
+
 
 def start_instant(first: PlantState, p: PlantParameters, plan: FollowPlan) -> Instant:
     """Return the twin in the state ``first``, nothing having acted on the regressors."""
     return Instant(begin(first, p), Torque(), tuple([((0.0, 0.0, 0.0),) * len(own) for own in plan.deviations]))
-
-
-def apply_shares(voltages: Voltages, twin: Twin) -> Voltages:
-    """Return the voltages [V] as rotors see them that have the twin's shares of their thrust left."""
-    limit = twin.parameters.v_max
-    return with_share(voltages[0], twin.values[-2], limit), with_share(voltages[1], twin.values[-1], limit)
-
-
-def advance_instant(
-    now: Instant, voltages: Voltages, time: float, twin: Twin, plan: FollowPlan
-) -> tuple[Instant, Voltages]:
-    """Return the twin one sampling interval after ``time`` [s], and the voltages that arrived at its motors [V].
-
-    ``voltages`` [V] are held meanwhile; what arrived is without the rotors' shares.
-    """
-    h, p, before, gains = plan.settings.sample_time, twin.parameters, now.memory.state, plan.steady[0].gains
-    front, rear = apply_shares(voltages, twin)
-    memory = communicate(now.memory, front, rear, 0.0, time, 0.0, h, h, plan.delay, p)
-    if plan.delay > 0.0:
-        front, rear = arriving(memory.since, memory.held, len(memory.since) - 1, time, h, p)
-        voltages = (front / twin.values[-2], rear / twin.values[-1])
-    kept, torque = predicted(memory.state, now.torque, h, gains)
-    # the accelerations by which each change would have acted, from the motion at the step's begin
-    mu_diff, mu_sum = thrust_voltages(
-        0.5 * (before.nu_front + kept.nu_front), 0.5 * (before.nu_rear + kept.nu_rear), time + h, p
-    )
-    acting = regress_motion(before, mu_diff, mu_sum, plan.laws, p.theta0)
-    stiffnesses, dampings = (p.a_th * cos(before.pitch - p.theta0), p.a_e, 0.0), (p.a_wx, p.a_wz, p.a_wy)
-    found = []
-    for own, accelerations, a, b in zip(now.sensitivities, acting, stiffnesses, dampings, strict=True):
-        rows = []
-        for (x, w, d), g in zip(own, accelerations, strict=True):
-            total = g + d - a * x - b * w
-            rows.append((x + h * w + 0.5 * h * h * total, w + h * total, gains.kept * d))
-        found.append(tuple(rows))
-    return Instant(memory._replace(state=kept), torque, tuple(found)), voltages
-
-
-def advance_observer(
-    observer: Observer, voltages: Voltages, k: int, crosses: bool, twin: Twin, plan: FollowPlan
-) -> tuple[Observer, Voltages]:
-    """Return the observer at sample ``k``, before its correction, and the voltages that arrived since [V].
-
-    ``voltages`` [V] are held from sample ``k`` on. Where ``k`` is the first sample after a gap it ``crosses`` the gap
-    once more; what arrived is then less by what the twin had taken for it before.
-    """
-    n, instant, first, front, rear = 1, observer.instant, observer.voltages, 0.0, 0.0
-    if crosses:
-        n, instant, first = observer.unseen + 1, observer.begin, observer.roughness.last
-        front, rear = -observer.arrived[0], -observer.arrived[1]
-    for j in range(n):
-        held = first[0] + j / n * (voltages[0] - first[0]), first[1] + j / n * (voltages[1] - first[1])
-        instant, arrived = advance_instant(instant, held, (k - n + j) * plan.settings.sample_time, twin, plan)
-        front, rear = front + arrived[0], rear + arrived[1]
-    return observer._replace(instant=instant, voltages=voltages), (front, rear)
-
-
-def correct_observer(observer: Observer, angles: Angles, weight: Weight, plan: FollowPlan) -> Observer:
-    """Return the observer after the correction by a sample of the ``angles`` [rad]."""
-    before, voltages, h = observer.instant, observer.voltages, plan.settings.sample_time
-    kept, torque = measured_against(before.memory.state, before.torque, angles, weight.gains)
-    rows = []
-    for own, g in zip(before.sensitivities, weight.gains, strict=True):
-        left = 1.0 - g.angle
-        rows.append(tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in own]))
-    instant = Instant(before.memory._replace(state=kept), torque, tuple(rows))
-    roughness = observer.roughness.learn(voltages, observer.unseen > 0, h)
-    recent = roughness.in_a_row < gap_memory(plan.settings.observer_bandwidth, h)
-    return Observer(instant, instant, voltages, roughness, weight.covariances if recent else ())
-
-
-def weigh_sample(observer: Observer, unseen: int, noise: Vector, p: PlantParameters, plan: FollowPlan) -> Weight:
-    """Return how much a sample counts that came in after ``unseen`` instants without one.
-
-    ``noise``: standard deviations of the innovations of the axes in the steady state [rad].
-    """
-    known, rough, h = observer.covariances, observer.roughness, plan.settings.sample_time
-    if not known and unseen == 0:
-        return Weight(tuple([one.gains for one in plan.steady]))
-    of_travel = p.k_y * sin(observer.instant.memory.state.pitch)
-    kicks = (
-        (p.k_x * h) ** 2 * rough.difference,
-        (p.k_z * h) ** 2 * rough.total,
-        (of_travel * h) ** 2 * rough.total,
-    )
-    found = []
-    for axis, steady in enumerate(plan.steady):
-        kept, u = steady.gains.kept, known[axis] if known else steady.covariance
-        u = predict_covariance(u, h, kept, 0.0, steady.drive)
-        of_rate = kicks[axis] * steady.variance / (noise[axis] * noise[axis])
-        for _ in range(unseen):
-            u = predict_covariance(u, h, kept, of_rate, steady.drive)
-        gains, after = correct_covariance(u, kept)
-        found.append((gains, sqrt((u.angle + 1.0) / steady.variance), after))
-    return Weight(*zip(*found, strict=True))

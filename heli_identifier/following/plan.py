@@ -12,6 +12,7 @@ from ..errors import require_positive, require_range
 from ..online import candidate
 from .changes import Change, Laws, Matrix, Vector, list_changes, list_laws, prior_deviations
 from .covariance import Steady, find_steady_state
+from .evidence import Sums, start_sums
 
 DEFAULT_EFFECTS = (
     ("dry_friction", "pitch"),
@@ -72,8 +73,8 @@ class FollowPlan(NamedTuple):
 
     ``changes``: what may change. ``changeable``: names of the values in use, ``fields`` those of the parameters among
     them; the two rotors' shares stand last. ``alone``: the twin of the start. ``deviations``: by how much the twin's
-    coefficients of the regressors of each axis may err; ``laws`` of the effects among them. ``steady``: the observer of
-    each axis without gaps; ``delay``: the plant's input delay [s]. ``threshold``: Lorden's [1].
+    coefficients of the regressors of each axis may err; ``no_sums`` of them; ``laws`` of the effects among them.
+    ``steady``: the observer of each axis without gaps; ``delay``: the plant's input delay [s]. ``threshold``: Lorden's.
 
     In samples: the ``coarse`` step of copies, the time between two starts of them (``launch``) and the ``horizon`` that
     they run; a ``block`` of sums; ``settling``, ``stop`` and ``stuck``. ``window``: comparisons in a window.
@@ -85,6 +86,7 @@ class FollowPlan(NamedTuple):
     fields: tuple[str, ...]
     alone: Twin
     deviations: Matrix
+    no_sums: tuple[Sums, ...]
     laws: Laws
     steady: tuple[Steady, ...]
     delay: float
@@ -109,7 +111,7 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
     h, p, bandwidth = settings.sample_time, settings.parameters, settings.observer_bandwidth
     laws = list_laws(settings.effects)
     changes = list_changes(p, settings.effects, laws)
-    own = [change for change in changes if change.field]
+    own, deviations = [change for change in changes if change.field], prior_deviations(p, laws)
 
     def samples(time: float, multiple_of: int = 1) -> int:
         return multiple_of * max(1, round(time / (multiple_of * h)))
@@ -122,7 +124,8 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
         changeable=(*(change.name for change in own), "rotor.front", "rotor.rear"),
         fields=tuple([change.field for change in own]),
         alone=Twin((*(getattr(p, change.field) for change in own), 1.0, 1.0), p),
-        deviations=prior_deviations(p, laws),
+        deviations=deviations,
+        no_sums=tuple([start_sums(len(own)) for own in deviations]),
         laws=laws,
         steady=tuple([find_steady_state(one * bandwidth, h) for one in (1.0, 1.0, TRAVEL_BANDWIDTH)]),
         delay=input_delay(p),

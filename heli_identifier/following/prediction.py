@@ -21,9 +21,7 @@ WINDOWS = 3
 together with an offset that is wrong as well."""
 
 _BATCH = 5  # comparisons in a batch, 1 s: errors 1 s ahead that overlap are correlated
-
-Errors = tuple[Angles, ...]
-"""Errors of predictions 1 s ahead, oldest first [rad]."""
+Errors = tuple[Angles, ...]  # of predictions 1 s ahead, oldest first [rad]
 
 
 class Copies(NamedTuple):
@@ -65,32 +63,30 @@ class Predictions(NamedTuple):
         """Return the predictions without running copies."""
         return self._replace(copies=tuple([one._replace(running=()) for one in self.copies]))
 
+    def move(self, twins: tuple[Twin, ...], k: int, plan: FollowPlan) -> "Predictions":
+        """Return the copies of ``twins`` at sample ``k``, a coarse step later."""
+        length = plan.coarse * plan.settings.sample_time
+        time = (k // plan.coarse - 1) * length
+        voltages = self.arrived[0] / plan.coarse, self.arrived[1] / plan.coarse
+        moved = []
+        for copies, twin in zip(self.copies, twins, strict=True):
+            front, rear = apply_shares(voltages, twin)
+            running = [step(one, front, rear, 0.0, time, length, twin.parameters) for one in copies.running]
+            moved.append(copies._replace(running=tuple(running)))
+        return Predictions(tuple(moved))
 
-def move_copies(now: Predictions, twins: tuple[Twin, ...], k: int, plan: FollowPlan) -> Predictions:
-    """Return the copies of ``twins`` at sample ``k``, a coarse step later."""
-    length = plan.coarse * plan.settings.sample_time
-    time = (k // plan.coarse - 1) * length
-    voltages = now.arrived[0] / plan.coarse, now.arrived[1] / plan.coarse
-    moved = []
-    for copies, twin in zip(now.copies, twins, strict=True):
-        front, rear = apply_shares(voltages, twin)
-        running = [step(one, front, rear, 0.0, time, length, twin.parameters) for one in copies.running]
-        moved.append(copies._replace(running=tuple(running)))
-    return Predictions(tuple(moved))
-
-
-def launch_copies(now: Predictions, seen: PlantState, angles: Angles, fresh: bool, plan: FollowPlan) -> Predictions:
-    """Compare the oldest copies with the measured ``angles`` if they have run for 1 s; start new ones from ``seen``."""
-    full = plan.horizon // plan.launch
-    launched = []
-    for one in now.copies:
-        if len(one.running) == full:
-            due = measured_angles(one.running[0])
-            error = (angles[0] - due[0], angles[1] - due[1], angles[2] - due[2])
-            errors = (*one.errors, error)[-WINDOWS * plan.window :] if fresh else one.errors
-            one = Copies(one.running[1:], due, errors)
-        launched.append(one._replace(running=(*one.running, seen)))
-    return now._replace(copies=tuple(launched), compared=fresh and len(now.used.running) == full)
+    def launch(self, seen: PlantState, angles: Angles, fresh: bool, plan: FollowPlan) -> "Predictions":
+        """Compare copies that have run for 1 s with the measured ``angles``; start new ones from ``seen``."""
+        full = plan.horizon // plan.launch
+        launched = []
+        for one in self.copies:
+            if len(one.running) == full:
+                due = measured_angles(one.running[0])
+                error = (angles[0] - due[0], angles[1] - due[1], angles[2] - due[2])
+                errors = (*one.errors, error)[-WINDOWS * plan.window :] if fresh else one.errors
+                one = Copies(one.running[1:], due, errors)
+            launched.append(one._replace(running=(*one.running, seen)))
+        return self._replace(copies=tuple(launched), compared=fresh and len(self.used.running) == full)
 
 
 def compare_errors(rival: Errors, used: Errors, axes: tuple[int, ...]) -> tuple[float, float]:

@@ -123,7 +123,7 @@ class Values(NamedTuple):
         return self._replace(now=plan.twin(self.end if share >= 1.0 else now))
 
     def is_ramping(self, k: int, plan: FollowPlan) -> bool:
-        """Return whether sample ``k`` lies on a ramp; the twin of the start counts as one that was ramped in."""
+        """Return whether sample ``k`` lies on a ramp."""
         return k < self.ramp + round(_RAMP / plan.settings.sample_time)
 
 

@@ -23,21 +23,12 @@ Judged = tuple[CorrectorState, list[Event]]
 """The state after a block, and what there is to report."""
 
 _PATIENCE = 15  # blocks after an alarm in which the lead is waited for
-
 _LEAST_Z = 4.0
-
-_SCORE, _SCORE_TIME = 5.0, 10
-"""Size of an effect's score on line, and the blocks for which it stays beyond it before the effect is put on trial."""
-
+_SCORE, _SCORE_TIME = 5.0, 10  # an effect whose score on line stays beyond it for so many blocks is put on trial
 _HEARD_BLOCKS = 120  # blocks for which the identifier's estimates are kept
-
-_SURELY = 0.5
-"""t of the fall of squared errors on trial: the likelihood has shown the change, the trial is to show that it helps."""
-
+_SURELY = 0.5  # t of the fall of errors on trial: the likelihood has shown the change, the trial shows that it helps
 _TRIAL_WINDOWS = 3  # a trial that shows neither more nor less than _SURELY goes on for at most this many windows
-
-_ROLL_BACK = 3.0
-"""t of the difference of squared errors at which an adopted change is taken back; it is looked at once per second."""
+_ROLL_BACK = 3.0  # t of the rise of errors at which an adopted change is taken back; it is looked at once per second
 
 _WORSE, _CLEARLY = 0.1, 4.7
 """Share of squared errors, and t, by which a twin that is worse than the one left alone takes that one's values. With
@@ -172,25 +163,20 @@ def try_change(state: CorrectorState, report: IdentifierReport, plan: FollowPlan
         return _hold(state, latest, "not better", plan)
     if is_contradicted(state, latest, report, plan):
         return _hold(state, latest, "contradicted", plan)
-    event = make_event(state, "better", plan, latest)
-    return _adopt(state, latest, event.standard_error, plan), [event]
-
-
-def _adopt(state: CorrectorState, finding: Finding, error: float, plan: FollowPlan) -> CorrectorState:
-    """Return the state with the change ramped in; the values before are the rival from now on."""
-    before, change = state.values, plan.changes[finding.change]
-    direction, end = change.direction(before.end), change.applied(finding.size, before.end)
+    # adopted on a ramp; the values before are the rival from now on
+    event, before, change = make_event(state, "better", plan, latest), state.values, plan.changes[latest.change]
     errors = list(before.errors)
     for place in change.places:
-        errors[place] = error
+        errors[place] = event.standard_error
+    direction, end = change.direction(before.end), change.applied(latest.size, before.end)
     state = state.ramp_to(end, tuple(errors)).without_alarm().with_rival(plan.twin(before.end))
     return state.enter(
         "adopted",
-        finding=finding,
-        blocks=tuple([shift_block(block, direction, finding.size) for block in state.blocks[-finding.blocks :]]),
-        baseline=state.baseline.loosen(direction, finding.standard_error, change.size),
+        finding=latest,
+        blocks=tuple([shift_block(block, direction, latest.size) for block in state.blocks[-latest.blocks :]]),
+        baseline=state.baseline.loosen(direction, latest.standard_error, change.size),
         tested=(),
-    )
+    ), [event]
 
 
 def watch_change(state: CorrectorState, plan: FollowPlan) -> Judged:
