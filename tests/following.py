@@ -4,14 +4,6 @@ import math
 
 import numpy as np
 
-from heli_identifier.following import (
-    FollowSettings,
-    IdentifierReport,
-    Sample,
-    correct,
-    prepare_following,
-    start_correcting,
-)
 from heli_plant.observer import Torque
 from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.plant import step
@@ -62,15 +54,3 @@ def record(
             travel_rate=state.travel_rate + H * torque.travel,
         )
     return rows
-
-
-def followed(rows, fresh=None, **settings):
-    """Return the corrector's last state, its events, its states after each sample and the plan."""
-    plan = prepare_following(FollowSettings(**settings))
-    state = start_correcting(plan, Sample(*rows[0]))
-    events, states = [], []
-    for k, row in enumerate(rows[1:], 1):
-        state, said = correct(state, Sample(*row, 1.0 if fresh is None else fresh[k]), IdentifierReport(), plan)
-        states.append(state)
-        events.extend(said)
-    return state, events, states, plan
