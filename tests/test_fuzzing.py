@@ -57,45 +57,38 @@ def _unit(path: Path, random: Random) -> None:
 
 def _description(path: Path, random: Random) -> None:
     fmu = path.parent / "it.fmu"
-    fmu.write_bytes(_zipped({"modelDescription.xml": path.read_bytes()}))
+    with zipfile.ZipFile(fmu, "w") as file:
+        file.writestr("modelDescription.xml", path.read_bytes())
     _unit(fmu, random)
 
 
-def _guessed(path: Path, random: Random) -> None:
-    guess(path)
-
-
-def _matlab(variables: dict) -> bytes:
+def _written(write: Callable[[io.BytesIO], object]) -> bytes:
     data = io.BytesIO()
-    savemat(data, variables)
+    write(data)
     return data.getvalue()
 
 
-def _spreadsheet() -> bytes:
-    data = io.BytesIO()
+def _spreadsheet(data: io.BytesIO) -> None:
     book = openpyxl.Workbook(write_only=True)
     sheet = book.create_sheet()
     for line in (HEADER, *ROWS[:540:2]):
         sheet.append([cell if cell.endswith("]") else float(cell) for cell in line.split(",")])
     book.save(data)
-    return data.getvalue()
 
 
-def _zipped(entries: dict[str, bytes]) -> bytes:
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w") as file:
-        for name, content in entries.items():
-            file.writestr(zipfile.ZipInfo(name), content)
-    return data.getvalue()
-
-
-def _entries() -> dict[str, bytes]:
-    """Give what an FMU's archive holds, without its binaries."""
+def _unit_and_description() -> tuple[bytes, bytes]:
+    """Give an FMU without its binaries, and its description."""
     with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(plant_unit(Path(folder))) as file:
-        return {name: file.read(name) for name in file.namelist() if name.endswith((".xml", ".txt"))}
+        entries = {name: file.read(name) for name in file.namelist() if name.endswith((".xml", ".txt"))}
+
+    def write(data: io.BytesIO) -> None:
+        with zipfile.ZipFile(data, "w") as file:
+            for name, content in entries.items():
+                file.writestr(zipfile.ZipInfo(name), content)
+
+    return _written(write), entries["modelDescription.xml"]
 
 
-Reader = tuple[str, Callable[[Path, Random], object], tuple[bytes, ...]]
 TEXTS = (
     LOG,
     LOG.replace(b",", b";"),
@@ -108,25 +101,20 @@ TEXTS = (
     b"LabVIEW Measurement\t\n***End_of_Header***\n" + LOG.replace(b",", b"\t"),
     b"time,v_front,v_rear,pitch,elevation,travel\ns,V,V,rad,rad,rad\n" + LOG.partition(b"\n")[2],
 )
-ENTRIES = _entries()
-READERS: dict[str, Reader] = {
+FMU, DESCRIPTION = _unit_and_description()
+MATLAB = ({name: values[:540:2] for name, values in as_struct().items()}, {"ans": columns()[:, :540:2]})
+READERS: dict[str, tuple[str, Callable[[Path, Random], object], tuple[bytes, ...]]] = {
     "a text log": ("log.csv", _logged, TEXTS),
-    "a text log that is looked into": ("log.csv", _guessed, TEXTS),
-    "a spreadsheet": ("log.xlsx", _logged, (_spreadsheet(),)),
+    "a text log that is looked into": ("log.csv", lambda path, _: guess(path), TEXTS),
+    "a spreadsheet": ("log.xlsx", _logged, (_written(_spreadsheet),)),
     "a packed log": ("log.csv.gz", _logged, (gzip.compress(LOG),)),
-    "a MATLAB log": (
-        "log.mat",
-        _logged,
-        (
-            _matlab({name: values[:540:2] for name, values in as_struct().items()}),
-            _matlab({"ans": columns()[:, :540:2]}),
-        ),
-    ),
+    "a MATLAB log": ("log.mat", _logged, tuple(_written(lambda data, v=v: savemat(data, v)) for v in MATLAB)),
     "heli.toml": ("heli.toml", lambda path, _: read_configuration(path), (template_text().encode(),)),
     "parameters.json": ("p.json", lambda path, _: read_parameters(path), (json.dumps(document()).encode(),)),
-    "an FMU": ("it.fmu", _unit, (_zipped(ENTRIES),)),
-    "a model description": ("d.xml", _description, (ENTRIES["modelDescription.xml"],)),
+    "an FMU": ("it.fmu", _unit, (FMU,)),
+    "a model description": ("d.xml", _description, (DESCRIPTION,)),
 }
+"""Name of the file, what reads it, and good files."""
 
 
 def damaged(data: bytes, random: Random) -> bytes:

@@ -78,7 +78,6 @@ FILES = (
     Fault("a zip without a model description", archive(a="b"), RUN, "it holds no modelDescription.xml"),
     Fault("a model description that is no XML", archive(**{"modelDescription.xml": "<"}), RUN, "cannot be used"),
     Fault("an entry that leads out of its folder", archive(**{"../../escaped": "x"}), RUN, "lies outside of the archive" ),
-    Fault("an absolute entry", archive(**{"/escaped": "x"}), RUN, "lies outside of the archive"),
     Fault("an archive of 3 GB", claiming(3_000_000_000), RUN, "at most 2 GB are unpacked"),
     Fault("an entity in the model description", archive(**{"modelDescription.xml": ENTITY.encode("utf-16")}), RUN, "has a document type"),
     Fault("an FMU for FMI 1.0", described('fmiVersion="2.0"', 'fmiVersion="1.0"'), RUN, "cannot be used"),
@@ -91,16 +90,12 @@ FILES = (
 
 RUNS = (
     Fault("a run of 1e12 s", nothing, "heli simulate open_loop -d 1e12", "at most 2e+07 are run"),
-    Fault("a step of 1e-12 s", nothing, "heli simulate open_loop -d 1 --step 1e-12", "at most 2e+07 are run"),
-    Fault("a step of 0", nothing, "heli simulate open_loop -d 1 --step 0", "0 < step <= duration is needed"),
     Fault("a duration of NaN", nothing, "heli simulate open_loop -d nan", "0 < step <= duration is needed"),
-    Fault("a duration below 0", nothing, "heli simulate open_loop -d -1", "0 < step <= duration is needed"),
     Fault("a step of a week", nothing, "heli simulate open_loop -d 1e6 --step 1e6", "at most 100000 are taken"),
     Fault("a scenario that there is not", nothing, "heli simulate nowhere", "no scenario"),
     Fault("a parameter out of its range", nothing, "heli simulate open_loop -s plant.pitch.damping=11", "must lie in [-10, 10] 1/s"),
     Fault("a text of a unit that XML cannot hold", nothing, "heli build LogPlayer -s log.path=a\x01b -o out", "holds a character that is no text in XML"),
     Fault("a text of a unit that is no UTF-8", nothing, "heli build LogPlayer -s log.path=$'a\\xffb' -o out", "holds a character that is no text in XML", shell=True),
-    Fault("the same in an SSP", nothing, "heli ssp measured_data -s player.log.path=$'a\\xffb' -o a.ssp", "holds a character that is no text in XML", shell=True),
 )  # fmt: skip
 
 SECTIONS = {"FMU files": FILES, "Runs": RUNS}

@@ -22,8 +22,6 @@ OPTIONS = (
     Fault("a parameter without a unit", nothing, "heli build -o out -s pitch.damping=1", "--set belongs to one unit"),
     Fault("a unit without a parameter", nothing, "heli simulate open_loop -s plant=3", "--set plant=3 must name unit and parameter"),
     Fault("a word for a number, to build", nothing, "heli build HelicopterPlant -o out -s pitch.damping=abc", "pitch.damping = 'abc' must be a number in [-10, 10] 1/s."),
-    Fault("a word for a number, to simulate", nothing, "heli simulate open_loop -s plant.pitch.damping=abc", "plant.pitch.damping = 'abc' must be a number in [-10, 10] 1/s."),
-    Fault("a word for a number, in an SSP", nothing, "heli ssp open_loop -o a.ssp -s plant.pitch.damping=abc", "plant.pitch.damping = 'abc' must be a number in [-10, 10] 1/s."),
     Fault("a scenario without the log that it plays", nothing, "heli simulate measured_data", "name it with --log"),
     Fault("a log for a scenario that plays none", good, "heli simulate open_loop --log log.csv", "plays no log"),
     Fault("an FMU file without the unit's name", nothing, "heli simulate open_loop --fmu plant", "must read UNIT=FILE"),
@@ -44,28 +42,20 @@ OPTIONS = (
     Fault("a speed for a rig", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --speed 2", "belong to a log"),
     Fault("a page at an address that is none", parameters(), f"{FOLLOW} log.csv --serve --serve-at here", "--serve-at"),
     Fault("an empty word, as of a variable that is not set", parameters(), 'heli identify log.csv -o ""', "an argument is empty"),
-    Fault("an empty value behind =", parameters(), "heli identify log.csv --output=", "an argument is empty"),
     Fault("the log as the file to write", parameters(), f"{CHECK} --junit log.csv", "log.csv is read by this command and not written over"),
-    Fault("the parameters as the file to write", parameters(), f"{CHECK} --junit ./parameters.json", "parameters.json is read by this command and not written over"),
     Fault("the played log as the file to write", parameters(), "heli simulate measured_data --log log.csv -o log.csv", "is read by this command and not written over"),
     Fault("the log as the configuration to write", good, "heli init log.csv -o log.csv", "is read by this command and not written over"),
     Fault("a parameter given twice", nothing, "heli simulate open_loop -d 1 -s plant.pitch.damping=1 -s plant.pitch.damping=2", "--set plant.pitch.damping is given twice"),
     Fault("--to minus infinity", parameters(), f"{CHECK} --to -inf", "end = -inf s must be finite"),
-    Fault("--from NaN", parameters(), f"{CHECK} --from nan", "start = nan s must be finite"),
     Fault("--from far before the log, and --to", parameters(), f"{CHECK} --from -1e12 --to 10", "kept 0 s to 10 s of the file (1001 of 2000 rows)", 0),
     Fault("a factor of NaN", parameters(), f"{CHECK} --factor nan", "factor = nan"),
     Fault("a filter of 1e-300 rad/s", good, f"{IDENTIFY} --filter-frequency 1e-300", "must lie in [0.001, 20] rad/s"),
     Fault("an endless SSP", nothing, "heli ssp open_loop --duration inf -o a.ssp", "duration = inf s must be positive and finite"),
-    Fault("an SSP of no length", nothing, "heli ssp open_loop --duration 0 -o a.ssp", "duration = 0 s must be positive and finite"),
     Fault("an endless experiment", nothing, f"{DESIGN} --duration inf", "duration = inf s must lie in [20, 3600] s"),
-    Fault("an experiment within no angle", nothing, f"{DESIGN} --pitch-limit 0", "pitch limit = 0.0 rad must lie in [0.01, 100] rad"),
-    Fault("an experiment without a limit of the voltage", nothing, f"{DESIGN} --voltage-limit inf", "voltage limit = inf V must lie in [0.1, 100] V"),
     Fault("a hover at NaN", nothing, "heli design --closed-loop --hover nan", "hover = nan rad must lie in [-1.5, 1.5] rad"),
     Fault("an operating point on the rig's back", parameters(), "heli linearise parameters.json --pitch 9 -o out", "pitch = 9.0 rad must lie in [-1.5, 1.5] rad"),
-    Fault("an operating point at NaN", parameters(), "heli linearise parameters.json --elevation nan -o out", "elevation = nan rad must lie in [-1.5, 1.5] rad"),
     Fault("a fleet of one rig by two names", lambda f: ((f / "a").mkdir(), good(f / "a"), (f / "b").symlink_to("a")), "heli fleet a b -o out", "a is given 2 times"),
     Fault("a generator that is no function", nothing, "heli campaign --generator os:nothing --rigs 1 -o out", "module os has no function nothing"),
-    Fault("a port beyond 65535 to listen on", parameters(), "heli follow -p parameters.json -o out --listen 127.0.0.1:99999", "must be a numeric address and a port"),
 )  # fmt: skip
 
 CAMPAIGN = "heli campaign rigs -o out"
@@ -98,14 +88,12 @@ def rigs(change=nothing):
 
 
 CAMPAIGNS = (
-    Fault("a campaign of no workers", campaigned, f"{CAMPAIGN} --workers 0", "workers = 0 must lie in [1, 1000]"),
     Fault("a campaign of a billion workers", campaigned, f"{CAMPAIGN} --workers 1000000000", "workers = 1000000000 must lie in [1, 1000]"),
     Fault("a scheduler that is none", campaigned, f"{CAMPAIGN} --scheduler nonsense", "no Dask scheduler answers at nonsense"),
     Fault("rigs in a folder that is a link to itself", lambda f: (f / "rigs").symlink_to("rigs"), CAMPAIGN, "rigs is no folder"),
     Fault("results in a folder that is a link to itself", lambda f: (campaigned(f), (f / "out").symlink_to("out")), CAMPAIGN, "out is a file, a folder is needed there"),
     Fault("a generator with a mistake in its file", generator("def make(:\n"), GENERATE, "module gen cannot be imported: SyntaxError", shell=True),
     Fault("a generator whose file ends the process", generator("import sys\nsys.exit(0)\n"), GENERATE, "module gen cannot be imported: SystemExit", shell=True),
-    Fault("a generator whose file divides by zero", generator("1 / 0\n"), GENERATE, "module gen cannot be imported: ZeroDivisionError", shell=True),
     Fault("a fleet of files", good, "heli fleet log.csv log.csv -o out", "log.csv is no folder; name a folder of logs for each rig."),
     Fault("a fleet of one rig", rigs(), "heli fleet a -o out", "a fleet needs two rigs or more, 1 given"),
     Fault("a rig without a log", rigs(lambda f: (f / "b" / "log.csv").unlink()), FLEET, "holds no log"),
@@ -115,7 +103,6 @@ CAMPAIGNS = (
     Fault("a campaign of nothing", nothing, "heli campaign", "either a folder of rigs or a --generator"),
     Fault("a campaign in a folder that is missing", nothing, "heli campaign nowhere", "nowhere is no folder"),
     Fault("a number of rigs for a folder", nothing, "heli campaign rigs --rigs 3", "--rigs 3 is for a --generator"),
-    Fault("a seed for a folder", nothing, "heli campaign rigs --first-seed 5", "--first-seed 5 is for a --generator"),
     Fault("a generator without a number of rigs", nothing, "heli campaign --generator json:loads", "--rigs is missing"),
 )  # fmt: skip
 
