@@ -26,10 +26,11 @@ def looked(windy):
     return hi.look(windy[1])
 
 
-def test_the_loop_and_the_references_are_recognised(looked):
+def test_the_loop_is_recognised_and_a_bare_rig_is_accused_of_nothing(looked):
     references = looked.identification.references
     assert references.closed_loop
     assert {"pitch", "elevation"} <= set(references.names)
+    assert [name for name, _, _, established in looked.effects if established] == []
 
 
 def test_gains_of_a_rig_in_swirling_air_are_those_of_the_rig(windy, looked):
@@ -39,26 +40,19 @@ def test_gains_of_a_rig_in_swirling_air_are_those_of_the_rig(windy, looked):
     for name in GAINS:
         estimate = looked.gains[name].estimate
         error = abs(estimate.value - slopes[name])
-        assert error < 3.0 * 1.96 * estimate.standard_error
-        assert error < 0.25 * abs(slopes[name])
+        assert error < min(3.0 * 1.96 * estimate.standard_error, 0.25 * abs(slopes[name]))
 
 
-def test_a_bare_rig_is_accused_of_nothing(looked):
-    assert [name for name, _, _, established in looked.effects if established] == []
-
-
-def test_the_command_prints_json(windy, tmp_path):
+def test_three_lines_say_who_flew_what_moved_and_what_is_determined_and_the_command_prints_json(
+    windy, looked, tmp_path
+):
+    flown, moved, gains = looked.lines
+    assert flown.startswith("A controller flew; moved from outside: ")
+    assert all(axis in moved for axis in ("pitch", "elevation", "travel"))
+    assert all(name in gains for name in GAINS)  # each is either determined or named as missing
     paths = [str(write_log(log, tmp_path / f"{log.name}.csv")) for log in windy[1][:2]]
     done = CliRunner().invoke(app, ["look", *paths, "--json"])
     assert done.exit_code == 0, done.output
     found = json.loads(done.stdout)
     assert found["closed_loop"] and set(found["gains"]) == set(GAINS)
     assert found["movement_counts"]["pitch"] > 10.0
-
-
-def test_three_lines_say_who_flew_what_moved_and_what_is_determined(looked):
-    flown, moved, gains = looked.lines
-    assert flown.startswith("A controller flew; moved from outside: ")
-    assert all(axis in moved for axis in ("pitch", "elevation", "travel"))
-    named = {name for name in GAINS if name in gains}
-    assert named == set(GAINS)  # each is either determined or named as missing
