@@ -2,7 +2,7 @@
 
 The filter's loop runs over the samples of a record with the plant's own step,
 
-    x+ = RK4(x, v; p) + (h^2/2, h)(d + b),    d+ = F d,    n+ = phi n,    y = angle + n,    e = y - y_hat,
+    x+ = RK4(x, v; p) + G d + (h^2/2, h) b,    d+ = F d,    n+ = phi n,    y = angle + n,    e = y - y_hat,
 
 and corrects state, torque d and the encoder's error n by the innovation e. b is what else acts: a constant torque,
 and sines. With gains of zero the plant runs alone.
@@ -28,6 +28,9 @@ from .state import PlantState
 Array = NDArray[np.float64]
 
 STATES = len(PlantState._fields)
+
+ALONE = np.zeros((3, 14))
+"""Gains of a filter that corrects nothing, in calm air."""
 
 
 def _pushed(state: PlantState, angles: Any, rates: Any) -> PlantState:
@@ -70,7 +73,8 @@ def _filter(
             b[int(harmonics[j, 0])] += harmonics[j, 2] * sin(phase) + harmonics[j, 3] * cos(phase)
         state = advance(state, time, inputs, k, 0.0, h, p)
         for a in range(3):
-            x[a], w[a] = 0.5 * h * h * (d[a] + b[a]), h * (d[a] + b[a])
+            x[a] = gains[a, 10] * d[a] + gains[a, 11] * c[a] + 0.5 * h * h * b[a]
+            w[a] = gains[a, 12] * d[a] + gains[a, 13] * c[a] + h * b[a]
             d[a], c[a] = gains[a, 4] * d[a] + gains[a, 5] * c[a], gains[a, 6] * d[a] + gains[a, 7] * c[a]
             n[a] = gains[a, 9] * (n[a] + gains[a, 8] * e[a])
         state = _pushed(state, x, w)
@@ -109,7 +113,9 @@ def run_filter(
     """Run the filter over samples ``first`` to ``last`` of a record; return ``carry``, changed in place.
 
     ``carry``, shape (21,), is the state behind the last sample: the plant's, then d, its companion and n of all axes;
-    None at the record's beginning. ``local`` are further torques [rad/s^2], shape (3,) or one row a sample, (N, 3).
+    None at the record's beginning. ``gains``, shape (3, 14), are of every axis K of angle, rate, d and companion, F,
+    K of n, phi, and G, matrices row by row. ``local`` are further torques [rad/s^2], shape (3,) or one row a sample,
+    (N, 3).
     """
     if carry is None:
         start = rigid_start(PlantState(*(float(value) for value in record.start)), parameters)
@@ -138,7 +144,7 @@ def simulate(
     record = SimpleNamespace(step=float(h), time=time, inputs=voltages, angles=still_angles, start=start)
     torque = np.zeros(3) if torque is None else torque
     errors, states = np.empty((count, 3)), np.empty((count, STATES))
-    run_filter(record, parameters, np.zeros((3, 10)), torque, np.empty((0, 4)), 0, count, None, errors, states)
+    run_filter(record, parameters, ALONE, torque, np.empty((0, 4)), 0, count, None, errors, states)
     return states, 0.0 - errors
 
 

@@ -21,7 +21,7 @@ from heli_plant.effects import Effect as Law
 from heli_plant.laws import motor_input, thrust_voltage
 from heli_plant.motor import kept
 from heli_plant.parameters import BY_FIELD, PlantParameters
-from heli_plant.simulation import run_accelerations, run_alone, run_filter
+from heli_plant.simulation import ALONE, run_accelerations, run_alone, run_filter
 from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
@@ -278,6 +278,7 @@ class Rig:
     state: ClassVar = PlantState._fields
     tables: ClassVar = Tables
     filter = staticmethod(run_filter)
+    still: ClassVar = ALONE
     accelerations = staticmethod(run_accelerations)
     simulate = staticmethod(run_alone)
     begin = staticmethod(record_start)

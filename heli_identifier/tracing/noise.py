@@ -107,18 +107,19 @@ def _solved(h: float, linear: tuple[tuple[float, float], ...], air: tuple[tuple[
 def axis_filters(rows: Array) -> list[AxisFilter]:
     """Solve the filters of rows (n, 8): h [s], damping [1/s], stiffness [1/s^2], then what ``air`` has."""
     h, damping, stiffness, rho, c, f, psi, k = rows.T
+    h, damping, stiffness, rho, c, f, psi, k = rows.T
     w, cosine, sine = np.sqrt(c * f), np.cos(psi), np.sin(psi)
     R = np.moveaxis(np.array([[cosine, sine], [-sine, cosine]]), 2, 0)
-    D = np.moveaxis(np.array([[0.0 * w, w], [-w, -f]]) * h, 2, 0)
-    F = _exponential(R @ D @ R.transpose(0, 2, 1))
-    A = np.tile(np.eye(5), (len(rows), 1, 1))
-    A[:, 0, 1], A[:, 0, 2] = h, 0.5 * h * h
-    A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = -stiffness * h, 1.0 - damping * h, h
-    A[:, 2:4, 2:4], A[:, 4, 4] = F, np.exp(-k * h)
-    Q = np.zeros_like(A)
-    Q[:, 0, 0], Q[:, 1, 1] = 1e-10, 1e-9  # keeps the equation regular where the air hardly moves the axis
-    Q[:, 2:4, 2:4] = (rho * rho)[:, None, None] * ((1.0 + 1e-14) * np.eye(2) - F @ F.transpose(0, 2, 1))
-    Q[:, 4, 4] = COLOURED * (1.0 - np.exp(-2.0 * k * h))
+    flow, drive = np.zeros((2, len(rows), 4, 4))
+    flow[:, 0, 1] = flow[:, 1, 2] = 1.0
+    flow[:, 1, 0], flow[:, 1, 1] = -stiffness, -damping
+    flow[:, 2:, 2:] = R @ np.moveaxis(np.array([[0.0 * w, w], [-w, -f]]), 2, 0) @ R.transpose(0, 2, 1)
+    drive[:, 2:, 2:] = (2.0 * f * rho * rho)[:, None, None] * R[:, :, 1:] * R[:, None, :, 1]
+    A, Q = np.tile(np.eye(5), (2, len(rows), 1, 1))
+    A[:, :4, :4], Q[:, :4, :4] = _sampled(flow, drive, h)
+    A[:, 4, 4], Q[:, 4, 4] = np.exp(-k * h), COLOURED * (1.0 - np.exp(-2.0 * k * h))
+    Q[:, 0, 0] += 1e-10
+    Q[:, 1, 1] += 1e-9  # keeps the equation regular where the air hardly moves the axis
     P = _riccati(A, Q)
     seen = P @ C
     S = seen @ C + 1.0 - COLOURED
@@ -138,15 +139,21 @@ def polynomial(M: Array) -> Array:
     return np.stack(c, axis=-1)
 
 
-def _exponential(M: Array) -> Array:
-    """Exponentials of matrices (n, 2, 2), from their eigenvalues s +- q."""
-    s = 0.5 * (M[:, 0, 0] + M[:, 1, 1])
-    q = np.sqrt((s * s - M[:, 0, 0] * M[:, 1, 1] + M[:, 0, 1] * M[:, 1, 0]).astype(complex))
-    up, down = np.exp(s + q), np.exp(s - q)
-    apart = np.abs(q) > 1e-7
-    slope = np.where(apart, (up - down) / np.where(apart, 2.0 * q, 1.0), np.exp(s))
-    centre = M - s[:, None, None] * np.eye(2)
-    return np.asarray(((0.5 * (up + down))[:, None, None] * np.eye(2) + slope[:, None, None] * centre).real)
+def _sampled(flow: Array, drive: Array, h: Array) -> tuple[Array, Array]:
+    """Give exp(D h) and the integral of exp(D t) W exp(D t)' over a step (Van Loan 1978) for ``flow`` D, ``drive`` W.
+
+    By doubling a step over which D moves the state by less than a sixteenth.
+    """
+    doublings = max(4, 4 + int(np.ceil(np.log2((np.abs(flow).sum(2).max(1) * h).max()))))
+    D = flow * (h * 0.5**doublings)[:, None, None]
+    unit = np.eye(flow.shape[-1])
+    middle, E = (unit + x @ (unit + x @ (unit + x / 3.0) / 2.0) for x in (0.5 * D, D))
+    Q = (h * 0.5**doublings / 6.0)[:, None, None] * (
+        drive + 4.0 * middle @ drive @ middle.transpose(0, 2, 1) + E @ drive @ E.transpose(0, 2, 1)
+    )  # Simpson's rule
+    for _ in range(doublings):
+        E, Q = E @ E, Q + E @ Q @ E.transpose(0, 2, 1)
+    return E, Q
 
 
 def _riccati(A: Array, Q: Array) -> Array:
@@ -162,8 +169,9 @@ def _riccati(A: Array, Q: Array) -> Array:
 
 
 def gains(own: Sequence[AxisFilter]) -> Array:
-    """Gains and noise of all axes as the filter's loop takes them, (a, 10): K[:4], F row by row, K[4], exp(-k h)."""
-    return np.array([np.concatenate((axis.K[:4], axis.F.ravel(), axis.K[4:], axis.A[4, 4:])) for axis in own])
+    """Gains and noise of all axes as :func:`heli_plant.simulation.run_filter` takes them, shape (a, 14)."""
+    rows = [(axis.K[:4], axis.F.ravel(), axis.K[4:], axis.A[4, 4:], axis.A[:2, 2:4].ravel()) for axis in own]
+    return np.array([np.concatenate(row) for row in rows])
 
 
 def recoloured(e: Array, old: AxisFilter, new: AxisFilter) -> Array:
@@ -184,7 +192,7 @@ def recoloured(e: Array, old: AxisFilter, new: AxisFilter) -> Array:
 def _errors_around(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
     """Give det(zI - M') of filters ``new`` around the plant of ``old``, shape (n, 6)."""
     A, K = np.array([axis.A for axis in new]), np.array([axis.K for axis in new])
-    A[:, :2] = old.A[:2]
+    A[:, :2, :2] = old.A[:2, :2]
     return polynomial(A - (A @ K[:, :, None]) * C)
 
 

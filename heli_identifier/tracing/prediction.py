@@ -166,7 +166,7 @@ class Run:
         """
         record, rig, length = self.record, self.model.rig, round(seconds / self.record.step)
         block = max(1, round(ROUND / record.step))
-        still, local, found, free = np.zeros((len(rig.axes), 10)), np.zeros_like(self.offset), list[Stretch](), 0
+        local, found, free = np.zeros_like(self.offset), list[Stretch](), 0
         for first, end, carry, motion in zip(self.at, self.ends, self.carries, self.motion, strict=True):
             if first < free or end - first < length:
                 continue
@@ -178,7 +178,7 @@ class Run:
                 stop = rows.stop - first
                 for _ in range(stop - start + 1):
                     after = state.copy()
-                    rig.filter(flown, self.model.parameters, still, local, _NONE, rows.start, rows.stop, after,
+                    rig.filter(flown, self.model.parameters, rig.still, local, _NONE, rows.start, rows.stop, after,
                                e[start:stop], _NO_MOTION)  # fmt: skip
                     asked = record.inputs[rows] - _answered(laws, -e[:stop], record.step, rig.axes)[start:]
                     changed = float(np.abs(asked - inputs[rows]).max())
@@ -272,12 +272,12 @@ def made_by_itself(run: Run, seed: int = 0) -> Run | None:
     firsts = range(first, N - length + 1, length)
     torque = offset + model.torque(h, N, random)
     minus, blank = np.zeros_like(record.angles), replace(record, angles=np.zeros_like(record.angles))
-    passages, states, none = [], [], np.zeros((a, 10))
+    passages, states = [], []
     for k, state in zip(firsts, _states(model, record, offset, firsts, np.empty_like(minus)), strict=True):
         rows = slice(k, k + length)
         state[-3 * a :] = 0.0
         own, last = state.copy(), k + length
-        model.rig.filter(blank, model.parameters, none, torque, _NONE, k, last, own, minus[rows], _NO_MOTION)
+        model.rig.filter(blank, model.parameters, model.rig.still, torque, _NONE, k, last, own, minus[rows], _NO_MOTION)
         if np.abs(minus[rows] + record.angles[rows]).max() < np.pi:
             passages.append((k, k + length))
             states.append(state)
