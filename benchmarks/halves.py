@@ -1,7 +1,7 @@
 """Rigs whose logs are dealt into two halves, each diagnosed by itself: against the truth, and against one another.
 
     python -m benchmarks windy [--seeds 0:16] [--choose] [--colours ou,slow,swirl] [--quiet] [--unlogged] [--rate 100]
-                               [--effects KIND] [--workers N] [--csv FILE]
+                               [--effects KIND] [--finer N] [--workers N] [--csv FILE]
     python -m benchmarks measured RIG... [--from SECONDS] [--workers N] [--download FOLDER] [--csv FILE]
                                   [--online]
 
@@ -128,12 +128,17 @@ def half_of(kind: str, rig: str, name: str, training: Sequence[Log], held_out: S
         return Half(kind, rig, name, None, str(error))
 
 
-def windy_halves(colour: str, quiet: bool, rate: float, effects: str | None, logged: bool, seed: int) -> list[Half]:
+def windy_halves(
+    colour: str, quiet: bool, rate: float, effects: str | None, finer: int, logged: bool, seed: int
+) -> list[Half]:
     """Make a windy rig, diagnose its halves, and hold them against the truth."""
-    rig = windy_rig(seed, colour, quiet, rate, effects, logged, WINDY_LOGS)
+    rig = windy_rig(seed, colour, quiet, rate, effects, logged, WINDY_LOGS, finer=finer)
     fields = tuple(name.replace("/", "_") for name in rig.truth.effects)
     plant, held_out, other = windy_plant(rig), windy_logs(rig, "t"), windy_logs(rig, "c")
-    words = (colour, f"{rate:g} Hz", "quiet" * quiet, "not logged" * (not logged), effects or "")
+    words = (
+        colour, f"{rate:g} Hz", "quiet" * quiet, "not logged" * (not logged), effects or "",
+        f"encoders {finer} times finer" * (finer > 1),
+    )  # fmt: skip
     kind, halves = " ".join(filter(None, words)), []
     for letter in "ab":
         training = windy_logs(rig, letter)
@@ -258,12 +263,13 @@ def diagnosed(jobs: Sequence[partial[list[Half]]], workers: int) -> list[Half]:
 
 def windy(
     seeds: str = "0:16", choose: bool = False, colours: str = ",".join(COLOURS), quiet: bool = False,
-    unlogged: bool = False, rate: float = 100.0, effects: str | None = None, workers: int = 1, csv: Path | None = None,
+    unlogged: bool = False, rate: float = 100.0, effects: str | None = None, finer: int = 1, workers: int = 1,
+    csv: Path | None = None,
 ) -> None:  # fmt: skip
     """Diagnose windy rigs; write the gains over the truth to the file ``csv``."""
     chosen = [seed for seed in span(seeds) if seed % 2 == (not choose)]
     kinds = product(colours.split(","), (False, True)[: 1 + quiet], (True, False)[: 1 + unlogged])
-    jobs = [partial(windy_halves, colour, calm, rate, effects, logged, seed)
+    jobs = [partial(windy_halves, colour, calm, rate, effects, finer, logged, seed)
             for colour, calm, logged in kinds for seed in chosen]  # fmt: skip
     done = diagnosed(jobs, workers)
     if csv:

@@ -25,6 +25,17 @@ def solved(rho: float, c: float, f: float, psi: float, k: float = 40.0) -> AxisF
     return axis_filters(np.array([[H, *AXIS, rho, c, f, psi, k]]))[0]
 
 
+def van_loan(rho: float, c: float, f: float, psi: float) -> tuple[np.ndarray, np.ndarray]:
+    """Step of (angle, rate, d, u) and covariance of its noise, by scipy's matrix exponential (Van Loan 1978)."""
+    w, R = np.sqrt(c * f), np.array([[np.cos(psi), np.sin(psi)], [-np.sin(psi), np.cos(psi)]])
+    D, W = np.zeros((4, 4)), np.zeros((4, 4))
+    D[:2, :3] = [[0.0, 1.0, 0.0], [-AXIS[1], -AXIS[0], 1.0]]
+    D[2:, 2:] = R @ np.array([[0.0, w], [-w, -f]]) @ R.T
+    W[2:, 2:] = R @ np.diag((0.0, 2.0 * f * rho**2)) @ R.T
+    both = expm(H * np.block([[-D, W], [np.zeros((4, 4)), D.T]]))
+    return both[4:, 4:].T, both[4:, 4:].T @ both[:4, 4:]
+
+
 @pytest.mark.parametrize("c, f, psi", [(2.5, 300.0, 0.0), (6.0, 1.0, -1.2)])
 def test_the_torque_is_stationary_with_the_stated_variance(c, f, psi):
     """P = F P F' + Q has the solution rho^2 I: the torque's standard deviation is what is called rho."""
@@ -38,10 +49,9 @@ def test_the_torque_is_stationary_with_the_stated_variance(c, f, psi):
 def test_the_gain_minimises_the_stationary_error():
     """The filter's own recursion, started elsewhere, ends at the same variance and gain."""
     own = solved(80.0, 2.5, 20.0, 0.3)
-    A, F = own.A, own.F
-    stay = np.exp(-40.0 * H)
+    A, stay = own.A, np.exp(-40.0 * H)
     Q = np.diag((1e-10, 1e-9, 0.0, 0.0, COLOURED * (1.0 - stay**2)))
-    Q[2:4, 2:4] = 80.0**2 * (np.eye(2) - F @ F.T)
+    Q[:4, :4] += van_loan(80.0, 2.5, 20.0, 0.3)[1]
     P, C, R = 100.0 * np.eye(5), np.array([1.0, 0.0, 0.0, 0.0, 1.0]), 1.0 - COLOURED
     for _ in range(5000):
         k = P @ C / (C @ P @ C + R)
@@ -107,7 +117,7 @@ def test_a_further_acceleration_passes_the_error_dynamics():
     np.testing.assert_allclose(change, -_linear_run(torque, still, air), atol=1e-9 * np.abs(change).max())
 
 
-def test_one_step_of_the_torque_is_the_exact_one():
-    w, R = np.sqrt(2.5 * 20.0), np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
-    exact = R @ expm(np.array([[0.0, w], [-w, -20.0]]) * H) @ R.T
-    np.testing.assert_allclose(solved(80.0, 2.5, 20.0, 0.3).F, exact, rtol=1e-10, atol=1e-12)
+@pytest.mark.parametrize("c, f, psi", [(2.5, 20.0, 0.3), (2.5, 300.0, 0.0), (6.0, 1.0, -1.2)])
+def test_a_sample_is_the_integral_of_axis_and_torque(c, f, psi):
+    """A step is that of continuous time: what the torque does within a sample is no noise of its own."""
+    np.testing.assert_allclose(solved(80.0, c, f, psi).A[:4, :4], van_loan(80.0, c, f, psi)[0], rtol=1e-9, atol=1e-12)

@@ -15,11 +15,12 @@ Angle plus error of the encoder is measured. The error has standard deviation r;
 its variance is an Ornstein-Uhlenbeck process n of rate k, the rest is white. An encoder that turns slowly repeats its
 value, and errs alike for as long; an error that is taken for white is explained by the plant.
 
-State of the filter: angle [rad], rate [rad/s], d and u [rad/s^2], n [rad]. All gains depend on rho = s/r alone, not on
-s or r.
+State of the filter: angle [rad], rate [rad/s], d and u [rad/s^2], n [rad]. A step is the integral of continuous time:
+were the torque held over a sample, a fine encoder's fit would take the difference for damping and gain. All gains
+depend on rho = s/r alone, not on s or r.
 
 Sources: Soderstrom, Discrete-time Stochastic Systems, 2nd ed., sections 4.5 and 6.4; Brockwell 2001 (CARMA); Anderson,
-Int. J. Control 28 (1978) 295 (doubling).
+Int. J. Control 28 (1978) 295 (doubling); Van Loan, IEEE Trans. Automatic Control 23 (1978) 395 (sampling).
 """
 
 from collections.abc import Sequence
@@ -142,12 +143,13 @@ def polynomial(M: Array) -> Array:
 def _sampled(flow: Array, drive: Array, h: Array) -> tuple[Array, Array]:
     """Give exp(D h) and the integral of exp(D t) W exp(D t)' over a step (Van Loan 1978) for ``flow`` D, ``drive`` W.
 
-    By doubling a step over which D moves the state by less than a sixteenth.
+    By doubling a step over which D moves the state by less than a sixty-fourth.
     """
-    doublings = max(4, 4 + int(np.ceil(np.log2((np.abs(flow).sum(2).max(1) * h).max()))))
-    D = flow * (h * 0.5**doublings)[:, None, None]
-    unit = np.eye(flow.shape[-1])
-    middle, E = (unit + x @ (unit + x @ (unit + x / 3.0) / 2.0) for x in (0.5 * D, D))
+    doublings = max(6, 6 + int(np.ceil(np.log2((np.abs(flow).sum(2).max(1) * h).max()))))
+    D, unit = flow * (h * 0.5**doublings)[:, None, None], np.eye(flow.shape[-1])
+    middle = E = unit + np.zeros_like(D)
+    for order in (5.0, 4.0, 3.0, 2.0, 1.0):
+        middle, E = unit + D @ middle / (2.0 * order), unit + D @ E / order
     Q = (h * 0.5**doublings / 6.0)[:, None, None] * (
         drive + 4.0 * middle @ drive @ middle.transpose(0, 2, 1) + E @ drive @ E.transpose(0, 2, 1)
     )  # Simpson's rule

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from tests.blind.air import Noise, draw_noise, torque
 from tests.blind.coefficients import Coefficients
-from tests.blind.plant import STEP, V_MAX, Control, Push, fly, placed, push_torque
+from tests.blind.plant import COUNTS_PER_TURN, STEP, V_MAX, Control, Push, fly, placed, push_torque
 from tests.blind.rigs import AXES, DRAWN, ENCODER_SHAKE, Effect
 from tests.blind.signals import joystick
 
@@ -255,7 +255,7 @@ def _references(
 
 def _log(
     base: Coefficients, control: Control, hover: tuple[float, float], noise: Noise, rate: float, size: float,
-    steps: bool, logged: bool, pushes: Sequence[Push], rng: np.random.Generator,
+    steps: bool, logged: bool, pushes: Sequence[Push], finer: int, rng: np.random.Generator,
 ) -> WindyLog:  # fmt: skip
     """Fly one log."""
     person, world, air = rng.spawn(3)
@@ -273,11 +273,14 @@ def _log(
     world.standard_normal((count + 1, 6))  # of torques that the rigs once had: the published ones have this shake
     added = trims + torque(noise, count, STEP, air)
     added[before:] += push_torque(count - before, pushes)
-    read, _, _, voltages = fly(
+    read, angles, _, voltages = fly(
         np.full((samples, 2), control.mu_s0 / 2), np.array([base.theta0, hover[0], 0.0]), base, added,
         ENCODER_SHAKE * world.standard_normal((samples, 3)), control=control, references=wanted,
         hover=hover[0], rate=rate, lead=lead, zeros=zeros,
     )  # fmt: skip
+    if finer > 1:
+        count = 2.0 * np.pi / COUNTS_PER_TURN / finer
+        read = count * np.round((angles + zeros) / count)
     begin = np.array([0.0, 0.0, read[lead, 2]])
     if control.b_p != 0.0:
         asked -= begin
@@ -294,13 +297,15 @@ def windy_rig(
     references: bool = True,
     counts: Mapping[str, int] = COUNTS,
     pushes: Mapping[str, Sequence[Push]] | None = None,
+    finer: int = 1,
 ) -> WindyRig:
     """Draw a windy rig and fly its logs; what is not given follows the seed.
 
     ``colour`` of the air: ou, slow or swirl; ``quiet``: references a fifth as large; ``rate`` of samples and
     controller, 100 or 500 [Hz]; ``effects``: bare, coupled (inertial coupling and trigonometric gravity) or names of
     `STRENGTHS` joined by ``+``, which come on top of the latter, drawn if not given; ``references``: whether they are
-    logged; ``counts`` of logs by letter, which do not change one another; ``pushes`` by a hand, by the log's name.
+    logged; ``counts`` of logs by letter, which do not change one another; ``pushes`` by a hand, by the log's name;
+    ``finer``: how many times finer the encoders are that write the log, the controller keeps its own.
     """
     drawn, air, held, tuning, pilot, flights = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(6))
     base, hover = _base(rate, drawn)
@@ -314,7 +319,7 @@ def windy_rig(
         for number, own in enumerate(source.spawn(counts.get(letter, 0)), 1):
             name = f"{letter}{number}"
             pushed = (pushes or {}).get(name, ())
-            logs[name] = _log(acting, control, hover, noise, rate, size, steps, references, pushed, own)
+            logs[name] = _log(acting, control, hover, noise, rate, size, steps, references, pushed, finer, own)
     parameters = {name: getattr(base, name) for name in (*DRAWN, "theta0")} | {"T_m": base.t_m}
     truth = WindyTruth(parameters, {f"{e.name}/{e.axis}": e.coefficient for e in lacking})
     return WindyRig(logs, truth, noise, controls)
