@@ -25,17 +25,9 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from scipy.stats import norm
 
-from heli_identifier import records, results
+from heli_identifier import online, records, results
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online import (
-    ADAPTATION,
-    CLOSED,
-    METHODS,
-    PREDICTION_ERROR,
-    Estimate,
-    IdentifierSettings,
-    output_of,
-)
+from heli_identifier.online import ADAPTATION, METHODS, PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.provenance import from_python
 from heli_identifier.records import Log, RigConfiguration
 from heli_identifier.results import Table, Tabular
@@ -221,7 +213,7 @@ def identify(
         for log in logs
     ]
     histories, changes, lag = histories_of(0), {}, rig.motor_time_constant
-    choice = choose([output_of(one.state, one.plan).feedback for one in histories], method)
+    choice = choose([online.output_of(one.state, one.plan).feedback for one in histories], method)
     if choice.method == PREDICTION_ERROR:  # once more, with the noise models and the motors' lag of all logs together
         first = joint(histories)
         if known := first.estimates.get("T_m"):
@@ -248,11 +240,11 @@ def identify(
 def choose(scores: Sequence[Sequence[float]], wanted: str | None = None) -> Choice:
     """Return the method for n logs with these ``scores`` (n, 3) of a closed loop, or the ``wanted`` one."""
     table = np.atleast_2d(np.array(scores, dtype=float))
-    limit = max(CLOSED, float(norm.isf(FALSE_ALARMS / (2.0 * table.size))))
+    limit = max(online.CLOSED, float(norm.isf(FALSE_ALARMS / (2.0 * table.size))))
     log, axis = np.unravel_index(np.abs(table).argmax(), table.shape)
     value, together = table[log, axis], table.sum(axis=0) / np.sqrt(len(table))
-    if abs(value) <= limit and np.abs(together).max() > CLOSED:
-        axis, limit = np.abs(together).argmax(), CLOSED
+    if abs(value) <= limit and np.abs(together).max() > online.CLOSED:
+        axis, limit = np.abs(together).argmax(), online.CLOSED
         value = together[axis]
     closed = bool(abs(value) > limit)
     if wanted is not None:

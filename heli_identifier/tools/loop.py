@@ -17,19 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.signal import lfilter
 
 from fmu_src import TYPES, Variable, field_of, unit_class, with_fields
+from heli_identifier import results
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log, LogSource, read_logs
-from heli_identifier.results import (
-    ParameterSet,
-    PlantSource,
-    Table,
-    Tabular,
-    plain,
-    plant_of,
-    read_parameters,
-    significant,
-)
+from heli_identifier.results import ParameterSet, PlantSource, Table, Tabular
 from heli_identifier.tools.linearisation import LinearModel, OperatingPoint
 from heli_identifier.tracing import record_start
 from heli_plant.control import PidSettings, PidState, pid_step, start_pid
@@ -85,7 +77,7 @@ def _declared(settings: Settings) -> list[Variable]:
 
 def read_controller(path: str | PathLike[str], voltage_limit: float) -> Settings:
     """Read the settings of a PidController or a StateFeedback; ConfigurationError if the file is another unit's."""
-    own = read_parameters(path)
+    own = results.read_parameters(path)
     if own.unit == FEEDBACK:
         return controller_settings(FeedbackSettings(voltage_limit=voltage_limit), own.start_values)
     if own.unit == CONTROLLER:
@@ -220,7 +212,7 @@ class ClosedLoopErrors(Tabular):
     def table(self) -> Table:
         """Log, axis, error, and how far the controller is from the one that flew."""
         rows = [
-            (log, axis, significant(1e3 * error), significant(self.voltages[log], 2))
+            (log, axis, results.significant(1e3 * error), results.significant(self.voltages[log], 2))
             for log, of_axes in self.errors.items()
             for axis, error in of_axes.items()
         ]
@@ -240,7 +232,7 @@ class ClosedLoopErrors(Tabular):
     def to_dict(self) -> dict[str, Any]:
         """Give the figures as a JSON file has them."""
         errors = {"closed_loop_3s_rad": self.errors, "voltages_V": self.voltages}
-        return plain({**errors, "limit_rad": self.limit, "passed": self.passed})
+        return results.plain({**errors, "limit_rad": self.limit, "passed": self.passed})
 
 
 def closed_loop_errors(
@@ -254,7 +246,7 @@ def closed_loop_errors(
     Errors up to ``limit`` [rad] pass. ConfigurationError if the file is no controller's, or a log has no reference of
     an axis that the controller follows.
     """
-    plant = plant_of(parameters)
+    plant = results.plant_of(parameters)
     settings = read_controller(controller, plant.v_max) if isinstance(controller, str | PathLike) else controller
     followed, errors, voltages = ("elevation", "travel" if settings.travel_enabled else "pitch"), {}, {}
     for log in read_logs(logs):
