@@ -5,13 +5,14 @@ the tracer's own likelihood: it says which effects the logs show at all.
 """
 
 from collections.abc import Collection, Iterable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
-from heli_identifier.tools import Rig, Row, Source, TrueEffect, TrueUnknown, Truth, diagnosed, generated_rig
+from heli_identifier.tools import Rig, Row, Source, TrueEffect, TrueUnknown, Truth, diagnosed, source_digest
 from heli_identifier.tracing import DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
@@ -25,8 +26,6 @@ STATED_ELSEWHERE = {"ground_effect"}
 
 DETECTABLE = 8.0
 """Score from which on a test that is told the structure shows an effect [nats]."""
-
-BLIND_RIG = "benchmarks.rigs:blind_rig"
 
 TOLD = "told_score"
 """Name of the measure in a campaign's rows."""
@@ -59,12 +58,13 @@ def windy_plant(rig: WindyRig) -> PlantParameters:
 
 def blind_sources(groups: Collection[str] = GROUPS, limit: int | None = None) -> Sources:
     """Give the rigs of some groups of the blind battery, at most ``limit`` of each of its cases."""
+    made_by = source_digest(("benchmarks.rigs", "tests.blind"))
     return {
-        name: (case, generated_rig(name, BLIND_RIG, case.kind, case.scale, index, ingredients=("tests.blind",)))
+        name: (case, Source(name, partial(blind_rig, *made), partial(str, f"{made} {made_by}")))
         for case in BATTERY
         if case.group in groups
         for index in range(min(case.count, limit or case.count))
-        for name in (f"{case.group} {case.kind} {index}",)
+        for name, made in ((f"{case.group} {case.kind} {index}", (case.kind, case.scale, index)),)
     }
 
 

@@ -37,7 +37,6 @@ __all__ = [
     "fleet_tables",
     "flight_outlooks",
     "flight_table",
-    "generated_rig",
     "generated_rigs",
     "identify",
     "linearise",
@@ -48,6 +47,7 @@ __all__ = [
     "rigs_below",
     "run_campaign",
     "separation_warning",
+    "source_digest",
     "step_figure",
     "summarised",
 ]
@@ -71,9 +71,9 @@ from .rigs import (
     TrueEffect,
     TrueUnknown,
     Truth,
-    generated_rig,
     generated_rigs,
     read_split,
     rig_folders,
     rigs_below,
+    source_digest,
 )

@@ -230,13 +230,15 @@ def _place(diagnosis: Diagnosis, entry: CatalogueVerdict) -> tuple[str, bool]:
     """Why the mean does without an entry of the catalogue on one rig, and whether the rig's diagnosis names it."""
     key, family = (entry.name, entry.axis), effect(entry.name, entry.axis).family
     named = [own for own in diagnosis.effects if own.coefficient is not None]
-    is_named, left_out = key in {(own.name, own.axis) for own in named}, ""
+    is_named = key in {(own.name, own.axis) for own in named}
     if entry.verdict == Verdict.NOT_TESTABLE or not _determined(entry.estimate):
-        left_out = f"not testable: {entry.why}"
-    for own in named if not (is_named or left_out) else ():
-        if key in own.alternatives or (own.axis == entry.axis and effect(own.name, own.axis).family == family):
-            left_out = left_out or f"{effect_name(own.name, own.axis)} is named in its place"
-    return left_out, is_named
+        return f"not testable: {entry.why}", is_named
+    rivals = [
+        effect_name(own.name, own.axis)
+        for own in named
+        if key in own.alternatives or (own.axis == entry.axis and effect(own.name, own.axis).family == family)
+    ]
+    return "" if is_named or not rivals else f"{rivals[0]} is named in its place", is_named
 
 
 def _determined(estimate: Estimate) -> bool:

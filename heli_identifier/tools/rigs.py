@@ -214,23 +214,18 @@ def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[Sour
     if count < 1:
         raise ConfigurationError(f"rigs = {count} must be at least 1.")
     named_function(generator)
-    return [generated_rig(f"seed {seed}", generator, seed) for seed in range(first_seed, first_seed + count)]
+    made_by = source_digest((generator.partition(":")[0],))
+    return [
+        Source(f"seed {seed}", partial(_make_rig, generator, seed), partial(str, f"{generator} {seed} {made_by}"))
+        for seed in range(first_seed, first_seed + count)
+    ]
 
 
-def generated_rig(name: str, generator: str, *arguments: Any, ingredients: tuple[str, ...] = ()) -> Source:
-    """Return a rig that a generator makes of arguments; its logs depend on the source of ``ingredients`` as well."""
-    return Source(name, partial(_make_rig, generator, *arguments), partial(_maker, generator, arguments, ingredients))
-
-
-def _make_rig(generator: str, *arguments: Any) -> Rig:
-    rig = named_function(generator)(*arguments)
+def _make_rig(generator: str, seed: int) -> Rig:
+    rig = named_function(generator)(seed)
     if not isinstance(rig, Rig):
         raise ConfigurationError(f"{generator} returned a {type(rig).__name__}, a heli_identifier.tools.Rig is needed.")
     return rig
-
-
-def _maker(generator: str, arguments: tuple[Any, ...], ingredients: tuple[str, ...]) -> str:
-    return f"{generator} {arguments!r} {source_digest((generator.partition(':')[0], *ingredients))}"
 
 
 def named_function(name: str) -> Callable:
