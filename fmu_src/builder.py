@@ -78,6 +78,11 @@ def checked_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value],
     return values
 
 
+def variables_of(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> tuple[Variable, ...]:
+    """Return the variables of a unit with these start values."""
+    return tuple(v._replace(start=start_values.get(v.name, v.start)) for v in unit.variables)
+
+
 def number_or_text(value: Value) -> Value:
     """Return a text as the number that it says, if it is one; true and false are 1 and 0."""
     if not isinstance(value, str):
@@ -115,18 +120,17 @@ def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | No
     """
     kind = unit_class(unit)
     start_values = checked_start_values(kind, parameters or {})
-    sources = needed_sources(kind.__module__)
+    variables, sources = variables_of(kind, start_values), needed_sources(kind.__module__)
     tag = content_hash({**sources, "start values": repr(sorted(start_values.items()))})[:12]
     script = f"{unit}_{tag}"
     entries = {f"resources/{path}": text.encode() for path, text in renamed(sources, tag).items()}
     entries[f"resources/{script}.py"] = slave_script(kind, tag, start_values).encode()
     entries["resources/slavemodule.txt"] = script.encode()
-    page = rendered(f"{unit}.html", unit=kind, start_values=start_values, host="python.html")
+    page = rendered(f"{unit}.html", unit=kind, variables=variables, host="python.html")
     entries |= {"documentation/index.html": page.encode(), "model.png": icon()}
     entries |= _from_pythonfmu(unit)
-    name = "modelDescription.xml"
-    token = content_guid({**entries, name: model_description(kind, start_values, "")})
-    entries[name] = model_description(kind, start_values, token)
+    token = content_guid({**entries, "modelDescription.xml": model_description(kind, variables, "")})
+    entries["modelDescription.xml"] = model_description(kind, variables, token)
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 
@@ -145,10 +149,10 @@ def scenario_fmus(
 
     WiringError says which name in ``fmus`` is no unit of the scenario, BuildError which file does not exist.
     """
-    names = [name for name, _ in wiring.units]
     for name, file in fmus.items():
-        if name not in names:
-            raise WiringError(f"an FMU is given for {name!r}; scenario {wiring.name} has the units {', '.join(names)}")
+        if name not in dict(wiring.units):
+            there = ", ".join(dict(wiring.units))
+            raise WiringError(f"an FMU is given for {name!r}; scenario {wiring.name} has the units {there}")
         if not Path(file).is_file():
             there = "is no file" if Path(file).exists() else "is missing"  # a folder or a pipe
             raise BuildError(f"the FMU of {name} {there}: {file}")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from functools import cache
 from math import pi
 from typing import Any
@@ -45,26 +45,24 @@ _TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean", "String":
 
 def model_description(
     unit: type[SlaveBase],
-    start_values: Mapping[str, Value],
+    variables: Sequence[Variable],
     token: str,
     fmi: int = 2,
     tool: str = f"PythonFMU {PYTHONFMU}",
     sources: Collection[str] = (),
-    extra: Sequence[Variable] = (),
+    states: int = 0,
 ) -> bytes:
     """Return modelDescription.xml of a unit class in FMI 2.0 or 3.0; ``token`` is the GUID of its content.
 
-    ``start_values`` stand in place of those of the unit's variables, ``tool`` is what made the FMU. By the files
-    ``sources`` an importer can compile it. ``extra`` are states of Model Exchange and behind them their derivatives.
+    ``tool`` is what made the FMU. By the files ``sources`` an importer can compile it. The last ``variables`` are the
+    ``states`` of Model Exchange and behind them their derivatives.
     """
-    variables = (*unit.variables, *extra)
     first = 1 if fmi == 2 else 0  # FMI 2.0 counts variables from 1, FMI 3.0 has their references
     place = {variable.name: k for k, variable in enumerate(variables, first)}
     return rendered_xml(
         "modelDescription.xml", unit=unit, name=unit.__name__, token=token, fmi=fmi, tool=tool, sources=sources,
-        saves=value_text(unit.saves_state, "Boolean"), variables=variables, states=len(extra) // 2, types=_TYPES,
-        first=first, references=lambda names: [place[name] for name in names], display=DISPLAY,
-        start_values=start_values,
+        saves=value_text(unit.saves_state, "Boolean"), variables=variables, states=states, types=_TYPES, first=first,
+        references=lambda names: [place[name] for name in names], display=DISPLAY,
         units=base_units([variable.unit for variable in variables] + (["s"] if fmi == 3 else [])),
     )  # fmt: skip
 

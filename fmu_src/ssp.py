@@ -15,7 +15,7 @@ from xml.etree.ElementTree import register_namespace
 
 from heli_identifier.files import draft_folder, write_atomically
 
-from .builder import build, checked_start_values, scenario_fmus, unit_class, zip_bytes
+from .builder import build, checked_start_values, scenario_fmus, unit_class, variables_of, zip_bytes
 from .description import base_units, rendered_xml
 from .errors import BuildError
 from .native import build_native
@@ -29,10 +29,9 @@ for _prefix, _part in {"ssc": "Common", "ssd": "Description", "ssv": "ParameterV
 
 def parameter_set(unit: type[SlaveBase], parameters: Mapping[str, Value]) -> bytes:
     """Return ``<ssv:ParameterSet>`` with all parameters of a unit; those that are not given have their start value."""
-    given = checked_start_values(unit, parameters)
-    listed = [variable for variable in unit.variables if variable.causality == "parameter"]
-    values = {variable.name: given.get(variable.name, variable.start) for variable in listed}
-    return rendered_xml("ParameterSet.ssv", parameters=listed, values=values, units=base_units(v.unit for v in listed))
+    variables = variables_of(unit, checked_start_values(unit, parameters))
+    listed = [variable for variable in variables if variable.causality == "parameter"]
+    return rendered_xml("ParameterSet.ssv", parameters=listed, units=base_units(v.unit for v in listed))
 
 
 def write_ssp(

@@ -8,7 +8,7 @@ documentation and an icon. Names, causalities and start values are those of the 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -17,11 +17,11 @@ from typing import Any
 from heli_identifier.files import write_atomically
 from heli_plant.state_feedback import FeedbackSettings, feedback_step, start_feedback
 
-from ..builder import checked_start_values, content_guid, icon, unit_class, zip_bytes
+from ..builder import checked_start_values, content_guid, icon, unit_class, variables_of, zip_bytes
 from ..description import TOOL, model_description, rendered, rendered_xml
 from ..errors import BuildError
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
-from ..variables import Value
+from ..variables import Value, Variable
 from .definitions import DEFINITIONS, Exchange
 from .toolchain import binaries
 from .translator.program import Translation, functions, header, rendered_types, source
@@ -47,16 +47,14 @@ def build_native(
     all_platforms: bool = False,
     model_exchange: bool = False,
 ) -> Path:
-    """Build the native twin of a unit into ``directory/<unit>.fmu``.
+    """Build the native twin of a unit into ``directory/<unit>.fmu``; without any compiler it holds sources only.
 
     Parameters
     ----------
     unit : str
         One of :data:`NATIVE_UNITS`.
-    directory : path
-        Created if it does not exist; the file appears complete or not at all.
-    parameters : mapping, optional
-        Start values of the unit's parameters by structured name.
+    directory, parameters
+        As for :func:`fmu_src.build`.
     fmi : int
         2 or 3.
     all_platforms : bool
@@ -64,47 +62,35 @@ def build_native(
     model_exchange : bool
         The unit has Model Exchange beside co-simulation, with its states and their derivatives as further variables.
 
-    Returns
-    -------
-    Path
-        The FMU; without any compiler it holds sources only.
-
     Raises
     ------
     BuildError
-        A unit without a native twin or without model exchange, an unknown unit or parameter, a value out of range, or
-        a compiler that fails.
+        As :func:`fmu_src.build`; a unit without a native twin or without model exchange, or a compiler that fails.
     """
     kind = unit_class(unit)
-    start_values = checked_start_values(kind, parameters or {})
-    exchange = _exchange_of(unit) if model_exchange else None
-    extra = exchange.variables if exchange else ()
-    untold = native_sources(kind, start_values, "", fmi, exchange)
-    token = content_guid(untold)  # the same one on every machine
-    sources = native_sources(kind, start_values, token, fmi, exchange)
-    compiled = [name for name in sources if name.endswith(".c")]
-    built = binaries(sources, unit, fmi, all_platforms)
-    entries = {f"sources/{name}": text.encode() for name, text in sources.items()}
-    entries["sources/buildDescription.xml"] = rendered_xml("buildDescription.xml", identifier=unit, compiled=compiled)
-    entries |= built
-    platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
-    page = rendered(
-        f"{unit}.html", unit=kind, start_values=start_values, host="native.html", platforms=platforms,
-        exchange=bool(exchange),
-    )  # fmt: skip
-    entries["documentation/index.html"] = page.encode()
-    entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon()
-    entries["modelDescription.xml"] = model_description(kind, start_values, token, fmi, TOOL, compiled, extra)
-    return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
-
-
-def _exchange_of(unit: str) -> Exchange:
-    """Return what Model Exchange adds to a unit, or refuse one that is sampled."""
-    exchange = DEFINITIONS[unit].exchange if unit in DEFINITIONS else None
-    if exchange is None:
+    variables = variables_of(kind, checked_start_values(kind, parameters or {}))
+    if unit not in DEFINITIONS:
+        having = ", ".join(DEFINITIONS)
+        raise BuildError(f"{unit} runs in Python only; there is C for {having}. Leave native away for it")
+    exchange = DEFINITIONS[unit].exchange if model_exchange else None
+    if model_exchange and exchange is None:
         having = ", ".join(name for name, definition in DEFINITIONS.items() if definition.exchange)
         raise BuildError(f"{unit} has no model exchange, because it works at sampling instants; {having} has")
-    return exchange
+    variables += exchange.variables if exchange else ()
+    sources = _sources(kind, variables, fmi, exchange)
+    token = content_guid(sources)  # the same one on every machine
+    sources["token.c"] = f'#include "unit.h"\n\nconst char UNIT_TOKEN[] = {quoted(token)};\n'
+    compiled = sorted(name for name in sources if name.endswith(".c"))
+    built = binaries(sources, unit, fmi, all_platforms)
+    entries = built | {f"sources/{name}": text.encode() for name, text in sources.items()}
+    entries["sources/buildDescription.xml"] = rendered_xml("buildDescription.xml", identifier=unit, compiled=compiled)
+    platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
+    about = {"host": "native.html", "platforms": platforms, "exchange": model_exchange}
+    entries["documentation/index.html"] = rendered(f"{unit}.html", unit=kind, variables=variables, **about).encode()
+    entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon()
+    states = len(exchange.states) if exchange else 0
+    entries["modelDescription.xml"] = model_description(kind, variables, token, fmi, TOOL, compiled, states)
+    return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 
 @cache
@@ -122,28 +108,23 @@ def _model(unit: str, exchanged: bool) -> tuple[str, str]:
     return header(translation, annotated(definition.memory)), source(translation)
 
 
-def native_sources(
-    unit: type[SlaveBase], start_values: Mapping[str, Value], token: str, fmi: int, exchange: Exchange | None = None
+def _sources(
+    unit: type[SlaveBase], variables: Sequence[Variable], fmi: int, exchange: Exchange | None
 ) -> dict[str, str]:
-    """Return every source of a unit by its file name; with ``exchange`` it has Model Exchange as well."""
-    if unit.__name__ not in DEFINITIONS:
-        raise BuildError(
-            f"{unit.__name__} runs in Python only; there is C for {', '.join(DEFINITIONS)}. Leave native away for it"
-        )
+    """Return every source of a unit by its file name, but for that of its token."""
     definition = DEFINITIONS[unit.__name__]
     own = [*RUNTIME, f"fmi{fmi}.c", definition.adapter, *definition.files, *([exchange.adapter] if exchange else [])]
-    variables = (*unit.variables, *(exchange.variables if exchange else ()))
     found = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in own}
     found |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}
     found["model.h"], found["model.c"] = _model(unit.__name__, exchange is not None)
     settings = getattr(definition.settings, "__name__", None)
     found["variables.h"] = rendered("variables.h.j2", variables=variables, settings=settings, reference=reference)
     found["variables.c"] = rendered(
-        "variables.c.j2", unit=unit, variables=variables, start_values=start_values, token=token,
-        exchanged=exchange is not None, longest_step=LONGEST_STEP, clock_tolerance=CLOCK_TOLERANCE,
-        most_substeps=MOST_SUBSTEPS, quoted=quoted, number=lambda value: repr(float(value)),
+        "variables.c.j2", unit=unit, variables=variables, exchanged=exchange is not None, longest_step=LONGEST_STEP,
+        clock_tolerance=CLOCK_TOLERANCE, most_substeps=MOST_SUBSTEPS, quoted=quoted,
+        number=lambda value: repr(float(value)),
     )  # fmt: skip
-    return dict(sorted(found.items()))
+    return found
 
 
 def reference(name: str) -> str:
