@@ -24,13 +24,16 @@ def playing(path, start=0.0):
 
 
 def test_row_k_shows_at_its_own_time_counted_from_the_first_row_and_holds(tmp_path):
-    unit = playing(write(tmp_path, HEADER, *ROWS))
-    outputs = list(range(5))
+    path = write(tmp_path, HEADER, *ROWS)
+    assert playing(path, start=0.01).get_real([0]) == [3.0]
+    unit, outputs = playing(path), list(range(5))
     assert unit.get_real(outputs) == [1.0, 2.0, 0.1, 0.2, 0.3]
     assert unit.do_step(0.0, 0.005)
     assert unit.get_real(outputs)[0] == 1.0
     assert unit.do_step(0.005, 0.005)
     assert unit.get_real(outputs) == [3.0, 4.0, 0.4, 0.5, 0.6]
+    assert unit.do_step(0.01, 50.0)
+    assert unit.get_real(outputs) == [5.0, -5.0, 0.7, 0.8, 0.9]
 
 
 def test_every_row_of_a_long_log_shows_at_its_own_communication_point(tmp_path):
@@ -40,17 +43,6 @@ def test_every_row_of_a_long_log_shows_at_its_own_communication_point(tmp_path):
     for k in range(9000):
         assert unit.do_step(k * 0.01, 0.01)
         assert unit.get_real([0]) == [k + 1.0]
-
-
-def test_the_last_row_holds_after_the_end(tmp_path):
-    unit = playing(write(tmp_path, HEADER, *ROWS))
-    assert unit.do_step(0.0, 50.0)
-    assert unit.get_real([0, 1]) == [5.0, -5.0]
-
-
-def test_a_log_can_be_played_from_later_on(tmp_path):
-    unit = playing(write(tmp_path, HEADER, *ROWS), start=0.01)
-    assert unit.get_real([0]) == [3.0]
 
 
 def test_degrees_column_order_further_columns_and_a_byte_order_mark_are_taken(tmp_path):
@@ -75,20 +67,12 @@ def test_degrees_column_order_further_columns_and_a_byte_order_mark_are_taken(tm
         ((HEADER, ROWS[0], ROWS[0]), "row 3: time = 4 s must be greater than 4 s"),
         ((HEADER, ROWS[1], ROWS[0]), "row 3: time = 4 s must be greater than 4.01 s"),
         ((HEADER,), "no rows below its header"),
-        (("",), "no column 'time [s]'"),
+        (("\x89PNG\r", "\0"), "holds a NUL byte"),
     ],
 )
 def test_a_file_that_cannot_be_played_is_refused_with_row_and_column(tmp_path, lines, message):
     with pytest.raises(Refusal, match=re.escape(message)):
         read_recording(write(tmp_path, *lines))
-
-
-@pytest.mark.parametrize("content", [b"\x00\x01\x02\xff\xfe", b"\x89PNG\r\n\x1a\n\0\0"])
-def test_a_file_that_is_no_table_is_refused(tmp_path, content):
-    path = tmp_path / "log.csv"
-    path.write_bytes(content)
-    with pytest.raises(Refusal, match="log.csv"):
-        read_recording(str(path))
 
 
 def test_a_missing_file_and_an_empty_path_discard_every_step_with_the_reason(tmp_path):

@@ -40,12 +40,6 @@ def test_the_exciters_multisines_are_the_librarys_with_two_seeds():
     assert tuple(got(unit, "v_front", "v_rear")) == voltages(1.5, expected)
 
 
-def test_an_exciter_without_experiment_holds_its_base():
-    unit = started(Exciter, excitation__experiment=0, excitation__base=0.25)
-    unit.do_step(0.0, 7.0)
-    assert got(unit, "v_front", "v_rear") == [0.25, 0.25]
-
-
 def test_the_controller_starts_at_its_trim_and_adds_the_excitation_within_its_limit():
     unit = started(PidController, trim=3.0)
     assert got(unit, "v_front", "v_rear") == [1.5, 1.5]
@@ -82,10 +76,7 @@ def fed(unit, times, step_size):
 def test_the_identifier_takes_its_own_samples_whatever_the_communication_step():
     """Communication at half its period must not change a thing: every second point carries a sample."""
     names = ModelParameters._fields
-    usual, fine = (
-        started(AdaptiveIdentifier, adaptation__hold_time=1.0),
-        started(AdaptiveIdentifier, adaptation__hold_time=1.0),
-    )
+    usual, fine = (started(AdaptiveIdentifier, adaptation__hold_time=1.0) for _ in range(2))
     fed(usual, [k * 0.01 for k in range(1000)], 0.01)
     fed(fine, [k * 0.005 for k in range(1999)], 0.005)
     assert got(usual, *names) == got(fine, *names)
@@ -104,12 +95,6 @@ def test_the_identifier_bridges_a_longer_communication_step_by_straight_lines():
         state, estimate = step(state, now, plan)
     # the share of a point k H between two others is .5 to rounding, which the regression hardly notices
     assert got(unit, *ModelParameters._fields) == pytest.approx(estimate.parameters, rel=1e-6, abs=1e-9)
-
-
-def test_the_identifier_starts_from_the_given_estimate_and_rest_angle():
-    unit = started(AdaptiveIdentifier, initial__a_e=2.5, pitch__rest_angle_known=True, pitch__rest_angle=-0.1)
-    fed(unit, [k * 0.01 for k in range(50)], 0.01)
-    assert got(unit, "a_e", "theta0") == [2.5, -0.1]
 
 
 def test_a_voltage_delay_with_uneven_communication_steps_shifts_the_motion_by_just_that():
@@ -138,12 +123,8 @@ def test_a_watched_effects_score_is_the_librarys_and_survives_a_saved_state():
     fast = {"adaptation__hold_time": 1.0, "report__interval": 0.5}
     unit = started(AdaptiveIdentifier, **fast, **WATCHED)
     fed(unit, [k * 0.01 for k in range(3000)], 0.01)
-    settings = IdentifierSettings(
-        hold_time=1.0,
-        report_interval=0.5,
-        watched=(("dry_friction", "pitch"), ("quadratic_thrust", "pitch"), ("cable_stiffness", "travel")),
-    )
-    plan = prepare(settings)
+    watched = (("dry_friction", "pitch"), ("quadratic_thrust", "pitch"), ("cable_stiffness", "travel"))
+    plan = prepare(IdentifierSettings(hold_time=1.0, report_interval=0.5, watched=watched))
     state = start(plan, tuple(map(float, motion(0.0))))
     for k in range(1, 3000):
         state, estimate = step(state, tuple(map(float, motion(k * 0.01))), plan)
@@ -157,9 +138,8 @@ def test_a_watched_effects_score_is_the_librarys_and_survives_a_saved_state():
     later = [k * 0.01 for k in range(3000, 3200)]
     fed(unit, later, 0.01)
     fed(other, later, 0.01)
-    assert got(unit, *(v.name for v in unit.variables if v.causality == "output")) == got(
-        other, *(v.name for v in unit.variables if v.causality == "output")
-    )
+    outputs = [v.name for v in unit.variables if v.causality == "output"]
+    assert got(unit, *outputs) == got(other, *outputs)
 
 
 def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_the_papers():

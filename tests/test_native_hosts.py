@@ -77,36 +77,20 @@ def test_a_c_host_runs_a_native_unit_without_python(opened, host, log, unit):
     assert "python" not in needed
 
 
-SMALL = ("PidController", "LogPlayer")
-"""Units that compile quickly, one that only calculates and one that reads a file."""
-COMPILED_AGAIN = [pytest.param(unit, marks=[] if unit in SMALL else [pytest.mark.slow]) for unit in NATIVE_UNITS]
+SMALL = ("PidController", "LogPlayer")  # they compile quickly; one only calculates, one reads a file
+SANITIZED = "-fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all -g -O1"
 
 
-@pytest.mark.parametrize("level", [pytest.param("-O0", marks=pytest.mark.slow), "-O3 -march=native"])
-@pytest.mark.parametrize("unit", COMPILED_AGAIN)
-def test_every_optimisation_gives_the_same_bits(opened, host, log, tmp_path, unit, level):
-    """Without a warning, but for unused parameters: the laws of all effects share one list of arguments."""
-    warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wno-unused-parameter", "-Werror"]
-    flags = [*level.split(), "-shared", "-fPIC", *warnings]
-    own = compiled(system_gcc(), sources_of(opened[unit]), tmp_path / f"{unit}.so", *flags)
-    delivered = opened[unit] / f"binaries/linux64/{unit}.so"
-    assert run([str(host)], own, opened[unit], log) == run([str(host)], delivered, opened[unit], log)
-
-
-@pytest.mark.parametrize("unit", COMPILED_AGAIN)
-def test_the_sanitizers_find_nothing(opened, log, tmp_path, unit):
-    """Addresses, leaks, undefined behaviour, and floats that do not fit an integer."""
-    flags = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]
-    probe = tmp_path / "probe.c"
-    probe.write_text("int main(void) { return 0; }\n")
-    works = subprocess.run(
-        [*system_gcc(), *flags, str(probe), "-o", str(tmp_path / "probe")], capture_output=True, check=False
-    )
-    if works.returncode != 0:
-        pytest.skip("this gcc has no sanitizers")
+@pytest.mark.parametrize("level", [pytest.param("-O0", marks=pytest.mark.slow), "-O3 -march=native", SANITIZED])
+@pytest.mark.parametrize("unit", [pytest.param(u, marks=[pytest.mark.slow] * (u not in SMALL)) for u in NATIVE_UNITS])
+def test_every_optimisation_has_the_same_bits_and_sanitizers_find_nothing(opened, host, log, tmp_path, unit, level):
+    """Without a warning, but for unused parameters: the laws of all effects share one list of arguments. Sanitizers see
+    addresses, leaks, undefined behaviour, and floats that do not fit an integer."""
+    flags = [*level.split(), "-Wall", "-Wextra", "-Wpedantic", "-Wno-unused-parameter", "-Werror"]
     own = compiled(system_gcc(), sources_of(opened[unit]), tmp_path / f"{unit}.so", *flags, "-shared", "-fPIC")
-    program = compiled(system_gcc(), [HOST], tmp_path / "host", *flags)
-    run([str(program)], own, opened[unit], log, ASAN_OPTIONS="detect_leaks=1")
+    program = compiled(system_gcc(), [HOST], tmp_path / "host", *level.split()) if level is SANITIZED else host
+    expected = run([str(host)], opened[unit] / f"binaries/linux64/{unit}.so", opened[unit], log)
+    assert run([str(program)], own, opened[unit], log, ASAN_OPTIONS="detect_leaks=1") == expected
 
 
 def test_the_binary_for_arm_gives_the_bits_of_that_for_x86(host, log, tmp_path):
@@ -130,17 +114,10 @@ def test_the_binary_for_arm_gives_the_bits_of_that_for_x86(host, log, tmp_path):
     )
 
 
-CLOSE = {
-    "HelicopterPlant": 1e-11,
-    "AdaptiveIdentifier": 1e-9,
-    "PidController": 1e-12,
-    "StateFeedback": 1e-12,
-    "Exciter": 1e-12,
-    "LogPlayer": 0.0,
-}
+CLOSE = dict.fromkeys(NATIVE_UNITS, 1e-12) | {"HelicopterPlant": 1e-11, "AdaptiveIdentifier": 1e-9, "LogPlayer": 0.0}
 """Largest difference under Wine, as a share of the largest value: sine and exponential there are another library's and
-may differ in the last bit (2e-16). The controller damps that; the identifier divides by its excitation. The plant's
-observer has the gain l_3, a sum of terms near 1 that leaves (omega_o h)^3, over h^2 = 1e-4 s^2: an error of 4e-16 in
+may differ in the last bit (2e-16). The controllers damp that; the identifier divides by its excitation. An observer of
+the plant has the gain l_3, a sum of terms near 1 that leaves (omega_o h)^3, over h^2 = 1e-4 s^2: an error of 4e-16 in
 the sum is 4e-12 rad/s^2 per radian of innovation."""
 
 

@@ -75,9 +75,6 @@ class Twins(dict):
         return self[key]
 
 
-HOSTS = Path(__file__).parent / "hosts"
-
-
 def compiled(command, sources, target, *flags):
     """Compile a program or library; warnings count if the flags say so."""
     libraries = [] if target.suffix == ".exe" else ["-ldl", "-lm"]

@@ -19,13 +19,7 @@ said = []
 
 
 class Callbacks(ctypes.Structure):
-    _fields_ = [
-        ("logger", LOGGER),
-        ("allocate", ctypes.c_void_p),
-        ("free", ctypes.c_void_p),
-        ("finished", ctypes.c_void_p),
-        ("environment", ctypes.c_void_p),
-    ]
+    _fields_ = [("logger", LOGGER), *((name, ctypes.c_void_p) for name in ("allocate", "free", "finished", "host"))]
 
 
 @LOGGER
@@ -50,46 +44,30 @@ def run(path, log, steps):
     fmu = ctypes.CDLL(str(folder / "binaries" / "linux64" / (name + ".so")))
     fmu.fmi2Instantiate.restype = ctypes.c_void_p
     callbacks = Callbacks(logger=logger)
-    component = ctypes.c_void_p(
-        fmu.fmi2Instantiate(
-            name.encode(),
-            1,
-            root.get("guid").encode(),
-            (folder / "resources").as_uri().encode(),
-            ctypes.byref(callbacks),
-            0,
-            1,
-        )
-    )
+    guid, resources = root.get("guid").encode(), (folder / "resources").as_uri().encode()
+    made = fmu.fmi2Instantiate(name.encode(), 1, guid, resources, ctypes.byref(callbacks), 0, 1)
+    component = ctypes.c_void_p(made)
     assert component.value, said
     double = ctypes.c_double
 
     def checked(status):
         assert status == 0, (path, status, said)
 
-    if "log.path" in variables:
-        reference = ctypes.c_uint(int(variables["log.path"].get("valueReference")))
-        text = ctypes.c_char_p(log.encode())
-        checked(fmu.fmi2SetString(component, ctypes.byref(reference), ctypes.c_size_t(1), ctypes.byref(text)))
-    if "link.port" in variables:  # any free one
-        reference, number = ctypes.c_uint(int(variables["link.port"].get("valueReference"))), ctypes.c_int(0)
-        checked(fmu.fmi2SetInteger(component, ctypes.byref(reference), ctypes.c_size_t(1), ctypes.byref(number)))
+    path_of_log = ctypes.c_char_p(log.encode())
+    given = {"log.path": (fmu.fmi2SetString, path_of_log), "link.port": (fmu.fmi2SetInteger, ctypes.c_int(0))}
+    for parameter in given.keys() & variables.keys():  # port 0: any free one
+        put, value = given[parameter]
+        reference = ctypes.c_uint(int(variables[parameter].get("valueReference")))
+        checked(put(component, ctypes.byref(reference), ctypes.c_size_t(1), ctypes.byref(value)))
     saves = root.find("CoSimulation").get("canGetAndSetFMUstate") == "true"
     checked(fmu.fmi2SetupExperiment(component, 0, double(0), double(0), 0, double(0)))
     checked(fmu.fmi2EnterInitializationMode(component))
     checked(fmu.fmi2ExitInitializationMode(component))
     # inputs whose range is narrow, or that say that a sample is there, keep their start values
     kept = ("correction.", "excitation.", "score.", "fresh", "measured.fresh")
-    inputs = [
-        int(v.get("valueReference"))
-        for v in variables.values()
-        if v.get("causality") == "input" and not v.get("name").startswith(kept)
-    ]
-    outputs = [
-        int(v.get("valueReference"))
-        for v in variables.values()
-        if v.get("causality") == "output" and v.get("name") != "port"
-    ]
+    listed = [(v.get("causality"), v.get("name"), int(v.get("valueReference"))) for v in variables.values()]
+    inputs = [number for kind, name_, number in listed if kind == "input" and not name_.startswith(kept)]
+    outputs = [number for kind, name_, number in listed if kind == "output" and name_ != "port"]
     values = (double * len(outputs))()
     references = (ctypes.c_uint * len(outputs))(*outputs)
     digest = hashlib.sha256()

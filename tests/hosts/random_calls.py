@@ -22,7 +22,7 @@ DISCARD = 2
 UNKNOWN = (2_000_000_000, 99_999)
 CALLS = {
     "step": 14, "set": 10, "odd_step": 6, "odd_set": 6, "get": 3, "odd_get": 2, "keep": 1, "restore": 2,
-    "through_bytes": 1, "odd_bytes": 1, "again": 1, "setup": 1, "enter": 1, "exit": 1, "terminate": 1, "cancel": 1,
+    "through_bytes": 1, "odd_bytes": 1, "again": 1, "phase": 5,
 }  # fmt: skip
 """Methods of a run that make a call, and how often they are drawn."""
 
@@ -183,20 +183,12 @@ class Run:
                 self.begin()
             self.standing.clear()
 
-    def setup(self):
-        self.call("setupExperiment", (None, self.draw.choice([0.0, -5.0, nan, inf, 1e9])))
-
-    def enter(self):
-        self.call("enterInitializationMode", ())
-
-    def exit(self):
-        self.call("exitInitializationMode", ())
-
-    def terminate(self):
-        if self.draw.random() < 0.2 and ("exitInitializationMode", ()) in self.accepted:
-            self.call("terminate", ())
-
-    def cancel(self):
+    def phase(self):
+        """Call for a change of the phase, most often at a wrong time."""
+        name = self.draw.choice(["setupExperiment", "enterInitializationMode", "exitInitializationMode", "terminate"])
+        arguments = (None, self.draw.choice([0.0, -5.0, nan, inf, 1e9])) if name == "setupExperiment" else ()
+        if name != "terminate" or (self.draw.random() < 0.2 and ("exitInitializationMode", ()) in self.accepted):
+            self.call(name, arguments)
         self.apply("cancelStep", ())
 
     def shown(self):
