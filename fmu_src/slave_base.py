@@ -74,7 +74,7 @@ def _getter(kind: str) -> Callable[[SlaveBase, list[int]], list[Any]]:
                 self._prepare()
             if self.of_type[kind].issuperset(vrs):
                 return [values[reference] for reference in vrs]
-            raise KeyError(_unknown(kind, next(one for one in vrs if one not in self.of_type[kind])))
+            raise _unknown(kind, next(one for one in vrs if one not in self.of_type[kind]))
         except BaseException as problem:
             self._report(f"get{kind}", problem)
             return [values[one] if one in self.of_type[kind] else _BLANKS[kind] for one in vrs]
@@ -85,22 +85,22 @@ def _getter(kind: str) -> Callable[[SlaveBase, list[int]], list[Any]]:
 def _setter(kind: str) -> Callable[[SlaveBase, list[int], list[Any]], None]:
     def put(self: SlaveBase, vrs: list[int], values: list[Any]) -> None:
         """Set variables by reference; log and ignore values out of range."""
-        try:
-            quick = self._real_inputs if kind == "Real" and self.phase == STEPPING else {}
-            for reference, value in zip(vrs, values, strict=True):
+        quick = self._real_inputs if kind == "Real" and self.phase == STEPPING else {}
+        for reference, value in zip(vrs, values, strict=True):
+            try:
                 bounds = quick.get(reference)
                 if bounds and bounds[0] <= value <= bounds[1] and not self.refused:  # in every step
                     self.values[reference] = value
                 else:
                     self._set(kind, reference, value)
-        except BaseException as problem:
-            self._report(f"set{kind}", problem)
+            except BaseException as problem:
+                self._report(f"set{kind}", problem)
 
     return put
 
 
-def _unknown(kind: str, reference: int) -> str:
-    return f"no {kind} variable has value reference {reference}"
+def _unknown(kind: str, reference: int) -> Refusal:
+    return Refusal(f"no {kind} variable has value reference {reference}")
 
 
 class SlaveBase(Fmi2Slave):
@@ -142,13 +142,10 @@ class SlaveBase(Fmi2Slave):
         self._initialised_with: list[Any] | None = None
         self.tuned = True  # whether tunable parameters may differ from what a unit has made of them
         self._enter(INSTANTIATED)
-        self._remove_repeated_path_entries()
-
-    def _remove_repeated_path_entries(self) -> None:
-        """Remove the copies of the resources' folder that the binary adds to ``sys.path`` with every instance."""
-        if self.resources and sys.path.count(self.resources) > 1:
-            first = sys.path.index(self.resources)
-            sys.path[first + 1 :] = [entry for entry in sys.path[first + 1 :] if entry != self.resources]
+        while self.resources and sys.path.count(self.resources) > 1:  # the binary adds one with every instance
+            sys.path.reverse()
+            sys.path.remove(self.resources)  # the last one
+            sys.path.reverse()
 
     # What a unit class gives
 
@@ -227,11 +224,7 @@ class SlaveBase(Fmi2Slave):
         self._outdated = False
 
     def _initial_conditions(self) -> list[Any]:
-        """Start time and fixed parameters: all that ``initialise`` reads and ``advance`` does not read again.
-
-        Tunable parameters and inputs are read in every step. A state may hold some that do not fit together: it is
-        restored all the same, and the next step is refused until they do.
-        """
+        """Start time and fixed parameters: all that ``initialise`` reads and ``advance`` does not read again."""
         pairs = zip(self.values, self.variables, strict=True)
         fixed = (value for value, v in pairs if v.causality == "parameter" and v.variability == "fixed")
         return [self.start_time, *fixed]
@@ -251,8 +244,8 @@ class SlaveBase(Fmi2Slave):
 
     def _check_step(self, time: float, step: float) -> None:
         if self.phase != STEPPING:
-            said = f"the unit is {self.phase} and cannot step from t = {time:g} s"
-            raise Refusal(f"{said}: finish its initialisation first")
+            said = "finish its initialisation first"
+            raise Refusal(f"the unit is {self.phase} and cannot step from t = {time:g} s: {said}")
         if self.refused:
             reasons = "; ".join(text for _, text in sorted(self.refused.items()))
             raise Refusal(f"the step from t = {time:g} s is refused until this is corrected: {reasons}")
@@ -272,30 +265,22 @@ class SlaveBase(Fmi2Slave):
     set_real, set_integer, set_boolean, set_string = map(_setter, TYPES)
 
     def _set(self, kind: str, reference: int, value: Value) -> None:
-        """Set a variable of this type if it may be set and the value is good."""
-        problem = self._problem(kind, reference, value)
-        if problem is not None:
-            self._report(f"set{kind}", Refusal(problem))
-            return
-        self.values[reference] = value
-        self.tuned = True
-        self.refused.pop(reference, None)
-        self._outdated = self._outdated or self.phase == INITIALISING
-
-    def _problem(self, kind: str, reference: int, value: Value) -> str | None:
-        """Return why ``value`` is refused, or None; keep a refusal that a better value can end."""
+        """Set a variable of this type, or refuse it; a value out of range is kept as a refusal that a good one ends."""
         if reference not in self.of_type[kind]:
-            return _unknown(kind, reference)
+            raise _unknown(kind, reference)
         variable = self.variables[reference]
         if reference not in self._open:
             ended = "cannot be set, the unit is terminated"
             reason = ended if self.phase == TERMINATED else "is fixed once initialisation has ended"
             reason = "is an output" if variable.causality == "output" else reason
-            return f"{variable.name} {reason}; the value {value!r} was ignored"
-        problem = problem_with(variable, value)
-        if problem is not None:
+            raise Refusal(f"{variable.name} {reason}; the value {value!r} was ignored")
+        if problem := problem_with(variable, value):
             self.refused[reference] = problem
-        return problem
+            raise Refusal(problem)
+        self.values[reference] = value
+        self.tuned = True
+        self.refused.pop(reference, None)
+        self._outdated = self._outdated or self.phase == INITIALISING
 
     # The whole state
 

@@ -83,11 +83,7 @@ def needed_sources(module: str) -> dict[str, str]:
 
 def renamed(sources: Mapping[str, str], tag: str) -> dict[str, str]:
     """Return the sources under their hashed package names, the imports between them rewritten."""
-    out = {}
-    for path, text in sources.items():
-        package, _, rest = path.partition("/")
-        out[f"{package}_{tag}/{rest}"] = _rewritten(text, tag)
-    return out
+    return {path.replace("/", f"_{tag}/", 1): _rewritten(text, tag) for path, text in sources.items()}
 
 
 def _rewritten(text: str, tag: str) -> str:
@@ -110,10 +106,13 @@ def slave_script(unit: type, tag: str, start_values: Mapping[str, Value]) -> str
     ``sys`` keeps one reference for each.
     """
     values = "".join(f"    {name!r}: {value!r},\n" for name, value in sorted(start_values.items()))
-    return (
-        f'"""{unit.__name__} as pythonfmu loads it."""\n'
-        "import sys\n\n"
-        'sys.__dict__.setdefault("_pythonfmu_pins", []).append(globals())\n\n'
-        f"from fmu_src_{tag}.{unit.__module__.partition('.')[2]} import {unit.__name__}\n\n"
-        f"{unit.__name__}.start_values = {{\n{values}}}\n"
-    )
+    return f'''"""{unit.__name__} as pythonfmu loads it."""
+import sys
+
+sys.__dict__.setdefault("_pythonfmu_pins", []).append(globals())
+
+from fmu_src_{tag}.{unit.__module__.partition(".")[2]} import {unit.__name__}
+
+{unit.__name__}.start_values = {{
+{values}}}
+'''

@@ -130,9 +130,9 @@ def _map(body: Body, function: Callable[..., Any], *given: Any) -> Any:
     return Run(zipped.count, lambda k: function(*zipped.at(k)))
 
 
-def _any(body: Body, over: Any) -> Any:
-    """``any`` of a tuple of conditions: the first or the next ones."""
-    return functools.reduce(lambda sofar, item: either(body, sofar, lambda: item), known_items(over) or (), False)
+def _tuple(body: Body, over: Any) -> Any:
+    """``tuple``: a copy, unless this is a new list, which no variable of Python's changes."""
+    return over if isinstance(over, Expr) and over.code.startswith("t_") else body.collected(over)
 
 
 def _reduce(body: Body, function: Callable[..., Any], over: Any, start: Any) -> Any:
@@ -144,11 +144,6 @@ def _reduce(body: Body, function: Callable[..., Any], over: Any, start: Any) -> 
 
     body.each(over, add)
     return total
-
-
-def _is_new(over: Any) -> bool:
-    """Whether this is a list that no variable of Python's changes."""
-    return isinstance(over, Expr) and over.code.startswith("t_")
 
 
 STAGED: dict[Any, Callable[..., Any]] = {
@@ -167,8 +162,10 @@ STAGED: dict[Any, Callable[..., Any]] = {
     enumerate: _enumerate,
     map: _map,
     functools.reduce: _reduce,
-    any: _any,
-    tuple: lambda body, over: over if _is_new(over) else body.collected(over),
+    any: lambda body, over: functools.reduce(
+        lambda sofar, item: either(body, sofar, lambda: item), known_items(over) or (), False
+    ),
+    tuple: _tuple,
     list: Body.collected,
     slice: lambda body, *bounds: slice(*bounds),
     dataclasses.replace: Body.replaced,
