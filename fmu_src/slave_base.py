@@ -254,10 +254,8 @@ class SlaveBase(Fmi2Slave):
             raise Refusal(f"{said} must be positive and below {LONGEST_STEP:g} s")
         joins = abs(time - self.reached) <= CLOCK_TOLERANCE * step
         if not joins and (self.has_past or not isfinite(time)):
-            raise Refusal(
-                f"the step begins at t = {time!r} s, the one before ended at {self.reached!r} s: time must neither "
-                "repeat nor jump; to go back, restore a state from then"
-            )
+            said = f"the step begins at t = {time!r} s, the one before ended at {self.reached!r} s"
+            raise Refusal(f"{said}: time must neither repeat nor jump; to go back, restore a state from then")
 
     # Values
 

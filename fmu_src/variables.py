@@ -86,15 +86,16 @@ def _part(whole: Any, name: str) -> Any:
     return whole[int(name[1:])] if type(whole) is tuple else getattr(whole, name)
 
 
-def for_each(keys: Iterable[str], kind: Callable[..., Variable], *row: Any, **options: Any) -> tuple[Variable, ...]:
-    """Return ``kind(*row, **options)`` once for each key, which stands for ``{}`` in the texts of the row."""
-    return tuple(kind(*(_with_key(part, key) for part in row), **options) for key in keys)
+def for_each(keys: Iterable[Any], kind: Callable[..., Variable], *row: Any, **options: Any) -> tuple[Variable, ...]:
+    """Return ``kind(*row, **options)`` once for each key, a text or a tuple of texts that fill the row's ``{}``."""
+    tuples = [(key,) if isinstance(key, str) else tuple(key) for key in keys]
+    return tuple(kind(*(_filled(part, key) for part in row), **options) for key in tuples)
 
 
-def _with_key(part: Any, key: str) -> Any:
+def _filled(part: Any, key: tuple[Any, ...]) -> Any:
     if isinstance(part, tuple):
-        return tuple(_with_key(one, key) for one in part)
-    return part.format(key) if isinstance(part, str) else part
+        return tuple(_filled(one, key) for one in part)
+    return part.format(*key) if isinstance(part, str) else part
 
 
 def with_fields(defaults: Any, values: Mapping[str, Any]) -> Any:

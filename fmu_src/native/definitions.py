@@ -19,14 +19,10 @@ from ..variables import Variable
 class Exchange:
     """What Model Exchange adds to a unit."""
 
-    adapter: str
-    """File in C that connects the translated functions with states, rates and slopes."""
-    entries: tuple[Any, ...]
-    """Functions that it calls, as those of :class:`Definition`."""
-    differentiated: Mapping[Callable[..., Any], tuple[str, ...]]
-    """Functions that are translated for dual numbers as well, and the parameters that are."""
-    states: tuple[tuple[str, str, float], ...]
-    """Name, unit and nominal value of each continuous state."""
+    adapter: str  # file in C that connects the translated functions with states, rates and slopes
+    entries: tuple[Any, ...]  # functions that it calls, as those of Definition
+    differentiated: Mapping[Callable[..., Any], tuple[str, ...]]  # for dual numbers as well; the parameters that are
+    states: tuple[tuple[str, str, float], ...]  # name, unit and nominal value of each continuous state
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -35,32 +31,22 @@ class Exchange:
             Variable(f"state.{name}", "local", f"continuous state: {name.replace('_', ' ')}", unit=unit, nominal=size)
             for name, unit, size in self.states
         )
-        return states + tuple(
-            Variable(f"der({x.name})", "local", f"derivative of {x.name}", unit=per_second(str(x.unit))) for x in states
+        return states + tuple(  # rad/s becomes rad/s^2
+            Variable(f"der({x.name})", "local", f"derivative of {x.name}", unit=f"{x.unit}/s".replace("/s/s", "/s^2"))
+            for x in states
         )
-
-
-def per_second(unit: str) -> str:
-    """Return the unit of a derivative: ``rad/s`` becomes ``rad/s^2``."""
-    return unit.removesuffix("/s") + ("/s^2" if unit.endswith("/s") else "/s")
 
 
 @dataclass(frozen=True)
 class Definition:
     """The native twin of a unit."""
 
-    adapter: str
-    """File in C that connects the translated functions with the unit's variables."""
-    entries: tuple[Any, ...] = ()
-    """Functions that it calls; one with unannotated parameters stands in a tuple with the types for them."""
-    settings: type | None = None
-    """Struct that is filled from the variables that name a field of it."""
-    memory: Any = type(None)
-    """Annotation of what the unit remembers between steps."""
-    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)
-    """Names of functions that are written in C."""
-    files: tuple[str, ...] = ()
-    """Further files in C that the adapter needs."""
+    adapter: str  # file in C that connects the translated functions with the unit's variables
+    entries: tuple[Any, ...] = ()  # functions that it calls; in a tuple with types for parameters without annotation
+    settings: type | None = None  # struct that is filled from the variables that name a field of it
+    memory: Any = type(None)  # annotation of what the unit remembers between steps
+    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)  # names of functions written in C
+    files: tuple[str, ...] = ()  # further files in C that the adapter needs
     exchange: Exchange | None = None
 
 

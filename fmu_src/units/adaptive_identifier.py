@@ -23,39 +23,28 @@ _DEFAULT = online.IdentifierSettings()
 _setting = partial(setting, _DEFAULT)
 SLOTS = 3  # number of effects of the catalogue that can be watched on each axis
 
+_GAINS = [row for row in _ESTIMATED if row[0] in online.GAINS]
+_PLACES = [(axis, slot) for axis in AXES for slot in range(1, SLOTS + 1)]
 _OUTPUTS = (
-    *(output(name, unit, f"estimate: {text}", (f"initial.{name}",)) for name, unit, text in _ESTIMATED),
-    *(
-        output(f"standard_error.{name}", unit, f"standard error of {name}: {text}", ("adaptation.initial_gain",))
-        for name, unit, text in _ESTIMATED
+    *for_each(_ESTIMATED, output, "{0}", "{1}", "estimate: {2}", ("initial.{0}",)),
+    *for_each(
+        _ESTIMATED, output, "standard_error.{0}", "{1}", "standard error of {0}: {2}", ("adaptation.initial_gain",)
     ),
     *for_each(AXES, output, "sigma.{}", "rad/s^2", "adaptation error of the {}"),
     *for_each(AXES, output, "excitation.{}", "1", "excitation level of the {}, 0 to 1"),
-    *(
-        output(
-            f"determined.{name}", "1", f"1: half the 95 % interval of {name} is at most a tenth of its value, else 0"
-        )
-        for name, _, _ in _ESTIMATED
+    *for_each(
+        _ESTIMATED, output, "determined.{0}", "1",
+        "1: half the 95 % interval of {0} is at most a tenth of its value, else 0",
     ),
     output("motor_lag", "s", "lag of both motors: estimated or given", ("motor.time_constant",)),
     output("standard_error.motor_lag", "s", "standard error of motor_lag, 0 where it is given"),
     *for_each(AXES, output, "feedback.{}", "1", "score of a closed loop on the {}; beyond 3 there is one"),
     output("closed_loop", "1", "1: one of the three scores is beyond 3, a controller flies the rig, else 0"),
-    *(
-        output(f"instrument.{name}", BY_FIELD[name].unit, f"{name} by the references alone, 0 where none has moved")
-        for name in online.GAINS
-    ),
-    *(
-        output(f"standard_error.instrument.{name}", BY_FIELD[name].unit, f"standard error of instrument.{name}")
-        for name in online.GAINS
-    ),
+    *for_each(_GAINS, output, "instrument.{0}", "{1}", "{0} by the references alone, 0 where none has moved"),
+    *for_each(_GAINS, output, "standard_error.instrument.{0}", "{1}", "standard error of instrument.{0}"),
     output("contradicted", "1", "1: the references exclude an estimated gain by 2.5 standard errors, else 0"),
-    *(
-        output(f"score.{axis}[{slot}]", "1", f"score of the effect named at place {slot} of watch.{axis}")
-        for axis in AXES
-        for slot in range(1, SLOTS + 1)
-    ),
-)
+    *for_each(_PLACES, output, "score.{0}[{1}]", "1", "score of the effect named at place {1} of watch.{0}"),
+)  # fmt: skip
 _SETTINGS = (
     parameter("method", _DEFAULT.method, "adaptation: the paper's (7); prediction_error: holds in closed loop"),
     _setting("sample.time", "sample_time", "sampling period", "s", 1e-5, 1.0),
@@ -72,10 +61,7 @@ _SETTINGS = (
     _setting("motor.voltage_limit", "voltage_limit", "saturation of both voltages", "V", 1e-6, 1e3),
     _setting("excitation.window", "excitation_window", "window of the excitation level", "s", 1e-3, 1e6),
     _setting("report.interval", "report_interval", "time between two standard errors", "s", 1e-5, 1e6),
-    *(
-        _setting(f"initial.{name}", f"initial.{name}", f"initial estimate: {text}", unit, -1e6, 1e6)
-        for name, unit, text in _ESTIMATED
-    ),
+    *for_each(_ESTIMATED, _setting, "initial.{0}", "initial.{0}", "initial estimate: {2}", "{1}", -1e6, 1e6),
     *for_each(
         AXES, parameter, "watch.{}", "", f"up to {SLOTS} effects to watch, separated by commas: dry_friction, ..."
     ),
@@ -147,10 +133,8 @@ class AdaptiveIdentifier(SlaveBase):
         sampled, estimate = online.take_samples(self.sampled, time, measured, self.plan, references)
         if estimate is not None:
             if not isfinite(online.total(estimate.parameters)):
-                raise Refusal(
-                    f"the estimate is no longer finite in the step from t = {time:g} s; "
-                    f"the inputs (voltages [V] and angles [rad]) were {list(measured)}"
-                )
+                said = f"the estimate is no longer finite in the step from t = {time:g} s"
+                raise Refusal(f"{said}; the inputs (voltages [V] and angles [rad]) were {list(measured)}")
             self._show(estimate)
         self.sampled = sampled
 

@@ -46,13 +46,9 @@ class Controller(SlaveBase):
 
 _PID = control.PidSettings()
 _pid = partial(setting, _PID)
-_ANGLE_UNITS = {"proportional": "V/rad", "integral": "V/(rad s)", "derivative": "V s/rad"}
-_GAINS = {
-    "pitch": _ANGLE_UNITS,
-    "elevation": _ANGLE_UNITS,
-    "travel": {"proportional": "1", "integral": "1/s", "derivative": "s"},
-}
-"""Unit of each gain."""
+_BY_ANGLE = (("proportional", "V/rad"), ("integral", "V/(rad s)"), ("derivative", "V s/rad"))
+_OF_TRAVEL = (("proportional", "1"), ("integral", "1/s"), ("derivative", "s"))
+_GAINS = [(axis, *row) for axis in AXES for row in (_OF_TRAVEL if axis == "travel" else _BY_ANGLE)]
 
 
 class PidController(Controller):
@@ -60,11 +56,7 @@ class PidController(Controller):
 
     variables: ClassVar[tuple[Variable, ...]] = (
         *controller_variables("trim", "voltage_limit"),
-        *(
-            _pid(f"{axis}.{gain}", f"{axis}.{gain}", f"{gain} gain, {axis}", unit, -1e4, 1e4)
-            for axis in AXES
-            for gain, unit in _GAINS[axis].items()
-        ),
+        *for_each(_GAINS, _pid, "{0}.{1}", "{0}.{1}", "{1} gain, {0}", "{2}", -1e4, 1e4),
         _pid("travel.enabled", "travel_enabled", "the travel loop sets the pitch reference"),
         _pid("travel.pitch_limit", "pitch_limit", "bound of that pitch reference", "rad", 0.0, 1.6),
         _pid("trim", "trim", "sum of both voltages at zero error", "V", -60.0, 60.0),
@@ -125,10 +117,10 @@ class StateFeedback(Controller):
 
     variables: ClassVar[tuple[Variable, ...]] = (
         *controller_variables("hover.{}", "voltage_limit"),
-        *(_feedback(f"point.{axis}", f"point.{axis}", f"{axis} of the operating point", "rad", -1e4, 1e4)
-          for axis in AXES),
-        *(_feedback(f"hover.{rotor}", f"hover.{rotor}", f"{rotor} voltage there", "V", -VOLTAGE_BOUND, VOLTAGE_BOUND)
-          for rotor in ROTORS),
+        *for_each(AXES, _feedback, "point.{}", "point.{}", "{} of the operating point", "rad", -1e4, 1e4),
+        *for_each(
+            ROTORS, _feedback, "hover.{}", "hover.{}", "{} voltage there", "V", -VOLTAGE_BOUND, VOLTAGE_BOUND
+        ),
         _feedback("sample.time", "period", "sampling period; steps must not be longer", "s", 1e-4, 1.0),
         _feedback("sample.delay", "delay", "input delay of the plant in periods", None, 0, state_feedback.MOST_DELAY),
         _feedback("travel.enabled", "travel_enabled", "the travel is controlled and not the pitch"),
@@ -149,9 +141,8 @@ class StateFeedback(Controller):
         """Read the angles at ``time`` [s]; show the voltages of ``time + step_size``."""
         s = self.feedback
         if step_size > (1.0 + state_feedback.EARLY) * s.period:
-            raise Refusal(
-                f"a step of {step_size:g} s leaves out samples of sample.time = {s.period:g} s; take steps no longer"
-            )
+            said = f"a step of {step_size:g} s leaves out samples of sample.time = {s.period:g} s"
+            raise Refusal(f"{said}; take steps no longer")
         pitch, elevation, travel, more_front, more_rear = self.values[:5]
         since, references = time - self.start_time, self.references_at(time)
         held = state_feedback.start_holding(pitch, elevation, travel, s) if self.held is None else self.held

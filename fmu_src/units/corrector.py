@@ -22,30 +22,21 @@ _PLACES = {
     for place, effect in enumerate([one for one in following.DEFAULT_EFFECTS if one[1] == axis], 1)
 }
 """Axis of each effect and its place in the identifier's list ``watch.<axis>``, in the order of the inputs."""
-
+_HEARD = [(name, BY_FIELD[name].unit) for name in following.HEARD]
 _INPUTS = (
     *VOLTAGE_INPUTS,
     *ANGLE_INPUTS,
     real_input("fresh", "1", 1.0, 1.0, "1: the inputs are of this instant, 0: nothing came in", 1.0),
     *for_each(AXES, real_input, "excitation.{}", "1", 1.0, 1.0, "excitation level of the {}", 1.0),
-    *(
-        real_input(f"score.{axis}[{place}]", "1", 1e9, 1.0, f"score of the effect at place {place} of watch.{axis}")
-        for axis, place in _PLACES.values()
+    *for_each(
+        _PLACES.values(), real_input, "score.{0}[{1}]", "1", 1e9, 1.0, "score of the effect at place {1} of watch.{0}"
     ),
-    *(
-        real_input(f"estimate.{name}", BY_FIELD[name].unit, 1e9, 1.0, f"the identifier's estimate of {name}")
-        for name in following.HEARD
-    ),
-    *(
-        real_input(
-            f"estimate_error.{name}", BY_FIELD[name].unit, 1e9, 1.0, f"standard error of that of {name}, 0 if none"
-        )
-        for name in following.HEARD
-    ),
+    *for_each(_HEARD, real_input, "estimate.{0}", "{1}", 1e9, 1.0, "the identifier's estimate of {0}"),
+    *for_each(_HEARD, real_input, "estimate_error.{0}", "{1}", 1e9, 1.0, "standard error of that of {0}, 0 if none"),
 )
 _OUTPUTS = (
-    *(output(f"correction.{name}", unit, f"what is to be added to {name}") for name, unit in CORRECTED),
-    *(output(f"standard_error.{name}", unit, f"of an adopted {name}, else 0") for name, unit in CORRECTED),
+    *for_each(CORRECTED, output, "correction.{0}", "{1}", "what is to be added to {0}"),
+    *for_each(CORRECTED, output, "standard_error.{0}", "{1}", "of an adopted {0}, else 0"),
     *for_each(AXES, output, "predicted.{}", "rad", "{} that the following twin predicted 1 s before"),
     *for_each(AXES, output, "predicted_alone.{}", "rad", "the same of the twin that is left alone, {}"),
     *for_each(AXES, output, "error.{}", "rad", "rms error 1 s ahead over the window, {}"),

@@ -111,9 +111,8 @@ class HelicopterPlant(SlaveBase):
 
 _LARGEST_CORRECTION = 100.0  # in the unit of what it corrects; the parameter's own range holds for the sum
 
-_CORRECTIONS = tuple(
-    real_input(f"correction.{name}", unit, _LARGEST_CORRECTION, 1.0, f"what is added to {name}")
-    for name, unit in observer.CORRECTED
+_CORRECTIONS = for_each(
+    observer.CORRECTED, real_input, "correction.{0}", "{1}", _LARGEST_CORRECTION, 1.0, "what is added to {0}"
 )
 _KEEPING = (
     *for_each(

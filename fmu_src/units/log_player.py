@@ -94,10 +94,8 @@ def read_recording(path: str) -> Recording:
                 raise Refusal(f"the log {path}, row {number}, column '{text}': '{_ascii(cell)}' is not a finite number")
             row.append(value)
         if times and row[0] <= times[-1]:
-            raise Refusal(
-                f"the log {path}, row {number}: time = {row[0]:g} s must be greater than {times[-1]:g} s, "
-                "the time of the row before"
-            )
+            said = f"time = {row[0]:g} s must be greater than {times[-1]:g} s, the time of the row before"
+            raise Refusal(f"the log {path}, row {number}: {said}")
         times.append(row[0])
         rows.append(tuple(row[1:]))
     if not rows:

@@ -1,16 +1,8 @@
 """Types of the translated subset, their names in C, and the smallest type that holds two others.
 
-    float                       double
-    int                         int64_t
-    bool                        bool
-    str                         const char *          literals and settings; compared, never changed
-    NamedTuple, dataclass       struct of the same name and fields
-    tuple of known length       struct Row...         fields x0, x1, ...
-    list, tuple[T, ...]         struct {count, room, at}    elements in the unit's own memory
-    T | None                    struct {some, value}
-    a function in a field       its number
-
-A tuple of known length becomes a list where one is needed. An int becomes a float where one is needed.
+Scalars are those of C, NamedTuples, dataclasses and tuples of known length are structs, and so are lists (count, room,
+and elements in the unit's own memory) and values that may be None. A tuple becomes a list, an int a float, where one is
+needed; a function in a field is its number.
 """
 
 from __future__ import annotations
