@@ -15,11 +15,11 @@ _ROUNDING = 1e-9  # share of a step by which H may exceed a whole number of long
 
 
 class PlantMemory(NamedTuple):
-    """The state, and the instants [s] ``since`` which voltages [V] (front, rear) were held; empty without a delay."""
+    """What a unit remembers between communication steps; without an input delay the lists are empty."""
 
     state: PlantState
-    since: list[float]
-    held: list[tuple[float, float]]
+    since: list[float]  # instants from which voltages were held [s]
+    held: list[tuple[float, float]]  # front and rear voltage [V]
 
 
 class EncoderCounts(NamedTuple):

@@ -30,21 +30,16 @@ class AxisGains(NamedTuple):
 
 
 class PidSettings(NamedTuple):
-    """Settings of the three loops.
+    """Settings of the three loops; the defaults carry the arm of Table 2."""
 
-    The elevation's output is a voltage sum [V] added to ``trim`` [V] (the default carries the arm of Table 2 at
-    elevation 0), the pitch's a voltage difference [V], the travel's a pitch reference [rad] clipped to plus or minus
-    ``pitch_limit`` [rad]. ``rate_time_constant`` [s] is tau.
-    """
-
-    pitch: AxisGains = AxisGains(8.35, 4.25, 8.76)
-    elevation: AxisGains = AxisGains(25.0, 22.0, 20.0)
-    travel: AxisGains = AxisGains(0.25, 0.0, 1.0)
+    pitch: AxisGains = AxisGains(8.35, 4.25, 8.76)  # a voltage difference [V]
+    elevation: AxisGains = AxisGains(25.0, 22.0, 20.0)  # a voltage sum [V]
+    travel: AxisGains = AxisGains(0.25, 0.0, 1.0)  # a pitch reference [rad]
     travel_enabled: bool = False
-    trim: float = -0.9
-    pitch_limit: float = 0.5
-    rate_time_constant: float = 0.05
-    voltage_limit: float = 5.0
+    trim: float = -0.9  # added to the elevation's output [V]
+    pitch_limit: float = 0.5  # bound of the pitch reference [rad]
+    rate_time_constant: float = 0.05  # tau [s]
+    voltage_limit: float = 5.0  # [V]
 
 
 class PidState(NamedTuple):

@@ -7,10 +7,7 @@ from .parameters import PlantParameters
 
 
 class PlantState(NamedTuple):
-    """Angles [rad], rates [rad/s], lagged voltages of eq. (9) [V], the arm's bending q [rad] and its rate [rad/s].
-
-    ``mass_position`` of the ADO [m]; ``cable_rest``: the travel at which the cable is slack [rad].
-    """
+    """Everything the plant remembers between steps: angles [rad], their rates [rad/s], and what is named below."""
 
     pitch: float = 0.0
     elevation: float = 0.0
@@ -18,12 +15,12 @@ class PlantState(NamedTuple):
     pitch_rate: float = 0.0
     elevation_rate: float = 0.0
     travel_rate: float = 0.0
-    nu_front: float = 0.0
+    nu_front: float = 0.0  # lagged voltages of eq. (9) [V]
     nu_rear: float = 0.0
-    bending: float = 0.0
-    bending_rate: float = 0.0
-    mass_position: float = 0.0
-    cable_rest: float = 0.0
+    bending: float = 0.0  # q of the arm [rad]
+    bending_rate: float = 0.0  # [rad/s]
+    mass_position: float = 0.0  # of the ADO [m]
+    cable_rest: float = 0.0  # travel at which the cable is slack [rad]
 
 
 def start_state(

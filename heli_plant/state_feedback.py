@@ -74,41 +74,37 @@ def eight(row: _Row) -> Eight[_Row]:
 
 
 class FeedbackSettings(NamedTuple):
-    """The controller of this module's head, its matrices row by row; by default it holds both rotors at ``hover``.
+    """The controller of this module's head, its matrices row by row; by default it holds both rotors at ``hover``."""
 
-    ``point`` are the angles [rad] and ``hover`` the voltages [V] of the operating point, ``period`` h [s], ``delay`` m,
-    ``travel_enabled`` whether the travel is controlled and not the pitch, ``voltage_limit`` [V].
-    """
-
-    transition: Eight[Motion] = eight(Motion())
-    drive: Eight[Rotors] = eight(Rotors())
-    innovation: Eight[Angles] = eight(Angles())
-    gain: Two[Motion] = (Motion(), Motion())
-    integral: Two[Pair] = (Pair(), Pair())
-    reference: Two[Pair] = (Pair(), Pair())
-    point: Angles = Angles()
-    hover: Rotors = Rotors()
-    period: float = 0.01
-    delay: int = 0
-    travel_enabled: bool = False
-    voltage_limit: float = 5.0
+    transition: Eight[Motion] = eight(Motion())  # F
+    drive: Eight[Rotors] = eight(Rotors())  # G
+    innovation: Eight[Angles] = eight(Angles())  # L
+    gain: Two[Motion] = (Motion(), Motion())  # K
+    integral: Two[Pair] = (Pair(), Pair())  # K_z
+    reference: Two[Pair] = (Pair(), Pair())  # N
+    point: Angles = Angles()  # angles of the operating point [rad]
+    hover: Rotors = Rotors()  # its voltages [V]
+    period: float = 0.01  # h [s]
+    delay: int = 0  # m
+    travel_enabled: bool = False  # the travel is controlled and not the pitch
+    voltage_limit: float = 5.0  # [V]
 
 
 class FeedbackState(NamedTuple):
-    """The estimate, the integrals [rad s], and the voltages' deviations [V] now and one to eight periods ago."""
+    """Deviations from the operating point."""
 
     estimate: Motion
-    integrals: Pair
-    now: Rotors
-    before: Eight[Rotors]
+    integrals: Pair  # [rad s]
+    now: Rotors  # voltages [V]
+    before: Eight[Rotors]  # those one to eight periods ago
 
 
 class Held(NamedTuple):
-    """A controller between its samples: its state, how many samples it took, the voltages that it shows [V]."""
+    """A controller between its samples."""
 
     state: FeedbackState
-    samples: int
-    v_front: float
+    samples: int  # taken so far
+    v_front: float  # voltages that it shows [V]
     v_rear: float
 
 

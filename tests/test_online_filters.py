@@ -23,10 +23,8 @@ from heli_identifier.online.linear_algebra import (
 )
 from heli_identifier.online.signals import (
     advance_signals,
-    elevation_regression,
-    pitch_regression,
+    regressions,
     settled_signals,
-    travel_regression,
 )
 from heli_identifier.online.state_filter import (
     discretise,
@@ -133,14 +131,14 @@ def exact_record():
     return record(60.0, paper_excitation(1), encoders=False)
 
 
-def regressions(held, angles, omega=1.0):
+def regressions_of(held, angles, omega=1.0):
     """(y, phi) of pitch with known and with free theta0, elevation and travel, arrays over the samples."""
     f, rows = discretise(omega, 0.7, H, LAG), []
     s = settled_signals((*held[0].tolist(), *angles[0].tolist()), LIMIT)
     for v, q in zip(held[1:].tolist(), angles[1:].tolist(), strict=True):
         s = advance_signals(s, (*v, *q), H, LAG, LIMIT, f)
-        pitches = pitch_regression(s, TABLE_2.theta0, f), pitch_regression(s, None, f)
-        rows.append((*pitches, elevation_regression(s, f), travel_regression(s, f)))
+        known, free = (list(zip(*regressions(s, rest, f), strict=True)) for rest in (TABLE_2.theta0, None))
+        rows.append((known[0], *free))
     return [(np.array([row[i][0] for row in rows]), np.array([row[i][1] for row in rows])) for i in range(4)]
 
 
@@ -150,7 +148,7 @@ def test_each_axis_obeys_its_equation_behind_the_filter(exact_record, omega):
     # The record starts with the pitch at theta0 under mu_d = 1 V, which is no rest: .3 rad/s^2 that settled filters do
     # not know of. After 20 / omega exp(-14) of it is left.
     settled = slice(round(20.0 / omega / H), None)
-    for (y, phi), truth in zip(regressions(held, angles, omega), TRUTH, strict=True):
+    for (y, phi), truth in zip(regressions_of(held, angles, omega), TRUTH, strict=True):
         error = (y - phi @ np.array(truth))[settled]
         # The angles' straight lines leave (h^2/12) s^2 on one side of the equation: on k mu that is h^2/12 (k mu)''_f.
         # A voltage step of 1.5 V behind T_m and F has a second derivative of up to k 1.5 V omega^2, k < .3; a factor 4
@@ -161,7 +159,7 @@ def test_each_axis_obeys_its_equation_behind_the_filter(exact_record, omega):
 
 
 def test_a_rig_at_rest_shows_no_motion_from_the_first_sample_on():
-    for y, phi in regressions(np.full((300, 2), 1.2), np.tile((radians(-7.8), 0.2, 5.0), (300, 1))):
+    for y, phi in regressions_of(np.full((300, 2), 1.2), np.tile((radians(-7.8), 0.2, 5.0), (300, 1))):
         # Settled filters: constants pass, derivatives are zero, but for rounding of omega^2 times the angle.
         assert np.abs(y).max() < 1e-12
         assert np.abs(np.diff(phi, axis=0)).max() < 1e-12
@@ -171,9 +169,9 @@ def test_a_voltage_acts_only_after_its_sample_and_as_the_plant_saturates_it():
     held, angles = np.full((300, 2), 1.0), np.tile((0.1, 0.2, 0.3), (300, 1))
     stepped = held.copy()
     stepped[200] = (2.0, 0.5)
-    before, after = (regressions(v, angles)[0][1][:, 2] for v in (held, stepped))
+    before, after = (regressions_of(v, angles)[0][1][:, 2] for v in (held, stepped))
     # Row i belongs to sample i + 1: the voltages of sample 200 act over [t_200, t_201) and show from sample 201 on.
     assert np.array_equal(before[:200], after[:200])
     assert after[200] > before[200]
-    beyond, at_limit = (regressions(np.tile((v, 1.0), (300, 1)), angles) for v in (9.0, 5.0))
+    beyond, at_limit = (regressions_of(np.tile((v, 1.0), (300, 1)), angles) for v in (9.0, 5.0))
     assert all(np.array_equal(one[1], other[1]) for one, other in zip(beyond, at_limit, strict=True))

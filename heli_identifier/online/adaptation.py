@@ -173,21 +173,16 @@ def kept_over(count: int, samples: int, alpha: float, h: float) -> float:
 
 
 class AxisState(NamedTuple):
-    """Everything remembered about one axis.
+    """Everything remembered about one axis."""
 
-    ``factor`` of Gamma and ``omega``; the adaptation error ``sigma`` [rad/s^2]; the ``sums`` of z (of z z^T with
-    prediction errors) since the ``moments`` took a mean; and, as last evaluated, standard errors, excitation level [1]
-    and scores.
-    """
-
-    factor: tuple[float, ...]
+    factor: tuple[float, ...]  # of Gamma
     omega: tuple[float, ...]
-    sigma: float
-    sums: tuple[float, ...]
+    sigma: float  # adaptation error [rad/s^2]
+    sums: tuple[float, ...]  # of z, or of z z^T with prediction errors, since the last mean of them
     moments: Moments
-    standard_errors: tuple[float, ...]
-    excitation: float
-    scores: tuple[Score, ...]
+    standard_errors: tuple[float, ...]  # of the reported parameters, as last evaluated
+    excitation: float  # level [1], as last evaluated
+    scores: tuple[Score, ...]  # of the candidates, as last evaluated
 
 
 def initial_axis(own: AxisPlan, plan: Plan) -> AxisState:

@@ -175,14 +175,10 @@ def paper_channels(experiment: int, channel: Channel) -> tuple[SquareChirp | Non
 
 def multisine_value(rms: float, tones: tuple[tuple[float, float], ...], t: float) -> float:
     """Return the multisine [V] of root mean square ``rms`` [V] at time ``t`` [s]."""
-    return rms * sqrt(2.0 / len(tones)) * _sum_of_sines(tones, t)
-
-
-def _sum_of_sines(tones: tuple[tuple[float, float], ...], t: float) -> float:
     total = 0.0
     for omega, phase in tones:
         total += sin(omega * t + phase)
-    return total
+    return rms * sqrt(2.0 / len(tones)) * total
 
 
 def phases(seed: int, count: int) -> list[float]:
@@ -224,7 +220,7 @@ def multisine_components(
     for k in range(_DRAWS):
         own = drawn[k * count : (k + 1) * count]
         tried = tuple([(2.0 * pi * n / period, phase) for n, phase in zip(harmonics, own, strict=True)])
-        peak = max(abs(_sum_of_sines(tried, period * i / points)) for i in range(points))
+        peak = max(abs(multisine_value(1.0, tried, period * i / points)) for i in range(points))
         if peak < least:
             least = peak
             best = tried

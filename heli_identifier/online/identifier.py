@@ -28,14 +28,13 @@ from .signals import (
     LagState,
     Sample,
     Signals,
+    Three,
     advance_lag,
     advance_signals,
-    elevation_regression,
     follow_lag,
-    pitch_regression,
+    regressions,
     settled_lag,
     settled_signals,
-    travel_regression,
 )
 from .state import Axis, IdentifierOutput, IdentifierState, lag_of, output_of
 from .watch import WatchState, advance_watch, settled_watch
@@ -43,9 +42,6 @@ from .whitening import settled_memory, whiten
 
 _PITCH, _ELEVATION, _TRAVEL = 0, 1, 2  # step of a report interval in which an axis is evaluated: none pays for three
 _EARLY = 1e-6  # share of its period by which a sample is due early: communication points k H are rounded
-
-Regressors = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
-"""z = (phi, watched, y) of pitch, elevation and travel."""
 
 Rows = tuple[tuple[float, ...], ...]
 """Combinations of the Omega of one axis."""
@@ -78,12 +74,9 @@ def _first_axis(which: int, z: tuple[float, ...], voltage: float, plan: Plan) ->
     return Axis(initial_axis(own, plan), predictor, Feedback(settled_memory(0.0, plan.usual), voltage))
 
 
-def _regressors(signals: Signals, lag: LagState | None, watch: WatchState | None, plan: Plan) -> Regressors:
-    """Return z of the three axes."""
-    f = plan.filter
-    y_1, phi_1 = pitch_regression(signals, plan.settings.rest_angle, f)
-    y_2, phi_2 = elevation_regression(signals, f)
-    y_3, phi_3 = travel_regression(signals, f)
+def _regressors(signals: Signals, lag: LagState | None, watch: WatchState | None, plan: Plan) -> Three:
+    """Return z = (phi, watched, y) of the three axes."""
+    (y_1, y_2, y_3), (phi_1, phi_2, phi_3) = regressions(signals, plan.settings.rest_angle, plan.filter)
     if lag is not None:
         phi_1, phi_2 = (*phi_1, -lag.difference_f[0]), (*phi_2, -lag.lift_f[0])
     if watch is None:

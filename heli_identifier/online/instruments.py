@@ -41,27 +41,22 @@ _SIZE = 1 + 3 * FILTERS  # length of b
 
 
 class References(NamedTuple):
-    """What all axes share: b, the ``first`` references [rad], and whether one has ``moved``."""
+    """What all axes share."""
 
-    first: tuple[float, float, float]
-    moved: bool = False
+    first: tuple[float, float, float]  # references at sample 0 [rad], before which they rested
+    moved: bool = False  # whether one has
     b: tuple[float, ...] = (1.0, *([0.0] * (_SIZE - 1)))
 
 
 class Instruments(NamedTuple):
-    """What an axis keeps.
+    """What an axis keeps."""
 
-    Sums of (psi, y) since the last products, ``waiting``; packed sums of products of (b, psi), ``first``, and of
-    (z, psi, y), ``second``; ``first_stage``, Pi by columns, 0 at first; the ``gain`` and its ``standard_error`` as last
-    evaluated [rad/s^2/V], both 0 while no reference has moved.
-    """
-
-    waiting: tuple[float, ...]
-    first: tuple[float, ...]
-    second: tuple[float, ...]
-    first_stage: tuple[tuple[float, ...], ...]
-    gain: float
-    standard_error: float
+    waiting: tuple[float, ...]  # sums of (psi, y) since the last products
+    first: tuple[float, ...]  # packed sums of products of (b, psi)
+    second: tuple[float, ...]  # packed sums of products of (z, psi, y)
+    first_stage: tuple[tuple[float, ...], ...]  # Pi by columns, 0 before its first evaluation
+    gain: float  # as last evaluated [rad/s^2/V], 0 while no reference has moved
+    standard_error: float  # of the gain
 
 
 def no_instruments(parameters: int) -> Instruments:

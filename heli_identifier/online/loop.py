@@ -48,20 +48,16 @@ _REST_TIME = 3.0  # time of the estimation for which nothing is taken in [s]: si
 
 
 class Feedback(NamedTuple):
-    """What is known about the loop of one axis.
+    """What is known about the loop of one axis."""
 
-    The ``memory`` of whitening adaptation errors; the last ``voltage`` [V] and innovations ``e1``, ``e2`` [rad/s^2];
-    the unfinished block's sum and number of samples; the weighted sums of s_b and of its square.
-    """
-
-    memory: Memory
-    voltage: float
-    e1: float = 0.0
+    memory: Memory  # of whitening adaptation errors
+    voltage: float  # held from the last sample on [V]
+    e1: float = 0.0  # last innovation [rad/s^2]
     e2: float = 0.0
-    block: float = 0.0
-    filled: int = 0
-    total: float = 0.0
-    squares: float = 0.0
+    block: float = 0.0  # sum of the unfinished block
+    filled: int = 0  # samples in it
+    total: float = 0.0  # weighted sum of s_b
+    squares: float = 0.0  # weighted sum of its square
 
 
 def watch_error(f: Feedback, sigma: float, voltage: float, count: int, h: float, w: Whitening) -> Feedback:
@@ -104,11 +100,11 @@ _LEAST_SHARE = 1e-4  # of what counts: standard errors grow to a hundred times a
 
 
 class Outside(NamedTuple):
-    """Sum of the innovations since the last products; outputs of the filters; packed sums of products of (b, psi)."""
+    """What is known about the part of the regressors that comes from outside."""
 
-    waiting: float
-    filtered: tuple[float, ...]
-    products: tuple[float, ...]
+    waiting: float  # sum of the innovations since the last products
+    filtered: tuple[float, ...]  # outputs of the filters
+    products: tuple[float, ...]  # packed sums of products of (b, psi)
 
 
 def products_every(h: float) -> int:

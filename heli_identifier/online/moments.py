@@ -47,16 +47,13 @@ _MEMORY = 5.0  # forgetting times 1/alpha that the blocks span: older samples wo
 
 
 class Moments(NamedTuple):
-    """Packed upper triangles of the sums of z z^T: ``filled`` of ``length`` samples are in the block ``current``.
+    """Packed upper triangles of the sums of z z^T."""
 
-    ``blocks`` are the complete ones, oldest first; ``window`` is the exponentially weighted mean.
-    """
-
-    filled: int
-    length: int
+    filled: int  # samples in the current block
+    length: int  # samples of a full one
     current: tuple[float, ...]
-    blocks: tuple[tuple[float, ...], ...]
-    window: tuple[float, ...]
+    blocks: tuple[tuple[float, ...], ...]  # the complete ones, oldest first
+    window: tuple[float, ...]  # exponentially weighted mean
 
 
 def no_moments(size: int) -> Moments:
@@ -123,15 +120,9 @@ def variance_of_sum(terms: list[float]) -> float:
 
 
 def standard_errors(
-    weights: list[float],
-    blocks: list[tuple[float, ...]],
-    gain: list[list[float]],
-    omega: tuple[float, ...],
-    combinations: tuple[tuple[float, ...], ...],
-    candidates: int,
-    interval: float,
-    whitened: bool = False,
-) -> tuple[float, ...]:
+    weights: list[float], blocks: list[tuple[float, ...]], gain: list[list[float]], omega: tuple[float, ...],
+    combinations: tuple[tuple[float, ...], ...], candidates: int, interval: float, whitened: bool = False,
+) -> tuple[float, ...]:  # fmt: skip
     """Return the standard error of each of the ``combinations`` j^T Omega from weighted blocks.
 
     ``gain`` is Gamma by rows, ``candidates`` the number of those in z, ``interval`` [s] the time of each sample;

@@ -97,54 +97,25 @@ def default_settings() -> "IdentifierSettings":
 
 @dataclass(frozen=True)
 class IdentifierSettings:
-    """Everything that can be set on the identifier.
+    """Everything that can be set on the identifier; ConfigurationError names a setting that is out of range."""
 
-    ======================  ==========================================================================================
-    ``sample_time``         sampling period h [s]
-    ``filter_frequency``    bandwidth omega_f of the state filters [rad/s]
-    ``filter_damping``      their damping ratio rho [1]
-    ``initial_gain``        Gamma(0) = initial_gain I
-    ``gain_limit``          Gamma_max, which Gamma approaches without excitation; infinite for (7) as printed. With
-                            Gamma_max = Gamma(0) estimates never become less certain than they were at the start
-    ``forgetting``          alpha [1/s]
-    ``hold_time``           time before the estimation begins [s]; None: 10/omega_f, with prediction errors 2 s
-    ``rest_angle``          theta0 [rad] where it is known; None to estimate it
-    ``motor_time_constant`` T_m [s]
-    ``voltage_limit``       saturation of both voltages [V]
-    ``excitation_window``   time constant of the window over which the excitation level is taken [s]
-    ``report_interval``     time between two evaluations of standard errors, excitation levels and scores [s]
-    ``initial``             Omega(0); its theta0 is used only where theta0 is estimated
-    ``watched``             effects of the catalogue to score, (name, axis) of :data:`.watch.WATCHABLE`
-    ``method``              ``adaptation``, the paper's (7), or ``prediction_error`` (:mod:`.prediction_error`), which
-                            stays right where a controller closes the loop
-    ``lag_known``           whether the motors' lag is ``motor_time_constant``; if not, prediction errors estimate it
-                            along from there (:mod:`.signals`); the adaptation takes it for known, as the paper does
-    ``noise``               where the noise models of pitch, elevation and travel begin (:mod:`.whitening`)
-    ======================  ==========================================================================================
-
-    Raises
-    ------
-    ConfigurationError
-        A setting is out of range; the message names it, its value and its bound.
-    """
-
-    sample_time: float = 0.01
-    filter_frequency: float = 1.0
-    filter_damping: float = 0.7
-    initial_gain: float = 1e3
-    gain_limit: float = 1e3
-    forgetting: float = 0.001
-    hold_time: float | None = None
-    rest_angle: float | None = None
-    motor_time_constant: float = 0.08
-    voltage_limit: float = 5.0
-    excitation_window: float = 20.0
-    report_interval: float = 5.0
-    initial: ModelParameters = field(default_factory=ModelParameters)
-    watched: tuple[tuple[str, str], ...] = ()
-    method: str = ADAPTATION
-    lag_known: bool = False
-    noise: tuple[Noise, Noise, Noise] = (ANY_ROOM, ANY_ROOM, ANY_ROOM)
+    sample_time: float = 0.01  # h [s]
+    filter_frequency: float = 1.0  # bandwidth omega_f of the state filters [rad/s]
+    filter_damping: float = 0.7  # their damping ratio rho
+    initial_gain: float = 1e3  # Gamma(0) = initial_gain I
+    gain_limit: float = 1e3  # Gamma_max, which Gamma approaches without excitation; infinite for (7) as printed
+    forgetting: float = 0.001  # alpha [1/s]
+    hold_time: float | None = None  # before the estimation begins [s]; None: 10/omega_f, with prediction errors 2 s
+    rest_angle: float | None = None  # theta0 [rad] where it is known; None to estimate it
+    motor_time_constant: float = 0.08  # T_m [s]
+    voltage_limit: float = 5.0  # saturation of both voltages [V]
+    excitation_window: float = 20.0  # time constant over which the excitation level is taken [s]
+    report_interval: float = 5.0  # between two evaluations of standard errors, levels and scores [s]
+    initial: ModelParameters = field(default_factory=ModelParameters)  # Omega(0); theta0 where it is estimated
+    watched: tuple[tuple[str, str], ...] = ()  # (name, axis) of :data:`.watch.WATCHABLE` to score
+    method: str = ADAPTATION  # the paper's, or prediction_error, which stays right in closed loop
+    lag_known: bool = False  # else prediction errors estimate the lag along from motor_time_constant
+    noise: tuple[Noise, Noise, Noise] = (ANY_ROOM, ANY_ROOM, ANY_ROOM)  # where the noise models of the axes begin
 
     def __post_init__(self) -> None:
         require_positive("sample_time", self.sample_time, "s")
@@ -197,43 +168,33 @@ _MOMENT_SPACING = 0.2  # omega_f times the time between samples of the moments: 
 
 @dataclass(frozen=True)
 class AxisPlan:
-    """One axis.
+    """One axis."""
 
-    ``first``: Omega(0), with k Delta where the lag is estimated and with nu for prediction errors; ``prior``: the
-    diagonal of Gamma(0); ``gain``: the place of k; ``reported``: the number of parameters without nu; ``watched``:
-    which of the watched effects are the axis' own.
-    """
-
-    first: tuple[float, ...]
-    prior: tuple[float, ...]
-    gain: int
-    reported: int
-    watched: tuple[int, ...]
+    first: tuple[float, ...]  # Omega(0), with k Delta where the lag is estimated and with nu for prediction errors
+    prior: tuple[float, ...]  # their variances, the diagonal of Gamma(0)
+    gain: int  # place of k, behind which k Delta stands
+    reported: int  # number of parameters without nu
+    watched: tuple[int, ...]  # which of the watched effects are the axis' own
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a step computes with; :func:`prepare` makes it once from the settings.
-
-    Of the samples every ``every``-th is taken, ``sample_time`` [s] apart, with the mean of the voltages between two of
-    them. ``hold_samples``, ``moment_samples`` and ``report_samples`` are the beginning of the estimation and the
-    spacings of moments and of evaluations. ``usual`` whitens adaptation errors with the noise model of a calm room.
-    """
+    """What a step computes with; :func:`prepare` makes it once from the settings."""
 
     settings: IdentifierSettings
     predicting: bool
     estimates_lag: bool
-    every: int
-    sample_time: float
-    hold_samples: int
-    moment_samples: int
-    moment_interval: float
-    report_samples: int
+    every: int  # samples of which one is taken, with the mean of their voltages
+    sample_time: float  # between those that are taken [s]
+    hold_samples: int  # before the estimation begins
+    moment_samples: int  # from one sample of the moments to the next
+    moment_interval: float  # the same [s]
+    report_samples: int  # from one evaluation to the next
     filter: FilterCoefficients
     angle_slopes: tuple[float, float, float]
     noise_bounds: Bounds
-    usual: Whitening
-    rate_filter: FilterCoefficients
+    usual: Whitening  # whitens adaptation errors, with the noise model of a calm room
+    rate_filter: FilterCoefficients  # gives rates to the laws of the candidates
     candidates: tuple[Candidate, ...]
     axes: tuple[AxisPlan, AxisPlan, AxisPlan]
 

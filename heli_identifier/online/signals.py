@@ -50,18 +50,14 @@ Sample = tuple[float, float, float, float, float]
 
 
 class Signals(NamedTuple):
-    """Everything remembered about the signals at t_k.
+    """Everything remembered about the signals at t_k."""
 
-    The voltages held from t_k on and the lagged ones, front and rear [V]; the angles at t_k, t_(k-1), t_(k-2) [rad];
-    (xi_1, xi_2) of the filter for each signal.
-    """
-
-    voltages: Pair
-    lagged: Pair
-    angles: Angles
-    angles_1: Angles
-    angles_2: Angles
-    pitch_f: Pair
+    voltages: Pair  # front and rear, held from t_k on [V]
+    lagged: Pair  # the same behind the lag [V]
+    angles: Angles  # at t_k [rad]
+    angles_1: Angles  # at t_(k-1)
+    angles_2: Angles  # at t_(k-2)
+    pitch_f: Pair  # from here on (xi_1, xi_2) of the filter for each signal
     elevation_f: Pair
     travel_f: Pair
     sine_f: Pair
@@ -114,29 +110,24 @@ def advance_signals(s: Signals, now: Sample, h: float, lag: float, limit: float,
     )
 
 
-Regression = tuple[float, tuple[float, ...]]
-"""y and phi."""
+Three = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+"""Rows of numbers of pitch, elevation and travel."""
 
 
-def pitch_regression(s: Signals, rest: float | None, f: FilterCoefficients) -> Regression:
-    """Return (y, phi) of the pitch, theta0 = ``rest`` [rad] or to be estimated."""
-    y = second_derivative(s.pitch_f, s.angles[0], s.angles_1[0], s.angles_2[0], f)
+def regressions(s: Signals, rest: float | None, f: FilterCoefficients) -> tuple[Angles, Three]:
+    """Return y and phi of the three axes, theta0 = ``rest`` [rad] or to be estimated."""
+    y_1, y_2, y_3 = [
+        second_derivative(xi, now, before, oldest, f)
+        for xi, now, before, oldest in zip(
+            (s.pitch_f, s.elevation_f, s.travel_f), s.angles, s.angles_1, s.angles_2, strict=True
+        )
+    ]
     if rest is None:
-        return y, (-s.pitch_f[1], -s.sine_f[0], s.cosine_f[0], s.difference_f[0])
-    deflection = cos(rest) * s.sine_f[0] - sin(rest) * s.cosine_f[0]
-    return y, (-s.pitch_f[1], -deflection, s.difference_f[0])
-
-
-def elevation_regression(s: Signals, f: FilterCoefficients) -> Regression:
-    """Return (y, phi) of the elevation."""
-    y = second_derivative(s.elevation_f, s.angles[1], s.angles_1[1], s.angles_2[1], f)
-    return y, (-s.elevation_f[1], -s.elevation_f[0], -1.0, -s.rate_product_f[0], s.lift_f[0])
-
-
-def travel_regression(s: Signals, f: FilterCoefficients) -> Regression:
-    """Return (y, phi) of the travel."""
-    y = second_derivative(s.travel_f, s.angles[2], s.angles_1[2], s.angles_2[2], f)
-    return y, (-s.travel_f[1], s.thrust_f[0])
+        phi_1: tuple[float, ...] = (-s.pitch_f[1], -s.sine_f[0], s.cosine_f[0], s.difference_f[0])
+    else:
+        phi_1 = (-s.pitch_f[1], -(cos(rest) * s.sine_f[0] - sin(rest) * s.cosine_f[0]), s.difference_f[0])
+    phi_2 = (-s.elevation_f[1], -s.elevation_f[0], -1.0, -s.rate_product_f[0], s.lift_f[0])
+    return (y_1, y_2, y_3), (phi_1, phi_2, (-s.travel_f[1], s.thrust_f[0]))
 
 
 _KNOWN = 0.5  # T_2 follows the estimate while that has a standard error of at most this share of it
@@ -144,14 +135,14 @@ _SAME = 1e-3  # relative difference below which T_2 counts as T: R then has no f
 
 
 class LagState(NamedTuple):
-    """nu_2 of both rotors [V], and (xi_1, xi_2) of the slopes [V/s] of mu_d and mu_s cos(theta); E_2 and R [1]."""
+    """State of the motors' lag."""
 
-    front: float
+    front: float  # nu_2 of both rotors [V]
     rear: float
-    difference_f: Pair
-    lift_f: Pair
-    share: float
-    ramp: float
+    difference_f: Pair  # (xi_1, xi_2) of the slopes [V/s] of mu_d
+    lift_f: Pair  # and of mu_s cos(theta)
+    share: float  # E_2 [1]
+    ramp: float  # R [1]
 
 
 def settled_lag(s: Signals, h: float, lag: float) -> LagState:

@@ -8,7 +8,7 @@ from .instruments import References, contradicts
 from .linear_algebra import hypotenuse
 from .loop import Feedback, feedback_score
 from .prediction_error import PredictorState
-from .settings import AxisPlan, ModelParameters, Plan
+from .settings import ModelParameters, Plan
 from .signals import LagState, Signals
 from .watch import NOTHING, Score, WatchState
 
@@ -22,20 +22,15 @@ class Axis(NamedTuple):
 
 
 class IdentifierState(NamedTuple):
-    """Everything remembered between two samples.
+    """Everything remembered between two samples."""
 
-    ``samples`` counts those after sample 0; ``voltages`` are sums of front and rear voltage [V] since the last sample
-    that was taken; ``lag`` is None where it is not estimated, ``watch`` where no effect is watched; ``axes`` are pitch,
-    elevation and travel; ``references`` the instruments of all axes.
-    """
-
-    samples: int
-    voltages: tuple[float, float]
+    samples: int  # after sample 0
+    voltages: tuple[float, float]  # sums of front and rear voltage [V] since the last sample that was taken
     signals: Signals
     lag: Optional[LagState]  # noqa: UP045
     watch: Optional[WatchState]  # noqa: UP045
-    axes: tuple[Axis, Axis, Axis]
-    references: References
+    axes: tuple[Axis, Axis, Axis]  # pitch, elevation, travel
+    references: References  # the instruments of all axes
 
 
 _LEAST_ERROR = 1e-9  # least standard error of a lag [s], so that weights stay finite
@@ -53,33 +48,27 @@ Gains = tuple[float, float, float]
 
 
 class IdentifierOutput(NamedTuple):
-    """What is known after a sample.
-
-    ``parameters`` and ``standard_errors`` by name; per axis the adaptation error ``sigma`` [rad/s^2], the
-    ``excitation`` level [1] and the score of a closed loop, ``feedback`` [1]; the motors' ``lag``; what references say
-    as ``instruments`` of k_x, k_z, k_y with their standard errors [rad/s^2/V], 0 where none has moved, and whether an
-    estimate is ``contradicted`` by them; ``adapting`` is false while the adaptation rests; ``scores`` of the watched
-    effects.
-    """
+    """What is known after a sample; triples are of pitch, elevation, travel."""
 
     parameters: ModelParameters
     standard_errors: ModelParameters
-    sigma: tuple[float, float, float]
-    excitation: tuple[float, float, float]
-    feedback: tuple[float, float, float]
+    sigma: tuple[float, float, float]  # adaptation error [rad/s^2]
+    excitation: tuple[float, float, float]  # level [1]
+    feedback: tuple[float, float, float]  # score of a closed loop [1]
     lag: Lag
-    instruments: Gains
-    instrument_errors: Gains
-    contradicted: bool
-    adapting: bool
-    scores: tuple[Score, ...] = ()
+    instruments: Gains  # what references say of the gains, 0 where none has moved
+    instrument_errors: Gains  # their standard errors
+    contradicted: bool  # whether they exclude an estimate
+    adapting: bool  # false while the adaptation rests
+    scores: tuple[Score, ...] = ()  # of the watched effects, in the order of the settings
 
 
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     """Return what is known in ``state``, without a step."""
     pitch, elevation, travel = state.axes
     (omega_1, errors_1), (omega_2, errors_2), (omega_3, errors_3) = [
-        _reported(axis, own) for axis, own in zip(state.axes, plan.axes, strict=True)
+        (axis.estimate.omega[: own.gain + 1], axis.estimate.standard_errors[: own.gain + 1])
+        for axis, own in zip(state.axes, plan.axes, strict=True)
     ]
     rest = plan.settings.rest_angle
     if rest is not None:
@@ -110,11 +99,6 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         state.samples // plan.every >= plan.hold_samples,
         _scores_in_order(state, gains, plan) if plan.candidates else (),
     )
-
-
-def _reported(axis: Axis, own: AxisPlan) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return Omega up to the gain, and the standard errors of as many parameters."""
-    return axis.estimate.omega[: own.gain + 1], axis.estimate.standard_errors[: own.gain + 1]
 
 
 def lag_of(pitch: AxisState, elevation: AxisState, plan: Plan) -> Lag:

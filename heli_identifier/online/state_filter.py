@@ -38,26 +38,22 @@ _TERMS = 14
 
 @dataclass(frozen=True)
 class FilterCoefficients:
-    """Exact discretisation of (11) for one sampling period h.
+    """Exact discretisation of (11) for one period h; pairs are the responses of (xi_1, xi_2) to shapes of the input."""
 
-    ``a11 .. a22`` is the transition matrix; the pairs are the responses of (xi_1, xi_2) after h to the input shapes
-    1 (``held``), tau/h (``ramp``), exp(-tau/T_m) (``decay``) and tau/h exp(-tau/T_m) (``decaying_ramp``).
-    """
-
-    a11: float
+    a11: float  # a11 .. a22: transition matrix
     a12: float
     a21: float
     a22: float
-    held_1: float
+    held_1: float  # 1
     held_2: float
-    ramp_1: float
+    ramp_1: float  # tau/h
     ramp_2: float
-    decay_1: float
+    decay_1: float  # exp(-tau/T_m)
     decay_2: float
-    decaying_ramp_1: float
+    decaying_ramp_1: float  # tau/h exp(-tau/T_m)
     decaying_ramp_2: float
-    omega_squared: float
-    two_rho_omega: float
+    omega_squared: float  # [rad^2/s^2]
+    two_rho_omega: float  # [rad/s]
 
 
 def _responses(omega: float, rho: float, h: float, pole: float) -> list[list[float]]:

@@ -68,16 +68,13 @@ class Motion(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """One watched effect: its ``name`` and ``axis``, and the plant's ``law`` with c = 1.
-
-    ``in_rotors``: it changes the thrust voltages. ``times_gain``: the regression finds c times the axis' gain k.
-    """
+    """One watched effect."""
 
     name: str
     axis: str
-    law: Callable[..., float]
-    in_rotors: bool
-    times_gain: bool
+    law: Callable[..., float]  # the plant's with c = 1
+    in_rotors: bool  # it changes the thrust voltages
+    times_gain: bool  # the regression finds c times the axis' gain k
 
 
 def candidate(name: str, axis: str) -> Candidate:
@@ -122,15 +119,12 @@ _DELAY = 2.0 * _RATE_DAMPING / _RATE_BANDWIDTH  # what is taken back of the dela
 
 
 class WatchState(NamedTuple):
-    """(xi_1, xi_2) of the rate filters of pitch, elevation and travel and, with its last value, of each candidate.
+    """What is remembered of watched effects."""
 
-    ``cable_rest`` [rad] is the travel at sample 0.
-    """
-
-    rates: tuple[Pair, Pair, Pair]
-    cable_rest: float
-    values: tuple[float, ...]
-    filtered: tuple[Pair, ...]
+    rates: tuple[Pair, Pair, Pair]  # (xi_1, xi_2) of the rate filters
+    cable_rest: float  # travel at sample 0 [rad]
+    values: tuple[float, ...]  # of the candidates
+    filtered: tuple[Pair, ...]  # (xi_1, xi_2) of each
 
 
 def discretised_rates(h: float, held: bool) -> FilterCoefficients:

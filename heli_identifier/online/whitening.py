@@ -56,14 +56,14 @@ from .state_filter import FilterCoefficients
 
 
 class Memory(NamedTuple):
-    """Of one signal: the last two values behind 1/M, newest first; the observer's state; dv / d ln gamma to come."""
+    """What is remembered of one signal."""
 
-    u1: float
+    u1: float  # last values behind 1/M, newest first
     u2: float
-    t1: float
+    t1: float  # t1 .. t3: the observer's state
     t2: float
     t3: float
-    corner_slope: float
+    corner_slope: float  # dv / d ln gamma to come
 
 
 NEWEST = 13.0 / 12.0
@@ -74,25 +74,21 @@ _OBLIQUE = 0.5 * sqrt(3.0)  # imaginary part of a Butterworth pole of third orde
 
 
 class Whitening(NamedTuple):
-    """Coefficients of G at one omega_o and gamma, and what their derivatives need.
+    """Coefficients of G at one omega_o and gamma, and what their derivatives need."""
 
-    ``f1``, ``f2`` of A_F; ``q1``, ``q2`` of Q and ``r``; ``o1 .. o3`` of A_o; ``s1 .. s3`` their derivatives by ln
-    omega_o; ``kept`` = exp(-gamma h) and ``slope`` = gamma h exp(-gamma h); ln omega_o and ln gamma.
-    """
-
-    f1: float
+    f1: float  # f1, f2 of A_F
     f2: float
-    q1: float
+    q1: float  # q1, q2 of Q
     q2: float
-    r: float
-    o1: float
+    r: float  # of A_o = D Q + r z^-3
+    o1: float  # o1 .. o3 of A_o
     o2: float
     o3: float
-    s1: float
+    s1: float  # s1 .. s3: derivatives of o1 .. o3 by ln omega_o
     s2: float
     s3: float
-    kept: float
-    slope: float
+    kept: float  # exp(-gamma h)
+    slope: float  # gamma h exp(-gamma h)
     log_bandwidth: float
     log_corner: float
 
@@ -192,14 +188,14 @@ def bounded_noise(log_bandwidth: float, log_corner: float, bounds: Bounds) -> tu
 
 
 class NoiseModel(NamedTuple):
-    """Variance lambda [rad^2/s^4] of ``seen`` innovations; the last innovations ``e1 .. e3``, derivatives ``d1 ..``."""
+    """What is remembered of the innovations of one axis."""
 
-    variance: float
-    seen: float
-    e1: float
+    variance: float  # lambda [rad^2/s^4]
+    seen: float  # number of innovations
+    e1: float  # e1 .. e3: the last innovations
     e2: float
     e3: float
-    d1: float
+    d1: float  # d1 .. d3: their derivatives by ln omega_o
     d2: float
     d3: float
 
