@@ -38,7 +38,7 @@ def linked():
 
 
 def sample(number, layout=USUAL):
-    return encode(Datagram(number, number * H, (1.0, 2.0, 0.001 * number, -0.1, 0.5)), layout)
+    return encode(Datagram(number, 1e6 + number * H, (1.0, 2.0, 0.001 * number, -0.1, 0.5)), layout)
 
 
 def stepped(unit, k):
@@ -84,6 +84,8 @@ def test_a_stopped_stream_trips_the_watchdog_and_no_step_waits(linked):
     for k in range(50, 550):  # a step that waited for the rig would never come back
         stepped(unit, k)
     assert got(unit, "watchdog", "fresh", "pitch") == [1.0, 0.0, 0.049]
+    # all that waited has been shown, .05 s after it came in; the co-simulation is 5 s ahead of the newest
+    assert got(unit, "age", "lead") == pytest.approx([4.95, 5.0])
     for k in range(550, 600):
         rig.send(sample(k))
         stepped(unit, k)
