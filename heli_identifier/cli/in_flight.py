@@ -198,7 +198,7 @@ def _listener(
 
 def _shows(stack: ExitStack, title: str, address: str | None) -> "Show":
     """Open the screen and the page, and return what shows a view on them."""
-    from heli_identifier.live.screen import Teller, screen
+    from heli_identifier.live.screen import print_news, screen
 
     places: list[Any] = []
     if address is not None:
@@ -207,7 +207,7 @@ def _shows(stack: ExitStack, title: str, address: str | None) -> "Show":
         url, board = stack.enter_context(served(address, title))
         note(f"open {url} in a browser")
         places.append(board.show)
-    places.append(stack.enter_context(screen(title)) if sys.stderr.isatty() else Teller())
+    places.append(stack.enter_context(screen(title)) if sys.stderr.isatty() else print_news)
 
     def show(view: Any, status: Any) -> None:
         for one in places:

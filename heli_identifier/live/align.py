@@ -36,22 +36,11 @@ from typing import NamedTuple
 
 from .datagrams import Datagram
 
-JUMP = 1.0
-"""Time [s] from the newest sample, either way, beyond which a sample needs a second one that continues it."""
-
-LONGEST_GAP = 60.0
-"""Longest pause of a stream [s] that is bridged by the rig's clock; after a longer one the order begins again."""
-
-RECENT = 256
-"""Number of samples that a late one is compared with to see whether it came twice."""
-
-EARLY = 1e-9
-"""A sample is due from this much before its time [s], because communication points k H have rounding errors."""
-
-_NEAR = 0.01
-"""Share of the sampling interval by which an age may be short of it and still be one interval: times since 1970 are
-rounded to .1 us."""
-
+JUMP = 1.0  # time from the newest sample, either way, beyond which one needs a second that continues it [s]
+LONGEST_GAP = 60.0  # longest pause that is bridged by the rig's clock; after a longer one the order begins again [s]
+RECENT = 256  # samples that a late one is compared with to see whether it came twice
+EARLY = 1e-9  # a sample is due so much before its time [s]: communication points k H have rounding errors
+_NEAR = 0.01  # share by which an age may be short of an interval and still be one: times since 1970 are rounded
 _STANDS = 1e-6  # [s] by which a clock moves at most that stands still: times since 1970 are rounded
 
 

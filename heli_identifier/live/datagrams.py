@@ -35,17 +35,10 @@ SIGNALS = ("v_front", "v_rear", "pitch", "elevation", "travel")
 USUAL_LAYOUT = "sequence time v_front v_rear pitch elevation travel"
 JSON = "json"
 
-LARGEST_JSON = 1024
-"""Bytes of the longest JSON line that is read; one of this project has about 150."""
-
-LARGEST_DATAGRAM = 65_507
-"""Bytes of the longest datagram of UDP under IPv4."""
-
-BUFFER = 1 << 20
-"""Bytes that the system keeps of a receiver that is late: about 10 s of a rig at 1 kHz."""
-
-FORSAKEN = 2.0
-"""Silence of a sender that was not named after which another one may be the rig [s]."""
+LARGEST_JSON = 1024  # bytes of the longest JSON line that is read; one of this project has about 150
+LARGEST_DATAGRAM = 65_507  # bytes of the longest datagram of UDP under IPv4
+BUFFER = 1 << 20  # bytes that the system keeps of a receiver that is late: about 10 s of a rig at 1 kHz
+FORSAKEN = 2.0  # silence of a sender that was not named after which another one may be the rig [s]
 
 BOUNDS = {
     "v_front": (-30.0, 30.0),  # [V], as the units' inputs take them
@@ -89,13 +82,7 @@ class Datagram(NamedTuple):
 
 
 def read_layout(text: str) -> Layout:
-    """Return the layout that a text names.
-
-    Raises
-    ------
-    ConfigurationError
-        A name is unknown or stands there twice, a signal is missing, or there are more than a datagram holds.
-    """
+    """Return the layout that a text names; a ConfigurationError says what is wrong with it."""
     words = text.replace(",", " ").split()
     is_json = words == [JSON]
     names: list[str] = []
@@ -165,10 +152,7 @@ def encode(sample: Datagram, layout: Layout) -> bytes:
 def read_address(text: str, what: str) -> tuple[str, int]:
     """Return the numeric address and port of ``HOST:PORT``; an IPv6 address stands in brackets, a missing port is -1.
 
-    Raises
-    ------
-    ConfigurationError
-        It is no address. Names are not looked up, because that may wait for the network; ``localhost`` is known.
+    Names are not looked up, because that may wait for the network; ``localhost`` is known.
     """
     host, port = text.strip(), ""
     if host.startswith("["):
@@ -198,21 +182,10 @@ def is_every(host: str) -> bool:
 class Port:
     """A UDP socket that hears one sender.
 
-    Attributes
-    ----------
-    address : tuple of (str, int)
-        Numeric address and port of this machine where it listens; not 0.0.0.0. Port 0 stands for a free one.
-    sender : tuple of (str, int) or None
-        Where the rig is, given as ``HOST:PORT`` or ``HOST`` (port -1, any); without, the first good sender.
-    refused, foreign, elections : int
-        Datagrams that held no sample, datagrams of other senders, and senders that were taken for the rig.
-    reason, note : str
-        Why the last datagram was refused, and what is to be said about the sender; empty for nothing.
-
-    Raises
-    ------
-    ConfigurationError
-        The address is not one of this machine, is taken, or would hear all networks; or nothing comes from the sender.
+    ``address`` and ``number`` of the port are of this machine, not 0.0.0.0; port 0 stands for a free one. ``sender`` is
+    ``HOST:PORT`` or ``HOST`` (port -1, any); without, the first good sender is the rig. Counted are datagrams that held
+    no sample (``refused``), those of others (``foreign``), and senders that were taken for the rig (``elections``).
+    ``reason``: why the last datagram was refused; ``note`` about the sender. Both are empty for nothing.
     """
 
     def __init__(self, address: str, number: int, sender: str, layout: Layout) -> None:

@@ -32,18 +32,10 @@ def screen(title: str) -> Iterator[Show]:
         yield show
 
 
-class Teller:
-    """Prints every event once on the error stream, where that is no terminal."""
-
-    def __init__(self) -> None:
-        self.told = 0
-
-    def __call__(self, view: View | None, status: Status | None) -> None:
-        """Print the events that are new."""
-        if view is not None and view["number_of_events"] > self.told:
-            for event in view["events"][self.told - view["number_of_events"] :]:
-                print(event_line(event), file=sys.stderr, flush=True)
-            self.told = view["number_of_events"]
+def print_news(view: View | None, status: Status | None) -> None:
+    """Print the events that are new on the error stream, where that is no terminal."""
+    for event in view["news"] if view is not None else ():
+        print(event_line(event), file=sys.stderr, flush=True)
 
 
 def draw_screen(title: str, view: View | None, status: Status | None) -> Group:

@@ -41,10 +41,7 @@ Changed = Callable[[PlantParameters, Mapping[str, float], float], None]
 class Journal:
     """A CSV file that is made with its header and only grows, by whole rows.
 
-    Raises
-    ------
-    ConfigurationError
-        The file is there already: it holds what was measured before, and is never replaced.
+    One that is there already holds what was measured before, and is never replaced: a ConfigurationError.
     """
 
     def __init__(self, path: Path, columns: Sequence[str]) -> None:
@@ -64,10 +61,7 @@ class Journal:
     def flush(self) -> None:
         """Hand the rows that were added to the system.
 
-        Raises
-        ------
-        OSError
-            The disk is full, or gone; it names the file, which ends with a whole row.
+        Where the disk is full or gone the OSError names the file, which ends with a whole row.
         """
         data, written, begin = "".join(self._pending).encode(), 0, self._file.tell()
         self._pending.clear()
@@ -106,11 +100,6 @@ class Session:
 
     ``parameters`` are the plant's, as a diagnosis delivers them. ``changed`` is called when a change was adopted or
     taken back, with the plant's parameters, their standard errors by structured name, and the elevation [rad].
-
-    Raises
-    ------
-    ConfigurationError
-        The parameters are not a plant's, or the folder holds a recording or is none.
     """
 
     def __init__(self, folder: Path, parameters: ParameterSet, changed: Changed = lambda *_: None) -> None:
@@ -137,6 +126,7 @@ class Session:
         self.last_time = 0.0  # of a sample [s]
         self.notice = ""  # what is to be said about the controller
         self._time = self._elevation = 0.0  # of the last step [s], [rad]
+        self._told = 0  # events that were shown
         self._noted: set[str] = set()
 
     @property
@@ -232,17 +222,17 @@ class Session:
         """Return what there is to see, None before the first step.
 
         ``time`` [s], ``mode``; ``alarm``: the detector's largest sum over its threshold [1], and the likeliest change
-        as ``suspect``; ``events``: the latest of ``number_of_events``, as they stand in their file; ``notice`` about
-        the controller. ``last`` and, since the view before, ``due``: instants for which predictions fell due, with the
-        angles ``measured``, ``predicted`` 1 s before and by the twin left alone, and rms errors of both over the window
-        (None where there is none yet) [rad]; ``declared``: those of the parameters [rad]. ``values``: each at the
-        ``start`` and as ``used``, with the identifier's ``estimate`` and half its 95 % ``band``.
+        as ``suspect``; ``events``: the latest, and ``news``: those since the view before, as they stand in their file;
+        ``notice`` about the controller. ``last`` and, since the view before, ``due``: instants for which predictions
+        fell due, with the angles ``measured``, ``predicted`` 1 s before and by the twin left alone, and rms errors of
+        both over the window (None where there is none yet) [rad]; ``declared``: those of the parameters [rad].
+        ``values``: each at the ``start`` and as ``used``, with the ``estimate`` and half its 95 % ``band``.
         """
         if self.twin is None or self._time == 0.0:
             return None
         plan, state = self.twin
-        now, due = state.corrector, self.due
-        self.due = []
+        now, due, news = state.corrector, self.due, self.events[self._told :]
+        self.due, self._told = [], len(self.events)
         return {
             "time": self.time,
             "mode": now.mode,
@@ -251,8 +241,8 @@ class Session:
             "last": self.last,
             "declared": self.declared,
             "values": _values(state, plan),
-            "number_of_events": len(self.events),
             "events": self.events[-_EVENTS_SHOWN:],
+            "news": news,
             "notice": self.notice,
             "due": due,
         }

@@ -67,11 +67,6 @@ def send(
 
     It goes ``to`` HOST:PORT, ``speed`` times faster than the rig was. The time of a datagram is the log's, its sequence
     number counts from 0. ``progress`` is called with what is being done and the share that is done, 0 to 1.
-
-    Raises
-    ------
-    ConfigurationError
-        The address is none, the speed is out of range, or the network refuses datagrams.
     """
     require_range("--speed", speed, "times real time", *SPEEDS)
     family, address = find_address(to, "--to")
