@@ -8,7 +8,6 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -22,28 +21,18 @@ FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--hide-scrollbars", "--remote-debugging-pipe",
 )  # fmt: skip
-LAUNCHER = """
-import os, sys
-orders, answers = (os.dup(os.dup(int(word))) for word in sys.argv[1:3])
-os.dup2(orders, 3), os.dup2(answers, 4)
-os.execv(sys.argv[3], sys.argv[3:])
-"""
-"""The browser reads its orders from descriptor 3 and answers on 4; the copies keep one from closing the other."""
-
-
 class Chromium:
     """One browser with one page; a context manager."""
 
     def __init__(self, profile: Path) -> None:
         order_in, order_out = os.pipe()
         answer_in, answer_out = os.pipe()
-        words = [str(CHROMIUM), *FLAGS, f"--user-data-dir={profile}"]
+        # the browser reads its orders from descriptor 3 and answers on 4
+        begin = ["bash", "-c", f'exec "$@" 3<&{order_in} 4>&{answer_out}', "bash", str(CHROMIUM)]
         self.process = subprocess.Popen(
-            [sys.executable, "-c", LAUNCHER, str(order_in), str(answer_out), *words],
-            pass_fds=(order_in, answer_out),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
+            [*begin, *FLAGS, f"--user-data-dir={profile}"], pass_fds=(order_in, answer_out),
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
         os.close(order_in)
         os.close(answer_out)
         self.orders, self.answers = os.fdopen(order_out, "wb", 0), os.fdopen(answer_in, "rb")
@@ -95,11 +84,7 @@ class Chromium:
             self.events.append(self._next())
 
     def value(self, script):
-        """Give the value of a JavaScript expression."""
-        return self.call("Runtime.evaluate", expression=script, returnByValue=True)["result"].get("value")
-
-    def awaited(self, script):
-        """Give what the promise of a JavaScript expression resolves to."""
+        """Give the value of a JavaScript expression, or what its promise resolves to."""
         answer = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in answer, answer
         return answer["result"].get("value")
@@ -113,11 +98,6 @@ class Chromium:
         """Addresses that the page asked for."""
         sent = [event["params"] for event in self.events if event.get("method") == "Network.requestWillBeSent"]
         return [event["request"]["url"] for event in sent]
-
-    def printed(self, file: Path) -> None:
-        """Write a PDF of the page on A4."""
-        data = self.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)["data"]
-        file.write_bytes(base64.b64decode(data))
 
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
@@ -204,18 +184,17 @@ def test_details_are_folded_on_a_screen_and_open_on_white_paper(browser, page):
 def test_axe_finds_nothing(browser, page, width, dark):
     browser.open(page, width, dark)
     browser.value(f"{AXE.read_text(encoding='utf-8')}; 1")
-    found = browser.awaited("axe.run(document).then(r => r.violations.map(v => [v.id, v.nodes[0].html]))")
+    found = browser.value("axe.run(document).then(r => r.violations.map(v => [v.id, v.nodes[0].html]))")
     assert found == []
-    assert browser.awaited("axe.run(document).then(r => r.passes.length)") > 10
+    assert browser.value("axe.run(document).then(r => r.passes.length)") > 10
 
 
 @pytest.mark.skipif(shutil.which("pdftotext") is None, reason="pdftotext is missing")
 def test_no_page_of_the_print_ends_with_a_heading(browser, page, tmp_path):
     browser.open(page, 1280)
-    browser.printed(tmp_path / "report.pdf")
-    text = subprocess.run(
-        ["pdftotext", "-layout", str(tmp_path / "report.pdf"), "-"], capture_output=True, text=True, check=True
-    ).stdout
+    printed = browser.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)["data"]
+    (tmp_path / "report.pdf").write_bytes(base64.b64decode(printed))  # on A4
+    text = subprocess.check_output(["pdftotext", "-layout", str(tmp_path / "report.pdf"), "-"], text=True)
     pages = [[line.strip() for line in part.splitlines() if line.strip()] for part in text.split("\f")]
     headings = {re.sub(r"<[^>]+>", "", text).strip() for text in re.findall("<h[23]>(.*?)</h", page.read_text())}
     assert len(headings) > 5

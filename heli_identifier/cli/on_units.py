@@ -185,7 +185,8 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
         if refused := bands.refused:
             warn(f"{len(refused)} of {bands.runs + len(refused)} runs were refused; first: {refused[0]}")
     elif log is not None and (errors := _off_the_log(result, log)):
-        document = [own | ({"rms_error": errors[own["name"]]} if own["name"] in errors else {}) for own in outputs]
+        for own in (own for own in outputs if own["name"] in errors):
+            own["rms_error"] = errors[own["name"]]
         said = ", ".join(f"{name.removeprefix('plant.')} {1e3 * value:.3g} mrad" for name, value in errors.items())
         if not json:
             typer.echo(f"RMS error of the plant against {log.path}: {said}")

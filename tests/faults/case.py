@@ -9,7 +9,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,26 +19,11 @@ LONGEST = 900.0
 """Time after which a script is taken for hung [s]; a loaded machine is no defect."""
 
 
-@dataclass(frozen=True)
-class Fault:
-    """A fault.
+class Fault(NamedTuple):
+    """A fault as the page names it, what makes its files in a folder, and the command of ``heli`` that meets it.
 
-    Attributes
-    ----------
-    what : str
-        The fault, as the page names it.
-    make : callable
-        Makes the files in the folder that it is given.
-    command : str
-        A command that begins with ``heli``; a script of bash if ``shell``.
-    said : str
-        A part of the sentence that is wanted.
-    code : int
-        The exit code that is wanted.
-    makes : tuple of str
-        Names of what the command may leave in the folder.
-    shell : bool
-        Whether it needs a process of its own: pipes, signals, limits.
+    ``said``: a part of the sentence that is wanted; ``makes``: names of what the command may leave in the folder;
+    ``shell``: the command is a script of bash, which has a process of its own: pipes, signals, limits.
     """
 
     what: str
