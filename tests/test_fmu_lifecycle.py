@@ -78,45 +78,17 @@ def drive(first, last):
 @pytest.mark.parametrize(
     "unit", [pytest.param(u, marks=[] if u == "HelicopterPlant" else [pytest.mark.slow]) for u in SAVED]
 )
-def test_a_hundred_instances_one_after_another_give_the_same(fmus, in_host, log, unit):
+def test_a_hundred_instances_one_after_another_beside_a_lasting_one_give_the_same(fmus, in_host, log, unit):
     script = """
-seen = []
+other, seen = Unit(sys.argv[1]).fresh(parameters), []
 for k in range(100):
     unit.fresh(parameters)
     seen.append(drive(0, 3))
+    other.step(0.01 * k, 0.01)
     unit.free()
-answer(all(one == seen[0] for one in seen))
+answer([all(one == seen[0] for one in seen), other.log])
 """
-    assert in_host(DRIVE + script, fmus[unit], json.dumps(parameters(unit, log)))
-
-
-@pytest.mark.parametrize("unit", SAVED)
-def test_rollback_state_in_bytes_reset_and_another_instance_give_the_same_bits(fmus, in_host, log, unit):
-    script = """
-unit.fresh(parameters)
-start = drive(0, 60)
-state = unit.slave.getFMUState()
-raw = unit.slave.serializeFMUstate(state)
-first = drive(60, 120)
-unit.slave.setFMUState(state)
-again = drive(60, 120)
-unit.slave.freeFMUState(state)
-unit.free()
-unit.fresh(parameters)
-unit.slave.setFMUState(unit.slave.deSerializeFMUstate(raw))
-through_bytes = drive(60, 120)
-unit.slave.reset()
-unit.start(parameters)
-alone, other, interleaved = unit, Unit(sys.argv[1]).fresh(parameters), []
-for k in range(60):
-    unit = alone
-    interleaved += drive(k, k + 1)
-    unit = other
-    drive(k, k + 1)
-answer([first == again, first == through_bytes, start == interleaved, first[0] != first[-1], alone.log, other.log])
-"""
-    seen = in_host(DRIVE + script, fmus[unit], json.dumps(parameters(unit, log)))
-    assert seen == [True, True, True, True, [], []]
+    assert in_host(DRIVE + script, fmus[unit], json.dumps(parameters(unit, log))) == [True, []]
 
 
 def test_two_builds_of_the_plant_in_one_process_keep_their_own_parameters(fmus, in_host, tmp_path):

@@ -53,15 +53,12 @@ def test_the_bands_lie_where_95_of_100_runs_do(files):
     assert [low <= value <= high for value in last] == [False, True, True, False]
 
 
-def test_a_run_that_a_unit_refuses_is_counted_with_its_reason(files):
+def test_a_run_that_a_unit_refuses_is_counted_with_its_reason_and_units_in_python_are_refused(files, fmus):
     bands = many(files, [{"plant.pitch.gain": 0.25}, {"plant.pitch.gain": 1e9}]).bands
     assert bands.runs == 1 and len(bands.refused) == 1
     assert "pitch.gain = 1000000000.0" in bands.refused[0]
     with pytest.raises(MasterError, match="every one of 1 varied runs was refused; the first: plant"):
         many(files, [{"plant.pitch.gain": 1e9}])
-
-
-def test_units_that_are_not_native_are_refused(files, fmus):
     with pytest.raises(MasterError, match="many runs need native units; plant is none"):
         many({**files, "plant": str(fmus["HelicopterPlant"])}, [{}])
 

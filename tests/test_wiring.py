@@ -36,17 +36,11 @@ def test_no_output_at_the_start_depends_on_an_input_so_that_one_pass_initialises
                 assert variables[name].causality == "parameter"
 
 
-def test_an_input_that_is_fed_twice_is_refused():
+def test_an_input_fed_twice_a_unit_that_is_not_there_and_an_unknown_scenario_are_refused():
     wires = (Connection("a", "x", "b", "u"), Connection("c", "x", "b", "u"))
     with pytest.raises(WiringError, match="b.u is connected twice"):
         Scenario("twice", "", (("a", "A"), ("b", "B"), ("c", "C")), wires)
-
-
-def test_a_connection_to_a_unit_that_is_not_there_is_refused():
     with pytest.raises(WiringError, match="names the unit 'z'"):
         Scenario("lost", "", (("a", "A"),), (Connection("a", "x", "z", "u"),))
-
-
-def test_an_unknown_scenario_is_refused_with_the_nearest_name():
     with pytest.raises(WiringError, match="did you mean 'closed_loop'"):
         scenario("close_loop")

@@ -3,31 +3,9 @@
  * Usage: native_host LIBRARY GUID STEPS STRING_REFERENCE STRING_VALUE INPUTS OUTPUTS
  * INPUTS and OUTPUTS are counts followed by value references; a STRING_REFERENCE of -1 sets no text. Two instances step
  * side by side; the state is serialised, undone and restored in between; a NaN is refused by the call that sets it.
- * Printed are the outputs of every 10th step, and on the error stream the time of a doStep [us] and the peak memory.
+ * Printed are the outputs of every 10th step.
  */
 #include "fmi2_host.h"
-
-#include <time.h>
-
-enum { TIMED = 20000 };
-
-static double seconds(void)
-{
-    return (double)clock() / CLOCKS_PER_SEC;
-}
-
-/* Peak memory of the process, where the system says it. */
-static void say_memory(void)
-{
-    char line[256];
-    FILE *status = fopen("/proc/self/status", "r");
-    while (status && fgets(line, sizeof line, status)) {
-        if (strncmp(line, "VmHWM:", 6) == 0)
-            fprintf(stderr, "peak memory %d kB\n", atoi(line + 6));
-    }
-    if (status)
-        fclose(status);
-}
 
 int main(int argc, char **argv)
 {
@@ -36,7 +14,6 @@ int main(int argc, char **argv)
     int argument = 6;
     if (argc < 8)
         return 2;
-    const double loaded = seconds();
     void *library = opened(argv[1]);
     const Functions f = functions_of(library);
     int (*reset)(void *) = symbol(library, "fmi2Reset");
@@ -57,8 +34,6 @@ int main(int argc, char **argv)
             return 5;
         for (int again = 0; again < 2; again++) {
             initialise(&f, units[u], atoi(argv[4]), argv[5]);
-            if (u == 0 && again == 0)
-                fprintf(stderr, "first instance %.3f ms with loading\n", 1e3 * (seconds() - loaded));
             if (again == 0) {
                 check(f.step(units[u], 0.0, 0.01, 1), OK, "fmi2DoStep before fmi2Reset");
                 check(reset(units[u]), OK, "fmi2Reset");
@@ -111,10 +86,6 @@ int main(int argc, char **argv)
         check(f.step(units[0], 0.01 * steps, 0.01, 1), OK, "fmi2DoStep after a good value");
         check(messages, 2, "the log of the NaN");
     }
-    const double began = seconds();
-    for (int k = 0; k < TIMED; k++)
-        check(f.step(units[1], 0.01 * (steps + k), 0.01, 1), OK, "fmi2DoStep");
-    fprintf(stderr, "%.3f us per doStep\n", 1e6 * (seconds() - began) / TIMED);
     check(f.step(units[0], 0.0, -1.0, 1), DISCARD, "fmi2DoStep backwards");
     check(f.setup(units[0], 0, 0.0, 0.0, 0, 0.0), FAILURE, "fmi2SetupExperiment while stepping");
     if (f.instantiate("unit", 1, "{no GUID}", "", &callbacks, 0, 1))
@@ -123,6 +94,5 @@ int main(int argc, char **argv)
         check(f.terminate(units[u]), OK, "fmi2Terminate");
         f.release(units[u]);
     }
-    say_memory();
     return 0;
 }
