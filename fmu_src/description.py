@@ -94,14 +94,12 @@ def value_text(value: Value, kind: str) -> str:
     return str(value) if kind == "String" else str(int(value))
 
 
-def _is_markup(template: str | None) -> bool:
-    return not (template or "").endswith((".c.j2", ".h.j2"))
-
-
 @cache
 def _templates() -> Environment:
-    loader = PackageLoader("fmu_src", "templates")
-    made = Environment(loader=loader, undefined=StrictUndefined, autoescape=_is_markup, trim_blocks=True)
+    made = Environment(
+        loader=PackageLoader("fmu_src", "templates"), undefined=StrictUndefined, trim_blocks=True,
+        autoescape=lambda template: not (template or "").endswith((".c.j2", ".h.j2")),
+    )  # fmt: skip
     made.globals |= {"author": AUTHOR, "license": LICENSE, "version": VERSION, "date": DATE}
     made.filters |= {"text": value_text, "bound": _bound}
     return made

@@ -46,14 +46,10 @@ def write_ssp(
 
     Parameters
     ----------
-    scenario_name : str or Scenario
-        A key of :data:`fmu_src.SCENARIOS`, or a scenario of your own.
+    scenario_name, parameters, fmus
+        As for :func:`fmu_src.master.run`.
     path : path
         The .ssp file; it appears complete or not at all.
-    parameters : mapping, optional
-        By unit and parameter, as for :func:`fmu_src.master.run`.
-    fmus : mapping, optional
-        FMU file by unit name; the other units are built from this project.
     duration : float
         Stop time of the default experiment [s].
     native : bool

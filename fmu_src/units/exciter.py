@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import ClassVar
 
-from heli_identifier.online.excitation import Channel, Excitation, Multisine, paper_channels, voltages
+from heli_identifier.online.excitation import Channel, Excitation, Multisine, SquareChirp, paper_channels, voltages
 
 from ..slave_base import SlaveBase
 from ..variables import Variable, parameter, setting
@@ -44,21 +44,19 @@ class Exciter(SlaveBase):
 
     def initialise(self, time: float) -> None:
         """Make the signal; show its value at the start."""
-        self.excitation = self._excitation()
-        self.show(voltages(0.0, self.excitation))
-
-    def _excitation(self) -> Excitation:
         experiment, channel = self.value("excitation.experiment"), CHANNELS[self.value("excitation.channel")]
         base, limit = self.value("excitation.base"), self.value("excitation.limit")
-        difference = total = None
+        difference: SquareChirp | Multisine | None = None
+        total: SquareChirp | Multisine | None = None
         if experiment in (EXPERIMENT_1, EXPERIMENT_2):
-            return Excitation(base, *paper_channels(experiment, channel), limit)
+            difference, total = paper_channels(experiment, channel)
         if experiment == MULTISINE and channel != "total":
             difference = self.settings(_SIGNAL, rms=self.value("multisine.rms_difference"))
         if experiment == MULTISINE and channel != "difference":
             seed = self.value("multisine.seed") + 1
             total = self.settings(_SIGNAL, rms=self.value("multisine.rms_sum"), seed=seed)
-        return Excitation(base, difference, total, limit)
+        self.excitation = Excitation(base, difference, total, limit)
+        self.show(voltages(0.0, self.excitation))
 
     def advance(self, time: float, step_size: float) -> None:
         """Show the voltages of the end of the step."""

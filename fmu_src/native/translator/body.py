@@ -48,8 +48,7 @@ class Body:
         self.program, self.name, self.function = program, name, function
         self.parameters, self.returns = parameters, returns
         self.returned: c.CType = returns or c.UNKNOWN
-        self.stored: set[str] = set()
-        """Variables of which an element is changed, or to which one is appended: they are lists in C."""
+        self.stored: set[str] = set()  # variables of which an element is changed, or to which one is appended: lists
         self.needs_space = self.is_external = False
         self.begin()
 
@@ -57,14 +56,11 @@ class Body:
         """Begin a pass."""
         self.lines: list[str] = []
         self.depth, self.count = 1, 0
-        self.env: dict[str, Any] = {}
-        """Values of the variables."""
-        self.ended = False
-        """Whether this is behind a return."""
+        self.env: dict[str, Any] = {}  # values of the variables
+        self.ended = False  # whether this is behind a return
         for name, kind in self.parameters.items():
             self.env[name] = self.opened(Expr(self, kind, f"(*{name})" if isinstance(kind, c.Struct) else name))
-        self.loops: list[dict[str, Expr]] = []
-        """Of each loop around: the variables that it carries from turn to turn."""
+        self.loops: list[dict[str, Expr]] = []  # of each loop around: the variables that it carries from turn to turn
 
     # Lines
 
