@@ -41,6 +41,12 @@ def test_the_template_holds_the_defaults_shows_every_key_and_all_of_them_can_be_
         assert content[section].keys() == KEYS[section].keys()
     for section in ("columns", "units", "references"):
         assert content["log"][section].keys() == KEYS["log"][section].keys()
+    assert content["log"]["signs"].keys() == KEYS["log"]["signs"].keys() - {"time"}
+
+
+def test_a_format_made_in_python_is_held_to_the_same_names():
+    with pytest.raises(ConfigurationError, match="log.references.yaw is no axis"):
+        LogFormat(references={"yaw": "psi"})
 
 
 def test_keys_arrive_where_they_belong(configured):
@@ -85,7 +91,7 @@ def test_a_wrong_configuration_gets_one_sentence_that_names_file_key_and_way_out
     assert "\n" not in message
 
 
-def test_a_diagnosis_takes_the_configuration_that_all_its_logs_were_read_with():
+def test_what_is_given_of_the_rig_is_the_configuration_that_all_logs_were_read_with():
     rig = RigConfiguration(motor_time_constant=0.12, format=LogFormat(encoder_counts=(2000, 2000, 2000)))
     (path, second, *_), _ = demo_logs("rig-a")
     own, too, other = read_log(path, rig), read_log(second, rig), read_log(second)

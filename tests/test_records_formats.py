@@ -140,22 +140,21 @@ def test_a_matlab_vector_of_another_length_is_left_out_unless_it_is_a_signal(tmp
     assert log.notes == ("left out 'gains': not one number per sample",)
 
 
-def test_a_reader_that_crashes_is_a_damaged_file():
-    with pytest.raises(LogError, match="log.mat is not readable: it is damaged so that its reader crashes"):
-        apart(os.abort, (), 1, "log.mat")
-
-
-def test_a_reader_without_end_is_ended(monkeypatch):
+@pytest.mark.parametrize(
+    ("read", "argument", "words"),
+    [
+        (os.abort, (), "it is damaged so that its reader crashes"),
+        (exec, ("while True: pass",), "its reader came to no end within 5 s"),
+        (bytes, (2 * 10**9,), "it asks for more than 1 GB of memory"),
+    ],
+)
+def test_a_reader_that_crashes_hangs_or_asks_for_all_memory_is_a_damaged_file(monkeypatch, read, argument, words):
+    if read is bytes:
+        pytest.importorskip("resource")  # Windows bounds no memory
     monkeypatch.setattr(opening, "PATIENCE", 5.0)
-    with pytest.raises(LogError, match=r"its reader came to no end within 5 s"):
-        apart(exec, ("while True: pass",), 1, "log.mat")
-
-
-def test_a_reader_that_asks_for_all_memory_is_refused(monkeypatch):
-    pytest.importorskip("resource")  # Windows bounds no memory
     monkeypatch.setattr(opening, "MEMORY", 10**9)
-    with pytest.raises(LogError, match="log.mat is not readable: it asks for more than 1 GB of memory"):
-        apart(bytes, (2 * 10**9,), 1, "log.mat")
+    with pytest.raises(LogError, match=f"log.mat is not readable: {words}"):
+        apart(read, argument, 1, "log.mat")
 
 
 def test_what_a_reader_gives_or_raises_arrives_and_what_it_prints_does_not(capfd):

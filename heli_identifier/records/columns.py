@@ -123,18 +123,14 @@ def read_stamps(cells: NDArray[Any]) -> NDArray[np.float64]:
     """Give time stamps as seconds since the first one, shape (N,); NaN where a cell is none."""
     import pandas
 
-    if cells.dtype.kind == "M":
-        stamps = cells.astype("datetime64[ns]")
-    else:
-        texts = pandas.Series(cells).astype(str).str.strip()
-        found = pandas.to_datetime(texts, format="ISO8601", errors="coerce", utc=True)
-        if found.isna().all():  # an hour of the day alone
-            found = pandas.to_datetime("2000-01-01T" + texts, format="ISO8601", errors="coerce", utc=True)
-        stamps = found.dt.tz_localize(None).to_numpy().astype("datetime64[ns]")
-    wrong = np.isnat(stamps)
-    first = next(iter(stamps[~wrong]), np.datetime64("NaT"))
-    seconds = (stamps - first).astype("timedelta64[ns]").astype(float) * 1e-9
-    return np.where(wrong, np.nan, seconds)
+    found = pandas.Series(cells)
+    if cells.dtype.kind != "M":
+        texts = found.astype(str).str.strip()
+        for day in ("", "2000-01-01T"):  # the second one before an hour of the day alone
+            found = pandas.to_datetime(day + texts, format="ISO8601", errors="coerce", utc=True)
+            if found.notna().any():
+                break
+    return (found - found.bfill().iloc[:1].min()).dt.total_seconds().to_numpy(dtype=float)
 
 
 def floats(cells: NDArray[Any]) -> NDArray[np.float64]:
