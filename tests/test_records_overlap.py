@@ -18,7 +18,7 @@ from tests.blind.generator import make_rig, simulate_log
 from tests.blind.windy import windy_rig
 
 RIG = make_rig(9001, "clean")
-COUNT = 2.0 * np.pi / 4096.0
+TWO_COUNTS = 4.0 * np.pi / 4096.0 * np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
 
 
 def log_of(samples: np.ndarray, name: str = "log", start: float = 0.0) -> Log:
@@ -31,11 +31,6 @@ def at(samples: np.ndarray, time: np.ndarray) -> np.ndarray:
     return np.column_stack([time, *(np.interp(time, samples[:, 0], column) for column in samples.T[1:])])
 
 
-def with_noise(samples: np.ndarray, counts: float) -> np.ndarray:
-    added = np.random.default_rng(3).normal(0.0, counts * COUNT, (len(samples), 3))
-    return np.hstack([samples[:, :3], samples[:, 3:6] + added])
-
-
 COPIES = {
     "as it is": lambda s: s,
     "resampled to 73 Hz, between its samples": lambda s: at(s, 0.0037 + np.arange(0.0, s[-1, 0] - 0.02, 1 / 73.0)),
@@ -43,7 +38,7 @@ COPIES = {
     "cut to 20 s": lambda s: s[700:2700],
     "zeroed elsewhere": lambda s: s + np.array([0.0, 0.0, 0.0, 0.1, -0.2, 3.0]),
     "voltages and angles rounded to three decimals": lambda s: np.hstack([s[:, :1], s[:, 1:].round(3)]),
-    "noise of two counts added": lambda s: with_noise(s, 2.0),
+    "noise of two counts added": lambda s: s + np.random.default_rng(3).normal(0.0, TWO_COUNTS, s.shape),
     "angles late by 30 ms": lambda s: np.hstack([s[:, :3], at(s, s[:, 0] - 0.03)[:, 3:]]),
     "other voltages": lambda s: s * np.array([1.0, 1.3, -1.0, 1.0, 1.0, 1.0]),
 }
@@ -106,6 +101,6 @@ def test_a_held_out_log_that_is_hardly_excited_is_noted():
 
 def test_rigs_of_a_fleet_that_share_a_flight_are_refused():
     one = Rig((log_of(RIG.train[2], "a"),), (log_of(RIG.held, "b"),))
-    other = Rig((log_of(with_noise(RIG.train[2], 1.0), "c"),), (log_of(RIG.train[0], "d"),))
+    other = Rig((log_of(COPIES["noise of two counts added"](RIG.train[2]), "c"),), (log_of(RIG.train[0], "d"),))
     with pytest.raises(IdentifierError, match="rig first: it shares a flight with rig second: a and c are one"):
         diagnose_rigs({"first": one, "second": other})

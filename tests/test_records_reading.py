@@ -209,21 +209,15 @@ def test_odd_values_are_accepted_and_pointed_out(tmp_path):
     assert read_log(tmp_path / "log.csv", LogFormat(voltage_limit=6.0)).notes == (log.notes[0], *log.notes[2:])
 
 
-CUT = {
-    "within its last number": ("10.00,1.1,1.2,0.1,0.2,0.12", 1000, ["row 1002 is left out"]),
-    "behind a separator": ("10.00,1.1,1.2,0.1,0.2,", 1000, ["row 1002 is left out"]),
-    "before its last column": ("10.00,1.1,1.2,0.1", 1000, ["row 1002 is left out"]),
-    "nowhere": ("10.00,1.1,1.2,0.1,0.2,0.123456", 1001, []),
-}
-
-
-@pytest.mark.parametrize("case", CUT)
-def test_a_last_line_that_was_cut_is_left_out_and_that_is_said(tmp_path, case):
-    last, samples, said = CUT[case]
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join([*LINES[:1001], last]))
-    log = read_log(path)
-    assert (log.samples, [note[:20] for note in log.notes]) == (samples, said)
+@pytest.mark.parametrize(
+    ("last", "is_cut"),
+    [("10.00,1.1,1.2,0.1,0.2,0.12", True), ("10.00,1.1,1.2,0.1,0.2,", True), ("10.00,1.1,1.2,0.1,0.2,0.123456", False)],
+    ids=["within its last number", "behind a separator", "nowhere"],
+)
+def test_a_last_line_that_was_cut_is_left_out_and_that_is_said(tmp_path, last, is_cut):
+    (tmp_path / "log.csv").write_text("\n".join([*LINES[:1001], last]))
+    log = read_log(tmp_path / "log.csv")
+    assert (log.samples, [note[:20] for note in log.notes]) == (1001 - is_cut, ["row 1002 is left out"] * is_cut)
 
 
 ASKED = np.arange(1001) * 0.01

@@ -41,8 +41,6 @@ _COMPARED = 100  # lines before the last whose last cells are compared with it
 
 
 class _Layout(NamedTuple):
-    """How a text is laid out."""
-
     separator: str
     headers: list[str]
     above: int  # lines above the first sample
@@ -139,9 +137,9 @@ def _without_cut_line(text: str, separator: str, decimal: str) -> tuple[str, lis
     if len(last) == len(others[-1]):
         ends = [cells[-1].strip() if cells else "" for cells in others]
         decimals = {len(end.partition(decimal)[2]) for end in ends}
-        if not last or not all(_is_number(end, decimal) for end in ends):
+        if not last or not all(map(_is_number, ends)):
             return text, []  # a column of texts, or the empty cells behind a separator at the line's end: not a signal
-        if _is_number(last[-1], decimal):
+        if _is_number(last[-1]):
             if len(decimals) > 1 or decimals == {0}:
                 whole = f"whether its last cell, {last[-1]!r}, is whole cannot be known"
                 return text, [f"the file ends without a line break: {whole}"]
@@ -153,19 +151,16 @@ def _without_cut_line(text: str, separator: str, decimal: str) -> tuple[str, lis
 
 def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     """Find separator, headers and first sample."""
-    decimal = format.decimal
     lines = text.split("\n", _LOOKED_AT)[:_LOOKED_AT]
     declared = _DECLARED.match(lines[0])
     first = 1 if declared and len(lines) > 1 else 0
-    separator = declared[1] if declared else _separator(lines, decimal)
+    separator = declared[1] if declared else _separator(lines, format.decimal)
     rows = [cells_of(_COMMENT.sub("", line), separator) for line in lines]
     comments = [bool(_COMMENT.match(line)) for line in lines]
-    numeric = [not comment and _is_data(row, decimal) for row, comment in zip(rows, comments, strict=True)]
+    numeric = [not comment and _is_data(row) for row, comment in zip(rows, comments, strict=True)]
     contract = ",".join(CONTRACT_HEADERS)
-    no_table = LogError(
-        f"{file} is not a table: its first line is {lines[first][:60]!r}, a header of six columns is needed: "
-        f"{contract}."
-    )
+    found = f"its first line is {lines[first][:60]!r}, a header of six columns is needed: {contract}"
+    no_table = LogError(f"{file} is not a table: {found}.")
     if len(rows[first]) < 2 and not any(numeric):
         raise no_table
     at = _find_header(rows, numeric, comments, first)
@@ -195,27 +190,26 @@ def _separator(lines: list[str], decimal: str) -> str:
     """Give the separator by which most lines are rows of samples, and these have most cells; rather no blanks."""
 
     def fit(mark: str) -> tuple[int, bool, int]:
-        widths = sorted(len(row) for line in lines if _is_data(row := cells_of(line, mark), decimal))
+        widths = sorted(len(row) for line in lines if _is_data(row := cells_of(line, mark)))
         return len(widths), mark != " ", widths[len(widths) // 2] if widths else 0
 
     best = max((mark for mark in _SEPARATORS if mark != decimal), key=fit)
     return best if fit(best)[0] else max(_SEPARATORS[:3], key=next(filter(str.strip, lines)).count)
 
 
-def _is_number(text: str, decimal: str) -> bool:
-    """Whether a cell holds a number; unlike Python no logger writes digits with underscores."""
+def _is_number(text: str) -> bool:
+    """Whether a cell holds a number, with either decimal mark; no logger writes digits with underscores as Python."""
     try:
-        float(text.replace(decimal, "."))
+        float(text.replace(",", "."))
     except ValueError:
         return False
     return "_" not in text
 
 
-def _is_data(row: list[str], decimal: str) -> bool:
+def _is_data(row: list[str]) -> bool:
     """Whether a row holds samples: several cells, and numbers in most."""
     filled = [cell for cell in row if cell.strip()]
-    numbers = sum(_is_number(cell, decimal) or _is_number(cell, ",") for cell in filled)
-    return len(row) > 1 and bool(filled) and 2 * numbers > len(filled)
+    return len(row) > 1 and 2 * sum(map(_is_number, filled)) > len(filled)
 
 
 def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool], first: int) -> int | None:
@@ -242,7 +236,7 @@ def _is_units(row: list[str], headers: list[str]) -> bool:
     cells = _units(row)
     return (
         len(cells) == len(headers)
-        and not any(len(cell) > 12 or _is_number(cell, ".") or _is_number(cell, ",") for cell in cells)
+        and not any(len(cell) > 12 or _is_number(cell) for cell in cells)
         and any(understood(signal, cell) for cell in cells for signal in SIGNALS)
     )
 
