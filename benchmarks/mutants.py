@@ -18,6 +18,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
+from typing import NamedTuple
 
 from benchmarks.harness import ROOT, table
 
@@ -28,8 +29,7 @@ HANGS = 300.0
 """Seconds after which a test file is taken to hang; without a mutant none takes half as long."""
 
 
-@dataclass(frozen=True)
-class Mutant:
+class Mutant(NamedTuple):
     """One place and its change; ``place`` is the same in all commits that have this statement in this function."""
 
     path: str
@@ -39,19 +39,6 @@ class Mutant:
     line: int
     old: str
     new: str
-
-    def apply(self, root: Path) -> str:
-        """Change the file; give what it was."""
-        file, (start, end) = root / self.path, self.position
-        before = file.read_bytes()
-        file.write_bytes(before[:start] + self.new.encode() + before[end:])
-        return before.decode()
-
-
-def mutants_below(root: Path) -> Iterator[Mutant]:
-    """Give all mutants of the packages below ``root``."""
-    for path in sorted(path for package in PACKAGES for path in (root / package).rglob("*.py")):
-        yield from mutants_of(path.relative_to(root).as_posix(), path.read_bytes())
 
 
 def mutants_of(path: str, source: bytes) -> Iterator[Mutant]:
@@ -108,9 +95,10 @@ def mutants_of(path: str, source: bytes) -> Iterator[Mutant]:
 
 @dataclass
 class Tree:
-    """Copy of a commit, and whether its test files pass unchanged."""
+    """Copy of a commit, its mutants by path and place, and whether its test files pass unchanged."""
 
     root: Path
+    mutants: dict[tuple[str, tuple[str, str, int]], Mutant]
     sound: dict[Path, bool] = field(default_factory=dict)
 
     def tests_of(self, path: str) -> list[Path]:
@@ -135,19 +123,21 @@ class Tree:
 
     def answer(self, mutant: Mutant, budget: float) -> str:
         """Say which test file kills a mutant, or how many did not within ``budget`` [s]."""
-        began, tests, before = monotonic(), self.tests_of(mutant.path), mutant.apply(self.root)
+        began, tests, (start, end) = monotonic(), self.tests_of(mutant.path), mutant.position
+        file = self.root / mutant.path
+        before = file.read_bytes()
         try:
             for count, test in enumerate(tests):
                 if monotonic() - began > budget:
                     return f"survived the nearest {count} of {len(tests)} files"
+                file.write_bytes(before[:start] + mutant.new.encode() + before[end:])
                 if not self.passes(test):
-                    (self.root / mutant.path).write_text(before, encoding="utf-8")
+                    file.write_bytes(before)
                     if self.sound.setdefault(test, self.passes(test)):
                         return f"killed by {test.name}"
-                    mutant.apply(self.root)
             return f"survived all {len(tests)} files"
         finally:
-            (self.root / mutant.path).write_text(before, encoding="utf-8")
+            file.write_bytes(before)
 
 
 def tree(commit: str, folder: Path) -> Tree:
@@ -155,7 +145,9 @@ def tree(commit: str, folder: Path) -> Tree:
     root = folder / commit
     root.mkdir()
     subprocess.run(f"git archive {commit} | tar -x -C {root}", shell=True, cwd=ROOT, check=True)
-    return Tree(root)
+    paths = sorted(path for package in PACKAGES for path in (root / package).rglob("*.py"))
+    found = [m for path in paths for m in mutants_of(path.relative_to(root).as_posix(), path.read_bytes())]
+    return Tree(root, {(mutant.path, mutant.place): mutant for mutant in found})
 
 
 def mutants(
@@ -166,17 +158,16 @@ def mutants(
     commits = [commit, against] if against else [commit]
     with tempfile.TemporaryDirectory() as folder:
         trees = [tree(one, Path(folder)) for one in commits]
-        own = [{(m.path, m.place): m for m in mutants_below(one.root)} for one in trees]
-        common = [key for key in own[0] if key[0].startswith(below) and all(key in others for others in own)]
-        rng, drawn, kinds = random.Random(seed), [], sorted({own[0][key].kind for key in common})
+        own, rng, drawn = trees[0].mutants, random.Random(seed), list[Mutant]()
+        common = [key for key in own if key[0].startswith(below) and all(key in one.mutants for one in trees)]
+        kinds = sorted({own[key].kind for key in common})
         rng.shuffle(common)
         for number in range(sample):
             kind = kinds[number % len(kinds)]
-            drawn.append(next(key for key in common if own[0][key].kind == kind and key not in drawn))
+            drawn.append(next(own[key] for key in common if own[key].kind == kind and own[key] not in drawn))
         rows = []
-        for key in drawn:
-            answers = [one.answer(found[key], budget) for one, found in zip(trees, own, strict=True)]
-            mutant = own[0][key]
+        for mutant in drawn:
+            answers = [one.answer(one.mutants[mutant.path, mutant.place], budget) for one in trees]
             change = f"{' '.join(mutant.old.split())} -> {mutant.new}"
             rows.append((mutant.kind, f"{mutant.path}:{mutant.line}", change, *answers))
             print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)

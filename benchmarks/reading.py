@@ -6,16 +6,17 @@
 
 import resource
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated
 
+import asammdf
+import nptdms
 import numpy as np
 import pandas
 import typer
-from numpy.typing import NDArray
+from scipy.io import savemat
 
 from benchmarks.harness import apart, table
 from heli_identifier.errors import LogError
@@ -28,37 +29,28 @@ RATE, SHORT = 500.0, 3000
 
 
 def write_flight(path: str, rows: int) -> None:
-    """Write a flight with the digits of an encoder."""
+    """Write a flight with the digits of an encoder, in the format of the name's ending."""
     t = np.arange(rows) / RATE
     volts = (1.5 + 0.5 * np.sign(np.sin(0.7 * t)), 1.4 + 0.4 * np.sin(0.9 * t))
     angles = (0.3 * np.sin(0.8 * t), 0.2 * np.sin(0.5 * t), 0.4 * np.sin(0.1 * t) + 1e-4 * t)
-    write(path, [t, *(np.round(v, 4) for v in volts), *(np.round(a / 0.001534) * 0.001534 for a in angles)])
-
-
-def write(path: str, columns: Sequence[NDArray[np.float64]]) -> None:
-    """Write time [s], voltages [V] and angles [rad] in the format of the name's ending."""
+    columns = [t, *(np.round(v, 4) for v in volts), *(np.round(a / 0.001534) * 0.001534 for a in angles)]
+    named = dict(zip(NAMES, columns, strict=True))
     parts = [name.rstrip("]").split(" [") for name in NAMES]
-    frame = pandas.DataFrame(dict(zip(NAMES, columns, strict=True)))
-    if ".csv" in path:
-        frame.to_csv(path, index=False)  # packed by the ending of its name
-    elif path.endswith("parquet"):
-        frame.to_parquet(path)
-    elif path.endswith("mat"):
-        from scipy.io import savemat
-
-        savemat(path, {"_".join(part): values for part, values in zip(parts, columns, strict=True)})
-    elif path.endswith("tdms"):
-        import nptdms
-
-        with nptdms.TdmsWriter(path) as out:
-            out.write_segment([nptdms.ChannelObject("run", *one) for one in zip(NAMES, columns, strict=True)])
-    else:
-        import asammdf
-
-        with asammdf.MDF(version="4.10") as out:
-            named = zip(columns[1:], parts[1:], strict=True)
-            out.append([asammdf.Signal(values, columns[0], name=name, unit=unit) for values, (name, unit) in named])
-            out.save(path)
+    match path.rpartition(".")[2]:
+        case "parquet":
+            pandas.DataFrame(named).to_parquet(path)
+        case "mat":
+            savemat(path, {"_".join(part): values for part, values in zip(parts, columns, strict=True)})
+        case "tdms":
+            with nptdms.TdmsWriter(path) as out:
+                out.write_segment([nptdms.ChannelObject("run", *one) for one in named.items()])
+        case "mf4":
+            with asammdf.MDF(version="4.10") as out:
+                signals = zip(columns[1:], parts[1:], strict=True)
+                out.append([asammdf.Signal(values, t, name=name, unit=unit) for values, (name, unit) in signals])
+                out.save(path)
+        case _:
+            pandas.DataFrame(named).to_csv(path, index=False)  # packed by the ending of its name
 
 
 def peaks(path: str) -> tuple[int, float, float]:
