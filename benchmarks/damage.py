@@ -55,20 +55,19 @@ def told_sees(sound: Sequence[Log], struck: Sequence[Log]) -> bool:
     return fitted[1] - fitted[0] > DETECTABLE
 
 
-def diagnosed(job: tuple[str, int, str]) -> tuple[str, int, str, set[str], str, bool]:
-    """Damage the logs of one rig and diagnose them: the job, effects shown, what names the damage, told."""
+def diagnosed(job: tuple[str, int, str]) -> tuple[set[str], str, bool]:
+    """Damage the logs of one rig and diagnose them: effects shown, what names the damage, told."""
     kind, seed, damage = job
     effect = effect_of(seed, damage) if kind == "both" else "clean"
     made, sound = [], list(logs_of(kind, seed, effect))
     for log in sound:
-        time = np.asarray(log.step * np.arange(log.samples), dtype=np.float64)
-        v, y = DAMAGES[damage](time, log.voltages.copy(), log.angles.copy())
-        made.append(replace(log, voltages=np.ascontiguousarray(v), angles=np.ascontiguousarray(y)))
+        v, y = DAMAGES[damage](log.step * np.arange(log.samples, dtype=float), log.voltages, log.angles)
+        made.append(replace(log, voltages=v, angles=y))
     told = told_sees(sound[:-1], made[:-1])
     try:
         found = diagnose(made[:-1], held_out=made[-1:])
     except IdentifierError as error:
-        return *job, set(), f"refused: {error}", told
+        return set(), f"refused: {error}", told
     faults = {fault.name for fault in FAULTS}
     shown = {
         f"{effect.name}/{effect.axis}"
@@ -79,7 +78,7 @@ def diagnosed(job: tuple[str, int, str]) -> tuple[str, int, str, set[str], str, 
     named += sorted({f"slip/{event.axis}" for event in found.events if event.kind == "slip"})
     named += [word for word in ("WRONG SIGN", "does not belong") if any(word in note for note in found.notes)]
     rivals = [f"{name}/{axis}" for effect in found.effects for name, axis in effect.alternatives]
-    return *job, shown, ", ".join((*named, *(f"or {rival}" for rival in rivals))), told
+    return shown, ", ".join((*named, *(f"or {rival}" for rival in rivals))), told
 
 
 def is_named(damage: str, said: str) -> bool:
@@ -96,25 +95,20 @@ def damage(
     kinds = {"open": open, "flown": flown, "both": both}
     names = [name for name in DAMAGES if not damages or any(word in name for word in damages)]
     jobs = [(kind, seed, name) for name in names for kind, seeds in kinds.items() for seed in span(seeds)]
-    shown, seen, named, count, beside, pairs = (Counter[str]() for _ in range(6))
-    words: dict[str, Counter[str]] = {}
-    for kind, seed, name, effects, said, told in in_parallel(diagnosed, jobs, workers):
-        print(f"{kind} {seed} | {name} | told {told} | shown {sorted(effects)} | {said[:90]}", flush=True)
-        true = {effect for effect in effects if kind == "both" and effect.split("/")[0] == effect_of(seed, name)}
-        shown[name] += bool(effects - true)
-        if kind == "both":
-            if told and not said.startswith("refused"):
-                beside[name] += 1
-                pairs[name] += bool(true) and is_named(name, said)
-            continue
-        count[name] += 1
-        seen[name] += told
-        named[name] += told and is_named(name, said)
-        words.setdefault(name, Counter()).update([*effects, said[:60] or "-"])
-    rows = [
-        (name, count[name], shown[name], seen[name], named[name], f"{pairs[name]} of {beside[name]}",
-         "; ".join(f"{word} {n}" for word, n in words.get(name, Counter()).most_common(4)))
-        for name in names
-    ]  # fmt: skip
+    made: dict[str, list[tuple[bool, set[str], set[str], str, bool, bool]]] = {name: [] for name in names}
+    for (kind, seed, name), (shown, said, told) in zip(jobs, in_parallel(diagnosed, jobs, workers), strict=True):
+        print(f"{kind} {seed} | {name} | told {told} | shown {sorted(shown)} | {said[:90]}", flush=True)
+        true = {effect for effect in shown if kind == "both" and effect.split("/")[0] == effect_of(seed, name)}
+        made[name].append((kind == "both", shown, true, said, told, told and is_named(name, said)))
+    rows = []
+    for name, own in made.items():
+        alone = [one for one in own if not one[0]]
+        pairs = [one for one in own if one[0] and one[4] and not one[3].startswith("refused")]
+        words = Counter(word for _, shown, _, said, _, _ in alone for word in (*shown, said[:60] or "-"))
+        rows.append(
+            (name, len(alone), sum(bool(shown - true) for _, shown, true, *_ in own), sum(one[4] for one in alone),
+             sum(one[5] for one in alone), f"{sum(bool(one[2]) and one[5] for one in pairs)} of {len(pairs)}",
+             "; ".join(f"{word} {n}" for word, n in words.most_common(4)))
+        )  # fmt: skip
     head = ("damage", "rigs", "a wrong effect shown", "a told test sees it", "of these named", "both named", "said")
     print("\n" + table(head, rows))

@@ -119,7 +119,7 @@ DAMAGES: Mapping[str, Damage] = {
     "elevation slips by 24 counts": on(ELEVATION, slipped(24.0 * COUNT)),
     "clock jitters by 2 ms": on(ANGLES, jittered(0.002)),
     "clock fast by 2 %": stretched,
-    "travel a copy of the elevation": lambda time, voltages, angles: (voltages, angles[:, [0, 1, 1]]),
+    "travel a copy of the elevation": lambda _, voltages, angles: (voltages, np.take(angles, [0, 1, 1], axis=1)),
     "pitch in radians under [deg]": on(PITCH, scaled(DEGREE)),
     "angles in radians under [deg]": on(ANGLES, scaled(DEGREE)),
     "elevation in degrees under [rad]": on(ELEVATION, scaled(1.0 / DEGREE)),
