@@ -8,7 +8,7 @@ import numpy as np
 
 from heli_identifier.results import Axes, Table, figure, listed, rendered, significant
 from heli_identifier.tools.controller import Design
-from heli_identifier.tools.judging import CONFIDENCE, Judged
+from heli_identifier.tools.judging import CONFIDENCE
 from heli_identifier.tools.margins import LOOPS
 
 _SHOWN = 40.0  # largest pole [1/s] that is drawn: faster ones say nothing of the flight
@@ -56,8 +56,13 @@ def margin_table(design: Design) -> Table:
 
 
 def controller_html(design: Design, provenance: Mapping[str, Any]) -> str:
-    """Give the text of design.html."""
+    """Give the text of design.html: steps, how many plants have at most a disk margin, poles with the estimated one."""
     kept, nominal = (own.figures["disk"].promised for own in (design.robust, design.baseline))
+    margins, poles = Axes("plants [%]"), Axes("imaginary part [1/s]")
+    for judged, role, name in ((design.baseline, "before", "nominal"), (design.robust, "after", "robust")):
+        disks, near = np.sort(judged.disks), judged.poles[np.abs(judged.poles) < _SHOWN]
+        margins.line(disks, 100.0 * np.arange(1, len(disks) + 1) / len(disks), role, name)
+        poles.points(near.real, near.imag, role, name)
     return rendered(
         "design.html.j2",
         title=f"{design.kind.upper()} of {listed(design.axes)}",
@@ -67,8 +72,8 @@ def controller_html(design: Design, provenance: Mapping[str, Any]) -> str:
         design=design,
         table=design_table(design),
         steps=step_figure(design, ("nominal", "robust")),
-        margins=_margins(design),
-        poles=_poles(design),
+        margins=figure([margins], "disk margin of at most", "Distribution of the disk margin over the plants"),
+        poles=figure([poles], "real part [1/s]", "Poles of the closed loops"),
     )
 
 
@@ -84,25 +89,3 @@ def step_figure(design: Design, names: tuple[str, str]) -> str:
         panel.line(new.time, new.angle, "after", names[1])
         panels.append(panel)
     return figure(panels, "time since the step of the reference [s]", f"Steps, {names[0]} and {names[1]}")
-
-
-def _margins(design: Design) -> str:
-    """How many plants have at most a disk margin."""
-    panel = Axes("plants [%]")
-    for judged, role, name in _both(design):
-        disks = np.sort(judged.disks)
-        panel.line(disks, 100.0 * np.arange(1, len(disks) + 1) / len(disks), role, name)
-    return figure([panel], "disk margin of at most", "Distribution of the disk margin over the plants")
-
-
-def _poles(design: Design) -> str:
-    """Poles of the closed loops with the estimated plant, without those faster than the rest by far."""
-    panel = Axes("imaginary part [1/s]")
-    for judged, role, name in _both(design):
-        near = judged.poles[np.abs(judged.poles) < _SHOWN]
-        panel.points(near.real, near.imag, role, name)
-    return figure([panel], "real part [1/s]", "Poles of the closed loops")
-
-
-def _both(design: Design) -> tuple[tuple[Judged, str, str], ...]:
-    return (design.baseline, "before", "nominal"), (design.robust, "after", "robust")

@@ -1,6 +1,7 @@
 """fleet.html: one page with a forest plot of every effect that a rig named or that repeats, and of every parameter."""
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 from heli_identifier.results import Axes, Table, effect_name, figure, listed, meaning, rendered, significant, unit_text
@@ -103,40 +104,36 @@ def forest_figure(coefficient: Coefficient) -> str:
     A filled circle stands for a rig that names the effect, an open one for a rig that does not. A rig that the mean
     does without has no interval, and says so in its name.
     """
-    mean, rows, is_effect = coefficient.pooled, len(coefficient.rigs), coefficient.finding is not None
-    names = [f"{o.rig} ({o.left_out.partition(':')[0]})" if o.left_out else o.rig for o in coefficient.rigs]
-    names += ["mean"] if mean else []
-    names += ["further rig"] if mean and mean.prediction else []
-    panel, window = Axes("", 26.0 * len(names), names=names), _window(coefficient)
+    mean, is_effect = coefficient.pooled, coefficient.finding is not None
+    names = [f"{own.rig} ({own.left_out.partition(':')[0]})" if own.left_out else own.rig for own in coefficient.rigs]
+    further = ["mean", *(["further rig"] if mean.prediction else [])] if mean else []
+    panel, window = Axes("", 26.0 * len(names + further), names=names + further), _window(coefficient)
     if window[0] < 0.0 < window[1]:
-        panel.line((0.0, 0.0), (-0.6, len(names)), "muted", width=0.9)
-    for row, entry in enumerate(coefficient.rigs):
-        if not entry.left_out:
-            role, kind = ("measured", "open") if is_effect and not entry.named else ("after", "points")
-            label = ("named" if entry.named else "not named") if is_effect else ""
-            panel.line(entry.interval, (row, row), role, width=2.0)
-            panel.points([entry.value], [row], role, label, kind)
+        panel.line((0.0, 0.0), (-0.6, len(names + further)), "muted", width=0.9)
+    for row, own in enumerate(coefficient.rigs):
+        if not own.left_out:
+            role, kind = ("measured", "open") if is_effect and not own.named else ("after", "points")
+            label = ("named" if own.named else "not named") if is_effect else ""
+            panel.line(own.interval, (row, row), role, width=2.0)
+            panel.points([own.value], [row], role, label, kind)
     if mean is not None:
-        panel.line(mean.interval, (rows, rows), "before", width=2.4)
-        panel.points([mean.mean], [rows], "before", "mean of the make", "diamond")
+        row = len(names)
+        panel.line(mean.interval, (row, row), "before", width=2.4)
+        panel.points([mean.mean], [row], "before", "mean of the make", "diamond")
         if mean.prediction is not None:
-            panel.line(mean.prediction, (rows + 1, rows + 1), "before", width=1.0)
+            panel.line(mean.prediction, (row + 1, row + 1), "before", width=1.0)
     described = f"{title(coefficient)}: coefficient of every rig and the mean of the make"
     return figure([panel], f"coefficient [{unit_text(coefficient.unit) or '1'}]", described, x_limits=window)
 
 
 def _window(coefficient: Coefficient) -> tuple[float, float]:
     """Give the ends of the x axis: all values, zero, and the intervals as far as they are not far wider than that."""
-    intervals = [entry.interval for entry in coefficient.counted]
-    values = [entry.value for entry in coefficient.counted]
-    ends = [end for interval in intervals for end in interval]
-    if coefficient.pooled is not None:
-        ends += [*coefficient.pooled.interval, *(coefficient.pooled.prediction or ())]
-    if coefficient.finding is not None:
-        values.append(0.0)
+    mean, intervals = coefficient.pooled, [own.interval for own in coefficient.counted]
+    values = [*(own.value for own in coefficient.counted), *([0.0] if coefficient.finding else [])]
+    ends = [*values, *chain(*intervals), *(chain(mean.interval, mean.prediction or ()) if mean else ())]
     middle, reach = 0.5 * (min(values) + max(values)), 0.5 * (max(values) - min(values))
     narrowest = min((0.5 * (high - low) for low, high in intervals), default=0.0)
     farthest = FARTHEST * max(reach, narrowest, 1e-9 * abs(middle))
-    low, high = max(min(ends + values), middle - farthest), min(max(ends + values), middle + farthest)
+    low, high = max(min(ends), middle - farthest), min(max(ends), middle + farthest)
     margin = 0.05 * (high - low)
     return low - margin, high + margin

@@ -51,9 +51,9 @@ class Plants:
     notes: tuple[str, ...]
 
 
-def drawn_plants(parameters: ParameterSet, count: int, seed: int = 0) -> list[PlantParameters]:
+def drawn_plants(parameters: ParameterSet, count: int) -> list[PlantParameters]:
     """Draw plants that the data allow (:func:`heli_identifier.results.parameters.drawn_values`)."""
-    plant, draws = parameters.plant(), drawn_values(parameters, count, seed)
+    plant, draws = parameters.plant(), drawn_values(parameters, count)
     return [plant._replace(**{BY_NAME[name].field: value for name, value in drawn.items()}) for drawn in draws]
 
 
