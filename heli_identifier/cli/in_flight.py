@@ -258,7 +258,7 @@ class Adviser:
         self.close()
         with unheard(signal.SIGINT):  # Ctrl-C is for the command
             self.pool = ProcessPoolExecutor(1, get_context("spawn"), end_with_parent, (os.getpid(),))
-            self.asked = self.pool.submit(tools.control_advice, plant, dict(errors), 0.0, elevation, self.settings)
+            self.asked = self.pool.submit(tools.control_advice, plant, dict(errors), elevation, self.settings)
 
     def look(self, wait: bool = False) -> str:
         """Return what is to be said about the controller now, after a wait for it if asked for; write what is new."""

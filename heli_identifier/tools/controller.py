@@ -253,7 +253,6 @@ def design_pid(
 def control_advice(
     parameters: PlantParameters,
     standard_errors: Mapping[str, float],
-    pitch: float = 0.0,
     elevation: float = 0.0,
     settings: PidSettings | None = None,
 ) -> tuple[dict[str, Any], ParameterSet | None]:
@@ -263,14 +262,15 @@ def control_advice(
     the document is then empty, and there are no gains. What the retuned gains reach is in the sentence: no gains may
     keep the margins. Takes some seconds.
 
-    ``standard_errors`` are by structured name; parameters that are not in it keep their value. The operating point is
-    in [rad], the present PID by default that of the units. ConfigurationError if there is no equilibrium there.
+    ``standard_errors`` are by structured name; parameters that are not in it keep their value. The elevation of the
+    operating point is in [rad], the present PID by default that of the units. ConfigurationError if there is no
+    equilibrium there.
     """
     values = {
         row.name: Estimate(getattr(parameters, row.field), standard_errors.get(row.name) or None, row.unit)
         for row in PARAMETERS
     }
-    made = design_pid(ParameterSet(PLANT, values), pitch, elevation, settings)
+    made = design_pid(ParameterSet(PLANT, values), 0.0, elevation, settings)
     peaks, new = ({axis: own.figures[f"{axis}.sensitivity"] for axis in LOOPS} for own in (made.baseline, made.robust))
     beyond = {axis: peak for axis, peak in peaks.items() if peak.interval[1] > PEAK}
     sentence, offered = "", None

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, determined
@@ -23,7 +22,7 @@ from heli_identifier.tools.loop import fly
 from heli_plant.control import PidSettings, start_pid
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles
-from heli_plant.state import PlantState, rest_state
+from heli_plant.state import rest_state
 
 JUDGED = ("a_th", "k_x", "a_e", "k_z", "k_y")  # stiffnesses and gains: what a loop hides
 PERIOD = 6.0  # time between two steps of a reference [s]; those of the elevation come half of it later
@@ -67,13 +66,10 @@ def flown(addition: Proposal, plant: PlantParameters, pid: PidSettings, hover: f
     trim = (plant.a_e * hover + plant.a_1) / plant.k_z
     pid = pid._replace(trim=trim, travel_enabled=False)  # the references are those of pitch and elevation
     state, held = rest_state(plant, trim), (0.5 * trim, 0.5 * trim)
-
-    def measure(state: PlantState) -> NDArray[np.float64]:
-        return on_encoders(measured_angles(state))
-
-    memory, added, air = start_pid(*measure(state).tolist()), addition.voltages(duration), air_torque(count)
+    memory = start_pid(*on_encoders(measured_angles(state)).tolist())
+    added, air = addition.voltages(duration), air_torque(count)
     with np.errstate(over="ignore", invalid="ignore"):
-        angles, used = fly(plant, pid, references, state, held, STEP, memory, added, air, measure)
+        angles, used = fly(plant, pid, references, state, held, STEP, memory, added, air, on_encoders)
     if not np.isfinite(angles).all():
         raise ConfigurationError("the loop is unstable with these parameters; give the rig's own controller")
     return Log("rehearsal", 1.0 / STEP, used, angles)

@@ -129,20 +129,20 @@ def fly(
     memory: Memory,
     added: Array | None = None,
     air: Array | None = None,
-    measure: Callable[[PlantState], ArrayLike] = measured_angles,
+    read: Callable[[ArrayLike], ArrayLike] = np.asarray,
 ) -> tuple[Array, Array]:
     """Fly the whole plant under a controller along references (N, 3) [rad]; angles (N, 3) [rad], voltages (N, 2) [V].
 
     ``state``, the voltages ``held`` [V] and the controller's state ``memory`` begin. Voltages ``added`` (N, 2) [V] come
-    on top within the controller's limit; ``air`` (N, 3) [rad/s^2] acts on the axes; ``measure`` gives the angles that
-    are read.
+    on top within the controller's limit; ``air`` (N, 3) [rad/s^2] acts on the axes; ``read`` gives what the encoders
+    make of the angles.
     """
     count, limit = len(references), settings.voltage_limit
     time = np.arange(count, dtype=np.float64) * period
     angles, voltages = np.empty((count, 3)), np.empty((count, 2))
     rows: Sequence[list[float]] = references.tolist()
     for k in range(count):
-        angles[k], voltages[k] = measure(state), held
+        angles[k], voltages[k] = read(measured_angles(state)), held
         if added is not None:
             voltages[k] = np.clip(voltages[k] + added[k], -limit, limit)
         memory, held = answered(settings, memory, angles[k].tolist(), rows[k], period)
