@@ -34,9 +34,7 @@ from .models import general_accelerations, simplified_accelerations
 from .parameters import PlantParameters
 from .tabulated_torque import table_variable, tabulated_torque
 
-PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in PlantParameters._fields])
-"""Record type of a parameter set."""
-
+PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in PlantParameters._fields])  # record type of a parameter set
 VARIABLE = "HELI_CACHE_DIR"
 
 

@@ -26,23 +26,19 @@ MASS_ERROR, LENGTH_ERROR = 0.02, 0.01
 RATIO_ERROR = hypot(MASS_ERROR, 3.0 * LENGTH_ERROR)
 """Relative standard deviation of a ratio of two gains: of one mass over another, and of three lengths."""
 
-STEEPER = 2.0
-"""Largest n: a propeller at rest in air thrusts with the square of its speed."""
+STEEPER = 2.0  # largest n: a propeller at rest in air thrusts with the square of its speed
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """Masses [kg], lengths [m] and hover of a rig, in the names of the course's script; None: not stated.
+    """Masses and lengths of a rig in the names of the course's script; None: not stated."""
 
-    ``hover_voltage`` is the sum of both voltages [V] at which the horizontal arm hovers.
-    """
-
-    m_p: float | None = None
-    m_c: float | None = None
-    l_c: float | None = None
-    l_h: float | None = None
-    l_p: float | None = None
-    hover_voltage: float | None = None
+    m_p: float | None = None  # a motor with its share of the head [kg]
+    m_c: float | None = None  # counterweight [kg]
+    l_c: float | None = None  # elevation's axis to counterweight [m]
+    l_h: float | None = None  # elevation's axis to head [m]
+    l_p: float | None = None  # pitch's axis to a motor [m]
+    hover_voltage: float | None = None  # sum of both at which the horizontal arm hovers [V]
 
     @property
     def inertias(self) -> dict[str, float] | None:

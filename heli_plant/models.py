@@ -29,8 +29,7 @@ from math import cos, sin
 
 from .parameters import PlantParameters
 
-GRAVITY = 9.81
-"""Acceleration of free fall [m/s^2]."""
+GRAVITY = 9.81  # acceleration of free fall [m/s^2]
 
 
 def simplified_accelerations(

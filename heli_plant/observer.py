@@ -26,9 +26,7 @@ from .parameters import BY_FIELD, PlantParameters
 from .plant import measured_angles
 from .state import PlantState
 
-CORNER = 1.0
-"""gamma [rad/s]."""
-
+CORNER = 1.0  # gamma [rad/s]
 TRAVEL_BANDWIDTH = 1.26
 """Bandwidth on the travel over that on the other axes: omega_o grows with the spectrum r of the encoder's noise as
 r^(-1/6), and with twice the counts r is a quarter: 4^(1/6)."""

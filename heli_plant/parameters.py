@@ -135,18 +135,11 @@ def in_slots(parameters: PlantParameters) -> PlantParameters:
     return slots
 
 
-TABLE_2 = PlantParameters()
-"""The paper's Table 2 with every effect off."""
+TABLE_2 = PlantParameters()  # the paper's Table 2 with every effect off
 
 
 def checked(parameters: PlantParameters) -> PlantParameters:
-    """Return ``parameters`` unchanged if every value is finite and in its range.
-
-    Raises
-    ------
-    ParameterError
-        Names the parameter, its value, its range and unit.
-    """
+    """Return ``parameters`` unchanged if every value is finite and in its range; else ParameterError names one."""
     for row in PARAMETERS:
         value = getattr(parameters, row.field)
         if not isfinite(value) or not row.minimum <= value <= row.maximum:
@@ -163,10 +156,7 @@ def checked(parameters: PlantParameters) -> PlantParameters:
 def from_names(values: Mapping[str, float], start: PlantParameters = TABLE_2) -> PlantParameters:
     """Return ``start`` with the parameters of structured names ``values`` set, checked.
 
-    Raises
-    ------
-    ParameterError
-        A name does not exist (the nearest one is proposed) or a value is out of its range.
+    ParameterError: a name does not exist (the nearest one is proposed) or a value is out of its range.
     """
     for name in values:
         if name not in BY_NAME:

@@ -28,9 +28,7 @@ from .state import PlantState
 Array = NDArray[np.float64]
 
 STATES = len(PlantState._fields)
-
-ALONE = np.zeros((3, 14))
-"""Gains of a filter that corrects nothing, in calm air."""
+ALONE = np.zeros((3, 14))  # gains of a filter that corrects nothing, in calm air
 
 
 def _pushed(state: PlantState, angles: Any, rates: Any) -> PlantState:

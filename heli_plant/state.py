@@ -32,10 +32,7 @@ def start_state(
 
 
 def rest_state(parameters: PlantParameters, mu_sum: float = 0.0) -> PlantState:
-    """Rest of pitch and elevation in the simplified model under equal rotors with nu_f + nu_r = ``mu_sum`` [V].
-
-    Pitch hangs at theta0; the travel rests as well where ``mu_sum`` is zero, else it accelerates from here.
-    """
+    """Rest of pitch and elevation in the simplified model under equal rotors with nu_f + nu_r = ``mu_sum`` [V]."""
     lift = parameters.k_z * mu_sum * cos(parameters.theta0)
     elevation = (lift - parameters.a_1) / parameters.a_e
     return start_state(parameters.theta0, elevation, 0.0, 0.5 * mu_sum, 0.5 * mu_sum)

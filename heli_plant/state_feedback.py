@@ -19,9 +19,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from .motor import saturate
 
-MOST_DELAY = 8
-"""Most periods of input delay: the controller keeps the voltages of so many periods."""
-
+MOST_DELAY = 8  # most periods of input delay: the controller keeps the voltages of so many periods
 EARLY = 1e-6
 """A sample is due this share of a period before its instant, because communication points k H have rounding errors."""
 

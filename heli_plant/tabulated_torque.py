@@ -16,9 +16,7 @@ Source: Catmull and Rom 1974; the error falls with the cube of the spacing (Keys
 from math import floor, tau
 from typing import Any
 
-KNOTS = 21
-"""Torques in a table: it follows four waves over its range to 5 % of their amplitude."""
-
+KNOTS = 21  # torques in a table: it follows four waves over its range to 5 % of their amplitude
 VARIABLES = {
     "pitch": "rad", "elevation": "rad", "travel": "rad", "pitch_rate": "rad/s", "elevation_rate": "rad/s",
     "travel_rate": "rad/s", "mu_sum": "V", "mu_diff": "V", "time": "s",

@@ -1,9 +1,7 @@
 """On-line adaptive identification of all three axes as pure steps; standard library only, since FMUs carry it.
 
 The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel; omega_f, rho of the state filters
-(11); phi, Omega, Gamma, alpha, sigma of the adaptation (7); e, G, nu, lambda of the prediction errors, which hold
-where a controller closes the loop. The excitation signals have a door of their own,
-:mod:`heli_identifier.online.excitation`.
+(11); phi, Omega, Gamma, alpha, sigma of the adaptation (7); e, G, nu, lambda of the prediction errors.
 """
 
 from .adaptation import gain_matrix

@@ -159,17 +159,13 @@ _FORGOTTEN, _TIME = 3.0, 6.0  # A [1] and tau [s], chosen with rigs of another s
 _OVER = 12.0 * _TIME  # time after which nothing more is forgotten early [s]: A exp(-12) is 2e-5
 
 
-def kept_early(count: int, samples: int, h: float) -> float:
+def kept_early(count: int, samples: int, h: float, alpha: float = 0.0) -> float:
     """Return the share of the information kept over ``samples`` up to the one numbered ``count`` from 0."""
     end = (count + 1) * h
+    kept = exp(-alpha * samples * h)
     if end > _OVER:
-        return 1.0
-    return exp(-_FORGOTTEN * (exp((samples * h - end) / _TIME) - exp(-end / _TIME)))
-
-
-def kept_over(count: int, samples: int, alpha: float, h: float) -> float:
-    """Return the same with the forgetting ``alpha`` [1/s] as well."""
-    return exp(-alpha * samples * h) * kept_early(count, samples, h)
+        return kept
+    return kept * exp(-_FORGOTTEN * (exp((samples * h - end) / _TIME) - exp(-end / _TIME)))
 
 
 class AxisState(NamedTuple):

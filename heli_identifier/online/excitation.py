@@ -52,18 +52,15 @@ _POINTS_PER_CYCLE = 8  # of the highest tone, on which the peak is searched: it 
 
 @dataclass(frozen=True)
 class SquareChirp:
-    """A square wave plus a chirp; ConfigurationError if a value is out of its range.
+    """A square wave plus a chirp; ConfigurationError if a value is out of its range."""
 
-    Levels [V] and period T [s] of the square; amplitude [V], frequencies f_0, f_1 [Hz] and period T_c [s] of the chirp.
-    """
-
-    low: float = 0.25
-    high: float = 1.0
-    period: float = 20.0
-    chirp_amplitude: float = 0.2
-    chirp_start: float = 2.0
-    chirp_end: float = 0.5
-    chirp_period: float = 10.0
+    low: float = 0.25  # of the square [V]
+    high: float = 1.0  # [V]
+    period: float = 20.0  # T [s]
+    chirp_amplitude: float = 0.2  # A [V]
+    chirp_start: float = 2.0  # f_0 [Hz]
+    chirp_end: float = 0.5  # f_1 [Hz]
+    chirp_period: float = 10.0  # T_c [s]
 
     def __post_init__(self) -> None:
         require_range("square.low", self.low, "V")
@@ -85,18 +82,14 @@ class SquareChirp:
 
 @dataclass(frozen=True)
 class Multisine:
-    """A random-phase multisine: root mean square over a period [V], band [Hz], number of tones asked for, period [s].
+    """A random-phase multisine; ConfigurationError if a bound is broken, or the band holds no harmonic."""
 
-    The same ``seed`` gives the same phases on every machine. ConfigurationError if a bound is broken, or the band holds
-    no harmonic of 1/``period``.
-    """
-
-    rms: float = 0.45
-    lowest: float = 1.0 / 30.0
-    highest: float = 2.5
-    tones: int = 12
-    period: float = 90.0
-    seed: int = 1
+    rms: float = 0.45  # root mean square over a period [V]
+    lowest: float = 1.0 / 30.0  # of the band [Hz]
+    highest: float = 2.5  # [Hz]
+    tones: int = 12  # asked for
+    period: float = 90.0  # [s]
+    seed: int = 1  # the same one gives the same phases on every machine
 
     def __post_init__(self) -> None:
         require_range("multisine.rms", self.rms, "V", lower=0.0)
@@ -114,15 +107,12 @@ class Multisine:
 
 @dataclass(frozen=True)
 class Excitation:
-    """What drives both rotors: the voltage v_0 of each [V], u_d and u_s or None, the bound of each voltage [V].
+    """What drives both rotors; ConfigurationError if the base is beyond the limit, or the limit not positive."""
 
-    ConfigurationError if the base is beyond the limit, or the limit not positive.
-    """
-
-    base: float = 1.0
-    difference: SquareChirp | Multisine | None = None
-    total: SquareChirp | Multisine | None = None
-    limit: float = 5.0
+    base: float = 1.0  # v_0 [V]
+    difference: SquareChirp | Multisine | None = None  # u_d
+    total: SquareChirp | Multisine | None = None  # u_s
+    limit: float = 5.0  # bound of each voltage [V]
 
     def __post_init__(self) -> None:
         check_bounds(self.base, self.limit)

@@ -221,10 +221,7 @@ def take_sample(
 def take_samples(
     sampled: Sampled, time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> tuple[Sampled, IdentifierOutput | None]:
-    """Take in the samples that are due up to ``time`` [s], at which ``now`` and the ``references`` [rad] are read.
-
-    The output is None if no sample was due.
-    """
+    """Take in the samples that are due up to ``time`` [s], at which ``now`` is read; the output is None if none was."""
     output: IdentifierOutput | None = None
     while is_due(sampled, time, plan):
         state, output = take_sample(sampled, time, now, plan, references)

@@ -18,17 +18,13 @@ _LEAST_PIVOT = 1e-10  # share of a diagonal element of B that must remain beside
 def total(values: Iterable[float]) -> float:
     """Return the sum of ``values``, added from left to right.
 
-    The built-in ``sum`` compensates rounding from Python 3.12 on. A unit must give the same bits on every interpreter,
-    and in a translation to C, so every sum of floats in this package goes through this function.
+    Python's ``sum`` compensates rounding from version 3.12 on; a unit must give the same bits everywhere, also in C.
     """
     return reduce(add, values, 0.0)
 
 
 def hypotenuse(a: float, b: float) -> float:
-    """Return sqrt(a^2 + b^2) of two numbers whose squares do not overflow.
-
-    ``math.hypot`` has another algorithm in CPython than in C libraries, and another one from version to version.
-    """
+    """Return sqrt(a^2 + b^2); ``math.hypot`` differs between CPython, its versions and C libraries."""
     return sqrt(a * a + b * b)
 
 

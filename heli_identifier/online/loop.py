@@ -87,12 +87,9 @@ def feedback_score(f: Feedback) -> float:
     return f.total / sqrt(f.squares) if f.squares > 0.0 else 0.0
 
 
-FILTERS = 4
-"""Number of Laguerre filters."""
-
+FILTERS = 4  # number of Laguerre filters
 _POLE = 2.0  # p [rad/s]: that of loops of elevation and pitch
 _PERIOD = 0.1  # time between two products [s], ample for the correlation of signals as slow as these
-
 UNEXPLAINED = 0.4
 """Share that counts as nothing. Chosen with generated rigs of another seed than those that results are reported on."""
 

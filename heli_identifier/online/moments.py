@@ -39,9 +39,7 @@ from typing import NamedTuple
 
 from .linear_algebra import Rows, bilinear_form, bordered, dot, eliminated, is_singular, total
 
-CAPACITY = 32
-"""Blocks kept at most; a standard error from 16 to 32 of them is itself known to some 15 to 20 %."""
-
+CAPACITY = 32  # blocks kept at most; a standard error from 16 to 32 of them is itself known to some 15 to 20 %
 _FIRST_LENGTH = 5  # samples of the first blocks: 1/omega_f, since neighbouring blocks are evaluated together
 _MEMORY = 5.0  # forgetting times 1/alpha that the blocks span: older samples would weigh less than exp(-5)
 
@@ -101,11 +99,8 @@ def weighted_blocks(
     return weights, blocks
 
 
-OVERLAP = 1.5
-"""Degrees of freedom, in blocks, that a parameter takes when neighbouring blocks are evaluated in pairs."""
-
-LEAST_FREEDOM = 4.0
-"""Degrees of freedom below which the residual is not estimated."""
+OVERLAP = 1.5  # degrees of freedom, in blocks, that a parameter takes when neighbouring blocks are evaluated in pairs
+LEAST_FREEDOM = 4.0  # degrees of freedom below which the residual is not estimated
 
 
 def freedom(weights: list[float], parameters: int, overlap: float = OVERLAP) -> float:

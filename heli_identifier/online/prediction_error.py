@@ -23,7 +23,7 @@ from math import exp, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AxisState, kept_early, kept_over, loosen, measure, measurement_noise
+from .adaptation import AxisState, kept_early, loosen, measure, measurement_noise
 from .instruments import Instruments, add_signals, no_instruments
 from .linear_algebra import outer, unit_vector
 from .loop import Outside, add_regressors, nothing_outside, products_every
@@ -119,7 +119,7 @@ def predict_axis(
     turn = count % refresh
     if turn < n + 2:
         change = 0.0 if turn < n else (BANDWIDTH_CHANGE if turn == n else CORNER_CHANGE) * refresh * h
-        forgotten = 1.0 - kept_over(count, refresh, alpha, h)
+        forgotten = 1.0 - kept_early(count, refresh, h, alpha)
         _renew(factor, omega, turn, own.first[turn], own.prior[turn], change, forgotten)
     omega[n], omega[n + 1] = bounded_noise(omega[n], omega[n + 1], plan.noise_bounds)
     if turn == n + 1:
@@ -129,10 +129,10 @@ def predict_axis(
     axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation, scores)
     stride = products_every(h)
     if (count + n) % stride == 0:  # n differs from axis to axis: their turns come in different samples
-        outside = add_regressors(outside, seen[:n], kept_over(count, stride, alpha, h), stride * h)
+        outside = add_regressors(outside, seen[:n], kept_early(count, stride, h, alpha), stride * h)
     outside = Outside(outside.waiting + scale * e, *outside[1:])
     if len(b) > 0:
-        kept = kept_over(count, stride, alpha, h)
+        kept = kept_early(count, stride, h, alpha)
         instruments = add_signals(instruments, seen[:n], scale * known, b, stride if count % stride == 0 else 0, kept)
     noise = remember(past, e, certain, d, h, c)
     return axis, PredictorState(tuple(memory), noise, w, outside, instruments)

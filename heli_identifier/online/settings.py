@@ -65,23 +65,19 @@ class Estimate:
 
 
 class ModelParameters(NamedTuple):
-    """One number for each parameter of eqs (2), (10), (12) (Table 2 of the paper): a value or a standard error.
+    """One number for each parameter of eqs (2), (10), (12), Table 2 of the paper: a value or a standard error."""
 
-    ``a_wx``, ``a_wz``, ``a_wy`` [1/s]; ``a_th``, ``a_e`` [1/s^2]; ``k_x``, ``k_z``, ``k_y`` [rad/s^2/V]; ``theta0``
-    [rad]; ``a_1`` [rad/s^2]; ``a_lt`` [1].
-    """
-
-    a_wx: float = 0.0
-    a_th: float = 0.0
-    k_x: float = 0.0
-    theta0: float = 0.0
-    a_wz: float = 0.0
-    a_e: float = 0.0
-    a_1: float = 0.0
-    a_lt: float = 0.0
-    k_z: float = 0.0
-    a_wy: float = 0.0
-    k_y: float = 0.0
+    a_wx: float = 0.0  # [1/s]
+    a_th: float = 0.0  # [1/s^2]
+    k_x: float = 0.0  # [rad/s^2/V]
+    theta0: float = 0.0  # [rad]
+    a_wz: float = 0.0  # [1/s]
+    a_e: float = 0.0  # [1/s^2]
+    a_1: float = 0.0  # [rad/s^2]
+    a_lt: float = 0.0  # [1]
+    k_z: float = 0.0  # [rad/s^2/V]
+    a_wy: float = 0.0  # [1/s]
+    k_y: float = 0.0  # [rad/s^2/V]
 
 
 ADAPTATION, PREDICTION_ERROR = METHODS = "adaptation", "prediction_error"

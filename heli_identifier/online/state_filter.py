@@ -71,10 +71,7 @@ def _responses(omega: float, rho: float, h: float, pole: float) -> list[list[flo
 
 
 def discretise(omega: float, rho: float, h: float, lag: float) -> FilterCoefficients:
-    """Return the coefficients of (11) with omega_f [rad/s], rho [1], the period ``h`` and the motors' ``lag`` T_m [s].
-
-    Without a lag the lagged voltage is the held one, and the decaying shapes vanish.
-    """
+    """Return the coefficients of (11); without a ``lag`` T_m [s] the decaying shapes vanish."""
     p = _responses(omega, rho, h, 0.0)
     d = _responses(omega, rho, h, -1.0 / lag) if lag > 0.0 else [[0.0] * 4] * 4
     return FilterCoefficients(

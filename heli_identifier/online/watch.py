@@ -132,11 +132,6 @@ def discretised_rates(h: float, held: bool) -> FilterCoefficients:
     return discretise(_HELD_RATE_BANDWIDTH if held else _RATE_BANDWIDTH, _RATE_DAMPING, h, 0.0)
 
 
-def rate(xi: Pair, angle: float, angle_1: float, angle_2: float, d: FilterCoefficients, held: bool) -> float:
-    """Return w [rad/s] from the state of an angle's rate filter and its last three samples [rad], newest first."""
-    return xi[1] if held else xi[1] + _DELAY * second_derivative(xi, angle, angle_1, angle_2, d)
-
-
 def settled_watch(s: Signals, candidates: tuple[Candidate, ...]) -> WatchState:
     """Return the state at sample 0, at rest in the angles of ``s``."""
     pitch, elevation, travel = s.angles
@@ -157,7 +152,8 @@ def advance_watch(
     xi_1, xi_2, xi_3 = [filter_line(xi, a, b, d) for xi, a, b in zip(w.rates, s.angles_1, s.angles, strict=True)]
     rates = xi_1, xi_2, xi_3
     w_1, w_2, w_3 = [
-        rate(xi, a, b, c, d, held) for xi, a, b, c in zip(rates, s.angles, s.angles_1, s.angles_2, strict=True)
+        xi[1] if held else xi[1] + _DELAY * second_derivative(xi, now, before, oldest, d)
+        for xi, now, before, oldest in zip(rates, s.angles, s.angles_1, s.angles_2, strict=True)
     ]
     pitch, elevation, travel = s.angles
     motion = Motion(pitch, elevation, travel, w_1, w_2, w_3, s.lagged[0], s.lagged[1], w.cable_rest)
@@ -179,8 +175,7 @@ class Score(NamedTuple):
     coefficient: float
 
 
-NOTHING = Score(0.0, 0.0)
-"""The score while nothing is known."""
+NOTHING = Score(0.0, 0.0)  # the score while nothing is known
 
 
 def scores(
@@ -216,10 +211,9 @@ def _score(
     weights: list[float], blocks: list[tuple[float, ...]], moments: list[float], candidate: list[float],
     residual: list[float], whole: float, least: float, taken: int,
 ) -> Score:  # fmt: skip
-    """Return the score of g_p = ``candidate``; ``residual`` e and g_p are combinations of z, ``whole`` is <g, g>.
+    """Return the score of g_p = ``candidate``; it and the ``residual`` e are combinations of z, ``whole`` is <g, g>.
 
-    ``least``: standard error of c times the norm of g_p, at least. ``taken``: parameters whose degrees of freedom the
-    scatter of the blocks lacks, 0 where it is not all that is known of the residual.
+    ``least``: standard error of c times the norm of g_p, at least. ``taken``: degrees of freedom that a fit has taken.
     """
     own = bilinear_form(candidate, candidate)
     strengths = [weight * max(0.0, dot(own, block)) for weight, block in zip(weights, blocks, strict=True)]

@@ -66,9 +66,7 @@ class Memory(NamedTuple):
     corner_slope: float  # dv / d ln gamma to come
 
 
-NEWEST = 13.0 / 12.0
-"""First coefficient of M."""
-
+NEWEST = 13.0 / 12.0  # first coefficient of M
 _M1, _M2 = 2.0 / 13.0, 1.0 / 13.0  # of 1/M, divided by its first coefficient
 _OBLIQUE = 0.5 * sqrt(3.0)  # imaginary part of a Butterworth pole of third order, over omega_o
 
@@ -140,16 +138,12 @@ def angle_slopes(f: FilterCoefficients) -> tuple[float, float, float]:
     return newest / NEWEST, f.ramp_2 / NEWEST, f.ramp_1 / NEWEST
 
 
-BANDWIDTHS, CORNERS = (2.0, 40.0), (0.05, 5.0)
-"""Bounds of omega_o and gamma [rad/s]."""
-
+BANDWIDTHS, CORNERS = (2.0, 40.0), (0.05, 5.0)  # bounds of omega_o and gamma [rad/s]
 BANDWIDTH_CHANGE, CORNER_CHANGE = 1e-3, 1e-2
 """Variances by which ln omega_o and ln gamma change in a second [1/s]: noise changes with the flight. They return to
 their prior meanwhile."""
 
-REST = 3.5
-"""Time for which nu rests [s]: e is an innovation only once Omega is near the truth."""
-
+REST = 3.5  # time for which nu rests [s]: e is an innovation only once Omega is near the truth
 _MOST_RADIANS = 0.3  # upper bound of omega_o h: the sampling must be fine enough
 _VARIANCE_MEMORY = 20.0  # time over which lambda is a mean [s]; at first it is the mean of all samples
 _FIRST_SAMPLES = 50.0  # samples that lambda(0) counts for
@@ -158,13 +152,10 @@ _LEAST_DEVIATION = 1e-8  # the least of an angle's innovation [rad]: without noi
 
 
 class Noise(NamedTuple):
-    """Bandwidth omega_o and corner gamma of the noise of one axis, both [rad/s].
+    """Noise of one axis; by default a torque of .01 rad/s^2 that lasts 1 s, and 4096 counts at 100 Hz."""
 
-    The defaults are those of a torque of .01 rad/s^2 that lasts 1 s and encoders of 4096 counts read at 100 Hz.
-    """
-
-    bandwidth: float = 7.0
-    corner: float = 1.0
+    bandwidth: float = 7.0  # omega_o [rad/s]
+    corner: float = 1.0  # gamma [rad/s]
 
 
 ANY_ROOM = Noise(10.0, 1.6)

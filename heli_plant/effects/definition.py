@@ -57,57 +57,42 @@ THRUST_MAP = "LAAS report 18040, thrust map"
 
 @dataclass(frozen=True)
 class Shape:
-    """A parameter of a law beside its coefficient; ``symbol`` is that in the published law.
-
-    A search starts from ``grid`` (the default if it is empty), or from what ``start`` says. One that is not
-    ``estimated`` is given, or shared by several laws. ``difference_step``: width of its numerical derivative where the
-    response has corners.
-    """
+    """A parameter of a law beside its coefficient."""
 
     name: str
-    field: str
-    symbol: str
+    field: str  # of the plant's parameters
+    symbol: str  # in the published law
     unit: str
     default: float
     lower: float
     upper: float
     description: str
-    grid: tuple[float, ...] = ()
-    start: str = "grid"
-    estimated: bool = True
-    difference_step: float | None = None
+    grid: tuple[float, ...] = ()  # values that a search starts from; the default if it is empty
+    start: str = "grid"  # where else they come from
+    estimated: bool = True  # else it is given, or shared by several laws
+    difference_step: float | None = None  # width of its numerical derivative where the response has corners
 
 
 @dataclass(frozen=True)
 class Effect:
-    """One effect on one axis, or on the rotors.
-
-    ``name`` and ``axis`` stand in parameter sets, FMU variables and reports. ``function`` is the law, ``law`` the same
-    as it is published, ``unit`` that of c, ``lower`` and ``upper`` its bounds: what is plausible, the sign rule among
-    them. ``family`` is the mechanism, ``experiment`` what to measure to see it, ``drawn_against`` the variable of its
-    curve ("other_rate": of the axis that it couples with; None if it acts through no torque).
-
-    ``watchable``: its signal follows from the motion at one instant. ``share_of_lift``: c is a share of the axis's
-    lift, so that a regression finds c times the axis's gain. ``certain``: every rig has it, as a term of rigid-body
-    mechanics with c = 1; only how much of it shows is open.
-    """
+    """One effect on one axis, or on the rotors; name and axis stand in parameter sets, FMU variables and reports."""
 
     name: str
     axis: str
     function: Callable[..., float]
-    law: str
-    unit: str
-    lower: float
+    law: str  # the same as it is published
+    unit: str  # of the coefficient c
+    lower: float  # what is plausible, the sign rule among it
     upper: float
     source: str
-    family: str
-    experiment: str
-    drawn_against: str | None = None
+    family: str  # the mechanism that it is a law of
+    experiment: str  # what to measure to see it
+    drawn_against: str | None = None  # variable of its curve; "other_rate": of the axis that it couples with
     place: str = ACCELERATION
     shapes: tuple[Shape, ...] = ()
-    watchable: bool = True
-    share_of_lift: bool = False
-    certain: bool = False
+    watchable: bool = True  # its signal follows from the motion at one instant
+    share_of_lift: bool = False  # a regression finds c times the axis's gain
+    certain: bool = False  # every rig has it, as a term of rigid-body mechanics with c = 1
 
     @property
     def field(self) -> str:

@@ -4,8 +4,7 @@ from math import exp, tanh
 
 from .definition import AXES, FRICTION, PAPER_NEGLECTS, SISTER_RIGS, Shape, declared
 
-SMOOTHING_RATE = 0.005
-"""w_0 [rad/s]: three encoder counts of 4096 per turn in a second."""
+SMOOTHING_RATE = 0.005  # w_0 [rad/s]: three encoder counts of 4096 per turn in a second
 
 
 @declared(
