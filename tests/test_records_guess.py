@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.io import savemat
+from scipy.signal import lfilter
 from typer.testing import CliRunner
 
 from heli_identifier.cli.app import app
@@ -22,11 +23,8 @@ def quantised(angle, counts):
 
 def rate(angle):
     """A rate as Simulink's filtered derivative gives it: s/(s/20 + 1), held at the samples."""
-    out, state = np.zeros_like(angle), angle[0]
-    for k, value in enumerate(angle):
-        out[k] = 20.0 * (value - state)
-        state += TRUE.step * out[k]
-    return out
+    h, away = TRUE.step, angle - angle[0]
+    return 20.0 * (away - lfilter([0.0, 20.0 * h], [1.0, 20.0 * h - 1.0], away))
 
 
 def angles(scale=1.0):

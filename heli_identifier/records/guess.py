@@ -246,14 +246,11 @@ def _signs(has_front: bool, found: Gains, reasons: dict[str, str]) -> tuple[dict
 
 
 def _doubts(known: Mapping[str, int], found: Gains) -> tuple[str, ...]:
-    share = f"{100.0 * found.share[2]:.0f} %"
-    doubts = {
-        f"the voltages explain {share} of the travel's acceleration only: look at every column": (
-            found.share[2] < _CERTAIN
-        ),
-        "the pitch responds too weakly to tell its sign: compare with another log of this rig": (
-            abs(found.score[0]) <= PITCH_SURE
-        ),
-        _MIRRORED: not known.keys() & {*VOLTAGES, "v_difference"},
-    }
-    return tuple(text for text, holds in doubts.items() if holds)
+    share = f"the voltages explain {100.0 * found.share[2]:.0f} % of the travel's acceleration only"
+    weak = "the pitch responds too weakly to tell its sign: compare with another log of this rig"
+    named = known.keys() & {*VOLTAGES, "v_difference"}
+    return (
+        *([f"{share}: look at every column"] if found.share[2] < _CERTAIN else []),
+        *([weak] if abs(found.score[0]) <= PITCH_SURE else []),
+        *([] if named else [_MIRRORED]),
+    )

@@ -188,13 +188,15 @@ def suspicions(log: Log) -> tuple[str, ...]:
         return ()
     found = find_responses(np.column_stack((log.voltages, log.angles)), log.rate_hz)
     (k_x, k_z, _), (pitch, elevation, _) = found.value, found.score
-    wrong = {
-        f"WRONG SIGN: the pitch falls where v_front exceeds v_rear, by {-k_x:.2g} rad/s^2/V; look at the sign of pitch "
-        "and at swap_rotors": pitch < -PITCH_SURE,
-        f"WRONG SIGN: the elevation falls where the voltages rise, by {-k_z:.2g} rad/s^2/V; look at the sign of "
-        "elevation and at the columns of the voltages": elevation < -ELEVATION_SURE,
-        "neither the pitch nor the elevation is seen to follow the voltages: these are not the voltages of this log, "
-        "or it is too calm to show it": -PITCH_SURE <= pitch < _SHOWN and -ELEVATION_SURE <= elevation < _SHOWN,
-    }
+    said = []
+    if pitch < -PITCH_SURE:
+        falls = f"the pitch falls where v_front exceeds v_rear, by {-k_x:.2g} rad/s^2/V"
+        said.append(f"WRONG SIGN: {falls}; look at the sign of pitch and at swap_rotors")
+    if elevation < -ELEVATION_SURE:
+        falls = f"the elevation falls where the voltages rise, by {-k_z:.2g} rad/s^2/V"
+        said.append(f"WRONG SIGN: {falls}; look at the sign of elevation and at the columns of the voltages")
+    if not said and max(pitch, elevation) < _SHOWN:
+        unseen = "neither the pitch nor the elevation is seen to follow the voltages"
+        said.append(f"{unseen}: these are not the voltages of this log, or it is too calm to show it")
     advice = "`heli init LOG` looks into a log and writes a heli.toml with the columns and signs that fit"
-    return tuple(f"{text}: {advice}" for text, holds in wrong.items() if holds)
+    return tuple(f"{text}: {advice}" for text in said)
