@@ -71,7 +71,7 @@ class Table:
         A LogError names the first cell that is empty, not a number or not finite, and counts that are not whole.
         """
         is_stamp, header = column.unit == STAMP, repr(self.headers[column.index])
-        values = self.instants(column)[kept] if is_stamp else floats(self.columns[column.index][kept])
+        values = self.values(column)[kept]
         broken = ~np.isfinite(values)
         if broken.any():
             sample = int(broken.argmax())
@@ -83,20 +83,21 @@ class Table:
             if _DECIMAL_COMMA.fullmatch(text):
                 advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
             raise LogError(f"{self.places(kept.start)(sample)}, column {header}: {what}; {advice}.")
-        if column.unit == "counts" and np.mean(np.abs(values - np.round(values)) > _WHOLE) > 0.5:
+        counts = values / column.factor
+        if column.unit == "counts" and np.mean(np.abs(counts - np.round(counts)) > _WHOLE) > 0.5:
             raise LogError(
                 f"{self.file}, column {header}: counts are whole numbers, and most of these are not, "
                 f"{self.cell(kept.start, column.index)!r} for one; state another unit under [log.units] of {HELI_TOML}."
             )
-        return values if column.factor == 1.0 else values * column.factor
+        return values
 
     def holds_stamps(self, index: int) -> bool:
         """Whether a column holds time stamps, by its first cell."""
         values = self.columns[index]
         return values.dtype.kind in "OM" and bool(np.isfinite(read_stamps(values[:1])).any())
 
-    def instants(self, column: Column) -> NDArray[np.float64]:
-        """Give the whole time column [s], shape (N,), with NaN where a cell holds no instant."""
+    def values(self, column: Column) -> NDArray[np.float64]:
+        """Give all cells of a signal in SI units, shape (N,), with NaN where a cell holds no number and no instant."""
         cells = self.columns[column.index]
         return read_stamps(cells) if column.unit == STAMP else floats(cells) * column.factor
 

@@ -89,7 +89,7 @@ def read_log(
 
 def _cut(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:
     """Find the samples from the first at or after `start` to the last before time passes `end`."""
-    time = table.instants(column)
+    time = table.values(column)
     count, finite = len(time), time[np.isfinite(time)]
     for option, instant in (("start", start), ("end", end)):
         if instant is not None and not np.isfinite(instant):
