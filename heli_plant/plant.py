@@ -45,11 +45,6 @@ def mass_after(position: float, command: float, h: float, p: PlantParameters) ->
     return position + saturate(saturate(command, p.ado_travel) - position, p.ado_speed * h)
 
 
-def ado_acceleration(elevation: float, mass_position: float, p: PlantParameters) -> float:
-    """Elevation acceleration [rad/s^2] by the mass at ``mass_position`` [m]."""
-    return -(p.ado_offset + p.ado_stiffness * elevation) * mass_position
-
-
 def stop_acceleration(pitch: float, rate: float, limit: float) -> float:
     """Pitch acceleration [rad/s^2] by mechanical stops at plus and minus ``limit`` [rad].
 
@@ -77,7 +72,7 @@ def accelerations(
     if p.pitch_stop > 0.0:
         a_th += stop_acceleration(th, w_th, p.pitch_stop)
     if mass_position != 0.0:
-        a_ep += ado_acceleration(ep, mass_position, p)
+        a_ep -= (p.ado_offset + p.ado_stiffness * ep) * mass_position
     on_pitch, on_elevation, on_travel = switches
     if on_pitch:
         a_th += added_pitch(t, th, ep, la, w_th, w_ep, w_la, mu_sum, mu_diff, cable_rest, p)
@@ -101,12 +96,6 @@ def bending_step(
     w3 = w + h * a2
     a3 = bending_acceleration(q + h * w2, w3, s2, p)
     return q + h / 6.0 * (w + 2.0 * (w1 + w2) + w3), w + h / 6.0 * (a0 + 2.0 * (a1 + a2) + a3)
-
-
-def bending_at_rest(mu_sum: float, p: PlantParameters) -> float:
-    """Deflection [rad] at which the mode rests under ``mu_sum`` [V]: the law is linear in q, so two values tell."""
-    at_zero = bending_acceleration(0.0, 0.0, mu_sum, p)
-    return at_zero / (at_zero - bending_acceleration(1.0, 0.0, mu_sum, p))
 
 
 def step(
@@ -192,7 +181,8 @@ def rigid_start(state: PlantState, p: PlantParameters) -> PlantState:
     if not bends(p):
         return state
     _, mu_sum = thrust_voltages(state.nu_front, state.nu_rear, 0.0, p)
-    bending = bending_at_rest(mu_sum, p)
+    at_zero = bending_acceleration(0.0, 0.0, mu_sum, p)
+    bending = at_zero / (at_zero - bending_acceleration(1.0, 0.0, mu_sum, p))  # the law is linear in q
     return state._replace(elevation=state.elevation - bending, bending=bending, bending_rate=0.0)
 
 
