@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
-from heli_identifier.tracing import CurveShape, Diagnosis, FoundEffect, ParameterReport, Verdict
+from heli_identifier.tracing import CurveShape, Diagnosis, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
@@ -130,12 +130,8 @@ def gain_cells(report: ParameterReport | None, given: Estimate | None = None) ->
     """Give a gain, what references alone say of it, and what it rests on; without a report it was given."""
     if report is None:
         return words.with_interval(given) if given else "–", "–", "given"
-    outside = "–" if report.instrument is None else words.with_interval(report.instrument, unit=False)
-    return (
-        words.with_interval(report.estimate),
-        outside,
-        "contradicted" if report.contradicted else str(report.determination),
-    )
+    alone = "–" if report.instrument is None else words.with_interval(report.instrument, unit=False)
+    return words.with_interval(report.estimate), alone, "contradicted" if report.contradicted else report.determination
 
 
 def gain_table(diagnosis: Diagnosis) -> Table:
@@ -162,23 +158,16 @@ def parameter_table(diagnosis: Diagnosis) -> Table:
 
 def effect_table(diagnosis: Diagnosis) -> Table:
     """Give a row per effect that was found or is possible."""
+    rows = []
+    for effect in (*diagnosis.effects, *diagnosis.possible):
+        gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+.1f}".replace("-", "−")
+        place = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
+        rivals = words.listed([words.effect_name(*other) for other in effect.alternatives], "or")
+        size = words.with_interval(effect.coefficient) if effect.coefficient else "–"
+        told = (words.effect_title(effect), effect.verdict, size, words.significant(effect.score), gain)
+        rows.append((*told, place if effect.in_plant else "no", rivals))
     columns = ("effect", "it is", "coefficient", "score [nats]", "left-out logs gain [nats]", "in the plant", "or")
-    rows = [_effect_row(effect) for effect in (*diagnosis.effects, *diagnosis.possible)]
     return Table("Effects that the model lacks (± 1.96 standard errors)", columns, rows)
-
-
-def _effect_row(effect: FoundEffect) -> tuple[str, ...]:
-    gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+.1f}".replace("-", "−")
-    place = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
-    return (
-        words.effect_title(effect),
-        effect.verdict,
-        words.with_interval(effect.coefficient) if effect.coefficient else "–",
-        words.significant(effect.score),
-        gain,
-        place if effect.in_plant else "no",
-        words.listed([words.effect_name(*other) for other in effect.alternatives], "or"),
-    )
 
 
 def catalogue_table(diagnosis: Diagnosis) -> Table:
