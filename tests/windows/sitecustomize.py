@@ -26,6 +26,10 @@ import sys
 import tempfile
 from contextlib import suppress
 
+with suppress(ImportError):  # these take what Windows lacks where sys.platform is linux
+    import locket  # noqa: F401
+    import psutil  # noqa: F401
+
 _replace, _rename, _unlink, _open_descriptor, _open = os.replace, os.rename, os.unlink, os.open, io.open
 
 
