@@ -6,8 +6,6 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # One thread per process: the tests and the tracer run processes of their own on all cores.
 export OPENBLAS_NUM_THREADS := 1
 
-WINDOWS_TESTS := tests/test_files.py tests/test_records_reading.py tests/test_records_formats.py
-
 .PHONY: demo test test-all test-windows test-wine wheel wheels-check release lint size bench blind docs audit lock sbom clean
 
 $(BIN)/python:
@@ -44,9 +42,9 @@ test: lint
 test-all: lint docs test-windows
 	$(BIN)/python -m pytest -n auto --dist loadfile
 
-# What touches the system once more without fcntl, fork, most signals, and so on; the list is in that sitecustomize.
+# The tests once more without fcntl, fork, most signals, and so on; the list is in that sitecustomize.
 test-windows: $(VENV)/.test
-	PYTHONPATH=tests/windows $(BIN)/python -m pytest -p no:xdist $(WINDOWS_TESTS)
+	PYTHONPATH=tests/windows $(BIN)/python -m pytest -n auto --dist loadfile -m 'not slow'
 
 # Windows' own Python, where there is Wine; it takes 1.5 GB of packages.
 test-wine: wheel

@@ -47,7 +47,7 @@ def test_a_diagnosis_leaves_its_four_files_and_prints_its_document_and_finds_the
     folder, printed = diagnosed
     assert {path.name for path in folder.iterdir()} == RESULTS
     assert [path.name for path in folder.parent.iterdir()] == ["result"]
-    assert json.loads(printed) == json.loads((folder / "diagnosis.json").read_text())
+    assert json.loads(printed) == json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
     first = json.loads(printed)["effects"][0]
     assert (first["name"], first["axis"]) == ("dry_friction", "pitch")
     # the bar of the project: within 15 % of the truth, .025
@@ -128,7 +128,7 @@ def test_a_unit_that_does_not_reach_the_reported_free_run_is_not_delivered(corre
 def test_the_files_of_a_diagnosis_agree_with_each_other(tmp_path):
     diagnosis = replace(example(), effects=example().effects[:1])
     assert diagnosis.write(tmp_path) == tmp_path
-    assert json.loads((tmp_path / "diagnosis.json").read_text()) == diagnosis.to_dict()
+    assert json.loads((tmp_path / "diagnosis.json").read_text(encoding="utf-8")) == diagnosis.to_dict()
     assert read_parameters(tmp_path / "parameters.json").plant() == AFTER
     assert {path.name for path in tmp_path.iterdir()} == RESULTS
 

@@ -102,13 +102,13 @@ def _named_effects_only():
 @pytest.mark.parametrize("made", [example, adequate])
 def test_a_diagnosis_is_read_back_as_the_value_that_was_written_and_a_damaged_entry_is_named(made, tmp_path):
     file, found, document = tmp_path / "diagnosis.json", made(), made().to_dict()
-    file.write_text(document_text(document))
+    file.write_text(document_text(document), encoding="utf-8")
     read = read_document(file, DiagnosisFile)
     assert plain(read) == document
     for name in ("effects_after", "parameters", "parameters_before", "axes", "data", "held_out", "possible"):
         assert getattr(read, name) == getattr(found, name)
     document["axes"]["pitch"]["after"]["prediction_1s"]["value"] = "small"
-    file.write_text(document_text(document))
+    file.write_text(document_text(document), encoding="utf-8")
     with pytest.raises(ConfigurationError, match="axes.pitch.after.prediction_1s.value = 'small': expected `float"):
         read_document(file, DiagnosisFile)
 

@@ -1,9 +1,8 @@
 """Faults of `heli follow` and `heli stream`: addresses, layouts, and folders that hold an earlier flight."""
 
-import os
 
 from tests.faults.case import Fault
-from tests.faults.material import good, nothing, parameters
+from tests.faults.material import good, nothing, parameters, pipe
 from tests.faults.outputs import inside
 
 FOLLOW = "heli follow -p parameters.json"
@@ -91,7 +90,7 @@ STREAMS = (
     Fault("a layout of spaces", good, f"{STREAM} --layout ' '", "lacks v_front, v_rear, pitch, elevation, travel"),
     Fault("a layout of JSON and a double", good, f"{STREAM} --layout 'json time'", "'json' is unknown"),
     Fault("a stream that says so on a full disk", good, f"{STREAM} --speed 1000 >/dev/full", "standard output cannot be written: No space left on device", shell=True),
-    Fault("a log that is a pipe", lambda f: os.mkfifo(f / "log.csv"), STREAM, "it is a pipe"),
+    Fault("a log that is a pipe", lambda f: pipe(f / "log.csv"), STREAM, "it is a pipe"),
     Fault("a layout with a name twice", good, f"{STREAM} --layout 'time time v_front v_rear pitch elevation travel'", "'time' stands there twice"),
     Fault("a layout in a unit that is not known", good, f"{STREAM} --layout 'time v_front v_rear pitch[grad] elevation travel'", "'pitch[grad]' is unknown"),
 )  # fmt: skip

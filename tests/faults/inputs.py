@@ -1,10 +1,9 @@
 """Faults of configurations and of parameters.json."""
 
 import json
-import os
 
 from tests.faults.case import Fault
-from tests.faults.material import configured, document, good, nothing, parameters, write
+from tests.faults.material import configured, document, good, nothing, parameters, pipe, write
 
 IDENTIFY = "heli identify log.csv -o out"
 
@@ -23,7 +22,7 @@ def fleet(folder):
     for name in ("a", "b"):
         (folder / name).mkdir()
         good(folder / name)
-    os.mkfifo(folder / "a" / "heli.toml")
+    pipe(folder / "a" / "heli.toml")
 
 
 CONFIGURATIONS = (
@@ -50,7 +49,7 @@ CONFIGURATIONS = (
     Fault("the rig as a list of tables", configured("[[rig]]\nname = 'a'\n"), IDENTIFY, "must be a section that begins with [rig]"),
     Fault("a sign of an axis that there is not, in flight", parameters(more=configured("[log.signs]\nyaw = -1\n")), "heli follow log.csv --speed 0 -p parameters.json -o out", "key log.signs.yaw is unknown"),
     Fault("parameters.json as the configuration", parameters(), f"{IDENTIFY} --config parameters.json", "parameters.json is not TOML"),
-    Fault("a heli.toml that is a pipe", here(os.mkfifo), IDENTIFY, "heli.toml cannot be read: it is a pipe"),
+    Fault("a heli.toml that is a pipe", here(pipe), IDENTIFY, "heli.toml cannot be read: it is a pipe"),
     Fault("a heli.toml that is a link to nowhere", here(lambda p: p.symlink_to("none")), IDENTIFY, "heli.toml does not exist"),
     Fault("an encoder of 1e300 counts", configured(f"[rig.encoder_counts]\npitch = 1{'0' * 300}\n"), IDENTIFY, "must be counts per turn in [1, 4294967296]"),
     Fault("a heli.toml of a rig of a fleet that is a pipe", fleet, "heli fleet a b -o out", "heli.toml cannot be read: it is a pipe"),

@@ -25,6 +25,7 @@ from tests.faults.material import (
     headed,
     matlab,
     nothing,
+    pipe,
     text,
     write,
 )
@@ -147,7 +148,7 @@ TEXTS = (
 
 KINDS = (
     Fault("/dev/zero", nothing, "heli identify /dev/zero -o out", "it is a device"),
-    Fault("a pipe without a writer", lambda f: os.mkfifo(f / "log.csv"), IDENTIFY, "it is a pipe"),
+    Fault("a pipe without a writer", lambda f: pipe(f / "log.csv"), IDENTIFY, "it is a pipe"),
     Fault("a folder", lambda f: (f / "log.csv").mkdir(), IDENTIFY, "is a folder; name the log files in it"),
     Fault("a file of 2 GB", lambda f: ((f / "log.csv").touch(), os.truncate(f / "log.csv", 2_000_000_000)), IDENTIFY, "it has 2000 MB, more than 1000 MB"),
     Fault("a file that is missing", nothing, IDENTIFY, "does not exist"),

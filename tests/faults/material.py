@@ -2,9 +2,11 @@
 
 import io
 import json
+import os
 from pathlib import Path
 
 import numpy as np
+import pytest
 from scipy.io import savemat
 
 from fmu_src import build
@@ -59,6 +61,13 @@ def good(folder: Path):
 
 def nothing(folder):
     """Make no file."""
+
+
+def pipe(path: Path):
+    """Make a named pipe, where there are any."""
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("this system has no named pipes")
+    os.mkfifo(path)
 
 
 def configured(toml, make=good):
