@@ -7,10 +7,13 @@ from scipy.signal import lfilter
 from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.tracing.fit import fit, with_own_spread
 from heli_identifier.tracing.held_out import log_likelihood
+from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.identification import delivered
 from heli_identifier.tracing.noise import error_dynamics
+from heli_identifier.tracing.records import record_of
 from heli_identifier.tracing.score import Scores, step_times
 from heli_identifier.tracing.select import halves_agree, left_out_gain, select
+from heli_identifier.tracing.settings import DiagnosisSettings
 from heli_plant.parameters import TABLE_2
 from tests.blind.windy import windy_rig
 from tests.simulated import drive, noisy
@@ -124,3 +127,13 @@ def test_the_instant_of_a_step_is_found_by_the_matched_filter():
     for e in null.e:
         e[:, 1] += response
     assert min(abs(t - 23.0) for t in step_times(null, 1)[:1]) < 0.5
+
+
+def test_a_law_is_drawn_as_smooth_as_its_data():
+    """A delay acts where voltages jump: were its law smoothed less than the data, these would lie on half its slope."""
+    plant = TABLE_2._replace(input_delay_rotors=0.06)
+    log = noisy(plant, drive(60.0, 3), 3, name="late")
+    rig = helicopter(DiagnosisSettings(), [log.angles], [log.voltages])
+    effect = next(own for own in rig.effects if own.name == "input_delay")
+    *_, residual, law = rig.partial_residual(record_of(log, rig), plant, TABLE_2, effect)
+    assert float(law @ residual / (law @ law)) == pytest.approx(1.0, abs=0.1)  # air and encoder add some .02

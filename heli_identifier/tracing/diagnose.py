@@ -124,6 +124,7 @@ def diagnose(
             *stranger_notes(after, (*found.logs, *found.beside), found.left_out),
             *found.references.notes,
             *_parameter_notes(found),
+            *_bound_notes(after),
             *_unexpected_notes(settings.effects, after),
             *_geometry_notes(settings.geometry, after_values, after.fields, joint),
             *_voltage_notes((*training, *kept), settings.voltage_limit),
@@ -238,6 +239,17 @@ def _parameter_notes(found: Identification) -> list[str]:
             "plausible for any rig of this kind"
         )
     return notes
+
+
+def _bound_notes(after: Fit) -> list[str]:
+    """Name the effects of the plant whose coefficients lie at the end of what is plausible."""
+    rig, values = after.likelihood.rig, dict(zip(after.fields, after.at_bound, strict=False))
+    return [
+        f"the {own.name.replace('_', ' ')} of the {own.axis} comes out at {after.estimate(own.field):.3g}, the end of "
+        "what is plausible: something else that this law imitates is more likely"
+        for own in rig.candidates
+        if values.get(own.field) and after.estimate(own.field)
+    ]
 
 
 def _unexpected_notes(expected: Mapping[str, Estimate], after: Fit) -> list[str]:

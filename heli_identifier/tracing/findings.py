@@ -63,6 +63,7 @@ def lag_score(fitted: Fit) -> float:
 def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float | None = None) -> FoundEffect:
     """State one effect of a selection; ``fitted`` is the delivered plant."""
     effect, units, in_plant = finding.effect, fitted.likelihood.rig.units, finding.effect.field in fitted.fields
+    rivals = [other for other in finding.alternatives if other.field not in fitted.fields]
     if in_plant:
         coefficient = estimates(fitted, C, [effect.field])[effect.field]
         shapes = estimates(fitted, C, effect.shapes)
@@ -71,16 +72,15 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float |
         shapes = {n: Estimate(float(v), None, units[n]) for n, v in finding.score.shapes.items()}
     verdict, experiment = Verdict.POSSIBLE, effect.experiment
     if finding.established:
-        verdict, experiment = Verdict.AMBIGUOUS if finding.alternatives else Verdict.SHOWN, ""
-    if finding.alternatives:
-        rival = finding.alternatives[0]
-        experiment = (
-            f"Measure what shows either alone. For {effect.name}: {effect.experiment} "
-            f"For {rival.name}: {rival.experiment}"
-        )
+        verdict, experiment = Verdict.AMBIGUOUS if rivals else Verdict.SHOWN, ""
+    if rivals and rivals[0].experiment != effect.experiment:
+        both = (f"For {own.name.replace('_', ' ')}: {own.experiment}" for own in (effect, rivals[0]))
+        experiment = " ".join(("Measure what shows either alone.", *both))
+    elif rivals:
+        experiment = effect.experiment
     return FoundEffect(
         effect.name, effect.axis, coefficient, verdict, effect.family,
-        tuple((other.name, other.axis) for other in finding.alternatives),
+        tuple((other.name, other.axis) for other in rivals),
         NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
         finding.stated, experiment, in_plant, left_out_gain, _together(finding, fitted),
     )  # fmt: skip
@@ -154,6 +154,9 @@ def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -
     elif stated is not None:
         verdict, estimate, experiment = stated.verdict, stated.coefficient or estimate, stated.experiment
         score, why = stated.score, f"score {stated.score:.1f} nats"
+    elif score > selection.last.needed:
+        verdict = Verdict.NOT_SHOWN
+        why = f"score {score:.1f} nats beside what is in the plant, of which a fit with it keeps too little"
     elif visibility < LEAST_VISIBILITY:
         why = f"only {100.0 * visibility:.2g} % of its signature is left beside the fitted parameters"
         experiment = effect.experiment
@@ -231,13 +234,14 @@ def _report(
     value, width, share = instrument or (0.0, np.inf, None)
     by_instrument = Estimate(value, width / 1.96, estimate.unit) if instrument else None
     sure = width < DETERMINED * abs(value)
-    agrees = abs(value - estimate.value) <= max(CONTRADICTION * width / 1.96, MATTERS * abs(value))
-    contradicted = bool(is_gain and sure and not agrees)
-    said = f"references alone give {value:.3g} ± {width:.2g}"
+    agrees = not abs(value - estimate.value) > max(CONTRADICTION * width / 1.96, MATTERS * abs(value))
+    contradicted = is_gain and not agrees
+    unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+    said = f"references alone give {value:.3g} ± {width:.2g}{unit}"
     if contradicted:
-        word, why = Determination.NOT_DETERMINED, f"{said}, the likelihood {estimate.value:.3g} ± {half:.2g}"
+        word, why = Determination.NOT_DETERMINED, f"{said}, the likelihood {estimate.value:.3g} ± {half:.2g}{unit}"
     elif half > allowed:
-        word, why = Determination.NOT_DETERMINED, f"its interval is ± {half:.2g}"
+        word, why = Determination.NOT_DETERMINED, f"its interval is ± {half:.2g}{unit}"
     elif sure and agrees:
         word, why, fly = Determination.OUTSIDE, said, ""
     else:

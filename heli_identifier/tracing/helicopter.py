@@ -219,6 +219,12 @@ def _motion(record: Record, window: float) -> Array:
     return np.column_stack([local_cubic(record.angles, record.step, window, order) for order in (0, 1)])
 
 
+def _smoothed(accelerations: Array, h: float) -> Array:
+    """Smooth accelerations (N,) as the second derivative of a local cubic smooths those of the angle."""
+    angle = h * h * np.cumsum(np.cumsum(accelerations))
+    return local_cubic(np.concatenate(([0.0], angle[:-1])), h, WINDOW, 2)
+
+
 def _variable(
     record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters
 ) -> tuple[str, str, Array]:
@@ -385,14 +391,14 @@ class Rig:
         """Give what an effect's curve is drawn from; effects of the rotors show on the elevation.
 
         Axis, variable, its unit, its values, the smoothed acceleration less that of ``bare``, the plant without the
-        effect, and the effect's own.
+        effect, and the effect's own, smoothed alike.
         """
-        axis = AXES.index("elevation" if effect.axis not in AXES else effect.axis)
-        whole, without = (self.measured(record, p, WINDOW) for p in (parameters, bare))
-        inner = slice(round(1.0 / record.step), -round(1.0 / record.step))
-        y = (local_cubic(record.angles, record.step, WINDOW, 2) - local_cubic(without, record.step, WINDOW))[:, axis]
+        axis, h = AXES.index("elevation" if effect.axis not in AXES else effect.axis), record.step
+        whole, without = (_smoothed(self.measured(record, p, WINDOW)[:, axis], h) for p in (parameters, bare))
+        inner = slice(round(1.0 / h), -round(1.0 / h))
+        y = local_cubic(record.angles[:, axis], h, WINDOW, 2) - without
         variable, unit, x = _variable(record, effect.drawn_against, axis, _motion(record, WINDOW), parameters)
-        return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner, axis]
+        return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner]
 
     def regressions(
         self, records: Sequence[Record], parameters: PlantParameters
