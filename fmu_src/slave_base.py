@@ -39,21 +39,13 @@ from .variables import TYPES, Value, Variable, problem_with, with_fields
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
 
 LONGEST_STEP = 1e9  # communication steps must be shorter [s]; this also keeps infinity out
-
-MOST_SUBSTEPS = 100_000
-"""Steps that a unit takes inside of one communication step: some seconds of computing. More are refused, because a
-mistaken step of days would keep the host waiting for as long."""
-
-CLOCK_TOLERANCE = 1e-3
-"""Distance of a step's begin from the end of the step before, as a share of the step, that hosts' rounding explains."""
-
+MOST_SUBSTEPS = 100_000  # within one communication step: some seconds; a mistaken step of days would take as long
+CLOCK_TOLERANCE = 1e-3  # between a step's begin and the end before, as a share of the step: rounding by hosts
 _OPEN = {STEPPING: ("input", "tunable"), TERMINATED: ()}
 """Causality or variability of what may be set in a phase; inputs and parameters in the earlier ones."""
 
 _WHOLE_UNIT = -1  # key of a refusal that belongs to no single variable
-
-_BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}
-"""Value that is returned for a variable that does not exist."""
+_BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}  # of variables that do not exist
 
 
 def check_due(late: float, period: float, time: float) -> None:

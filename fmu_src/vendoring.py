@@ -17,8 +17,7 @@ from pathlib import Path, PurePosixPath
 from .errors import BuildError
 from .variables import Value
 
-VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")
-"""Packages that are put into an FMU; everything else that a unit imports must be in the standard library."""
+VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")  # all else must be in the standard library
 
 OLDEST_PYTHON = (3, 9)  # the oldest Python of a host
 
@@ -48,11 +47,10 @@ def _imports(module: str, tree: ast.AST, is_package: bool) -> Iterable[str]:
 
 
 def needed_sources(module: str) -> dict[str, str]:
-    """Return every source that ``module`` needs, by its path (``heli_plant/plant.py``).
+    """Return every source that ``module`` needs, by its path; BuildError says which one no host may understand.
 
     A package of which only a module is imported gets an empty ``__init__``, because its door offers more than a unit
-    needs (files, arrays, the builder). BuildError says which module imports something that is neither vendored nor in
-    the standard library, or has a syntax newer than :data:`OLDEST_PYTHON`.
+    needs (files, arrays, the builder).
     """
     found: dict[str, str] = {}
     waiting = [module]
@@ -100,10 +98,9 @@ def _rewritten(text: str, tag: str) -> str:
 
 
 def slave_script(unit: type, tag: str, start_values: Mapping[str, Value]) -> str:
-    """Return the text of the script that the binary loads: it imports the vendored unit and sets its start values.
+    """Return the script that the binary loads; a list in ``sys`` keeps its globals, which are released once too often.
 
-    The binary runs the script again with every instance and releases the module's globals once too often; the list in
-    ``sys`` keeps one reference for each.
+    The binary runs the script again with every instance.
     """
     values = "".join(f"    {name!r}: {value!r},\n" for name, value in sorted(start_values.items()))
     return f'''"""{unit.__name__} as pythonfmu loads it."""

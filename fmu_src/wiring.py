@@ -130,11 +130,7 @@ MEASURED_DATA = Scenario(
     "measured_data",
     "measured data: LogPlayer -> AdaptiveIdentifier, LogPlayer -> HelicopterPlant beside the measurement",
     (("player", "LogPlayer"), ("plant", "HelicopterPlant"), ("identifier", "AdaptiveIdentifier")),
-    (
-        *_wires("player", "plant", VOLTAGES),
-        *_wires("player", "identifier", VOLTAGES),
-        *_wires("player", "identifier", AXES),
-    ),
+    (*_wires("player", "plant", VOLTAGES), *_wires("player", "identifier", (*VOLTAGES, *AXES))),
 )
 PLANT_BESIDE_LOG = Scenario(
     "plant_beside_log",
@@ -176,10 +172,7 @@ LIVE = Scenario(
     "the same of a rig that is running, in real time: RigLink in place of LogPlayer",
     (("rig", "RigLink"), *FOLLOW.units[1:]),
     (
-        *(
-            replace(wire, source_unit="rig") if wire.source_unit == "player" else wire
-            for wire in FOLLOW.connections
-        ),
+        *(replace(one, source_unit="rig") if one.source_unit == "player" else one for one in FOLLOW.connections),
         Connection("rig", "fresh", "corrector", "fresh"),
         Connection("rig", "fresh", "plant", "measured.fresh"),
     ),

@@ -1,8 +1,7 @@
 """One unit under the master: its FMU unpacked and loaded, its life, and where its inputs and outputs lie.
 
 Every answer is checked, the status and what the unit logs: a pythonfmu unit cannot refuse a set call by its status.
-Anything worse than a warning becomes a :class:`fmu_src.errors.MasterError` that names unit, call and time and quotes
-the unit's messages.
+Anything worse than a warning becomes a MasterError that names unit, call and time and quotes the unit's messages.
 
 Loading a unit runs its code with the rights of the user; nothing here can prevent that. What is prevented is that a
 mere archive writes outside of its folder or fills the disk, and that its description reads other files.
@@ -44,8 +43,7 @@ _STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
 
 _WANTED = {"Real": "a number", "Integer": "a whole number", "Boolean": "true or false", "String": "text"}
 
-_HEARD: dict[int, Instance] = {}
-"""Instances by component environment, because fmpy's logger proxy serves one callback function per process."""
+_HEARD: dict[int, Instance] = {}  # by component environment: fmpy's logger proxy serves one callback per process
 
 
 def _hear(environment: int | None, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
@@ -61,8 +59,7 @@ _ALLOCATE = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
 _FREE = fmi2CallbackFreeMemoryTYPE(fmpy.free)
 
 
-WATCHES: list[Callable[[], object]] = []
-"""Called whenever the units have answered, by whoever waits for a call that never returns."""
+WATCHES: list[Callable[[], object]] = []  # called whenever the units have answered, for those who wait for that
 
 
 def alive() -> None:
@@ -72,10 +69,7 @@ def alive() -> None:
 
 
 def unpack(name: str, fmu: Path, folder: Path) -> Any:
-    """Unpack an FMU from anywhere into ``folder`` and return its model description, as fmpy reads it.
-
-    MasterError names unit and file if it is no FMU that can be run, or there is no room for it.
-    """
+    """Unpack an FMU from anywhere and return its model description, or raise MasterError if it cannot be run."""
     try:
         check_zip(fmu)
         fmpy.extract(str(fmu), str(folder))

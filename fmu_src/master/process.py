@@ -27,8 +27,7 @@ from ..variables import Value
 from ..wiring import Scenario
 from .result import Result
 
-PATIENCE = 120.0
-"""Longest time without an answer of a unit to a call or to a thousand steps [s]; a unit that takes longer hangs."""
+PATIENCE = 120.0  # longest time without an answer of a unit to a call or to a thousand steps [s]; it hangs then
 
 
 def run_apart(
@@ -39,12 +38,9 @@ def run_apart(
     fmus: Mapping[str, str | Path] | None = None,
     **more: Any,
 ) -> Result:
-    """Run a scenario as :func:`.loop.run` does, in a process of its own.
+    """Run a scenario as :func:`fmu_src.master.run` does, in a process of its own.
 
-    Raises
-    ------
-    MasterError
-        Also if the child ends without a result, or a unit hangs.
+    MasterError is also raised if the child ends without a result, or a unit hangs.
     """
     order = {"scenario_name": scenario_name, "duration": duration, "step": step, "parameters": parameters, **more}
     with draft_folder() as folder:

@@ -32,11 +32,9 @@ NATIVE_UNITS = tuple(DEFINITIONS)
 """Units that have a native twin; the others run in Python only."""
 
 RUNTIME = ("arithmetic.h", "memory.h", "memory.c", "unit.h", "unit.c", "values.c", "state.c", "exchange.c", "fmi.h")
-"""Files in C that every unit has."""
-
 HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
            3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h")}  # fmt: skip
-"""Headers of the standard, which fmpy carries."""
+"""Files in C that every unit has, and headers of the standard, which fmpy carries."""
 
 
 def build_native(

@@ -54,8 +54,7 @@ def _machine() -> Platform | None:
 def compiler(target: Platform) -> list[str] | None:
     """Return the command that compiles for a platform, or None if there is none.
 
-    For Linux ziglang comes first, because its binaries run with older C libraries than that of this machine. For
-    Windows the system's compiler does, because ziglang's first build for a platform takes half a minute.
+    For Linux ziglang comes first: its binaries run with older C libraries. Its first build for Windows takes long.
     """
     has_zig = importlib.util.find_spec("ziglang") is not None
     zig = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig_target] if has_zig else None

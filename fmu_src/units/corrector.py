@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from heli_identifier import following
 from heli_plant.observer import CORRECTED
@@ -13,9 +13,7 @@ from ..slave_base import SlaveBase, check_due
 from ..variables import Variable, for_each, output, parameter, real_input, setting
 from .signals import ANGLE_INPUTS, AXES, VOLTAGE_INPUTS
 
-_EARLY = 1e-6
-"""A sample is due this fraction of its period early, because communication points k H have rounding errors."""
-
+_EARLY = 1e-6  # a sample is due this fraction of its period early: communication points k H have rounding errors
 _PLACES = {
     effect: (axis, place)
     for axis in AXES
@@ -111,9 +109,9 @@ class Corrector(SlaveBase):
             self._show(state)
 
     def _report_of_the_identifier(self) -> following.IdentifierReport:
-        to_pitch, to_elevation, to_travel = (self.value(f"excitation.{axis}") for axis in AXES)
+        excitation: Any = tuple([self.value(f"excitation.{axis}") for axis in AXES])
         return following.IdentifierReport(
-            (to_pitch, to_elevation, to_travel),
+            excitation,
             tuple([self.value("score.{}[{}]".format(*_PLACES[effect])) for effect in following.DEFAULT_EFFECTS]),
             tuple([self.value(f"estimate.{name}") for name in following.HEARD]),
             tuple([self.value(f"estimate_error.{name}") for name in following.HEARD]),

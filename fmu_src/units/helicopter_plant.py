@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from heli_plant import observer
 from heli_plant.communication import EncoderCounts, PlantMemory, begin, communicate, is_finite, shown
@@ -63,11 +63,9 @@ class HelicopterPlant(SlaveBase):
         """Collect the parameters, place the plant at its initial state."""
         self._take_parameters()
         self.inner_step = self.value("solver.step")
-        pitch, elevation, travel = (self.value(f"initial.{axis}") for axis in AXES)
-        pitch_rate, elevation_rate, travel_rate = (self.value(f"initial.{axis}_rate") for axis in AXES)
-        v_front, v_rear = (self.value(f"initial.v_{rotor}") for rotor in ROTORS)
-        rates = (pitch_rate, elevation_rate, travel_rate)
-        self.memory = begin(start_state(pitch, elevation, travel, v_front, v_rear, rates), self.parameters)
+        rates: Any = tuple([self.value(f"initial.{axis}_rate") for axis in AXES])
+        first = [self.value(f"initial.{name}") for name in (*AXES, "v_front", "v_rear")]
+        self.memory = begin(start_state(*first, rates), self.parameters)
         enabled = self.value("encoder.enabled")
         self.counts = EncoderCounts(*(self.value(f"encoder.counts_{axis}") if enabled else 0 for axis in AXES))
         self.show(shown(self.memory.state, self.counts))

@@ -43,10 +43,7 @@ class Recording(NamedTuple):
 
 
 class LogPlayer(SlaveBase):
-    """Shows at each time the log's latest row up to that time; after the end, the last row.
-
-    There is no hidden state: the outputs depend on the parameters and the time only.
-    """
+    """Shows at each time the log's latest row up to that time; after the end, the last row."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
         *measured_outputs("log.path", "log.start"),

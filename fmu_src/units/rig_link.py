@@ -18,10 +18,7 @@ from .signals import measured_outputs
 
 
 class RigLink(SlaveBase):
-    """Shows the rig's latest sample up to each time; no step waits for the network.
-
-    The socket opens when the initialisation ends or outputs are read before, and closes with the unit.
-    """
+    """Shows the rig's latest sample up to each time, from the initialisation on; no step waits for the network."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
         *measured_outputs(),

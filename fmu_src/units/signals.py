@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from ..variables import Variable, for_each, output, real_input
 
-VOLTAGE_BOUND = 30.0
-"""Bound of a voltage [V], above the output of any rig's amplifier; the motors saturate at ``motor.voltage_limit``."""
+VOLTAGE_BOUND = 30.0  # [V], above the output of any rig's amplifier; the motors saturate at ``motor.voltage_limit``
 
 ANGLE_BOUND = 1e4  # bound of an angle [rad]; angles count turns and may be large
 RATE_BOUND = 1e3  # bound of an angular rate [rad/s]
@@ -13,8 +12,7 @@ RATE_BOUND = 1e3  # bound of an angular rate [rad/s]
 AXES = ("pitch", "elevation", "travel")
 ROTORS = ("front", "rear")
 
-EARLY = 1e-9
-"""What is due at a time comes this much before it [s], because communication points k H have rounding errors."""
+EARLY = 1e-9  # what is due at a time comes so much before it [s]: communication points k H have rounding errors
 
 VOLTAGE_INPUTS = for_each(
     ROTORS, real_input, "v_{}", "V", VOLTAGE_BOUND, 5.0, "voltage of the {} motor, held over the step"
@@ -23,7 +21,6 @@ ANGLE_INPUTS = for_each(AXES, real_input, "{}", "rad", ANGLE_BOUND, 1.0, "measur
 REFERENCE_INPUTS = for_each(
     AXES, real_input, "{}_reference", "rad", ANGLE_BOUND, 1.0, "{} that is asked for; may stay unconnected"
 )
-"""They need not be connected."""
 
 
 def voltage_outputs(*depends_on: str) -> tuple[Variable, ...]:

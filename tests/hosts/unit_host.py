@@ -85,17 +85,17 @@ class Unit:
 
     def saved(self, through_bytes=False):
         """The state, or what is left of it after its way through bytes."""
-        state = self.slave.getFMUstate()
+        state = self.slave.getFMUState()
         if through_bytes:
-            data = self.slave.serializeFMUstate(state)
-            self.slave.freeFMUstate(state)
-            state = self.slave.deSerializeFMUstate(data)
+            data = self.slave.serializeFMUState(state)
+            self.slave.freeFMUState(state)
+            state = self.slave.deserializeFMUState(data)
         return state
 
     def restore(self, state):
         """Take a state back, and free it."""
-        self.slave.setFMUstate(state)
-        self.slave.freeFMUstate(state)
+        self.slave.setFMUState(state)
+        self.slave.freeFMUState(state)
 
     def free(self):
         self.slave.terminate()
@@ -128,18 +128,6 @@ class Unit3(Unit):
 
     def get(self, *names):
         return list(self.slave.getFloat64([self.variables[name].valueReference for name in names]))
-
-    def saved(self, through_bytes=False):
-        state = self.slave.getFMUState()
-        if through_bytes:
-            data = self.slave.serializeFMUState(state)
-            self.slave.freeFMUState(state)
-            state = self.slave.deserializeFMUState(data)
-        return state
-
-    def restore(self, state):
-        self.slave.setFMUState(state)
-        self.slave.freeFMUState(state)
 
 
 def opened(path):

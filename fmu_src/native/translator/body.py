@@ -37,10 +37,7 @@ class Untranslatable(BuildError):
 
 
 class Body:
-    """One function in translation, with its name in C and the types of its parameters and, if annotated, its result.
-
-    ``program``, a :class:`.program.Translation`, translates the functions that it calls and defines the types.
-    """
+    """One function in translation; ``program``, a Translation, translates those that it calls and defines the types."""
 
     def __init__(
         self, program: Any, name: str, function: FunctionType, parameters: dict[str, c.CType], returns: c.CType | None

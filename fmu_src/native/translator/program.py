@@ -20,10 +20,7 @@ from .statements import translate
 
 
 class Translation:
-    """Functions and types that a program needs.
-
-    ``externals`` are names of functions that are written in C.
-    """
+    """Functions and types that a program needs; ``externals`` are names of functions that are written in C."""
 
     def __init__(self, externals: Mapping[Callable[..., Any], str] | None = None) -> None:
         self.externals = externals or {}

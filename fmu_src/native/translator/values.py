@@ -22,7 +22,7 @@ from . import types as c
 
 
 class Expr:
-    """An expression in C of a type, in the function ``body``; its ``code`` is in parentheses if it has an operator.
+    """An expression in C of a type; its ``code`` is in parentheses if it has an operator.
 
     ``as_float`` is the text of the same number as a double, where it was a double before Python made an int of it.
     """
