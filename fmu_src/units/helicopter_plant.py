@@ -63,9 +63,10 @@ class HelicopterPlant(SlaveBase):
         """Collect the parameters, place the plant at its initial state."""
         self._take_parameters()
         self.inner_step = self.value("solver.step")
+        names = (*AXES, "v_front", "v_rear")
+        pitch, elevation, travel, v_front, v_rear = (self.value(f"initial.{name}") for name in names)
         rates: Any = tuple([self.value(f"initial.{axis}_rate") for axis in AXES])
-        first = [self.value(f"initial.{name}") for name in (*AXES, "v_front", "v_rear")]
-        self.memory = begin(start_state(*first, rates), self.parameters)
+        self.memory = begin(start_state(pitch, elevation, travel, v_front, v_rear, rates), self.parameters)
         enabled = self.value("encoder.enabled")
         self.counts = EncoderCounts(*(self.value(f"encoder.counts_{axis}") if enabled else 0 for axis in AXES))
         self.show(shown(self.memory.state, self.counts))
