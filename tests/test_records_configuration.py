@@ -15,7 +15,6 @@ from heli_identifier.records import (
     write_template,
 )
 from heli_identifier.records.heli_toml import KEYS
-from heli_identifier.tracing import DiagnosisSettings
 
 
 @pytest.fixture
@@ -71,10 +70,7 @@ def test_keys_arrive_where_they_belong(configured):
         ("[log.sign]\npitch = -1", "key log.sign is unknown; did you mean 'signs'?"),
         ("[log.columns]\nyaw = 'psi'", "log.columns.yaw is unknown; choose one of time, v_front, .*travel"),
         ("[log.signs]\ntime = -1", "log.signs.time = -1 is refused.*time takes no sign"),
-        (
-            "[rig.effects]\ninertial_coupling = [1.0, 0.1]",
-            "did you mean 'inertial_coupling_elevation' or 'inertial_coupling_travel'",
-        ),
+        ("[rig.effects]\ninertial_coupling = [1.0, 0.1]", "mean 'inertial_coupling_elevation' or 'inertial_.*_travel'"),
         ("[rig.effects]\ndry_friction_pitch = [0.0, 0.1]", "coefficient 0: what is not there need not be given"),
         ("[log]\nswap_rotors = 1", "log.swap_rotors = 1 must be true or false"),
         ("[rig.encoder_counts]\npitch = 4096.0", "rig.encoder_counts.pitch = 4096.0 must be a whole number"),
@@ -96,4 +92,3 @@ def test_what_is_given_of_the_rig_is_the_configuration_that_all_logs_were_read_w
     (path, second, *_), _ = demo_logs("rig-a")
     own, too, other = read_log(path, rig), read_log(second, rig), read_log(second)
     assert [common_configuration(logs) for logs in ((own, too), (own, other), (other, own), ())] == [rig, *[None] * 3]
-    assert DiagnosisSettings.from_rig(rig).motor_time_constant == 0.12

@@ -47,8 +47,7 @@ DSPACE = {"X": {"Name": "time", "Data": COLUMNS[0]}, "Y": structs(Name=NAMES[1:]
 PLAIN_UNITS = dict(zip(NAMES, UNITS, strict=True))
 MATLABS = {
     "a matrix of rows": ({"ans": COLUMNS}, {name: f"ans({i},:)" for i, name in enumerate(NAMES, 1)}),
-    "a matrix of columns": ({"log": COLUMNS.T}, {name: f"log(:,{i})" for i, name in enumerate(NAMES, 1)}),
-    "a matrix in a struct": ({"run": {"data": COLUMNS}}, {n: f"run.data({i},:)" for i, n in enumerate(NAMES, 1)}),
+    "columns in a struct": ({"run": {"log": COLUMNS.T}}, {name: f"run.log(:,{i})" for i, name in enumerate(NAMES, 1)}),
     "a structure with time": ({"simout": SCOPE}, {"v_front": "simout.volts(:,1)", "v_rear": "simout.volts(:,2)"}),
     "dSPACE's structure": ({"run": DSPACE}, {"time": "run.X"}),
 }

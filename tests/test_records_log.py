@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from fmu_src.units.signals import VOLTAGE_BOUND
 from heli_identifier.errors import LogError
 from heli_identifier.records import (
-    DEMO_RIGS,
     Log,
     check_apart,
     check_excitation,
@@ -78,13 +77,6 @@ def test_a_written_log_reads_back_as_it_was_with_what_was_kept_aside(tmp_path_fa
     assert np.array_equal(twin.extra["current, total [A]"], current, equal_nan=True)
     assert twin.rate_hz == pytest.approx(rate_hz, rel=1e-12)
     assert twin.notes == ()
-
-
-@pytest.mark.parametrize("rig", DEMO_RIGS)
-def test_a_demonstration_rig_reads_as_three_training_logs_and_a_held_out_one(rig):
-    training, held_out = read_data_set(*demo_logs(rig))
-    assert [log.name for log in (*training, *held_out)] == ["train1", "train2", "train3", "held"]
-    assert all((log.rate_hz, log.samples, log.notes) == (100.0, 9000, ()) for log in (*training, *held_out))
 
 
 def test_logs_of_one_name_are_told_apart_by_their_folders_or_numbered(tmp_path):

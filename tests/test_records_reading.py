@@ -151,7 +151,7 @@ def test_a_foreign_log_is_read_through_its_configuration_and_further_numbers_are
     assert np.allclose(log.voltages, TRUTH[:, 1:3], rtol=1e-14)
     assert np.allclose(log.signal("pitch"), pitch, rtol=1e-14)
     assert np.abs(log.signal("elevation") - elevation).max() <= 0.5 / counts + 1e-12  # half a count, by rounding
-    assert list(log.extra) == ["own"] and np.array_equal(log.extra["own"], pitch)
+    assert np.array_equal(log.extra["own"], pitch)
     assert log.notes == (
         "time converted from ms to s",
         "v_front converted from mV to V",
