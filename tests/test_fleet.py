@@ -14,6 +14,7 @@ from heli_identifier.cli.app import app
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_logs
 from heli_identifier.tools import Finding, fleet_html, fleet_of, fleet_sentence, rig_folders
+from heli_identifier.tools.fleet_page import effect_table
 from heli_identifier.tools.meta_analysis import pooled
 from heli_identifier.tracing import Verdict
 from heli_plant.effects import CATALOGUE
@@ -175,6 +176,14 @@ def test_a_rig_that_cannot_test_an_effect_is_left_out_and_says_why():
     found = effects[FRICTION]
     assert (found.finding, found.pooled.rigs, found.named) == (Finding.REPEATS, 2, ("rig 1", "rig 2"))
     assert found.rigs[2].left_out.startswith("not testable: ")
+    fleet, effects = over(*[own(0.0, False, untestable=True)] * 2)
+    assert effects[FRICTION].finding == Finding.NOT_TESTABLE
+    assert "not testable" in {cells[1] for cells in effect_table(fleet.effects).rows}
+
+
+def test_the_heading_names_what_explains_the_logs_as_well():
+    fleet, _ = over(*[rig({FRICTION: 0.2}, [FRICTION], alternatives=[CABLE])] * 2)
+    assert f"{TITLE} or cable stiffness on the travel repeats" in fleet_sentence(fleet)
 
 
 def test_beside_a_named_effect_that_explains_the_same_an_entry_says_nothing():
@@ -201,7 +210,8 @@ def test_page_and_document_hold_every_effect():
     )
     origin = {"command": "heli fleet <a> b c", "date": "today", "system": "x", "versions": {"heli-twin": "0"}}
     text = fleet_html(fleet, origin)
-    plotted = len(fleet.effects) - len(fleet.found(Finding.NOT_SHOWN)) + len(fleet.parameters)
+    unseen = [*fleet.found(Finding.NOT_SHOWN), *fleet.found(Finding.NOT_TESTABLE)]
+    plotted = len(fleet.effects) - len(unseen) + len(fleet.parameters)
     assert text.count("<svg class") == plotted
     assert "heli fleet &lt;a&gt;" in text
     assert "http" not in text.replace("http://www.w3.org", "")  # nothing is fetched from elsewhere
@@ -236,11 +246,13 @@ def test_folders_of_one_name_are_told_apart(tmp_path):
     assert [rig.rig for rig in rig_folders(folders)] == [str(folder) for folder in folders]
 
 
-def test_all_logs_are_read_first_and_a_bad_rig_is_lost_alone(tmp_path, monkeypatch):
+def test_all_logs_are_read_first_and_a_bad_log_or_rig_is_lost_alone(tmp_path, monkeypatch):
     names = {"one": "rig-a", "broken": "rig-a", "two": "rig-b", "odd": "rig-c"}
     folders = [folder_of(tmp_path / name, *(logs[0] for logs in demo_logs(of))) for name, of in names.items()]
-    held = demo_logs("rig-a")[1][0]
-    (folders[1] / held.name).write_text("a,b\n1,2\n")
+    for folder, name in ((folders[0], "held_2.csv"), (folders[1], "train.csv")):
+        for old in folder.glob("train*") if name == "train.csv" else ():
+            old.unlink()
+        (folder / name).write_text("a,b\n1,2\n")
     begun = []
 
     def diagnose(training, held_out, settings, progress):
@@ -254,8 +266,9 @@ def test_all_logs_are_read_first_and_a_bad_rig_is_lost_alone(tmp_path, monkeypat
     assert (done.exit_code, len(begun)) == (1, 3)
     document = json.loads(done.stdout)
     assert [found["rig"] for found in document["rigs"]] == ["one", "two"]
+    assert "held_2.csv is left out: " in document["rigs"][0]["notes"][0]  # its other logs serve
     read, raised = document["failures"]
-    assert read["rig"] == "broken" and "held.csv" in read["error"]
+    assert read["rig"] == "broken" and "train.csv" in read["error"]
     assert raised["rig"] == "odd" and raised["error"].startswith("ZeroDivisionError: odd (in diagnose, ")
     assert all(f"rig {name} is left out" in done.stderr for name in ("broken", "odd"))
     assert "left out: ZeroDivisionError" in (tmp_path / "out" / "fleet.html").read_text()

@@ -251,7 +251,7 @@ def fleet(
     """Diagnose several rigs of one make, and say which effects repeat and which are one rig's own.
 
     Writes fleet.json and fleet.html, with a forest plot of every effect. All logs are read before the first diagnosis;
-    a rig whose logs cannot be used is left out and named. Exit 1 if there was one.
+    a log that cannot be used is left out and named, and so is a rig without others. Exit 1 if there was such a rig.
     """
     rigs, failures = {}, {}
     with results.whole_folder(output) as draft:
@@ -261,6 +261,8 @@ def fleet(
             except IdentifierError as error:
                 failures[folder.rig] = str(error)
                 continue
+            for text in rig.left_out:
+                warn(f"rig {folder.rig}: {text}")
             if rig.note:
                 note(f"{rig.note} (a name that begins with held says which)")
             print_notes((*rig.training, *rig.held_out))

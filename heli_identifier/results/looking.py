@@ -22,6 +22,11 @@ from heli_identifier.tracing import (
 )
 from heli_plant.effects import AXES
 
+_BASES = {
+    Determination.OUTSIDE: "determined from outside",
+    Determination.NOISE_MODEL: "only on the word of the noise model",
+    Determination.NOT_DETERMINED: "not determined",
+}
 _ORIGINS = {
     "logged": "logged references",
     "rebuilt": "references rebuilt from the voltages",
@@ -111,15 +116,15 @@ def look_lines(
     reports: Mapping[str, ParameterReport],
     experiment: str,
 ) -> tuple[str, str, str]:
-    """Say in three lines who flew and what moved the rig, how far each axis moved, which gains the logs determine."""
+    """Say in three lines who flew and what moved the rig, how far each axis moved, and what each gain rests on."""
     flown = "A controller flew" if closed_loop else "Open loop"
     moved = listed([f"the {axis} by {significant(counts, 2)}" for axis, counts in movement.items()])
-    sure = [name for name, own in reports.items() if own.determination is not Determination.NOT_DETERMINED]
-    missing = listed([name for name in reports if name not in sure])
+    known = {base: [name for name, own in reports.items() if own.determination is base] for base in _BASES}
+    said = ", ".join(f"{listed(names)} {_BASES[base]}" for base, names in known.items() if names)
     return (
         f"{flown}; moved from outside: {references or 'nothing that these logs show'}.",
         f"Root mean square of the motion in encoder counts: {moved}.",
-        f"These logs determine {listed(sure) or 'no gain'}{f', not {missing}' if missing else ''}; "
+        f"Gains: {said or 'none is known'}; "
         + (f"to fly next: {experiment}" if experiment else "nothing is missing for the gains."),
     )
 

@@ -48,6 +48,7 @@ class Finding(StrEnum):
     OWN = "one rig's own"
     OPEN = "not testable elsewhere"
     NOT_SHOWN = "not shown"
+    NOT_TESTABLE = "not testable"
 
 
 @dataclass(frozen=True)
@@ -71,14 +72,16 @@ class RigEstimate:
 class Coefficient:
     """One coefficient over all rigs: of an effect of the catalogue, or a parameter by the paper's symbol.
 
-    ``named`` are the rigs whose diagnosis named the effect, ``alike`` says whether the rigs may have one value. A
-    parameter has no axis and no finding. There is no mean where fewer than two rigs determine the coefficient.
+    ``named`` are the rigs whose diagnosis named the effect, ``alternatives`` what explains the logs of one of them as
+    well, ``alike`` says whether the rigs may have one value. A parameter has no axis and no finding. There is no mean
+    where fewer than two rigs determine the coefficient.
     """
 
     name: str
     axis: str
     finding: Finding | None
     named: tuple[str, ...]
+    alternatives: tuple[tuple[str, str], ...]
     unit: str
     alike: bool | None
     pooled: Pooled | None
@@ -203,6 +206,7 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
         for symbol, value in found.parameters_after.items():
             estimates[symbol, ""].append(_of_rig(rig, value, "", "" if _determined(value) else "given", False))
     means = {key: _mean(rigs) for key, rigs in estimates.items()}
+    named = [effect for found in diagnoses.values() for effect in found.effects]
     # Benjamini and Hochberg: p of every effect after correction over the catalogue
     tested = {key: mean.none_p for key, mean in means.items() if mean and key[1]}
     corrected = false_discovery_control([*tested.values()]) if tested else ()
@@ -211,8 +215,11 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
     for (name, axis), rigs in estimates.items():
         mean, named_by = means[name, axis], tuple(own.rig for own in rigs if own.named)
         finding = _finding(name, axis, len(named_by), mean, (name, axis) in refuted) if axis else None
+        if finding is Finding.NOT_SHOWN and all(own.left_out for own in rigs):
+            finding = Finding.NOT_TESTABLE
+        others = tuple(dict.fromkeys(o for e in named if (e.name, e.axis) == (name, axis) for o in e.alternatives))
         alike = mean.alike if mean else None
-        coefficient = Coefficient(name, axis, finding, named_by, rigs[0].unit, alike, mean, tuple(rigs))
+        coefficient = Coefficient(name, axis, finding, named_by, others, rigs[0].unit, alike, mean, tuple(rigs))
         if axis:
             effects.append(coefficient)
         elif mean:

@@ -48,7 +48,7 @@ def effect_table(effects: Sequence[Coefficient]) -> Table:
 
 def fleet_tables(fleet: Fleet) -> list[Table]:
     """Give the tables of a terminal: effects that were found, if any, and parameters."""
-    shown = [effect for effect in fleet.effects if effect.finding != Finding.NOT_SHOWN]
+    shown = [effect for effect in fleet.effects if effect.finding not in (Finding.NOT_SHOWN, Finding.NOT_TESTABLE)]
     rows = [(own.name, title(own), *_figures(own)) for own in fleet.parameters]
     columns = ("parameter", "meaning", "rigs", "mean", "unit", "spread", "I²")
     return [*([effect_table(shown)] if shown else []), Table("Parameters over the rigs", columns, rows)]
@@ -66,8 +66,11 @@ def mean_text(coefficient: Coefficient) -> str:
 
 
 def title(coefficient: Coefficient) -> str:
-    """Give a coefficient as words."""
-    return effect_name(coefficient.name, coefficient.axis) if coefficient.finding else meaning(coefficient.name)
+    """Give a coefficient as words, an effect with the first that explains the logs as well."""
+    if not coefficient.finding:
+        return meaning(coefficient.name)
+    both = ((coefficient.name, coefficient.axis), *coefficient.alternatives[:1])
+    return " or ".join(effect_name(*one) for one in both)
 
 
 def rig_table(fleet: Fleet) -> Table:
@@ -123,7 +126,9 @@ def forest_figure(coefficient: Coefficient) -> str:
         if mean.prediction is not None:
             panel.line(mean.prediction, (row + 1, row + 1), "before", width=1.0)
     described = f"{title(coefficient)}: coefficient of every rig and the mean of the make"
-    return figure([panel], f"coefficient [{unit_text(coefficient.unit) or '1'}]", described, x_limits=window)
+    unit = f" [{unit_text(coefficient.unit)}]" if unit_text(coefficient.unit) else ""
+    what = f"coefficient of the {coefficient.name.replace('_', ' ')}" if is_effect else meaning(coefficient.name)
+    return figure([panel], what + unit, described, x_limits=window)
 
 
 def _window(coefficient: Coefficient) -> tuple[float, float]:

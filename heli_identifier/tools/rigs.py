@@ -82,6 +82,8 @@ class Rig:
     """What else is known of the rig; with None the settings of the campaign or the fleet apply."""
     note: str = ""
     """What was held out where no log is named so."""
+    left_out: tuple[str, ...] = ()
+    """Why logs of its folder are not used."""
 
     def __post_init__(self) -> None:
         for name in ("training", "held_out"):
@@ -91,9 +93,10 @@ class Rig:
             object.__setattr__(self, name, logs)
 
     def diagnose(self, settings: DiagnosisSettings | None = None, **options: Any) -> Diagnosis:
-        """Diagnose it; its own configuration overrides the settings."""
+        """Diagnose it; its own configuration overrides the settings, and the notes say which logs are left out."""
         own = settings if self.configuration is None else DiagnosisSettings.from_rig(self.configuration)
-        return diagnose(self.training, held_out=self.held_out, settings=own or DiagnosisSettings(), **options)
+        found = diagnose(self.training, held_out=self.held_out, settings=own or DiagnosisSettings(), **options)
+        return replace(found, notes=(*self.left_out, *found.notes))
 
 
 class Source(NamedTuple):
@@ -199,11 +202,24 @@ def _read_rig(
     training: Sequence[Path], held_out: Sequence[Path], file: Path | None, start: float | None = None,
     end: float | None = None,
 ) -> Rig:  # fmt: skip
-    """Read the logs of a rig from ``start`` to ``end`` [s] in their own time; errors as :func:`read_split`."""
+    """Read the logs of a rig from ``start`` to ``end`` [s] in their own time, but those that cannot serve.
+
+    LogError as :func:`read_split`, and if no log can be fitted to.
+    """
     configuration = records.read_configuration(file) if file else None
     form = (configuration or RigConfiguration()).format
-    first, rest, note = read_split(training, held_out, form, start, end)
-    return Rig(first, rest, configuration=configuration, note=note)
+    bad = dict[Path, LogError]()
+    for path in (*training, *held_out):
+        try:
+            records.check_moving([records.read_log(path, form, start, end)])
+        except LogError as error:
+            bad[path] = error
+    kept, held = ([path for path in paths if path not in bad] for paths in (training, held_out))
+    if not kept:
+        raise bad[training[0]]
+    first, rest, note = read_split(kept, held, form, start, end)
+    left_out = tuple(f"{path.name} is left out: {error}" for path, error in bad.items())
+    return Rig(first, rest, configuration=configuration, note=note, left_out=left_out)
 
 
 def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[Source]:
