@@ -168,8 +168,11 @@ def test_a_point_that_no_allowed_plant_can_hold_is_refused():
 def test_a_retuned_loop_without_margins_is_not_to_be_flown():
     # six times the published gain behind motors twice as slow: no search from the published PID gets to a peak of 1.6
     values = plant_values(TABLE_2._replace(k_x=1.66, a_wx=0.0, T_m=0.18), {})
-    said = design_pid(ParameterSet("HelicopterPlant", values), draws=2).notes
-    assert [note.partition(":")[0] for note in said] == ["do not fly the retuned pitch loop"]
+    made = design_pid(ParameterSet("HelicopterPlant", values), draws=2)
+    assert [note.partition(":")[0] for note in made.notes] == ["do not fly the retuned pitch loop"]
+    gains = made.retuned_parameters({}).start_values  # nobody builds what is refused
+    assert gains["pitch.proportional"] == PID.pitch.proportional
+    assert gains["elevation.proportional"] == made.robust.settings.elevation.proportional
 
 
 def test_an_input_delay_takes_its_phase_off_the_margin():

@@ -388,11 +388,11 @@ def linearise(
             made = tools.design_pid(given, pitch, elevation, progress=progress)
         origin = from_command_line()
         document = made.linear_document(origin)
-        point, steps = made.plants.model.point, tools.step_figure(made, ("present PID", "retuned PID"))
+        steps = tools.step_figure(made, ("present PID", "retuned PID"))
         files = {
             "linear_model.json": document,
             "linear_model.mat": made.matlab_bytes(),
-            "controller.json": tools.controller_parameters(made.robust.settings, point, origin),
+            "controller.json": made.retuned_parameters(origin),
             "steps.svg": results.figure_file(steps),
         }
         results.write_files(draft, files)

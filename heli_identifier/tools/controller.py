@@ -10,7 +10,7 @@ nominally for the plant alone, robustly for :data:`ROBUST` plants.
 
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -59,6 +59,17 @@ class Design:
     robust: Judged
     notes: tuple[str, ...]
     continuous: FeedbackSettings | None = None
+
+    @property
+    def refused(self) -> dict[str, float]:
+        """Loops that are not to be flown as they are designed, with the peak of the sensitivity."""
+        peaks = {axis: self.robust.figures[f"{axis}.sensitivity"].value for axis in LOOPS}
+        return {axis: peak for axis, peak in peaks.items() if peak > 1.05 * PEAK}  # the bound of the search is soft
+
+    def retuned_parameters(self, provenance: Mapping[str, Any]) -> ParameterSet:
+        """Return the retuned PID, of which refused loops keep the present gains, as parameters of its unit."""
+        kept = {axis: getattr(self.baseline.settings, axis) for axis in self.refused}
+        return controller_parameters(self.robust.settings._replace(**kept), self.plants.model.point, provenance)
 
     def document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
         """Return the content of design.json; null stands for an infinite value."""
@@ -240,14 +251,14 @@ def design_pid(
     ]
     if plant.input_delay_rotors:
         notes.append(f"an input delay of {plant.input_delay_rotors:.3g} s is in the margins, not in the matrices")
-    for axis in LOOPS:
-        peak = after.figures[f"{axis}.sensitivity"].value
-        if peak > 1.05 * PEAK:  # the bound of the search is soft
-            notes.append(
-                f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was "
-                "asked for; `heli design-controller` has other kinds of controllers"
-            )
-    return Design("pid", LOOPS, plants, before, after, (*notes, *plants.notes))
+    made = Design("pid", LOOPS, plants, before, after, plants.notes)
+    for axis, peak in made.refused.items():
+        notes.append(
+            f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked "
+            f"for. controller.json keeps the present gains of the {axis}; `heli design-controller` has other kinds of "
+            "controllers"
+        )
+    return replace(made, notes=(*notes, *made.notes))
 
 
 def control_advice(

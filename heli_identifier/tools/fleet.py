@@ -206,7 +206,7 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
         for symbol, value in found.parameters_after.items():
             estimates[symbol, ""].append(_of_rig(rig, value, "", "" if _determined(value) else "given", False))
     means = {key: _mean(rigs) for key, rigs in estimates.items()}
-    named = [effect for found in diagnoses.values() for effect in found.effects]
+    shown = [effect for found in diagnoses.values() for effect in found.effects]
     # Benjamini and Hochberg: p of every effect after correction over the catalogue
     tested = {key: mean.none_p for key, mean in means.items() if mean and key[1]}
     corrected = false_discovery_control([*tested.values()]) if tested else ()
@@ -217,7 +217,7 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
         finding = _finding(name, axis, len(named_by), mean, (name, axis) in refuted) if axis else None
         if finding is Finding.NOT_SHOWN and all(own.left_out for own in rigs):
             finding = Finding.NOT_TESTABLE
-        others = tuple(dict.fromkeys(o for e in named if (e.name, e.axis) == (name, axis) for o in e.alternatives))
+        others = tuple(dict.fromkeys(o for e in shown if (e.name, e.axis) == (name, axis) for o in e.alternatives))
         alike = mean.alike if mean else None
         coefficient = Coefficient(name, axis, finding, named_by, others, rigs[0].unit, alike, mean, tuple(rigs))
         if axis:
