@@ -15,7 +15,7 @@ ROWS = ["4.00,1,2,.1,.2,.3", "4.01,3,4,.4,.5,.6", "4.02,5,-5,.7,.8,.9"]
 
 def write(tmp_path, *lines):
     path = tmp_path / "log.csv"
-    path.write_text("\n".join(lines) + "\n")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return str(path)
 
 

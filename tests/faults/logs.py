@@ -107,7 +107,7 @@ def rewritten(change):
     def make(folder):
         good(folder)
         file = folder / "log.csv"
-        file.write_text(change(file.read_text()))
+        file.write_text(change(file.read_text()), encoding="utf-8")
 
     return make
 
