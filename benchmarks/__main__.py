@@ -30,6 +30,7 @@ PRINTED = {
     "blind": "blind",
     "windy": "halves",
     "measured": "halves",
+    "outside": "outside",
     "damage": "damage",
     "controllers": "controllers",
     "follow": "follow",

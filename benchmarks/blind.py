@@ -1,6 +1,7 @@
 """The blind battery: every rig diagnosed and held against its truth, as a campaign that goes on where it stopped.
 
     python -m benchmarks blind [--groups single,weak] [--limit RIGS] [--workers N] [--output FOLDER]
+                              [--strength FILE]
 
 All results are computed again after a change to the code of a diagnosis, to the generator or to the measures.
 ``--limit`` is the most rigs of each case of the battery. Bars: clean rigs accused 0, single effects named first .98 and
@@ -13,7 +14,7 @@ from pathlib import Path
 
 from scipy.stats import binomtest
 
-from benchmarks.harness import ROOT, measured_at, table
+from benchmarks.harness import ROOT, Strength, measured_at, table, write_strength
 from benchmarks.rigs import DETECTABLE, GROUPS, TOLD, blind_sources, measured_rig
 from heli_identifier.cli.on_logs import rigs_done
 from heli_identifier.online import ModelParameters
@@ -91,9 +92,9 @@ def miss(row: Row) -> str:
 
 def blind(
     groups: str = ",".join(GROUPS), limit: int | None = None, workers: int | None = None,
-    output: Path = ROOT / "build/blind",
+    output: Path = ROOT / "build/blind", strength: Path | None = None,
 ) -> None:  # fmt: skip
-    """Run the battery; print the rigs that are missed, the bars, and what was found in each group."""
+    """Run the battery; print the rigs that are missed, the bars, what was found by group; write ``strength``."""
     rigs = blind_sources(groups.split(","), limit)
     with rigs_done() as progress:
         sources = [source for _, source in rigs.values()]
@@ -108,6 +109,10 @@ def blind(
         for what, hits, low, high in bars(found)
     ]  # fmt: skip
     print(f"\n{table(('what', 'found', 'of', 'asked', 'met'), lines)}\n\n{len(rows)} rigs; {measured_at('numpy')}")
+    if strength:  # of single and weak effects, as the score of a pair is that of its stronger effect
+        alone = [row for group in ("single", "weak") for row in found.get(group, ())]
+        write_strength((Strength("blind", row["rig"], row["true_kind"], told(row), int(judged(row).all_named))
+                        for row in alone), strength)  # fmt: skip
     for group, own in found.items():
         (first, *_), said = campaign_tables(summarised(seen(group, own)))
         print(f"\n{group}\n\n{table(first.columns, first.rows)}", *said, sep="\n")

@@ -1,19 +1,33 @@
-"""Pictures of the documentation, drawn again by ``make docs``: ``python -m benchmarks figures``.
+"""Pictures of the documentation, drawn again by ``make docs``: ``python -m benchmarks figures [NAME...]``.
 
-They go to docs/figures: the two methods of the identifier in the scenario closed_loop, which is run
-(closed-loop-identifier.svg); errors before and after a diagnosis and the noise floor on measured rigs, and gains over
-the truth of windy rigs, as ``python -m benchmarks measured`` and ``windy`` wrote them with ``--csv`` to docs/results.
+They go to docs/figures: the two methods of the identifier in the scenario closed_loop, which is run; the report of
+rig-a as Chromium shows it, where there is one; and from the tables in docs/results, which ``python -m benchmarks
+measured --csv``, ``windy --csv`` and ``windy`` and ``blind --strength`` write: errors before and after a diagnosis on
+measured rigs, gains over the truth, and the share of effects that are shown against what a fit that is told the
+structure gains by them.
 """
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas
 from numpy.typing import NDArray
+from scipy.stats import binomtest
 
-from benchmarks.harness import ROOT
+from benchmarks.harness import ROOT, Words
+from benchmarks.rigs import DETECTABLE
 from fmu_src.master import run_apart
 from heli_identifier.files import write_atomically
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR
+from heli_identifier.records import demo_logs
 from heli_identifier.results import Axes, figure, figure_file
+from heli_identifier.results.report import report_page
+from heli_identifier.tracing import diagnose
 from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2
 
@@ -31,8 +45,19 @@ ORDER = {
 """A multisine of a quarter of a volt on top of the controller's voltages, the elevation held at .15 rad."""
 
 
-def identifier(time: NDArray[np.float64], columns: dict[str, dict[str, NDArray[np.float64]]]) -> str:
+BINS = (0.0, 3.0, 6.0, 8.0, 11.0, 16.0, 32.0, np.inf)
+"""Bounds of the bins of told scores [nats]."""
+
+
+def identifier() -> str:
     """Draw estimates of both methods over time [s] with their 95 % bands; the truth as a line."""
+    names = [f"identifier.{kind}{name}" for name, _ in SHOWN for kind in ("", "standard_error.")]
+    columns: dict[str, dict[str, NDArray[np.float64]]] = {}
+    for method in (ADAPTATION, PREDICTION_ERROR):
+        run = run_apart("closed_loop", 120.0, 0.01, {**ORDER, "identifier.method": method}, record=names)
+        late = np.flatnonzero(run.time > 12.0)[::50]
+        columns[method] = {name: run.column(name)[late] for name in names}
+        time = np.asarray(run.time)[late]
     panels = []
     for name, unit in SHOWN:
         truth = getattr(TABLE_2, name)
@@ -79,15 +104,55 @@ def gains(rows: pandas.DataFrame) -> str:
     return figure(panels, "half of the logs of a rig", "Gains of windy rigs with their intervals", 760.0)
 
 
-def figures() -> None:
-    """Run the scenario, and draw all."""
-    names = [f"identifier.{kind}{name}" for name, _ in SHOWN for kind in ("", "standard_error.")]
-    columns: dict[str, dict[str, NDArray[np.float64]]] = {}
-    for method in (ADAPTATION, PREDICTION_ERROR):
-        run = run_apart("closed_loop", 120.0, 0.01, {**ORDER, "identifier.method": method}, record=names)
-        late = np.flatnonzero(run.time > 12.0)[::50]
-        columns[method] = {name: run.column(name)[late] for name in names}
-        time = np.asarray(run.time)[late]
-    write_atomically(FIGURES / "closed-loop-identifier.svg", figure_file(identifier(time, columns)))
-    for draw, name in ((before_after, "measured"), (gains, "windy")):
-        write_atomically(FIGURES / f"{name}.svg", figure_file(draw(pandas.read_csv(TABLES / f"{name}.csv"))))
+def detection(rows: pandas.DataFrame) -> str:
+    """Draw the share of effects that are shown, with its 95 % interval, against their told score, in `BINS`."""
+    panel = Axes("share shown", limits=(0.0, 1.0))
+    panel.line((DETECTABLE, DETECTABLE), (0.0, 1.0), "muted", width=1.0)
+    for battery, role, label, aside in (("blind", "before", "open loop", 0.97), ("windy", "after", "windy air", 1.03)):
+        own = rows[rows.battery == battery]
+        for _, inside in own.groupby(pandas.cut(own.told, BINS, include_lowest=True), observed=True):
+            place = aside * np.exp(np.log(np.maximum(inside.told, 1.0)).mean())
+            low, high = binomtest(int(inside.shown.sum()), len(inside)).proportion_ci(method="wilson")
+            panel.line((place, place), (low, high), role, width=1.0)
+            panel.points((place,), (inside.shown.mean(),), role, label)
+    said = "Share of effects that are shown against the score that a fit gives them which is told the structure"
+    return figure([panel], "score of a fit that is told the structure [nats]", said, 640.0, log_x=True)
+
+
+def report() -> bytes:
+    """Give the first screen of rig-a's report as a PNG; LookupError without a Chromium."""
+    browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if browser is None:
+        raise LookupError("Chromium is not installed")
+    training, held_out = demo_logs("rig-a")
+    with TemporaryDirectory() as folder:
+        page, picture = Path(folder, "report.html"), Path(folder, "report.png")
+        page.write_text(report_page(diagnose(training, held_out=held_out), "rig-a"), encoding="utf-8")
+        flags = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", f"--user-data-dir={folder}/own")
+        wanted = (f"--screenshot={picture}", "--window-size=1160,940", page.as_uri())
+        subprocess.run([browser, *flags, *wanted], capture_output=True, check=True)
+        return picture.read_bytes()
+
+
+def from_tables(draw: Callable[[pandas.DataFrame], str], *names: str) -> str:
+    """Draw what tables of docs/results hold together."""
+    return figure_file(draw(pandas.concat([pandas.read_csv(TABLES / f"{name}.csv") for name in names])))
+
+
+DRAWN: dict[str, Callable[[], str | bytes]] = {
+    "closed-loop-identifier.svg": lambda: figure_file(identifier()),
+    "detection.svg": lambda: from_tables(detection, "strength-windy", "strength-blind"),
+    "measured.svg": lambda: from_tables(before_after, "measured"),
+    "report.png": report,
+    "windy.svg": lambda: from_tables(gains, "windy"),
+}
+"""What draws each picture."""
+
+
+def figures(names: Words) -> None:
+    """Draw all pictures, or those that are named."""
+    for name in names or DRAWN:
+        try:
+            write_atomically(FIGURES / name, DRAWN[name]())
+        except LookupError as error:
+            print(f"{name} is not drawn again: {error}", file=sys.stderr)

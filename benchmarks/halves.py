@@ -1,7 +1,7 @@
 """Rigs whose logs are dealt into two halves, each diagnosed by itself: against the truth, and against one another.
 
     python -m benchmarks windy [--seeds 0:16] [--choose] [--colours ou,slow,swirl] [--quiet] [--unlogged] [--rate 100]
-                               [--effects KIND] [--finer N] [--workers N] [--csv FILE]
+                               [--effects KIND] [--finer N] [--workers N] [--csv FILE] [--strength FILE]
     python -m benchmarks measured RIG... [--from SECONDS] [--workers N] [--download FOLDER] [--csv FILE]
                                   [--online]
 
@@ -39,7 +39,7 @@ import numpy as np
 import pandas
 import typer
 
-from benchmarks.harness import Words, in_parallel, span, table
+from benchmarks.harness import Strength, Words, in_parallel, span, table, write_strength
 from benchmarks.measured import DownloadError
 from benchmarks.measured import download as download_logs
 from benchmarks.rigs import DETECTABLE, told_scores, windy_logs, windy_plant
@@ -67,14 +67,19 @@ MARKS = {Determination.OUTSIDE: "", Determination.NOISE_MODEL: "*", Determinatio
 class Known(NamedTuple):
     """What is known of a half of a windy rig.
 
-    Families of its effects, and of those that a fit shows which is told the structure; slopes of the gains; the
+    Families of its effects; the scores [nats] of those in a fit that is told the structure; slopes of the gains; the
     log-likelihood that a second controller's logs lose under the delivered plant [nats].
     """
 
     families: set[str]
-    detectable: set[str]
+    told: Mapping[str, float]
     slopes: Mapping[str, float]
     loss: float
+
+    @property
+    def detectable(self) -> set[str]:
+        """Families that the logs show to a fit that is told the structure."""
+        return {family for family, score in self.told.items() if score > DETECTABLE}
 
 
 @dataclass(frozen=True)
@@ -145,9 +150,11 @@ def windy_halves(
         half = half_of(kind, f"{colour} {seed}", letter, training, held_out)
         if half.found:
             slopes = rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in training]))))
-            detectable = {name for name, score in told_scores(training, fields).items() if score > DETECTABLE}
+            told: dict[str, float] = {}
+            for field, score in told_scores(training, fields).items():
+                told[family_of(field)] = max(score, told.get(family_of(field), score))
             loss = log_likelihood(plant, other) - log_likelihood(half.found.plant_after, other)
-            known = Known(set(map(family_of, fields)), set(map(family_of, detectable)), slopes, loss)
+            known = Known(set(map(family_of, fields)), told, slopes, loss)
             half = replace(half, truth=known)
         halves.append(half)
     return halves
@@ -187,6 +194,14 @@ def gains_of(halves: Sequence[Half]) -> pandas.DataFrame:
     """Give a row per half and gain, over the truth where that is known."""
     rows = [(half.kind, half.rig, half.name, *gain[:-1], gain[-1].value) for half in halves for gain in half.gains]
     return pandas.DataFrame(rows, columns=["kind", "rig", "half", "gain", "ratio", "half_width", "rests"])
+
+
+def strength_of(halves: Sequence[Half]) -> list[Strength]:
+    """Give a row per half and family of its effects."""
+    return [
+        Strength("windy", f"{half.kind} {half.rig} {half.name}", family, score, int(family in half.shown))
+        for half in halves if half.truth for family, score in half.truth.told.items()
+    ]  # fmt: skip
 
 
 def errors_of(halves: Sequence[Half]) -> pandas.DataFrame:
@@ -264,9 +279,9 @@ def diagnosed(jobs: Sequence[partial[list[Half]]], workers: int) -> list[Half]:
 def windy(
     seeds: str = "0:16", choose: bool = False, colours: str = ",".join(COLOURS), quiet: bool = False,
     unlogged: bool = False, rate: float = 100.0, effects: str | None = None, finer: int = 1, workers: int = 1,
-    csv: Path | None = None,
+    csv: Path | None = None, strength: Path | None = None,
 ) -> None:  # fmt: skip
-    """Diagnose windy rigs; write the gains over the truth to the file ``csv``."""
+    """Diagnose windy rigs; write the gains over the truth to ``csv``, told scores and what is shown to ``strength``."""
     chosen = [seed for seed in span(seeds) if seed % 2 == (not choose)]
     kinds = product(colours.split(","), (False, True)[: 1 + quiet], (True, False)[: 1 + unlogged])
     jobs = [partial(windy_halves, colour, calm, rate, effects, finer, logged, seed)
@@ -274,6 +289,8 @@ def windy(
     done = diagnosed(jobs, workers)
     if csv:
         gains_of(done).to_csv(csv, index=False, float_format="%.4f")
+    if strength:
+        write_strength(strength_of(done), strength)
 
 
 def measured(

@@ -10,6 +10,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
+import pandas
 import typer
 from threadpoolctl import threadpool_limits
 
@@ -77,6 +78,22 @@ def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     """Give a Markdown table; a bar in a cell is escaped."""
     lines = [head, ("---",) * len(head), *rows]
     return "\n".join(f"| {' | '.join(str(cell).replace('|', '&#124;') for cell in line)} |" for line in lines)
+
+
+class Strength(NamedTuple):
+    """An effect of a rig: the score [nats] of a fit that is told the structure, and 1 if the diagnosis shows it."""
+
+    battery: str
+    rig: str
+    effect: str
+    told: float
+    shown: int
+
+
+def write_strength(rows: Iterable[Strength], path: Path) -> None:
+    """Write the table that the figure of the detection is drawn from; an effect without a score is left out."""
+    table = pandas.DataFrame(rows, columns=Strength._fields).dropna()
+    table.to_csv(path, index=False, float_format="%.4g")
 
 
 # --- page --------------------------------------------------------------------------------------------------------

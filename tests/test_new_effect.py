@@ -1,4 +1,4 @@
-"""A new effect is one function with its declaration: in a copy of the project it is at once everywhere."""
+"""The new effect of the page, one function with its declaration: in a copy of the project it is at once everywhere."""
 
 import os
 import shutil
@@ -11,22 +11,8 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 
-LAW = '''
-
-    @declared(
-        "c sin(lambda)",
-        "travel",
-        unit="rad/s^2",
-        bounds=(-0.5, 0.5),
-        source="a test",
-        family="tilt of the table",
-        experiment="Turn the arm slowly by a whole turn.",
-        drawn_against="travel",
-    )
-    def table_tilt(travel: float, c: float) -> float:
-        """A table that is not level: the arm runs downhill."""
-        return c * sin(travel)
-'''
+PAGE = (ROOT / "docs" / "reference" / "effects.md").read_text(encoding="utf-8")
+LAW = "\n\n" + PAGE.partition("```python\n")[2].partition("```")[0]
 
 SCRIPT = """
     import numpy as np
@@ -85,13 +71,20 @@ SCRIPT = """
 """
 
 
+def test_the_law_that_the_page_shows_passes_the_linter():
+    file = ROOT / "heli_plant" / "effects" / "arm.py"
+    ruff = [Path(sys.executable).with_name("ruff"), "check", "--stdin-filename", file, "-"]
+    said = subprocess.run(ruff, input=file.read_text() + LAW, capture_output=True, text=True, cwd=ROOT)
+    assert said.returncode == 0, said.stdout
+
+
 @pytest.mark.slow
 def test_new_effect_is_simulated_compiled_traced_reported_documented_and_in_the_unit(tmp_path):
     for package in ("heli_plant", "heli_identifier", "fmu_src", "tests", "docs"):
         ignored = shutil.ignore_patterns("__pycache__", "demo_logs", "figures")
         shutil.copytree(ROOT / package, tmp_path / package, ignore=ignored if package != "heli_identifier" else None)
     file = tmp_path / "heli_plant" / "effects" / "arm.py"
-    file.write_text(file.read_text() + dedent(LAW))
+    file.write_text(file.read_text() + LAW)
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "HELI_CACHE_DIR": str(tmp_path / "cache")}
 
     def python(*words):
