@@ -81,6 +81,16 @@ def test_on_a_narrow_terminal_figures_stand_without_their_intervals_unless_they_
     assert "0.2930 rad/s²/V 5.00" in printed[2] and "±" not in printed[2]
 
 
+def test_a_table_of_many_columns_stands_in_parts_and_no_cell_is_cut(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    heads, cells = [f"log-{k}" for k in range(7)], [f"0.{k}00 ± 0.0123" for k in range(7)]
+    print_table(Table("Parameters", ("parameter", "meaning", *heads), [("k_x", "pitch gain", *cells)]))
+    lines = re.sub(r"\x1b\[\d*m", "", capsys.readouterr().out).splitlines()
+    assert max(map(len, lines)) <= 80 and all(cell in "".join(lines) for cell in (*heads, *cells))
+    assert sum("k_x" in line for line in lines) == sum("parameter" in line for line in lines) > 1
+
+
 UNFORESEEN = (
     (ZeroDivisionError("nobody thought of this"), 70, "ZeroDivisionError: nobody thought"),
     (ImportError("No module named 'nonsense'"), 70, "No module named 'nonsense'"),

@@ -51,6 +51,14 @@ def test_a_diagnosis_beside_itself_moves_nothing_and_an_effect_of_one_plant_alon
     assert outcome(without, "dry friction on the pitch") == "only in the first"
 
 
+def test_a_gain_is_compared_as_the_slope_that_its_report_names():
+    """At no voltage it follows how the thrust bends, and may differ where the thrust in flight does not."""
+    other = diagnosis()
+    bent = replace(other.parameters_after["k_x"], value=0.5 * other.parameters_after["k_x"].value)
+    found = hi.compare(diagnosis(), replace(other, parameters_after={**other.parameters_after, "k_x": bent}))
+    assert found.moved == () and "slopes at the mean voltages of the logs, 1.25 V and 1.25 V" in found.remarks[1]
+
+
 def test_the_plant_that_made_the_log_is_better_on_the_axis_in_which_the_other_errs():
     found = hi.compare(diagnosis(AFTER.a_wx + 0.3), diagnosis(), made_log(seed=3))  # far more reaches the travel
     said = {error.axis: error.outcome for error in found.errors}

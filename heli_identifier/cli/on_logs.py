@@ -56,7 +56,7 @@ def diagnose(
     diagnosis, training, _ = diagnosed(logs, validate, configuration, output, start, end, way, keep_events, native)
     if json:
         terminal.print_json(diagnosis.to_dict())
-        for text in diagnosis.notes:
+        for text in results.remarks(diagnosis.notes):
             warn(text)
         return
     for line in results.diagnosis_lines(diagnosis, training):
@@ -184,7 +184,7 @@ def check(
     """Hold new logs to the error that the diagnosis found: exit 0 if the model still explains them, 1 if not.
 
     An axis passes if the error of its 1 s prediction is at most FACTOR times the error on the held-out logs of the
-    diagnosis, or the noise floor if that is larger.
+    diagnosis, or the noise floor if that is larger; where a controller flew, the error .2 s ahead is judged instead.
 
     With --limit: plant and controller fly the logs again from their references, 3 s at a time from the measured motion,
     and what they err on the followed axes is held to it.

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from math import floor
+from math import floor, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -187,7 +187,11 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
     elif log is not None and (errors := _off_the_log(result, log)):
         for own in (own for own in outputs if own["name"] in errors):
             own["rms_error"] = errors[own["name"]]
-        said = ", ".join(f"{name.removeprefix('plant.')} {1e3 * value:.3g} mrad" for name, value in errors.items())
+        said = ", ".join(
+            f"{name.removeprefix('plant.')} {results.significant(1e3 * value)} mrad"
+            + (" (it runs away)" if value > pi else "")
+            for name, value in errors.items()
+        )
         if not json:
             typer.echo(f"RMS error of the plant against {log.path}: {said}")
     heads = ("output", *(name.removeprefix("last_") for name in figures), "unit")

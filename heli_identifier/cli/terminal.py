@@ -95,7 +95,7 @@ def note(text: str) -> None:
 
 def warn(text: str) -> None:
     """Say on the error stream what puts the result in doubt, so that nobody misses it."""
-    typer.secho(printable(f"warning: {text}"), err=True, fg="yellow", bold=True)
+    typer.secho(printable(results.typeset(f"warning: {text}")), err=True, fg="yellow", bold=True)
 
 
 def note_written(folder: Path, names: Iterable[str], how: str = "") -> None:
@@ -107,7 +107,7 @@ def print_notes(logs: "Sequence[hi.Log]") -> None:
     """Print what was converted or repaired on reading, and what is probably wrong with columns and signs."""
     for log in logs:
         if log.notes:
-            note(f"{log.path}: {'; '.join(log.notes)}")
+            note(f"{log.path}: {results.typeset('; '.join(log.notes))}")
     for log in logs:
         for text in records.suspicions(log):
             warn(f"{log.path}: {text}")
@@ -128,32 +128,50 @@ UNBOUNDED = 10_000
 """Width of a table that goes to a file or a pipe: no cell is broken in two, which would spoil a search in it."""
 
 
-def print_table(table: "results.Table", intervals: bool = False) -> None:
+def print_table(table: "results.Table", intervals: bool = True) -> None:
     """Print a table; a column of figures stands at the right.
 
-    On a terminal too narrow for it, figures stand without their intervals, unless these are asked for.
+    On a terminal too narrow for it, figures stand without their intervals, unless these are asked for; then heads and
+    prose break at spaces; then columns stand in parts, each behind the first ones, by which rows are told apart.
     """
     from rich import box
     from rich.console import Console
-    from rich.measure import Measurement
     from rich.table import Table as Printed
 
-    def printed(shorten: Callable[[str], str]) -> Printed:
-        made = Printed(
-            title=shorten(table.title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
-        )
-        for name, figures in zip(table.columns, table.figures, strict=True):
-            made.add_column(name, justify="right" if figures else "left")
-        for row in table.rows:
-            made.add_row(*map(shorten, row))
-        return made
-
     console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else UNBOUNDED)
-    shown = printed(str)
-    width = Measurement.get(console, console.options.update(max_width=UNBOUNDED), shown).maximum
-    if width > console.width and not intervals:
-        shown = printed(lambda cell: _INTERVAL.sub("", cell))
-    console.print(shown)
+    title, figures, columns = table.title, table.figures, list(zip(table.columns, *table.rows, strict=True))
+    whole = [max(map(len, own)) for own in columns]
+    if _width(whole) > console.width and not intervals:
+        title, columns = _INTERVAL.sub("", title), [tuple(_INTERVAL.sub("", cell) for cell in own) for own in columns]
+        whole = [max(map(len, own)) for own in columns]
+    least, blocks = whole, [[*range(len(columns))]]
+    if _width(whole) > console.width:
+        words = ([*own[0].split(), *(own[1:] if figure else " ".join(own[1:]).split())]
+                 for own, figure in zip(columns, figures, strict=True))  # fmt: skip
+        least = [min(max(map(len, own), default=0), console.width // 2) for own in words]
+        first = next((n for n in (1, 2) if len({row[:n] for row in map(tuple, table.rows)}) == len(table.rows)), 1)
+        blocks = [[*range(first)]]
+        for k in range(first, len(columns)):
+            if len(blocks[-1]) > first and _width([least[own] for own in (*blocks[-1], k)]) > console.width:
+                blocks.append([*range(first)])
+            blocks[-1].append(k)
+    console.print(title, style="bold")
+    for block in blocks:
+        made = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
+        widths, spare = {k: least[k] for k in block}, console.width - _width([least[k] for k in block])
+        for left, k in enumerate(sorted(block, key=lambda own: whole[own] - least[own]), -len(block)):
+            widths[k] += max(0, min(spare // -left, whole[k] - least[k]))
+            spare -= widths[k] - least[k]
+        for k, width in widths.items():
+            made.add_column(columns[k][0], justify="right" if figures[k] else "left", width=width, overflow="fold")
+        for row in zip(*(columns[k][1:] for k in block), strict=True):
+            made.add_row(*row)
+        console.print(made)
+
+
+def _width(columns: Sequence[int]) -> int:
+    """Width of a printed table whose columns have these widths."""
+    return sum(columns) + 3 * (len(columns) - 1) + 2
 
 
 def answer(
@@ -163,7 +181,7 @@ def answer(
     remarks: Iterable[str] = (),
     written: tuple[Path, Iterable[str]] | None = None,
     heading: str = "",
-    intervals: bool = False,
+    intervals: bool = True,
 ) -> None:
     """Print a result as JSON, or as heading, tables, remarks, and which files were written into which folder."""
     if json:
@@ -174,13 +192,13 @@ def answer(
     for table in tables:
         print_table(table, intervals)
     for text in remarks:
-        typer.echo(text)
+        typer.echo(results.typeset(text))
     if written:
         note_written(*written)
 
 
 def show(
-    found: "results.Tabular", json: bool, intervals: bool = False, written: tuple[Path, Iterable[str]] | None = None
+    found: "results.Tabular", json: bool, intervals: bool = True, written: tuple[Path, Iterable[str]] | None = None
 ) -> None:
     """Print a value that shows itself as a table, and what puts it in doubt."""
     answer(json, found.to_dict(), [found.table], found.remarks, written, intervals=intervals)
@@ -210,6 +228,6 @@ def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False) -> None:
     for table, remarks in results.diagnosis_tables(diagnosis, reasons):
         print_table(table, reasons)
         for text in remarks:
-            typer.echo(text)
-    for text in diagnosis.notes:  # last, as what stands last on a terminal is seen
+            typer.echo(results.typeset(text))
+    for text in results.remarks(diagnosis.notes):  # last, as what stands last on a terminal is seen
         warn(text)

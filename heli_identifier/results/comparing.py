@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online import Estimate
+from heli_identifier.online import GAINS, Estimate
 from heli_identifier.records import Log, LogSource, read_logs
 from heli_identifier.results.documents import plain, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters, read_parameters
 from heli_identifier.results.tables import Table, Tabular
-from heli_identifier.results.words import angle_text, effect_name, with_interval
+from heli_identifier.results.words import angle_text, effect_name, listed, with_interval
 from heli_identifier.tracing import Diagnosis, DiagnosisFile, ErrorFigure, hold_to
 from heli_plant.effects import AXES
 
@@ -81,11 +81,13 @@ class Comparison(Tabular):
     names: tuple[str, str]
     """What the two are called."""
     parameters: tuple[Compared, ...]
-    """Of the corrected plants by name, a gain at no voltage."""
+    """Of the corrected plants by name, a gain as slope at the mean voltage of its logs."""
     effects: tuple[Compared, ...]
     """That one of the plants has."""
     uses: Mapping[str, tuple[str, str]]
     """What each axis may be used for."""
+    voltages: Sequence[float]
+    """At which the gains are slopes [V]."""
     errors: tuple[ComparedError, ...] = ()
     """On the logs that were given."""
     shared: tuple[str, ...] = ()
@@ -117,7 +119,10 @@ class Comparison(Tabular):
     @property
     def remarks(self) -> tuple[str, ...]:
         """What limits the comparison."""
-        said = ["Of twenty estimates that are alike, one moves by more than its interval by chance."]
+        said = [
+            "Of twenty estimates that are alike, one moves by more than its interval by chance.",
+            f"Gains are slopes at the mean voltages of the logs, {listed([f'{v:.3g} V' for v in self.voltages])}.",
+        ]
         if self.shared:
             said.append(
                 f"Both diagnoses use {', '.join(self.shared)}: their estimates are not independent, and the intervals "
@@ -169,7 +174,7 @@ def compare(
     names, documents, plants = zip(*map(_opened, (first, second), ("first", "second")), strict=True)
     if names[0] == names[1]:
         names = tuple(str(own) for own in (first, second))
-    mapped = [(own.parameters_after, dict(_in_plant(own))) for own in documents]
+    mapped = [(_slopes(own), dict(_in_plant(own))) for own in documents]
     parameters, effects = (
         tuple(Compared(name, one.get(name), two.get(name)) for name in dict.fromkeys((*one, *two)))
         for one, two in zip(*mapped, strict=True)
@@ -181,6 +186,7 @@ def compare(
         parameters,
         effects,
         uses,
+        [float(own.settings["operating_point"]) for own in documents],
         tuple(_errors(plants, read_logs(logs), any(own.closed_loop for own in documents))),
         tuple(files[0][key] for key in files[0] if key in files[1]),
     )
@@ -199,6 +205,12 @@ def _opened(source: Any, name: str) -> tuple[str, DiagnosisFile, ParameterSet]:
         raise ConfigurationError(f"{folder} is a file; name the folder that `heli diagnose` wrote.")
     document = read_document(folder / "diagnosis.json", DiagnosisFile)
     return folder.resolve().name, document, read_parameters(folder / "parameters.json")
+
+
+def _slopes(document: DiagnosisFile) -> dict[str, Estimate]:
+    """Give the parameters of a corrected plant, gains as slopes: at no voltage they follow how the thrust bends."""
+    slopes = {name: document.parameters[name].estimate for name in GAINS if name in document.parameters}
+    return {**document.parameters_after, **slopes}
 
 
 def _in_plant(document: DiagnosisFile) -> Iterator[tuple[str, Estimate]]:

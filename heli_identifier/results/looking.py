@@ -11,7 +11,7 @@ from heli_identifier.records import Log, LogSource, RigConfiguration, common_con
 from heli_identifier.results.documents import plain
 from heli_identifier.results.report import ranked_experiments
 from heli_identifier.results.tables import Table, Tabular, gain_cells
-from heli_identifier.results.words import listed, significant
+from heli_identifier.results.words import listed, remarks, significant
 from heli_identifier.tracing import (
     Determination,
     Diagnosis,
@@ -88,7 +88,7 @@ class Look(Tabular):
             f"{e.log}: left out {e.start:.1f} to {e.end:.1f} s, something other than the plant acts on the {e.axis}"
             for e in self.identification.events
         ]
-        return (*lines, *self.identification.references.notes, self.lines[2].partition("; ")[2])
+        return (*lines, *remarks(self.identification.references.notes), self.lines[2].partition("; ")[2])
 
     def to_dict(self) -> dict[str, Any]:
         """Give the same as values for JSON, the gains as `parameters` in diagnosis.json."""

@@ -6,7 +6,7 @@ error with what is expected, and what draws plants draws them with the covarianc
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from math import exp
+from math import exp, inf
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -48,6 +48,8 @@ class Expectation:
     """That of a perfect model; 0 where none could be computed."""
     use: Use | None = None
     """What the axis may be used for, as in diagnosis.json; None where no diagnosis says it."""
+    ahead_200ms_rad: float | None = None
+    """Where a controller flew, so that 1 s ahead decides nothing: largest error .2 s ahead, the air not known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,10 +128,16 @@ class ParameterSet(Tabular):
             if (axes := self.axes_for(use))
         )
 
-    def limits(self, factor: float) -> dict[str, float]:
-        """Give the largest error [rad] of the 1 s prediction that every usable axis may have.
+    @property
+    def judged(self) -> str:
+        """The error by which a new log is judged: .2 s ahead where a controller flew, else 1 s ahead."""
+        closed = self.expected and all(own.ahead_200ms_rad is not None for own in self.expected.values())
+        return "ahead_200ms" if closed else "prediction_1s"
 
-        It is ``factor`` times the error on the held-out logs, or times the noise floor if that is larger.
+    def limits(self, factor: float) -> dict[str, float]:
+        """Give the largest error [rad] of the prediction :attr:`judged` that every usable axis may have.
+
+        It is ``factor`` times the error on the held-out logs, or 1 s ahead times the noise floor if that is larger.
         ConfigurationError if no usable axis has such an error, or an axis none.
         """
         require_positive("factor", factor, "1")
@@ -141,7 +149,11 @@ class ParameterSet(Tabular):
                 "parameters.json of a diagnosis."
             )
         found = {
-            axis: factor * max(expected.prediction_1s_rad.value, expected.noise_floor_rad)
+            axis: factor * (
+                max(expected.prediction_1s_rad.value, expected.noise_floor_rad)
+                if self.judged == "prediction_1s"
+                else expected.ahead_200ms_rad or 0.0
+            )
             for axis, expected in self.expected.items()
             if expected.use is not Use.NOTHING
         }
@@ -199,9 +211,14 @@ def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate])
 def corrected_parameters(diagnosis: Diagnosis) -> ParameterSet:
     """Give the parameters after a diagnosis, with the errors that its held-out logs found."""
     estimates = {**diagnosis.parameters_after, **diagnosis.effects_after}
+    near: dict[str, float] = {}
+    if diagnosis.closed_loop:
+        logs, free = [series.log for series in diagnosis.series], dict.fromkeys(AXES, inf)
+        for own in tracing.hold_to(diagnosis.plant_after, free, logs, "ahead_200ms"):
+            near[own.axis] = max(own.error.value, near.get(own.axis, 0.0))
     expected = {
-        axis: Expectation(report.after.prediction_1s, report.noise_floor.prediction_1s.value, report.use)
-        for axis, report in diagnosis.axes.items()
+        axis: Expectation(own.after.prediction_1s, own.noise_floor.prediction_1s.value, own.use, near.get(axis))
+        for axis, own in diagnosis.axes.items()
     }
     values = plant_values(diagnosis.plant_after, estimates)
     return ParameterSet(PLANT, values, expected, diagnosis.provenance, _covariance(diagnosis, values))

@@ -39,6 +39,15 @@ TEMPLATES = Environment(
 )
 TEMPLATES.globals |= {"tables": tables, "words": words}
 
+
+def _typeset(value: Any) -> Any:
+    """Give text of a page as it is printed; markup and files of programs stay as they are."""
+    return value if hasattr(value, "__html__") or not isinstance(value, str) else words.typeset(value)
+
+
+PAGES = TEMPLATES.overlay(finalize=_typeset)
+"""The templates of pages, whose prose is typeset."""
+
 CONFUSED = 0.7
 """Correlation of two signatures from which the logs hardly tell the effects apart."""
 
@@ -46,14 +55,15 @@ LAGS = 50
 """Lags up to which the autocorrelation of innovations is drawn."""
 
 USES = {
-    Use.CONTROL: "usable for prediction and control",
-    Use.PREDICTION: "usable for prediction only",
+    Use.CONTROL: "usable for prediction over {} and control",
+    Use.PREDICTION: "usable for prediction over {} only",
     Use.NOTHING: "not usable",
 }
-"""Fit for use, as the card of an axis says it."""
+"""Fit for use, as the card of an axis says it, with the time ahead that was judged."""
 
-WEIGHTS = {"gain": 4, "effect": 2, "bound": 1}
-"""What an experiment is worth that settles a gain, a found or possible effect, an effect that is not testable."""
+WEIGHTS = {"unusable": 100, "gain": 4, "effect": 2, "bound": 1}
+"""What an experiment is worth that settles the gain of an axis that is not usable, another gain, a found or possible
+effect, an effect that is not testable."""
 
 
 def write_results(diagnosis: Diagnosis, rig: str, folder: Path) -> None:
@@ -76,7 +86,7 @@ def report_page(diagnosis: Diagnosis, rig: str) -> str:
 
 def rendered(template: str, **parts: Any) -> str:
     """Give the text of a template, such as a page, which fetches nothing, with what it shows."""
-    return TEMPLATES.get_template(template).render(**parts)
+    return (PAGES if ".html" in template else TEMPLATES).get_template(template).render(**parts)
 
 
 def notebook_view(diagnosis: Diagnosis) -> str:
@@ -89,6 +99,8 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "diagnosis": diagnosis,
         "sentence": words.verdict_line(diagnosis),
+        "remarks": words.remarks(diagnosis.notes),
+        "of_logs": tuple(f"{name}:" for entry in diagnosis.data for name in (entry.file, Path(entry.file).stem)),
         "cards": [_card(diagnosis, axis, report) for axis, report in diagnosis.axes.items()],
         "overlay": _overlay(diagnosis),
         "found": [_found(diagnosis, number) for number, own in enumerate(diagnosis.effects) if own.in_plant],
@@ -101,11 +113,9 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
 def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
     """Give the card of an axis: its use in one word, the change of its error, its gain."""
     name, field = tables.GAIN_OF[axis], words.leading(diagnosis)
-    change, kind, word = report.change.get(field), "same", "no clear change"
-    if change is not None and change.high < 0.0:
-        kind, word = "better", "better"
-    elif change is not None and change.low > 0.0:
-        kind, word = "worse", "worse"
+    change = report.change.get(field)
+    kind = {-1: "better", 0: "same", 1: "worse"}[words.change_of(report, field)]
+    word = "no clear change" if kind == "same" else kind
     said = "{} ({} to {})".format(*map(words.percent, (change.value, change.low, change.high))) if change else ""
     found, symbol = diagnosis.parameters.get(name), BY_FIELD[name].symbol
     if found is None:
@@ -113,11 +123,12 @@ def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]
     elif found.determination is Determination.NOT_DETERMINED:
         gain = f"{symbol} is not determined: {found.why}. {f'To fly: {found.experiment}' if found.experiment else ''}"
     else:
-        gain = f"{symbol} = {words.with_interval(found.estimate)}, {found.determination}"
+        slope = f"as slope at {words.significant(diagnosis.settings['operating_point'])} V"
+        gain = f"{symbol} = {words.with_interval(found.estimate)} {slope}, {found.determination}"
     errors = [words.significant(1e3 * getattr(stage, field).value) for stage in (report.before, report.after)]
     return {
-        "axis": axis, "use": USES[report.use], "fit": report.use.name.lower(), "kind": kind,
-        "change": f"{word}: {said}" if change else word,
+        "axis": axis, "use": USES[report.use].format(words.horizon(diagnosis)), "fit": report.use.name.lower(),
+        "kind": kind, "change": f"{word}: {said}" if change else word,
         "errors": f"error {words.AHEAD[field]}: {errors[0]} to {errors[1]} mrad", "gain": gain.strip(),
     }  # fmt: skip
 
@@ -157,8 +168,8 @@ def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
     if isinstance(effect.shape, NamedShape):
         facts += [(name.replace("_", " "), words.with_interval(own)) for name, own in effect.shape.parameters.items()]
     else:
-        facts += [("description", effect.shape.description.replace("^2", "²")), ("plant", f"table.{effect.axis}.*")]
-    facts.append(("score", f"{words.significant(effect.score)} nats"))
+        facts += [("description", effect.shape.description), ("plant", f"table.{effect.axis}.*")]
+    facts.append(("score", words.score_text(effect)))
     if effect.together:
         facts.append(("together", effect.together))
     if effect.alternatives:
@@ -166,7 +177,11 @@ def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
         facts.append(("as likely", f"{rivals}: explains these logs about as well"))
     earlier = sum((own.name, own.axis) == (effect.name, effect.axis) for own in diagnosis.effects[:number])
     curves = [own for own in diagnosis.curves if own.name == effect.name and effect.axis in (own.axis, "rotors")]
-    drawn = _law_figure(curves[earlier], words.effect_title(effect)) if earlier < len(curves) else ""
+    drawn, axis = "", curves[earlier].axis if earlier < len(curves) else effect.axis
+    if axis in diagnosis.axes and diagnosis.axes[axis].use is Use.NOTHING:
+        facts.append(("figure", f"none: the {axis} of the plant is not usable"))
+    elif earlier < len(curves):
+        drawn = _law_figure(curves[earlier], words.effect_title(effect))
     return {
         "title": words.effect_title(effect), "verdict": effect.verdict, "kind": effect.verdict.name.lower(),
         "facts": facts, "figure": drawn,
@@ -189,6 +204,7 @@ def ranked_experiments(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
     """Give every experiment that would help with what it would settle, the most valuable first."""
     worth: dict[str, int] = {}
     settles: dict[str, list[str]] = {}
+    unusable = [tables.GAIN_OF[axis] for axis, own in diagnosis.axes.items() if own.use is Use.NOTHING]
 
     def ask(experiment: str, kind: str, what: str) -> None:
         if experiment:
@@ -197,7 +213,8 @@ def ranked_experiments(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
 
     for name, report in diagnosis.parameters.items():
         if report.determination is not Determination.OUTSIDE:
-            ask(report.experiment, "gain" if name in tables.GAIN_OF.values() else "effect", words.meaning(name))
+            kind = "unusable" if name in unusable else "gain" if name in tables.GAIN_OF.values() else "effect"
+            ask(report.experiment, kind, words.meaning(name))
     for effect in (*diagnosis.effects, *diagnosis.possible):
         ask(effect.experiment, "effect", words.effect_words(effect))
     for entry in diagnosis.catalogue:

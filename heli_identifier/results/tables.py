@@ -2,13 +2,13 @@
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
-from heli_identifier.tracing import CurveShape, Diagnosis, ParameterReport, Verdict
+from heli_identifier.tracing import CurveShape, Diagnosis, ErrorFigure, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
@@ -112,16 +112,15 @@ UNITS = {
 """Units of settings."""
 
 
-def error_table(diagnosis: Diagnosis) -> Table:
-    """Give a row per axis and kind of error; predictions without a model are those over 1 s."""
+def error_table(diagnosis: Diagnosis, told: Callable[[ErrorFigure | None], str] = words.angle_text) -> Table:
+    """Give a row per axis and kind of error, each ``told``; predictions without a model are those over 1 s."""
     rows = []
     for axis, report in diagnosis.axes.items():
         for field, what in ERRORS[diagnosis.closed_loop]:
             before, after, floor = (getattr(own, field) for own in (report.before, report.after, report.noise_floor))
             if before or after:
                 plain = (report.angle_stays, report.rate_stays) if field == "prediction_1s" else (None, None)
-                marks = (words.significant(1e3 * own.value) if own and own.is_known else "–" for own in plain)
-                rows.append((axis, what, *marks, *map(words.angle_text, (before, after, floor))))
+                rows.append((axis, what, *map(words.angle_value, plain), *map(told, (before, after, floor))))
     columns = ("axis", "error", "angle stays", "rate stays", "before", "after", "noise floor")
     return Table("Error on held-out logs", columns, rows)
 
@@ -141,7 +140,7 @@ def gain_table(diagnosis: Diagnosis) -> Table:
         name = GAIN_OF[axis]
         value, alone, rests = gain_cells(diagnosis.parameters.get(name), diagnosis.parameters_after[name])
         rows.append((axis, BY_FIELD[name].symbol, value, rests, alone, str(report.use)))
-    columns = ("axis", "gain", "value", "it is", "references alone", "use the axis for")
+    columns = ("axis", "gain", "value", "it is", "references alone", f"use over {words.horizon(diagnosis)}")
     return Table(f"Gains as slopes at {words.significant(diagnosis.settings['operating_point'])} V", columns, rows)
 
 
@@ -151,7 +150,8 @@ def parameter_table(diagnosis: Diagnosis) -> Table:
     for name, value in diagnosis.parameters_after.items():
         was = words.with_interval(before[name], unit=False) if name in before else "–"
         now = words.with_interval(value, unit=False)
-        rows.append((name, words.meaning_of(name, value), was, now, words.unit_text(value.unit)))
+        slope = " at 0 V" if name in GAINS else ""
+        rows.append((name, words.meaning_of(name, value) + slope, was, now, words.unit_text(value.unit)))
     columns = ("parameter", "meaning", "before", "after", "unit")
     return Table("Parameters (± the half-width of the 95 % interval: 1.96 standard errors)", columns, rows)
 
@@ -160,14 +160,15 @@ def effect_table(diagnosis: Diagnosis) -> Table:
     """Give a row per effect that was found or is possible."""
     rows = []
     for effect in (*diagnosis.effects, *diagnosis.possible):
-        gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+.1f}".replace("-", "−")
+        gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+z.1f}".replace("-", "−")
         place = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
         rivals = words.listed([words.effect_name(*other) for other in effect.alternatives], "or")
         size = words.with_interval(effect.coefficient) if effect.coefficient else "–"
         told = (words.effect_title(effect), effect.verdict, size, words.significant(effect.score), gain)
         rows.append((*told, place if effect.in_plant else "no", rivals))
     columns = ("effect", "it is", "coefficient", "score [nats]", "left-out logs gain [nats]", "in the plant", "or")
-    return Table("Effects that the model lacks (± 1.96 standard errors)", columns, rows)
+    title = "Effects that the model lacks" if diagnosis.effects else "Possible effects, no findings"
+    return Table(f"{title} (± 1.96 standard errors)", columns, rows)
 
 
 def catalogue_table(diagnosis: Diagnosis) -> Table:
@@ -257,5 +258,5 @@ def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterable
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
     """Give the verdict, the gains, the errors, and what has to be kept in mind, as plain text."""
     gains, errors = gain_table(diagnosis).text(), error_table(diagnosis).text()
-    said = (words.verdict_line(diagnosis), gains, words.held_out_sentence(diagnosis), errors, *diagnosis.notes)
-    return "\n".join(said)
+    said = (words.verdict_line(diagnosis), gains, words.held_out_sentence(diagnosis), errors)
+    return "\n".join([*said, *words.remarks(diagnosis.notes)])

@@ -1,35 +1,50 @@
 """How results are put into words: numbers with as many digits as their uncertainty leaves, names as people say them."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import floor, isfinite, log10
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing import (
-    Diagnosis,
+    AxisReport,
+    DiagnosisFile,
     ErrorFigure,
     FoundEffect,
     NamedShape,
     PeriodicShape,
+    Use,
     Verdict,
 )
+from heli_identifier.tracing.settings import REFITTED
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
 
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
-NAMED_IN_VERDICT = 2
-"""Effects that the verdict names; of more it says how many."""
+TWO_LINES = 175
+"""Letters that two lines of a verdict hold at 1280 px: it names two effects if they fit in, else one."""
+
+SMALLEST_SHARE = 5e-4
+"""A smaller share is printed as zero."""
 
 AHEAD = {"prediction_1s": "1 s ahead", "ahead_200ms": ".2 s ahead", "closed_loop_3s": "of the closed loop over 3 s"}
 """Errors that lead, in words."""
 
 
+def raised(text: str) -> str:
+    """Give a text with its powers as superscripts: ``rad/s^2`` as rad/s²."""
+    return re.sub(r"(?<=[A-Za-z])\^(-?\d+)", lambda power: power[1].translate(_SUPERSCRIPTS), text)
+
+
+def typeset(text: str) -> str:
+    """Give prose with superscripts, ± and real minus signs; what a reader may have to type stays as it is."""
+    text = re.sub(r"\bR2\b", "R²", raised(text)).replace("+-", "±")
+    return re.sub(r"(?<= )-(?= )|(?<![=] )(?<=[ (])-(?=\.?\d)", "−", text)
+
+
 def unit_text(unit: str) -> str:
-    """Give a unit with superscripts: ``rad/s^2`` as rad/s²; the unit 1 is not written."""
-    if unit in ("", "1"):
-        return ""
-    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_SUPERSCRIPTS), unit).replace(".", "·")
+    """Give a unit with superscripts; the unit 1 is not written."""
+    return "" if unit in ("", "1") else raised(unit).replace(".", "·")
 
 
 def labelled(text: str, unit: str) -> str:
@@ -66,7 +81,7 @@ def with_interval(estimate: Estimate, unit: bool = True) -> str:
     decimals = max(1 - floor(log10(half)), 0)
     if decimals > 7:
         return f"{estimate.value:.2e} ± {half:.1e}{suffix}".replace("-", "−")
-    return f"{estimate.value:.{decimals}f} ± {half:.{decimals}f}{suffix}".replace("-", "−")
+    return f"{estimate.value:z.{decimals}f} ± {half:.{decimals}f}{suffix}".replace("-", "−")
 
 
 SMALLEST_P = 1e-4
@@ -78,12 +93,19 @@ def p_text(p: float) -> str:
     return f"p = {significant(p, 2)}" if p >= SMALLEST_P else f"p < {SMALLEST_P:.4f}"
 
 
+def angle_value(figure: ErrorFigure | None) -> str:
+    """Give an angular error in mrad; a dash where there is none."""
+    return significant(1e3 * figure.value) if figure and figure.is_known else "–"
+
+
+def angle_ends(figure: ErrorFigure | None) -> str:
+    """Give the interval of an angular error in mrad; a dash where there is none."""
+    return " to ".join(significant(1e3 * x) for x in (figure.low, figure.high)) if figure and figure.is_known else "–"
+
+
 def angle_text(figure: ErrorFigure | None) -> str:
     """Give an angular error in mrad with its interval; a dash where there is none."""
-    if figure is None or not figure.is_known:
-        return "–"
-    value, low, high = (significant(1e3 * x) for x in (figure.value, figure.low, figure.high))
-    return f"{value} ({low} to {high})"
+    return f"{angle_value(figure)} ({angle_ends(figure)})" if figure and figure.is_known else "–"
 
 
 VARIABLES = {
@@ -114,12 +136,17 @@ def _letter(word: str) -> str:
     return f"{_GREEK.get(head, head)}{mark}{subscript}"
 
 
-def leading(diagnosis: Diagnosis) -> str:
+def leading(diagnosis: DiagnosisFile) -> str:
     """Give the field of the error that leads: in closed loop that of the loop, where the controller is known."""
     if not diagnosis.closed_loop:
         return "prediction_1s"
     known = all(report.after.closed_loop_3s for report in diagnosis.axes.values())
     return "closed_loop_3s" if known else "ahead_200ms"
+
+
+def horizon(diagnosis: DiagnosisFile) -> str:
+    """Give the time ahead over which the use of an axis was judged."""
+    return ".2 s" if diagnosis.closed_loop else "1 s"
 
 
 def effect_name(name: str, axis: str) -> str:
@@ -154,30 +181,43 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
-def verdict_line(diagnosis: Diagnosis) -> str:
+def verdict_line(diagnosis: DiagnosisFile) -> str:
     """Say in two lines what the model lacks and what the plant's error does on the held-out logs."""
+    change = _best_change(diagnosis)
     if not diagnosis.effects:
         untested = sum(entry.verdict == Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
         but = f"; {untested} of {len(diagnosis.catalogue)} effects could not be tested" if untested else ""
-        return f"These logs do not refute the model{but}. {_best_change(diagnosis)}"
+        return f"These logs do not refute the model{but}. {change}"
     named = [_with_rival(effect) for effect in diagnosis.effects if effect.in_plant and has_sign(effect)]
     if not named:
         first, more = diagnosis.effects[0], len(diagnosis.effects) - 1
         but = "whose interval holds zero" if first.in_plant else "which the plant does not have"
         said = f"{_with_rival(first)}, {but}{f', and {more} more' if more else ''}"
-        return f"The logs speak for {said}. {_best_change(diagnosis)}"
-    more = len(named) - NAMED_IN_VERDICT
-    shown = [*named[:NAMED_IN_VERDICT], *([f"{more} more"] if more > 0 else [])]
-    return f"The model lacks {listed(shown)}. {_best_change(diagnosis)}"
+        return f"The logs speak for {said}. {change}"
+    counted = ([*named[:n], *([f"{len(named) - n} more"] if len(named) > n else [])] for n in (2, 1))
+    both, one = (f"The model lacks {listed(shown)}. {change}" for shown in counted)
+    return both if len(both) <= TWO_LINES else one
 
 
-def _best_change(diagnosis: Diagnosis) -> str:
-    """Say of the axis whose error really changes most by how much; and that none does."""
+def change_of(report: AxisReport, field: str) -> int:
+    """Whether an error really falls (-1) or rises (1): its change and both ends print on one side of zero; else 0."""
+    if field not in report.change:
+        return 0
+    own = report.change[field]
+    ends = own.value, own.low, own.high
+    return -1 if max(ends) <= -SMALLEST_SHARE else int(min(ends) >= SMALLEST_SHARE)
+
+
+def _best_change(diagnosis: DiagnosisFile) -> str:
+    """Say of the usable axis whose error really changes most by how much; and that none does."""
     field = leading(diagnosis)
-    changes = {axis: report.change[field] for axis, report in diagnosis.axes.items() if field in report.change}
-    real = {axis: own.value for axis, own in changes.items() if own.high < 0.0 or own.low > 0.0}
+    usable = {axis: report for axis, report in diagnosis.axes.items() if report.use is not Use.NOTHING}
+    real = {axis: report.change[field].value for axis, report in usable.items() if change_of(report, field)}
+    if not usable:
+        return "On held-out logs no axis of the plant is usable."
     if not real:
-        return f"On held-out logs no axis's error {AHEAD[field]} changes by more than its interval."
+        which = "axis" if len(usable) == len(diagnosis.axes) else "usable axis"
+        return f"On held-out logs no {which}'s error {AHEAD[field]} clearly changes."
     axis = max(real, key=lambda name: abs(real[name]))
     does = "falls" if real[axis] < 0.0 else "rises"
     return f"On held-out logs the {axis}'s error {AHEAD[field]} {does} by {percent(abs(real[axis]))[1:]}."
@@ -185,7 +225,8 @@ def _best_change(diagnosis: Diagnosis) -> str:
 
 def percent(share: float) -> str:
     """Give a share in per cent, below ten with a decimal: +0.7 % is not +1 % and not nothing."""
-    return f"{100.0 * share:+.{0 if abs(share) >= 0.0995 else 1}f} %".replace("-", "−")
+    shown = f"{100.0 * share:+.{0 if abs(share) >= 0.0995 else 1}f} %" if abs(share) >= SMALLEST_SHARE else "0.0 %"
+    return shown.replace("-", "−")
 
 
 def _with_rival(effect: FoundEffect) -> str:
@@ -206,16 +247,41 @@ def has_sign(effect: FoundEffect) -> bool:
     return low > 0.0 or high < 0.0
 
 
-def held_out_sentence(diagnosis: Diagnosis) -> str:
+def held_out_sentence(diagnosis: DiagnosisFile) -> str:
     """Say what the held-out logs gain by the correction, and what the errors of 1 s are in closed loop."""
     held_out, gain = diagnosis.held_out, diagnosis.held_out.gain
     flown = "A controller flew these logs, so its voltages answer the air"
     decides = f" {flown}: errors 1 s ahead under measured voltages decide nothing here."
-    return (
+    said = (
         f"The log-likelihood of the held-out logs goes from {held_out.before:.5g} to {held_out.after:.5g} nats per "
-        f"second: {gain.value:+.0f} nats ({gain.low:.0f} to {gain.high:.0f}) in {held_out.seconds:.0f} s."
-        + (decides if diagnosis.closed_loop else "")
+        f"second: {gain.value:+z.0f} nats ({gain.low:z.0f} to {gain.high:z.0f}) in {held_out.seconds:.0f} s."
     )
+    return typeset(said) + (decides if diagnosis.closed_loop else "")
+
+
+def score_text(effect: FoundEffect, needed: float | None = None) -> str:
+    """Give the score of an effect, and from which on it is established: ``needed`` [nats], less for what is certain."""
+    score = significant(effect.score)
+    if any(own.certain for own in CATALOGUE if (own.name, own.axis) == (effect.name, effect.axis)):
+        return f"{score} nats; every rig has it, so {REFITTED:g} show it"
+    return f"{score} nats" if needed is None else f"{score} of {needed:.3g} nats"
+
+
+def possible_sentence(effect: FoundEffect, needed: float) -> str:
+    """Say of a possible effect why it is no finding, of which ``needed`` [nats] make one, and why the plant has it."""
+    gain, place = effect.left_out_gain, "in the plant" if effect.in_plant else "not in the plant"
+    if gain is not None:
+        place += f", as left-out logs {'gain' if gain > 0.0 else 'lose'} {abs(gain):.1f} nats with it"
+    return f"{effect_title(effect)}: possible, {score_text(effect, needed)}; {place}."
+
+
+def remarks(notes: Iterable[str]) -> list[str]:
+    """Give notes typeset; those on one log, which begin with its name, are one line."""
+    found: dict[str, list[str]] = {}
+    for note in notes:
+        name, _, said = note.rstrip(".").partition(": ")
+        found.setdefault(name, []).append(said)
+    return [typeset(name + ": ".join(("", "; ".join(said))) if any(said) else name) for name, said in found.items()]
 
 
 def effect_words(effect: FoundEffect) -> str:

@@ -106,18 +106,18 @@ class Identification(Tabular):
 
     @property
     def table(self) -> Table:
-        """Every parameter, per log and of all logs together, ± 1.96 standard errors."""
+        """Every parameter, of all logs together and per log, ± 1.96 standard errors."""
         rows = [
             (
                 name,
                 results.meaning_of(name, value),
-                *(results.with_interval(history.last[name], unit=False) for history in self.histories),
                 results.with_interval(value, unit=False),
                 results.unit_text(value.unit),
+                *(results.with_interval(history.last[name], unit=False) for history in self.histories),
             )
             for name, value in self.estimates.items()
         ]
-        columns = ("parameter", "meaning", *(history.name for history in self.histories), "together", "unit")
+        columns = ("parameter", "meaning", "together", "unit", *(history.name for history in self.histories))
         return Table("Parameters with half of their 95 % intervals", columns, rows)
 
     def to_dict(self) -> dict[str, Any]:

@@ -373,7 +373,7 @@ def use_of(gain: str, report: ParameterReport | None, error: float, least: float
 
 @dataclass(frozen=True)
 class Outcome:
-    """One axis of one log: its error 1 s ahead [rad] and the limit [rad] it is held to."""
+    """One axis of one log: its error ahead [rad] and the limit [rad] it is held to."""
 
     log: str
     axis: str
@@ -386,13 +386,19 @@ class Outcome:
         return self.error.value <= self.limit
 
 
-def hold_to(parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log]) -> list[Outcome]:
-    """Predict ``logs`` 1 s ahead with ``parameters`` and hold every axis named in ``limits`` [rad] to its limit."""
+def hold_to(
+    parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log], figure: str = "prediction_1s"
+) -> list[Outcome]:
+    """Predict ``logs`` ahead with ``parameters`` alone, and hold every axis named in ``limits`` [rad] to its limit.
+
+    ``figure`` is one of :data:`.prediction.HORIZONS`; from the filter's state it is larger than that of a fit, which
+    knows the air.
+    """
     rig, outcomes = helicopter(DiagnosisSettings(), [own.angles for own in logs], [own.voltages for own in logs]), []
     for own in logs:
         run = run_along(Model.alone(rig, parameters), record_of(own, rig), np.zeros(len(rig.axes)))
-        errors = run.errors()["prediction_1s"]
-        figures = rms_figures([errors], SPACING, f"log {own.name}, error over 1 s")
+        said = f"log {own.name}, error over {HORIZONS[figure]:g} s"
+        figures = rms_figures([run.errors()[figure]], SPACING, said)
         outcomes += [Outcome(own.name, axis, figures[rig.axes.index(axis)], limit) for axis, limit in limits.items()]
     return outcomes
 

@@ -99,7 +99,7 @@ def find_references(logs: Sequence[Log]) -> References:
             for axis in (axis for axis in axes if axis in log.references):
                 reason = refusal(log.references[axis], log.angles, log.rate_hz)
                 if reason:
-                    notes.append(f"{log.name}: the {axis} reference is not used: {reason}.")
+                    notes.append(f"{log.name}: the {axis} reference is not used, since {reason}.")
                 else:
                     found[i][axis] = log.references[axis]
             if not found[i].keys() & set(axes):
@@ -110,7 +110,7 @@ def find_references(logs: Sequence[Log]) -> References:
         for i, law in answering:
             controller, signal, reason = law.rebuilt(channel, axes)
             if signal is None:
-                notes.append(f"{logs[i].name}: what moved {channel} from outside cannot be rebuilt: {reason}.")
+                notes.append(f"{logs[i].name}: no reference behind {channel}, since {reason}.")
             else:
                 found[i][channel] = signal
             if controller:
@@ -193,7 +193,7 @@ def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True)
     shifts = np.linspace(20, max(20, len(outputs) - 20), 99).astype(int)
     if added < max(_added_r2(target, own, np.roll(outputs, shift, axis=0))[0] for shift in shifts):
         return None
-    return f"the outputs' past adds R2 {added:.2f} to its own past (bound {ADDED_R2:g}), it is feedback"
+    return f"it is feedback (the outputs' past tells R2 = {added:.2f} of it, the bound is {ADDED_R2:g})"
 
 
 class _Shape(NamedTuple):
@@ -342,10 +342,10 @@ class _Law:
         delay = self.shape.periods * self.h
         law = Controller(channel, named, tuple(map(float, rates[:n])), smoothing, beta, delay, share)
         if share < OUTSIDE_SHARE:
-            return law, None, f"the outside has a share of {share:.2f} in it (at least {OUTSIDE_SHARE:g} is needed)"
+            return law, None, f"the outside has a share of {share:.2f} ({OUTSIDE_SHARE:g} is needed)"
         reason = refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False)
         if reason:
-            return None, None, f"no law of the usual form fits, of what remains {reason.split(', ')[0]}"
+            return None, None, f"no usual law fits and {reason.replace('it', 'what remains', 1)}"
         return law, np.interp(np.arange(len(self.log.angles)), self.rows, outside), ""
 
 
