@@ -7,6 +7,7 @@ measured rigs, gains over the truth, and the share of effects that are shown aga
 structure gains by them.
 """
 
+import re
 import shutil
 import subprocess
 import sys
@@ -45,8 +46,8 @@ ORDER = {
 """A multisine of a quarter of a volt on top of the controller's voltages, the elevation held at .15 rad."""
 
 
-BINS = (0.0, 3.0, 6.0, 8.0, 11.0, 16.0, 32.0, np.inf)
-"""Bounds of the bins of told scores [nats]."""
+BINS = (-np.inf, 3.0, 6.0, 8.0, 11.0, 16.0, 32.0, 64.0, np.inf)
+"""Bounds of the bins of told scores [nats]; what is below 1 or above 128 is drawn there."""
 
 
 def identifier() -> str:
@@ -106,32 +107,48 @@ def gains(rows: pandas.DataFrame) -> str:
 
 def detection(rows: pandas.DataFrame) -> str:
     """Draw the share of effects that are shown, with its 95 % interval, against their told score, in `BINS`."""
-    panel = Axes("share shown", limits=(0.0, 1.0))
+    panel = Axes("share shown", limits=(-0.05, 1.05))
     panel.line((DETECTABLE, DETECTABLE), (0.0, 1.0), "muted", width=1.0)
     for battery, role, label, aside in (("blind", "before", "open loop", 0.97), ("windy", "after", "windy air", 1.03)):
         own = rows[rows.battery == battery]
-        for _, inside in own.groupby(pandas.cut(own.told, BINS, include_lowest=True), observed=True):
-            place = aside * np.exp(np.log(np.maximum(inside.told, 1.0)).mean())
+        for _, inside in own.groupby(pandas.cut(own.told, BINS), observed=True):
+            place = aside * np.exp(np.log(inside.told.clip(1.0, 128.0)).mean())
             low, high = binomtest(int(inside.shown.sum()), len(inside)).proportion_ci(method="wilson")
             panel.line((place, place), (low, high), role, width=1.0)
             panel.points((place,), (inside.shown.mean(),), role, label)
     said = "Share of effects that are shown against the score that a fit gives them which is told the structure"
-    return figure([panel], "score of a fit that is told the structure [nats]", said, 640.0, log_x=True)
+    return figure([panel], "score of a fit that is told the structure [nats]", said, 640.0, True, (0.9, 140.0))
 
 
 def report() -> bytes:
-    """Give the first screen of rig-a's report as a PNG; LookupError without a Chromium."""
+    """Give the first screen of rig-a's report as a PNG that holds its text too; LookupError without a Chromium."""
+    from PIL import Image, PngImagePlugin
+
     browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if browser is None:
         raise LookupError("Chromium is not installed")
-    training, held_out = demo_logs("rig-a")
     with TemporaryDirectory() as folder:
         page, picture = Path(folder, "report.html"), Path(folder, "report.png")
-        page.write_text(report_page(diagnose(training, held_out=held_out), "rig-a"), encoding="utf-8")
+        page.write_text(text := report_of_rig_a(), encoding="utf-8")
         flags = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", f"--user-data-dir={folder}/own")
         wanted = (f"--screenshot={picture}", "--window-size=1160,940", page.as_uri())
         subprocess.run([browser, *flags, *wanted], capture_output=True, check=True)
+        about = PngImagePlugin.PngInfo()
+        about.add_itxt("Description", first_words(text))
+        with Image.open(picture) as image:
+            image.save(picture, pnginfo=about, optimize=True)
         return picture.read_bytes()
+
+
+def report_of_rig_a() -> str:
+    """Give the page that `heli demo` writes of rig-a."""
+    training, held_out = demo_logs("rig-a")
+    return report_page(diagnose(training, held_out=held_out), "rig-a")
+
+
+def first_words(page: str) -> str:
+    """Give the words of a report above its first figure."""
+    return " ".join(re.sub("<[^>]*>", " ", page[page.index("<h1") : page.index("<svg")]).split())
 
 
 def from_tables(draw: Callable[[pandas.DataFrame], str], *names: str) -> str:

@@ -98,9 +98,10 @@ def told_scores(training: Sequence[Log], fields: Iterable[str]) -> dict[str, flo
         return {}
     likelihood = likelihood_of(training)
     rig = likelihood.rig
-    own = [name for effect in rig.effects if effect.field in fields for name in effect.parameters]
-    fitted = fit(likelihood, list(dict.fromkeys((*rig.base, *own))))
-    scores = Scores(fitted, rig.candidates).scores([field for field in fields if field not in rig.base])
+    # no fit finds the time of a step from elsewhere: a law with one is scored as what it would add
+    inside = [effect for effect in rig.effects if effect.field in fields and not effect.steps_in_time]
+    fitted = fit(likelihood, list(dict.fromkeys((*rig.base, *(name for own in inside for name in own.parameters)))))
+    scores = Scores(fitted, rig.candidates).scores([own.field for own in inside if own.field not in rig.base])
     return {field: score.score for field, score in scores.items() if field in fields}
 
 

@@ -19,7 +19,13 @@ from decimal import Decimal
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
+from PIL import Image
+
+from benchmarks.figures import DRAWN, first_words, report_of_rig_a
+from heli_identifier.results.svg import COLOURS
+from tests.test_report_browser import CHROMIUM, Chromium
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -204,7 +210,7 @@ def test_a_block_of_commands_is_run_or_says_why_not(name):
             assert typed(block) or block.left_out, f"line {block.line}: nothing in this block is run"
 
 
-NAMED = re.compile(r"`((?:heli_plant|heli_identifier|fmu_src|tests|benchmarks|docs)/[\w/.]+)`(?! of commit)")
+NAMED = re.compile(r"`((?:heli_plant|heli_identifier|fmu_src|tests|benchmarks|docs)/[\w/.]+)`")
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -240,3 +246,70 @@ def test_the_code_of_a_notebook_runs_and_prints_what_it_shows(name, tmp_path):
     assert done.returncode == 0, done.stderr
     outputs = [output for cell in code_cells(name) for output in cell["outputs"] if output["output_type"] == "stream"]
     assert unlike("".join("".join(output["text"]) for output in outputs), done.stdout) == []
+
+
+# --- pictures and search -----------------------------------------------------------------------------------------
+
+SHOWN = {name for text in PAGES.values() for name in re.findall(r"!\[[^]]*\]\([./docs]*/?figures/([^)]+)\)", text)}
+BESIDE = "tutorial-beside.svg"
+"""What a command of the tutorial draws; all others are drawn by the benchmark `figures`."""
+
+
+def kept(name):
+    return (DOCS / "figures" / name).read_bytes()
+
+
+def same_drawing(one, other):
+    """Whether two SVG texts have the same words, and lines within two pixels of one another."""
+    words, places = (
+        [re.findall(pattern, text) for text in (one, other)] for pattern in (r">([^<]+)<", r"-?\d+(?:\.\d+)?")
+    )
+    return words[0] == words[1] and np.allclose(*(np.array(own, float) for own in places), atol=2.0)
+
+
+def test_every_picture_of_the_pages_is_drawn_by_a_command_and_none_is_left_over():
+    assert {*DRAWN, BESIDE} == SHOWN == {path.name for path in (DOCS / "figures").iterdir()}
+
+
+@pytest.mark.parametrize("name", ["detection.svg", "measured.svg", "windy.svg"])
+def test_the_pictures_of_tables_are_those_of_the_tables(name):
+    assert kept(name).decode() == DRAWN[name]()
+
+
+def test_the_picture_of_the_report_has_the_colours_of_the_page():
+    with Image.open(DOCS / "figures" / "report.png") as image:
+        picture = np.array(image)[..., :3]
+    for role in ("measured", "before", "after"):
+        assert (picture == [*bytes.fromhex(COLOURS[role][1:])]).all(-1).any(), role
+
+
+@pytest.mark.slow
+def test_the_picture_of_the_scenario_is_that_of_today():
+    assert same_drawing(kept("closed-loop-identifier.svg").decode(), DRAWN["closed-loop-identifier.svg"]())
+
+
+@pytest.mark.slow
+def test_the_picture_of_the_tutorial_is_that_of_today(typed_page):
+    assert same_drawing(kept(BESIDE).decode(), (typed_page("docs/tutorial.md")[1] / "beside.svg").read_text())
+
+
+@pytest.mark.slow
+def test_the_picture_of_the_report_says_what_the_report_says_today():
+    with Image.open(DOCS / "figures" / "report.png") as picture:
+        shown = picture.text["Description"]
+    assert unlike(shown, today := first_words(report_of_rig_a())) == [] == unlike(today, shown)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+def test_the_search_works_in_a_page_that_is_opened_as_a_file(tmp_path):
+    mkdocs = Path(sys.executable).with_name("mkdocs")
+    subprocess.run([mkdocs, "build", "--quiet", "--site-dir", tmp_path / "site"], check=True, cwd=ROOT)
+    with Chromium(tmp_path / "profile") as browser:
+        browser.open(tmp_path / "site" / "index.html", 1280)
+        browser.value("document.querySelector('input.md-search__input').focus()")
+        for letter in "friction":
+            browser.call("Input.insertText", text=letter)
+        hits = "document.querySelectorAll('.md-search-result__item').length"
+        browser.value(f"new Promise(done => setInterval(() => {hits} && done(), 50))")
+        assert not [address for address in browser.requests() if not address.startswith(("file:", "data:"))]

@@ -222,8 +222,8 @@ def test_a_log_is_sent_at_its_own_instants():
 
 
 def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):
-    resource = pytest.importorskip("resource")
     journal = Journal(tmp_path / "a.csv", ("x", "y"))
+    resource = pytest.importorskip("resource")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
