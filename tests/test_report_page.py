@@ -150,7 +150,7 @@ def test_the_terminal_names_the_effect_its_size_and_what_could_stand_in_for_it()
 
 def test_under_a_controller_the_errors_that_its_voltages_answer_do_not_lead():
     flown = replace(example(), closed_loop=True)
-    assert error_table(flown).rows[0][1] == ".1 s ahead [mrad]"
+    assert error_table(flown).rows[0][1] == ".1 s ahead"
     assert "decide nothing here" in held_out_sentence(flown) and "error .2 s ahead" in report_page(flown, "rig")
 
 

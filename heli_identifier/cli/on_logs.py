@@ -60,7 +60,7 @@ def diagnose(
             warn(text)
         return
     for line in results.diagnosis_lines(diagnosis, training):
-        typer.echo(line)
+        typer.echo(results.typeset(line))
     terminal.print_diagnosis(diagnosis, reasons=verbose)
     terminal.note_written(output, (*results.RESULTS, NATIVE_PLANT) if native else results.RESULTS)
 

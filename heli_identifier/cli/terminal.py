@@ -155,7 +155,7 @@ def print_table(table: "results.Table", intervals: bool = True) -> None:
             if len(blocks[-1]) > first and _width([least[own] for own in (*blocks[-1], k)]) > console.width:
                 blocks.append([*range(first)])
             blocks[-1].append(k)
-    console.print(title, style="bold")
+    console.print(results.typeset(title), style="bold")
     for block in blocks:
         made = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
         widths, spare = {k: least[k] for k in block}, console.width - _width([least[k] for k in block])

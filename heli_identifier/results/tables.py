@@ -78,24 +78,20 @@ class Tabular(ABC):
 
     def summary(self) -> str:
         """Give the table as plain text."""
-        return "\n".join([self.table.title, self.table.text(), *self.remarks, *self.warnings])
+        return "\n".join([self.table.title, self.table.text(), *map(words.typeset, (*self.remarks, *self.warnings))])
 
     def _repr_html_(self) -> str:
         """Show the table in a notebook."""
-        remarks = "".join(f"<p>{escape(remark)}</p>" for remark in (*self.remarks, *self.warnings))
+        remarks = "".join(f"<p>{escape(words.typeset(remark))}</p>" for remark in (*self.remarks, *self.warnings))
         return f"<p>{escape(self.table.title)}</p>{self.table.html()}{remarks}"
 
 
-_AHEAD = (("ahead_100ms", ".1 s ahead [mrad]"), ("ahead_200ms", ".2 s ahead [mrad]"))
-_UNDER_VOLTAGES = (
-    ("prediction_1s", "1 s ahead [mrad]"),
-    ("prediction_2s", "2 s ahead [mrad]"),
-    ("free_run", "free run [mrad]"),
-)
+_AHEAD = (("ahead_100ms", ".1 s ahead"), ("ahead_200ms", ".2 s ahead"))
+_UNDER_VOLTAGES = (("prediction_1s", "1 s ahead"), ("prediction_2s", "2 s ahead"), ("free_run", "free run"))
 
 ERRORS = {
     False: (*_UNDER_VOLTAGES, *_AHEAD),
-    True: (*_AHEAD, ("closed_loop_3s", "closed loop, 3 s [mrad]"), *_UNDER_VOLTAGES),
+    True: (*_AHEAD, ("closed_loop_3s", "closed loop, 3 s"), *_UNDER_VOLTAGES),
 }
 """Fields of an error and what they are called, those that tell most first, by whether a controller flew."""
 
@@ -121,7 +117,7 @@ def error_table(diagnosis: Diagnosis, told: Callable[[ErrorFigure | None], str] 
             if before or after:
                 plain = (report.angle_stays, report.rate_stays) if field == "prediction_1s" else (None, None)
                 rows.append((axis, what, *map(words.angle_value, plain), *map(told, (before, after, floor))))
-    columns = ("axis", "error", "angle stays", "rate stays", "before", "after", "noise floor")
+    columns = ("axis", "error [mrad]", "angle stays", "rate stays", "before", "after", "noise floor")
     return Table("Error on held-out logs", columns, rows)
 
 

@@ -281,7 +281,7 @@ def remarks(notes: Iterable[str]) -> list[str]:
     for note in notes:
         name, _, said = note.rstrip(".").partition(": ")
         found.setdefault(name, []).append(said)
-    return [typeset(name + ": ".join(("", "; ".join(said))) if any(said) else name) for name, said in found.items()]
+    return [typeset(f"{name}: {'; '.join(said)}" if any(said) else name) for name, said in found.items()]
 
 
 def effect_words(effect: FoundEffect) -> str:
