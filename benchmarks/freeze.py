@@ -94,7 +94,7 @@ def answered(fault: Fault) -> Any:
     return [answer.code, answer.sentence, list(answer.left)]
 
 
-BUILDS = {"python": build, "native": build_native}
+BUILDS: dict[str, Callable[..., Path]] = {"python": build, "native": build_native}
 KINDS: dict[str, dict[str, Callable[[], Any]]] = {
     "battery": {f"{case.group} {case.kind} {case.scale:g}": partial(diagnosed, case) for case in BATTERY},
     "flights": {

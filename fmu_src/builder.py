@@ -95,7 +95,9 @@ def number_or_text(value: Value) -> Value:
         return value
 
 
-def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | None = None) -> Path:
+def build(
+    unit: str, directory: str | Path, parameters: Mapping[str, Value] | None = None, remark: str = ""
+) -> Path:
     """Build a unit into ``directory/<unit>.fmu``.
 
     Parameters
@@ -107,6 +109,8 @@ def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | No
     parameters : mapping, optional
         Start values of the unit's parameters by structured name, in the units of the model description; a corrected
         plant is delivered in this way.
+    remark : str
+        Sentence that stands behind the unit's summary in the model description.
 
     Returns
     -------
@@ -129,8 +133,8 @@ def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | No
     page = rendered(f"{unit}.html", unit=kind, variables=variables, host="python.html")
     entries |= {"documentation/index.html": page.encode(), "model.png": icon()}
     entries |= _from_pythonfmu(unit)
-    token = content_guid({**entries, "modelDescription.xml": model_description(kind, variables, "")})
-    entries["modelDescription.xml"] = model_description(kind, variables, token)
+    token = content_guid({**entries, "modelDescription.xml": model_description(kind, variables, "", remark=remark)})
+    entries["modelDescription.xml"] = model_description(kind, variables, token, remark=remark)
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 

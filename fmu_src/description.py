@@ -51,16 +51,18 @@ def model_description(
     tool: str = f"PythonFMU {PYTHONFMU}",
     sources: Collection[str] = (),
     states: int = 0,
+    remark: str = "",
 ) -> bytes:
     """Return modelDescription.xml of a unit class in FMI 2.0 or 3.0; ``token`` is the GUID of its content.
 
     ``tool`` is what made the FMU. By the files ``sources`` an importer can compile it. The last ``variables`` are the
-    ``states`` of Model Exchange and behind them their derivatives.
+    ``states`` of Model Exchange and behind them their derivatives. The ``remark`` stands behind the unit's summary.
     """
     first = 1 if fmi == 2 else 0  # FMI 2.0 counts variables from 1, FMI 3.0 has their references
     place = {variable.name: k for k, variable in enumerate(variables, first)}
     return rendered_xml(
         "modelDescription.xml", unit=unit, name=unit.__name__, token=token, fmi=fmi, tool=tool, sources=sources,
+        remark=f". {remark}" if remark else "",
         saves=value_text(unit.saves_state, "Boolean"), variables=variables, states=states, types=_TYPES, first=first,
         references=lambda names: [place[name] for name in names], display=DISPLAY,
         units=base_units([variable.unit for variable in variables] + (["s"] if fmi == 3 else [])),

@@ -1,5 +1,6 @@
 """`heli compare` and `hi.compare`: what differs between two plants, by the intervals of both."""
 
+import inspect
 import json
 from dataclasses import replace
 
@@ -112,12 +113,24 @@ def test_a_function_takes_parameters_and_logs_as_they_are_at_hand(written):
     assert hi.linearise(file).A == pytest.approx(hi.linearise(AFTER).A)
 
 
-def test_another_type_is_refused_with_what_is_expected(written):
+@pytest.mark.parametrize("name", [n for n in hi.__all__ if inspect.isfunction(getattr(hi, n))])
+def test_another_type_of_any_argument_is_refused_in_a_sentence_that_names_it(name):
+    function = getattr(hi, name)
+    given = inspect.signature(function).parameters
+    needed = {own: "nowhere" for own, it in given.items() if it.default is it.empty and own != "training"}
+    for own in given.keys() - {"inputs"}:  # whatever numpy takes
+        with pytest.raises(ConfigurationError, match=f"^{own} is of type bytes"):
+            function(**{**({"training": []} if "training" in given else {}), **needed, own: b"x"})
+
+
+def test_a_sequence_says_what_in_it_is_of_another_type_and_an_empty_one_is_no_log(written):
     folder, log = written
-    with pytest.raises(LogError, match="a log is of type int; a Log, the path of one, or several are needed"):
+    with pytest.raises(ConfigurationError, match="logs is of type list, with int in it; needed: Log, path or sequence"):
         hi.check([log, 3], folder / "parameters.json")
-    with pytest.raises(ConfigurationError, match="are of type list; a ParameterSet, a Diagnosis or the path"):
-        hi.simulate([1.0], np.zeros((5, 2)))
+    with pytest.raises(LogError, match="no log was given"):
+        hi.check([], folder / "parameters.json")
+    with pytest.raises(ConfigurationError, match="training is of type str; needed: sequence of path"):
+        hi.read_data_set(str(log))
 
 
 def test_a_simulated_log_says_how_far_the_plant_is_off_it(written):

@@ -9,6 +9,7 @@ from pathlib import Path
 import control
 import numpy as np
 import pytest
+from fmpy import read_model_description
 from typer.testing import CliRunner
 
 import heli_identifier as hi
@@ -124,6 +125,15 @@ def test_a_check_of_no_usable_axis_is_refused():
     useless = used(pitch=Use.NOTHING, elevation=Use.NOTHING, travel=Use.NOTHING)
     with pytest.raises(ConfigurationError, match="no axis of these parameters usable"):
         check(made_log(), useless)
+
+
+def test_the_description_of_a_unit_says_what_its_axes_may_be_used_for(tmp_path):
+    """Whatever the parameters are given as; the unit itself stays the same."""
+    file = used(elevation=Use.NOTHING).write(tmp_path / "parameters.json")
+    for native in (False, True):
+        said = read_model_description(hi.build("HelicopterPlant", tmp_path, file, native=native)).description
+        assert said.endswith("motor voltages. Use of pitch and travel: prediction and control; elevation: not usable")
+    assert hi.build("HelicopterPlant", tmp_path, example()).is_file()
 
 
 @pytest.mark.parametrize("axis", ["pitch", "elevation"])

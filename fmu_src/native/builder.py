@@ -44,6 +44,7 @@ def build_native(
     fmi: int = 2,
     all_platforms: bool = False,
     model_exchange: bool = False,
+    remark: str = "",
 ) -> Path:
     """Build the native twin of a unit into ``directory/<unit>.fmu``; without any compiler it holds sources only.
 
@@ -51,7 +52,7 @@ def build_native(
     ----------
     unit : str
         One of :data:`NATIVE_UNITS`.
-    directory, parameters
+    directory, parameters, remark
         As for :func:`fmu_src.build`.
     fmi : int
         2 or 3.
@@ -87,7 +88,7 @@ def build_native(
     entries["documentation/index.html"] = rendered(f"{unit}.html", unit=kind, variables=variables, **about).encode()
     entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon()
     states = len(exchange.states) if exchange else 0
-    entries["modelDescription.xml"] = model_description(kind, variables, token, fmi, TOOL, compiled, states)
+    entries["modelDescription.xml"] = model_description(kind, variables, token, fmi, TOOL, compiled, states, remark)
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 

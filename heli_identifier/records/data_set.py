@@ -2,7 +2,7 @@
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations, count
 from os import PathLike
@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from heli_identifier.errors import LogError
+from heli_identifier.signatures import typed
 
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
@@ -28,6 +29,7 @@ _CONSTANT_V = 1e-3  # a voltage that varies by less [V] moves no propeller
 _STILL_SHARE = 0.1  # of the usual excitation, below which a log says a hundredth of what another one says
 
 
+@typed
 def read_logs(
     logs: LogSource | Sequence[LogSource],
     format: LogFormat | RigConfiguration = CONTRACT,
@@ -36,15 +38,13 @@ def read_logs(
 ) -> tuple[Log, ...]:
     """Give one log or several of one rig with unique names; a path is read as `read_log` does.
 
-    A LogError says that a file cannot be read, or that something is neither a log nor a path.
+    A LogError says that a file cannot be read.
     """
-    given = [logs] if isinstance(logs, Log | str | PathLike) or not isinstance(logs, Iterable) else list(logs)
-    for one in given:
-        if not isinstance(one, Log | str | PathLike):
-            raise LogError(f"a log is of type {type(one).__name__}; a Log, the path of one, or several are needed.")
+    given = [logs] if isinstance(logs, Log | str | PathLike) else list(logs)
     return _named_apart([one if isinstance(one, Log) else read_log(one, format, start, end) for one in given])
 
 
+@typed
 def read_data_set(
     training: Sequence[str | PathLike[str]],
     held_out: Sequence[str | PathLike[str]] = (),
@@ -57,6 +57,7 @@ def read_data_set(
     return logs[: len(training)], logs[len(training) :]
 
 
+@typed
 def demo_logs(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     """Give the files of a demonstration rig, with which the loop can be tried without a rig.
 

@@ -18,6 +18,7 @@ import msgspec
 from heli_identifier.errors import ConfigurationError, printable, require_range
 from heli_identifier.files import regular_bytes, write_atomically
 from heli_identifier.online import Estimate
+from heli_identifier.signatures import typed
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.effects import CATALOGUE
 from heli_plant.errors import did_you_mean
@@ -69,6 +70,7 @@ _WANTED: dict[Any, str] = {
 """What a value of a type is called."""
 
 
+@typed
 def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     """Read the configuration of a rig.
 

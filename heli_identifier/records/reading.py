@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError, printable
+from heli_identifier.signatures import typed
 
 from .columns import Column, Table, find_columns
 from .configuration import CONTRACT, LogFormat, RigConfiguration
@@ -21,6 +22,7 @@ from .units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
 _Signals = dict[str, NDArray[np.float64]]
 
 
+@typed
 def read_log(
     path: str | PathLike[str],
     format: LogFormat | RigConfiguration = CONTRACT,

@@ -2,15 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from os import PathLike
 from typing import Any
 
+from heli_identifier.errors import LogError
 from heli_identifier.records import LogSource, read_logs
-from heli_identifier.results.parameters import ParameterSet, parameter_set
+from heli_identifier.results.parameters import ParameterSource, parameter_set
 from heli_identifier.results.report import rendered
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import angle_text, significant
-from heli_identifier.tracing import Diagnosis, Outcome, Use, hold_to
+from heli_identifier.signatures import typed
+from heli_identifier.tracing import Outcome, Use, hold_to
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,9 +70,10 @@ class Check(Tabular):
         return f"<Check: {'failed: ' + ', '.join(failed) if failed else 'passed'}>"
 
 
+@typed
 def check(
     logs: LogSource | Sequence[LogSource],
-    parameters: ParameterSet | Diagnosis | str | PathLike[str],
+    parameters: ParameterSource,
     factor: float = 1.3,
 ) -> Check:
     """Hold new logs to the error that a diagnosis found for its corrected model.
@@ -101,5 +103,8 @@ def check(
         factor is not positive.
     """
     own = parameter_set(parameters)
-    outcomes = hold_to(own.plant(), own.limits(factor), read_logs(logs), own.judged)
+    used = read_logs(logs)
+    if not used:
+        raise LogError("no log was given; name at least one.")
+    outcomes = hold_to(own.plant(), own.limits(factor), used, own.judged)
     return Check(tuple(outcomes), own.axes_for(Use.NOTHING), own.judged)

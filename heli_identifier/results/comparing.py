@@ -18,6 +18,7 @@ from heli_identifier.results.documents import plain, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters, read_parameters
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import angle_text, effect_name, listed, with_interval
+from heli_identifier.signatures import typed
 from heli_identifier.tracing import Diagnosis, DiagnosisFile, ErrorFigure, hold_to
 from heli_plant.effects import AXES
 
@@ -146,6 +147,7 @@ class Comparison(Tabular):
         return f"<Comparison: {self.table.title}>"
 
 
+@typed
 def compare(
     first: Diagnosis | str | PathLike[str],
     second: Diagnosis | str | PathLike[str],
@@ -192,14 +194,10 @@ def compare(
     )
 
 
-def _opened(source: Any, name: str) -> tuple[str, DiagnosisFile, ParameterSet]:
+def _opened(source: Diagnosis | str | PathLike[str], name: str) -> tuple[str, DiagnosisFile, ParameterSet]:
     """Give a diagnosis by its name, with its document and the parameters of its plant."""
     if isinstance(source, Diagnosis):
         return name, source, corrected_parameters(source)
-    if not isinstance(source, str | PathLike):
-        raise ConfigurationError(
-            f"the {name} to compare is of type {type(source).__name__}; a Diagnosis or the folder of one is needed."
-        )
     folder = Path(source)
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(f"{folder} is a file; name the folder that `heli diagnose` wrote.")

@@ -20,7 +20,8 @@ from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
 from heli_identifier.results.documents import damaged, document_text, numbers_of, plain, read_document
 from heli_identifier.results.tables import Table, Tabular
-from heli_identifier.results.words import unit_text, with_interval
+from heli_identifier.results.words import listed, unit_text, with_interval
+from heli_identifier.signatures import typed
 from heli_identifier.tracing import Diagnosis, ErrorFigure, Use
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
@@ -117,6 +118,12 @@ class ParameterSet(Tabular):
     def axes_for(self, *uses: Use) -> tuple[str, ...]:
         """Give the axes of which the diagnosis says one of these uses."""
         return tuple(axis for axis, expected in self.expected.items() if expected.use in uses)
+
+    @property
+    def uses(self) -> str:
+        """What the diagnosis says the axes may be used for; empty where none says it."""
+        of = {use: self.axes_for(use) for use in Use}
+        return "; ".join(f"{listed(axes)}: {use}" for use, axes in of.items() if axes)
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -239,22 +246,19 @@ def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covaria
     )
 
 
-PlantSource = ParameterSet | PlantParameters | Diagnosis | str | PathLike[str]
+ParameterSource = ParameterSet | Diagnosis | str | PathLike[str]
+PlantSource = ParameterSource | PlantParameters
 """What every function takes as the parameters of a plant; a path is that of a parameters.json."""
 
 
-def parameter_set(source: ParameterSet | Diagnosis | str | PathLike[str]) -> ParameterSet:
+@typed
+def parameter_set(parameters: ParameterSource) -> ParameterSet:
     """Give the parameters in a diagnosis, in a parameters.json, or themselves; else a ConfigurationError."""
-    if isinstance(source, str | PathLike):
-        return read_parameters(source)
-    if isinstance(source, Diagnosis):
-        return corrected_parameters(source)
-    if isinstance(source, ParameterSet):
-        return source
-    raise ConfigurationError(
-        f"parameters are of type {type(source).__name__}; a ParameterSet, a Diagnosis or the path of a parameters.json "
-        "is needed."
-    )
+    if isinstance(parameters, str | PathLike):
+        return read_parameters(parameters)
+    if isinstance(parameters, Diagnosis):
+        return corrected_parameters(parameters)
+    return parameters
 
 
 def plant_of(source: PlantSource) -> PlantParameters:
@@ -262,6 +266,7 @@ def plant_of(source: PlantSource) -> PlantParameters:
     return source if isinstance(source, PlantParameters) else parameter_set(source).plant()
 
 
+@typed
 def read_parameters(path: str | PathLike[str]) -> ParameterSet:
     """Read a parameters.json, and check that its values are parameters of the unit that it names.
 

@@ -13,6 +13,7 @@ from heli_identifier.results.documents import plain
 from heli_identifier.results.parameters import PlantSource, plant_of
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import significant
+from heli_identifier.signatures import typed
 from heli_identifier.tracing import record_start
 from heli_plant.simulation import simulate as simulate_plant
 from heli_plant.state import PlantState, rest_state
@@ -71,6 +72,7 @@ class Simulation(Tabular):
         return f"<Simulation: {self.table.title}>"
 
 
+@typed
 def simulate(
     parameters: PlantSource,
     inputs: LogSource | ArrayLike,

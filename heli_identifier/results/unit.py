@@ -12,7 +12,8 @@ import numpy as np
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.files import draft_folder
 from heli_identifier.records import Log, write_log
-from heli_identifier.results.parameters import ParameterSet
+from heli_identifier.results.parameters import ParameterSource, parameter_set
+from heli_identifier.signatures import typed
 from heli_identifier.tracing import Diagnosis, HeldOutSeries
 from heli_plant.effects import AXES
 
@@ -24,10 +25,11 @@ START |= {"nu_front": "initial.v_front", "nu_rear": "initial.v_rear"}
 """Parameters of the plant's unit that take its start state, by the state's fields."""
 
 
+@typed
 def build(
     unit: str,
     folder: str | PathLike[str],
-    parameters: ParameterSet | Mapping[str, float | str] | None = None,
+    parameters: ParameterSource | Mapping[str, float | str] | None = None,
     *,
     native: bool = False,
     fmi: int = 2,
@@ -42,9 +44,9 @@ def build(
         HelicopterPlant, AdaptiveIdentifier, PidController, Exciter or LogPlayer.
     folder : path
         Made if it does not exist. The file appears complete or not at all.
-    parameters : ParameterSet or mapping, optional
-        Start values by structured name (``pitch.damping``), each in the unit of the model description.
-
+    parameters : ParameterSet, Diagnosis, path of a parameters.json, or mapping, optional
+        Start values; of a mapping by structured name (``pitch.damping``), each in the unit of the model description.
+        What a diagnosis calls the axes fit for stands in the unit's description.
     native : bool
         In C, which needs no Python on the host, in place of Python.
     fmi : int
@@ -69,16 +71,20 @@ def build(
     """
     from fmu_src import build as build_unit
 
-    if isinstance(parameters, ParameterSet):
-        if parameters.unit != unit:
-            raise ConfigurationError(f"these are parameters of the {parameters.unit}, those of the {unit} are needed.")
-        parameters.check_complete()
-        parameters = parameters.start_values
+    remark = ""
+    if parameters is None or isinstance(parameters, Mapping):
+        values = parameters
+    else:
+        own = parameter_set(parameters)
+        if own.unit != unit:
+            raise ConfigurationError(f"these are parameters of the {own.unit}, those of the {unit} are needed.")
+        own.check_complete()
+        values, remark = own.start_values, f"Use of {own.uses}" if own.uses else ""
     if native:
         from fmu_src.native import build_native
 
-        return build_native(unit, Path(folder), parameters, fmi, all_platforms, model_exchange)
-    return build_unit(unit, Path(folder), parameters)
+        return build_native(unit, Path(folder), values, fmi, all_platforms, model_exchange, remark)
+    return build_unit(unit, Path(folder), values, remark)
 
 
 @contextmanager

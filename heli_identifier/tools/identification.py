@@ -29,8 +29,9 @@ from heli_identifier import online, records, results
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import ADAPTATION, METHODS, PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.provenance import from_python
-from heli_identifier.records import Log, RigConfiguration
+from heli_identifier.records import LogSource, RigConfiguration
 from heli_identifier.results import Table, Tabular
+from heli_identifier.signatures import typed
 from heli_identifier.tools.history import EstimateHistory, history_figure, history_text, identify_log
 from heli_identifier.tools.joint import Together, joint, weighted
 from heli_identifier.tracing import sign_notes
@@ -144,8 +145,9 @@ class Identification(Tabular):
         return f"<Identification: {len(self.estimates)} parameters from {count} log{'s' if count != 1 else ''}>"
 
 
+@typed
 def identify(
-    logs: Log | Sequence[Log],
+    logs: LogSource | Sequence[LogSource],
     *,
     configuration: RigConfiguration | None = None,
     filter_frequency: float = 1.0,
@@ -160,7 +162,7 @@ def identify(
 
     Parameters
     ----------
-    logs : Log or sequence of Log
+    logs : Log, path, or several
         Logs of one rig.
     configuration : RigConfiguration, optional
         What is given of the rig: motor time constant, pitch at rest, voltage limit; by default that of the logs.
@@ -186,16 +188,16 @@ def identify(
     """
     if method is not None and method not in METHODS:
         raise ConfigurationError(f"method {method!r} must be one of {', '.join(METHODS)}")
-    logs = records.read_logs(logs)
-    rig = configuration or records.common_configuration(logs) or RigConfiguration()
-    records.check_excitation(logs)
-    records.check_apart(logs)
+    used = records.read_logs(logs)
+    rig = configuration or records.common_configuration(used) or RigConfiguration()
+    records.check_excitation(used)
+    records.check_apart(used)
 
     def histories_of(number: int, **changes: Any) -> list[EstimateHistory]:
         """Pass all logs once with changed settings, as the last of three passes if ``number`` is 2."""
         histories = []
-        for k, (log, one) in enumerate(zip(logs, own, strict=True)):
-            progress(f"identifying from {log.name}", (number + k / len(logs)) / 3.0)
+        for k, (log, one) in enumerate(zip(used, own, strict=True)):
+            progress(f"identifying from {log.name}", (number + k / len(used)) / 3.0)
             histories.append(identify_log(log, replace(one, **changes)))
         return histories
 
@@ -210,7 +212,7 @@ def identify(
             report_interval=max(0.5, 3.0 * log.step),
             method=PREDICTION_ERROR,
         )
-        for log in logs
+        for log in used
     ]
     histories, changes, lag = histories_of(0), {}, rig.motor_time_constant
     choice = choose([online.output_of(one.state, one.plan).feedback for one in histories], method)

@@ -23,6 +23,7 @@ from scipy.optimize import root
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.results import PlantSource, plant_of
+from heli_identifier.signatures import typed
 from heli_plant.dual import seeded, slopes, with_duals
 from heli_plant.effects import AXES, CATALOGUE, FRICTION
 from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltages
@@ -74,6 +75,7 @@ class LinearModel:
     sampled: StateSpace
 
 
+@typed
 def linearise(
     parameters: PlantSource, elevation: float = 0.0, pitch: float = 0.0, *, period: float | None = None
 ) -> StateSpace:

@@ -22,6 +22,7 @@ from heli_identifier.records import (
     excitation_notes,
     read_logs,
 )
+from heli_identifier.signatures import typed
 
 from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect, log_faults
 from .fit import Fit, covariance, fit
@@ -36,6 +37,7 @@ from .strangers import sign_notes, stranger_notes
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
+@typed
 def diagnose(
     logs: LogSource | Sequence[LogSource],
     *,
