@@ -72,7 +72,7 @@ NAMES = {
     "front": "rotor.front",
     "rear": "rotor.rear",
     "cable": "effects.cable_stiffness.travel",
-    "warming": "rotors.thrust",
+    "warming": "rotor.both",
 }
 """Kinds of change, and what the twin should call them."""
 

@@ -6,13 +6,14 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import heli_identifier as hi
-from heli_identifier import records, results, tools, tracing
+from heli_identifier import online, records, results, tools, tracing
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
@@ -355,7 +356,25 @@ def _diagnosed_plant(
         note(f"the twin {compared} diagnosis of the recording, and stays")
         return None
     note(f"the diagnosis of the recording {compared} twin, and replaces it")
-    return results.corrected_parameters(diagnosis)
+    better = results.corrected_parameters(diagnosis)
+    for text in (*better.doubts, *_drawbacks(diagnosis, better, twin, held_out)):
+        warn(f"although it replaces the twin, {text}")
+    return better
+
+
+def _drawbacks(
+    diagnosis: "hi.Diagnosis", better: "hi.ParameterSet", twin: "hi.ParameterSet", logs: "Sequence[hi.Log]"
+) -> Iterator[str]:
+    """Say which gains the diagnosis does not determine, and on which axes it predicts worse than the twin."""
+    for name, own in diagnosis.parameters.items():
+        if name in online.GAINS and own.determination is tracing.Determination.NOT_DETERMINED:
+            yield f"it does not determine {name}: {own.why}"
+    limits = dict.fromkeys(better.expected, inf)
+    both = (tracing.hold_to(own.plant(), limits, logs, better.judged) for own in (twin, better))
+    for old, new in zip(*both, strict=True):
+        if new.error.value > old.error.high:
+            worse, than = (results.angle_text(own.error) for own in (new, old))
+            yield f"the {new.axis}'s error {results.AHEAD[better.judged]} is {worse} mrad, the twin's {than} mrad"
 
 
 def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:

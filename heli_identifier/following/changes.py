@@ -53,7 +53,7 @@ what a rotor has more thrust than the other, as shares; of the balance of torque
 _HOVER = 5.0
 """Sum of the voltages in hover, about [V]: there the offset of the elevation balances the gain, and errs with it."""
 
-_ROTORS = (("rotor.front", (-2,), 0.5, 0.5), ("rotor.rear", (-1,), 0.5, -0.5), ("rotors.thrust", (-2, -1), 1.0, 0.0))
+_ROTORS = (("rotor.front", (-2,), 0.5, 0.5), ("rotor.rear", (-1,), 0.5, -0.5), ("rotor.both", (-2, -1), 1.0, 0.0))
 """Names, places in the values of a twin, and entries of D, as shares of the gain, for the first two regressors."""
 
 

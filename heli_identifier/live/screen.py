@@ -13,7 +13,8 @@ from rich.text import Text
 
 from heli_identifier.live.listening import SILENCE, Status
 from heli_identifier.live.session import Show, View
-from heli_identifier.results import significant
+from heli_identifier.online import Estimate
+from heli_identifier.results import significant, with_interval
 from heli_plant.effects import AXES
 
 _EVENTS_SHOWN = 8  # the latest ones
@@ -94,10 +95,8 @@ def event_line(event: Any) -> str:
     """Say an event in one line."""
     name = f" {event['name']}" if event["name"] else ""
     other = f" (or {event['or']})" if event["or"] else ""
-    value = ""
-    if event["name"]:
-        error = event["standard_error"]
-        value = f" = {significant(event['value'])}" + (f" ± {significant(1.96 * error)}" if error else "")
+    estimate = Estimate(event["value"], event["standard_error"], "1")
+    value = f" = {with_interval(estimate)}" if event["name"] else ""
     return f"{event['time_s']:8.1f} s  {event['what']}{name}{value}{other}: {event['why']}"
 
 
@@ -128,9 +127,10 @@ def _text(value: float | None, times: float = 1.0) -> str:
 
 
 def _values(view: View) -> Table:
-    table = _table("parameter", "at the start", "in use", "estimate", "± 95 %", "unit")
+    table = _table("parameter", "at the start", "in use", "estimate, 95 %", "unit")
     for value in view["values"]:
         used = Text(significant(value["used"]), style="green" if value["used"] != value["start"] else "")
-        known = _text(value["estimate"]), _text(value["band"])
-        table.add_row(value["name"], significant(value["start"]), used, *known, value["unit"])
+        known = value["estimate"] is not None
+        text = with_interval(Estimate(value["estimate"], value["band"] / 1.96, "1")) if known else ""
+        table.add_row(value["name"], significant(value["start"]), used, text, value["unit"])
     return table

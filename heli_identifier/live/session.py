@@ -274,6 +274,9 @@ def _values(state: FollowState, plan: Follower) -> list[dict[str, Any]]:
         first, used = values.pop(row.name, (getattr(start, field),) * 2)
         error = getattr(estimates.standard_errors, field)
         found.append((row.name, first, used, *((estimate, 1.96 * error) if estimates.adapting else (None, None))))
+    if values["rotor.front"] == values["rotor.rear"]:  # as an event calls it
+        values["rotor.both"] = values.pop("rotor.front")
+        del values["rotor.rear"]
     found += [(name, first, used, None, None) for name, (first, used) in values.items() if used != first]
     units = {row.name: unit_text(row.unit) or "1" for row in PARAMETERS}
     return [

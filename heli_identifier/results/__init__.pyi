@@ -1,4 +1,6 @@
 __all__ = [
+    "AHEAD",
+    "angle_text",
     "COLOURS",
     "Axes",
     "PLANT",
@@ -81,6 +83,8 @@ from .tables import (
 )
 from .unit import build, check_free_run, played
 from .words import (
+    AHEAD,
+    angle_text,
     effect_name,
     labelled,
     law_text,

@@ -87,6 +87,12 @@ function shown(value) {
   return value === null || value === undefined ? "" : value === 0 ? "0" : Number(value.toPrecision(4)).toString();
 }
 
+function within(value, half) { // as many digits as half of the interval leaves
+  if (!half) return shown(value);
+  const digits = Math.min(Math.max(1 - Math.floor(Math.log10(half)), 0), 12);
+  return `${value.toFixed(digits)} ± ${half.toFixed(digits)}`.replace("-", "−");
+}
+
 function band(value) {
   const cell = document.createElement("td");
   cell.className = "band";
@@ -101,19 +107,21 @@ function band(value) {
   return cell;
 }
 
-function cell(text, kind) {
+function cell(text, kind, label) {
   const node = document.createElement("td");
   node.textContent = text;
   if (kind) node.className = kind;
+  if (label && text) node.dataset.label = label; // on a narrow screen
   return node;
 }
 
 function table(values) {
   byId("values").replaceChildren(...values.map((value) => {
     const row = document.createElement("tr");
-    const estimate = value.estimate === null ? "" : `${shown(value.estimate)} ± ${shown(value.band)}`;
-    row.append(cell(value.name), cell(shown(value.start)),
-      cell(shown(value.used), value.used !== value.start ? "changed" : ""), cell(estimate), band(value), cell(value.unit));
+    const estimate = value.estimate === null ? "" : within(value.estimate, value.band);
+    row.append(cell(value.name), cell(shown(value.start), "", "at the start"),
+      cell(shown(value.used), value.used !== value.start ? "changed" : "", "in use"),
+      cell(estimate, "", "estimate"), band(value), cell(value.unit));
     return row;
   }));
 }
@@ -122,8 +130,7 @@ function events(list) {
   byId("events").replaceChildren(...list.slice().reverse().map((event) => {
     const item = document.createElement("li");
     item.className = event.what.split(" ")[0];
-    const band = event.standard_error ? ` ± ${shown(1.96 * event.standard_error)}` : "";
-    const value = event.name ? ` ${event.name} = ${shown(event.value)}${band}` : "";
+    const value = event.name ? ` ${event.name} = ${within(event.value, 1.96 * event.standard_error)}` : "";
     const other = event.or ? ` (or ${event.or})` : "";
     item.textContent = `${event.time_s.toFixed(1)} s  ${event.what}${value}${other}: ${event.why}`;
     return item;
