@@ -170,7 +170,7 @@ def test_voltages_before_the_limit_of_the_amplifiers_are_limited_where_that_is_s
         read_log(path)
     log = read_log(path, LogFormat(clip=True))
     assert log.voltages[100:110, 0].tolist() == [5.0] * 10
-    assert "v_front clipped to +-5 V in 10 samples" in log.notes
+    assert "v_front clipped to ±5 V in 10 samples" in log.notes
 
 
 def test_a_cut_keeps_the_stretch_outranks_the_configuration_and_lets_the_rest_be_broken(tmp_path):
@@ -203,7 +203,7 @@ def test_odd_values_are_accepted_and_pointed_out(tmp_path):
     log = read_log(written(tmp_path, rewritten(columns)))
     assert np.allclose(log.signal("travel"), turned, atol=1e-12)
     assert log.notes[0] == "travel unwrapped at 3 jumps of whole turns"
-    assert log.notes[1].startswith("v_front exceeds +-5 V in 10 of 1001 samples (up to 6 V)")
+    assert log.notes[1].startswith("v_front exceeds ±5 V in 10 of 1001 samples (up to 6 V)")
     assert log.notes[2].startswith("pitch reaches 4 rad, more than half a turn: are these degrees?")
     assert log.notes[3].startswith("elevation never changes")
     assert read_log(tmp_path / "log.csv", LogFormat(voltage_limit=6.0)).notes == (log.notes[0], *log.notes[2:])

@@ -148,7 +148,7 @@ def describe_values(voltages: Array, angles: Array, limit: float) -> tuple[str, 
         beyond = int((size > limit * (1.0 + 1e-9)).sum())
         if beyond:
             samples = f"in {beyond} of {len(size)} samples (up to {size.max():.3g} V)"
-            notes.append(f"{name} exceeds +-{limit:g} V {samples} and is kept unchanged")
+            notes.append(f"{name} exceeds ±{limit:g} V {samples} and is kept unchanged")
     if np.abs(voltages[:, 0] - voltages[:, 1]).max() < SAME_VOLTAGE:
         notes.append(
             "v_front equals v_rear in every sample: nothing drives the pitch, unless one column was taken for both"

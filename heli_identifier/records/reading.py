@@ -148,6 +148,7 @@ def _in_project_signs(values: _Signals, columns: Sequence[Column], format: LogFo
     for signal in VOLTAGES if format.clip else ():
         beyond = np.abs(values[signal]) > limit
         if beyond.any():
-            notes.append(f"{signal} clipped to +-{limit:g} V in {beyond.sum()} samples")
+            count = int(beyond.sum())
+            notes.append(f"{signal} clipped to ±{limit:g} V in {count} sample{'' if count == 1 else 's'}")
             values[signal] = np.clip(values[signal], -limit, limit)
     return notes
