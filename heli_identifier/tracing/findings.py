@@ -9,7 +9,7 @@ made of them need no such model: they judge what the likelihood says.
 * Its instruments say little, but references move it, and the likelihood's interval is narrow: *rests on the noise
   model*.
 * Else: *not determined*. The value is the likeliest within what is plausible for any rig of this kind. A gain that no
-  reference moves is among these however narrow its interval: in quiet flights a quarter of such intervals miss the truth.
+  reference moves is among these however narrow its interval: in quiet flights every fourth such interval is wrong.
 """
 
 from collections.abc import Collection, Mapping, Sequence
