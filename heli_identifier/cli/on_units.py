@@ -63,11 +63,13 @@ def build(
     given = args.by_unit(parameters, names, f"which is not among {', '.join(names)}")
     several = bool(settings) and len(names) != 1
     refuse(several, "--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
+    diagnosed = hi.read_parameters(parameters) if parameters and not settings else None
     own, kind = args.assignments(settings), {"all_platforms": all_platforms, "model_exchange": model_exchange}
     with results.whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
-            hi.build(name, draft, {**given.get(name, {}), **own}, native=native, fmi=fmi, **kind)
+            whole = diagnosed if diagnosed and diagnosed.uses and diagnosed.unit == name else None  # says its use
+            hi.build(name, draft, whole or {**given.get(name, {}), **own}, native=native, fmi=fmi, **kind)
     if native:
         _warn_of_missing_compilers(all_platforms)
         if not units:
