@@ -77,16 +77,16 @@ def identifier() -> str:
 
 
 def before_after(rows: pandas.DataFrame) -> str:
-    """Draw errors 1 s ahead on held-out logs by axis: before, after, noise floor, where that is known."""
+    """Draw errors .2 s ahead on held-out logs by axis: before, after, noise floor."""
     panels = []
     for axis in AXES:
-        own = rows[(rows.axis == axis) & rows.floor.notna()]
+        own = rows[(rows.axis == axis) & (rows.error == ".2 s ahead")]
         names = [f"{axis}, {rig.removeprefix('ntnu-')} {half}" for rig, half in zip(own.rig, own.half, strict=True)]
         panel = Axes("", 16.0 * len(own), names=names)
         for role, word in (("before", "before"), ("after", "after"), ("measured", "floor")):
             panel.points(own[word], np.arange(len(own)), role, word)
         panels.append(panel)
-    return figure(panels, "error 1 s ahead [mrad]", "Errors before and after a diagnosis", 640.0)
+    return figure(panels, "error .2 s ahead [mrad]", "Errors before and after a diagnosis", 640.0, log_x=True)
 
 
 def gains(rows: pandas.DataFrame) -> str:

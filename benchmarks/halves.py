@@ -64,6 +64,10 @@ MARKS = {Determination.OUTSIDE: "", Determination.NOISE_MODEL: "*", Determinatio
 """Behind a gain in a line, by what it rests on."""
 
 
+FIGURES = {"ahead_200ms": ".2 s ahead", "prediction_1s": "1 s ahead", "closed_loop_3s": "closed loop over 3 s"}
+"""Errors that are printed of measured rigs, by their names in a diagnosis."""
+
+
 class Known(NamedTuple):
     """What is known of a half of a windy rig.
 
@@ -205,19 +209,16 @@ def strength_of(halves: Sequence[Half]) -> list[Strength]:
 
 
 def errors_of(halves: Sequence[Half]) -> pandas.DataFrame:
-    """Give a row per half and axis: errors [mrad] 1 s ahead and of the closed loop over 3 s on the held-out logs."""
+    """Give a row per half and axis: errors [mrad] .2 s and 1 s ahead and of the closed loop on the held-out logs."""
     rows = []
     for half, axis in product(halves, AXES):
         if half.found:
             report = half.found.axes[axis]
-            stages = (report.before, report.after, report.noise_floor)
-            ahead = [1e3 * own.prediction_1s.value or np.nan for own in stages]
-            loops = [own.closed_loop_3s for own in stages[:2]]
-            loop = [1e3 * own.value if own else np.nan for own in loops]
-            rows.append((half.rig, half.name, axis, *ahead, *loop))
-    return pandas.DataFrame(
-        rows, columns=["rig", "half", "axis", "before", "after", "floor", "closed loop before", "closed loop after"]
-    )
+            for figure, what in FIGURES.items():
+                stages = [getattr(own, figure) for own in (report.before, report.after, report.noise_floor)]
+                known = [1e3 * own.value if own and own.is_known else np.nan for own in stages]
+                rows.append((half.rig, half.name, axis, what, *known))
+    return pandas.DataFrame(rows, columns=["rig", "half", "axis", "error", "before", "after", "floor"])
 
 
 def summary(halves: Sequence[Half]) -> str:
@@ -305,9 +306,9 @@ def measured(
         sys.exit(str(error))
     errors = errors_of(diagnosed([partial(measured_halves, rig, start) for rig in rigs], workers))
     rows = errors.map(lambda cell: f"{cell:.3g}" if isinstance(cell, float) else cell)
-    print("\nErrors on the other half, 1 s ahead and of the closed loop over 3 s [mrad]\n")
+    print("\nErrors on the other half [mrad]\n")
     print(table([*errors.columns], rows.to_numpy().tolist()))
     if csv:
-        errors.iloc[:, :6].to_csv(csv, index=False, float_format="%.4g", na_rep="nan")
+        errors.to_csv(csv, index=False, float_format="%.4g", na_rep="nan")
     if online:
         print(*in_parallel(partial(overlap, start=start), rigs, workers), sep="\n")
