@@ -84,9 +84,10 @@ def before_after(rows: pandas.DataFrame) -> str:
         names = [f"{axis}, {rig.removeprefix('ntnu-')} {half}" for rig, half in zip(own.rig, own.half, strict=True)]
         panel = Axes("", 16.0 * len(own), names=names)
         for role, word in (("before", "before"), ("after", "after"), ("measured", "floor")):
-            panel.points(own[word], np.arange(len(own)), role, word)
+            known = own[word].notna()
+            panel.points(own[word][known], np.flatnonzero(known), role, word)
         panels.append(panel)
-    return figure(panels, "error .2 s ahead [mrad]", "Errors before and after a diagnosis", 640.0, log_x=True)
+    return figure(panels, "error .2 s ahead [mrad]", "Errors before and after a diagnosis", 640.0, True, (0.2, 40.0))
 
 
 def gains(rows: pandas.DataFrame) -> str:
