@@ -9,7 +9,8 @@ made of them need no such model: they judge what the likelihood says.
 * Its instruments say little, but references move it, and the likelihood's interval is narrow: *rests on the noise
   model*.
 * Else: *not determined*. The value is the likeliest within what is plausible for any rig of this kind. A gain that no
-  reference moves is among these however narrow its interval: in quiet flights every fourth such interval is wrong.
+  reference moves is among these unless three times its interval would determine it: in quiet flights every fourth such
+  interval is wrong.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -38,7 +39,7 @@ from .result import (
 from .rig import Array, Effect
 from .score import Score
 from .select import Finding, Selection
-from .settings import CONFIRMED, CONTRADICTION, DETERMINED, KEPT, LEAST_VISIBILITY, MATTERS, NAMED, TIMED
+from .settings import CONFIRMED, CONTRADICTION, DETERMINED, KEPT, LEAST_VISIBILITY, MATTERS, NAMED, SURE, TIMED
 
 
 def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimate]:
@@ -245,7 +246,7 @@ def _report(
         word, why = Determination.NOT_DETERMINED, f"its interval is ± {half:.2g}{unit}"
     elif sure and agrees:
         word, why, fly = Determination.OUTSIDE, said, ""
-    elif is_gain and (share or 0.0) < CONFIRMED:
+    elif is_gain and (share or 0.0) < CONFIRMED and SURE * half > allowed:
         word, why = Determination.NOT_DETERMINED, "no reference moves it, and what the air moves alone misleads a fit"
     else:
         word, why = Determination.NOISE_MODEL, "no reference confirms it; it holds if the air's torque is as modelled"
