@@ -167,15 +167,20 @@ def read_with_doubts(file: Path) -> "hi.ParameterSet":
     return parameters
 
 
-def by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, dict[str, float]]:
-    """Give the values of a parameters.json under the units that take them; refuse it if none of ``units`` does."""
+def sets_by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, "hi.ParameterSet"]:
+    """Give a parameters.json under the units that take it; refuse it if none of ``units`` does."""
     if file is None:
         return {}
     parameters = read_with_doubts(file)
     takers = PLANTS if parameters.unit == PLANTS[0] else (parameters.unit,)
     if not set(takers) & set(units):
         raise ConfigurationError(f"{file} holds parameters of the {parameters.unit}, {refusal}.")
-    return dict.fromkeys(takers, parameters.start_values)
+    return dict.fromkeys(takers, parameters)
+
+
+def by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, dict[str, float]]:
+    """Give the values of a parameters.json under the units that take them, as :func:`sets_by_unit`."""
+    return {unit: own.start_values for unit, own in sets_by_unit(file, units, refusal).items()}
 
 
 def controller_of(default: "PidSettings", file: Path | None, words: Sequence[str] = ()) -> "PidSettings":

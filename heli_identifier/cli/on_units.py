@@ -60,16 +60,17 @@ def build(
         "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange.",
     )
     names = units or list(NATIVE_UNITS if native else fmu_src.UNITS)
-    given = args.by_unit(parameters, names, f"which is not among {', '.join(names)}")
+    given = args.sets_by_unit(parameters, names, f"which is not among {', '.join(names)}")
     several = bool(settings) and len(names) != 1
     refuse(several, "--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
-    diagnosed = hi.read_parameters(parameters) if parameters and not settings else None
     own, kind = args.assignments(settings), {"all_platforms": all_platforms, "model_exchange": model_exchange}
     with results.whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
-            whole = diagnosed if diagnosed and diagnosed.uses and diagnosed.unit == name else None  # says its use
-            hi.build(name, draft, whole or {**given.get(name, {}), **own}, native=native, fmi=fmi, **kind)
+            taken = given.get(name)
+            values: dict[str, float | str] = {**(taken.start_values if taken else {}), **own}
+            whole = taken if taken and not own and taken.uses and taken.unit == name else None  # the unit says the use
+            hi.build(name, draft, whole or values, native=native, fmi=fmi, **kind)
     if native:
         _warn_of_missing_compilers(all_platforms)
         if not units:

@@ -245,12 +245,12 @@ def _parameter_notes(found: Identification) -> list[str]:
 
 def _bound_notes(after: Fit) -> list[str]:
     """Name the effects of the plant whose coefficients lie at the end of what is plausible."""
-    rig, values = after.likelihood.rig, dict(zip(after.fields, after.at_bound, strict=False))
+    rig, at_bound = after.likelihood.rig, dict(zip(after.names, after.at_bound, strict=True))
     return [
         f"the {own.name.replace('_', ' ')} of the {own.axis} comes out at {after.estimate(own.field):.3g}, the end of "
         "what is plausible: something else that this law imitates is more likely"
         for own in rig.candidates
-        if values.get(own.field) and after.estimate(own.field)
+        if at_bound.get(own.field) and after.estimate(own.field)
     ]
 
 

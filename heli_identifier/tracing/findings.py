@@ -4,8 +4,8 @@ A likelihood is as good as its model of the air. References move the rig and kno
 made of them need no such model: they judge what the likelihood says.
 
 * The instruments' interval is narrow and holds the likelihood's value: *determined from outside*.
-* It is narrow and excludes that value: the two contradict each other. The value is *not determined*, and no controller
-  is to be designed on it.
+* It excludes that value, however wide it is: the two contradict each other. The value is *not determined*, and no
+  controller is to be designed on it.
 * Its instruments say little, but references move it, and the likelihood's interval is narrow: *rests on the noise
   model*.
 * Else: *not determined*. The value is the likeliest within what is plausible for any rig of this kind. A gain that no
@@ -163,13 +163,18 @@ def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -
         why = f"only {100.0 * visibility:.2g} % of its signature is left beside the fitted parameters"
         experiment = effect.experiment
     elif 0.5 * (largest / max(error, 1e-300)) ** 2 < NAMED:
-        unit = "" if effect.unit == "1" else f" {effect.unit}"
+        unit = _behind(effect.unit)
         why = f"its standard error of {error:.2g}{unit} could not show even {largest:g}{unit}"
         experiment = effect.experiment
     else:
         verdict, why = Verdict.NOT_SHOWN, f"score {score:.1f} nats, {selection.last.needed:.3g} needed"
     bound = None if verdict is Verdict.NOT_TESTABLE else _bound(effect, estimate)
     return CatalogueVerdict(effect.name, effect.axis, verdict, estimate, score, visibility, bound, why, experiment)
+
+
+def _behind(unit: str) -> str:
+    """Give a unit as it stands behind a number: the unit 1 is not written."""
+    return "" if unit == "1" else f" {unit}"
 
 
 def _bound(effect: Effect, estimate: Estimate) -> float:
@@ -236,9 +241,9 @@ def _report(
     value, width, share = instrument or (0.0, np.inf, None)
     by_instrument = Estimate(value, width / 1.96, estimate.unit) if instrument else None
     sure = width < DETERMINED * abs(value)
-    agrees = not abs(value - estimate.value) > max(CONTRADICTION * width / 1.96, MATTERS * abs(value))
+    agrees = abs(value - estimate.value) <= max(CONTRADICTION * width / 1.96, MATTERS * abs(value))
     contradicted = is_gain and not agrees
-    unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+    unit = _behind(estimate.unit)
     said = f"references alone give {value:.3g} ± {width:.2g}{unit}"
     if contradicted:
         word, why = Determination.NOT_DETERMINED, f"{said}, the likelihood {estimate.value:.3g} ± {half:.2g}{unit}"

@@ -134,7 +134,7 @@ class Run:
         # the state before the innovation at t_i is one step ahead of the corrected state before it
         near = self._ahead(self.carries, K, self.offset, [n - 1 for n in steps[:FROM_FILTER]])
         states = [self.model.rig.placed(c, own) for c, own in zip(self.carries, self.motion, strict=True)]
-        far = self._ahead(states, np.zeros_like(K), none, steps[FROM_FILTER:])
+        far = self._ahead(states, self.model.rig.still, none, steps[FROM_FILTER:])
         return dict(zip(HORIZONS, (*near, *far), strict=True))
 
     def measured_ahead(self, seconds: float) -> Array:
