@@ -103,6 +103,15 @@ def unheard(number: signal.Signals) -> Iterator[None]:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+def python_command(code: str, *arguments: str) -> list[str]:
+    """Give the command of a Python that runs ``code`` and finds modules where this one does.
+
+    The working folder is left out: it is the user's, and a file there may have the name of a module.
+    """
+    places = [place for place in sys.path if place]
+    return [sys.executable, "-P", "-c", f"import sys; sys.path[:] = {places!r}; {code}", *arguments]
+
+
 def end_process(process: "Popen[bytes]") -> None:
     """End a process and wait for its end; on POSIX Popen.wait would wait for itself where a signal interrupted it."""
     process.kill()

@@ -212,6 +212,13 @@ def test_units_run_below_any_folder_but_one_whose_name_they_misread(tmp_path, mo
         run_apart("open_loop", 0.1, H)
 
 
+def test_files_of_the_working_folder_are_not_taken_for_modules(fmus, tmp_path, monkeypatch):
+    for name in ("attrs", "fields", "fmpy", "pickle", "random"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('a file of the user was imported')")
+    monkeypatch.chdir(tmp_path)
+    assert run_apart("open_loop", 0.1, H, {}, files_of("open_loop", fmus)).values.shape[0] > 1
+
+
 def test_a_child_that_dies_is_reported_with_its_code(monkeypatch):
     monkeypatch.setattr("sys.executable", "/bin/false")
     with pytest.raises(MasterError, match="ended with code 1 and no result"):

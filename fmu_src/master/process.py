@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from heli_identifier.files import draft_folder
-from heli_identifier.processes import NEW_GROUP, end_process, end_with_parent, undone
+from heli_identifier.processes import NEW_GROUP, end_process, end_with_parent, python_command, undone
 
 from ..errors import FmuError, MasterError
 from ..variables import Value
@@ -44,14 +44,13 @@ def run_apart(
     """
     order = {"scenario_name": scenario_name, "duration": duration, "step": step, "parameters": parameters, **more}
     with draft_folder() as folder:
-        command = [sys.executable, "-m", "fmu_src.master.process", str(folder), str(os.getpid())]
         with (
             subprocess.Popen(
-                command,
+                python_command(f"from {__name__} import main; main()", str(folder), str(os.getpid())),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 stderr=None if more.get("progress") else subprocess.PIPE,
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": str(folder)},
+                env={**os.environ, "TMPDIR": str(folder)},
                 **NEW_GROUP,  # Ctrl-C is for the parent, which then ends this one
             ) as process,
             undone(partial(end_process, process)),
@@ -81,8 +80,9 @@ def _end(code: int, printed: bytes | None, hung: bool, files: list[str]) -> str:
     return f"{how}: {lines[-1][:300] if lines else 'it printed no error'}"
 
 
-def main(folder: Path, parent: int) -> NoReturn:
-    """Run in the child: read the order from standard input, write the answer into ``folder``."""
+def main() -> NoReturn:
+    """Run in the child: read the order from standard input, write the answer into the folder of the first argument."""
+    folder, parent = Path(sys.argv[1]), int(sys.argv[2])
     end_with_parent(parent)
     from . import instance, loop  # load FMI tools
 
@@ -104,7 +104,3 @@ def main(folder: Path, parent: int) -> NoReturn:
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0)
-
-
-if __name__ == "__main__":
-    main(Path(sys.argv[1]), int(sys.argv[2]))

@@ -15,6 +15,8 @@ def main() -> None:
     # It reads this when it is first imported.
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
         os.environ.setdefault(name, "1")
+    # Processes that libraries start from here take no file of the working folder for a module.
+    os.environ.setdefault("PYTHONSAFEPATH", "1")
     # What a command makes is mostly in use until it ends. Looking for cycles at every 700th object is a twentieth of a
     # diagnosis, and at the end, in everything that was ever imported, half a second.
     gc.set_threshold(60_000, 10, 10)

@@ -21,7 +21,7 @@ from typing import Any
 
 from heli_identifier.errors import LogError
 from heli_identifier.files import draft_folder, regular_bytes
-from heli_identifier.processes import bound_memory
+from heli_identifier.processes import bound_memory, python_command
 
 from .binary import LARGER, READERS, read_binary
 from .columns import Table
@@ -82,8 +82,8 @@ def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file:
     A LogError names ``file``, of ``size`` [bytes], if it crashed, took longer than `PATIENCE`, or more than `MEMORY`.
     """
     patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
-    code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import _answer; _answer()"
-    command, task = [sys.executable, "-c", code], pickle.dumps((read, arguments, patience, MEMORY))
+    command = python_command(f"from {__name__} import _answer; _answer()")
+    task = pickle.dumps((read, arguments, patience, MEMORY))
     try:
         answer, error = pickle.loads(
             subprocess.run(command, input=task, capture_output=True, timeout=patience, check=True).stdout
