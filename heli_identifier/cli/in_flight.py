@@ -19,7 +19,7 @@ from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
 from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.terminal import note, note_written, progress_bar, warn
-from heli_identifier.errors import ConfigurationError, IdentifierError, require_range
+from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.files import write_atomically
 from heli_identifier.processes import end_with_parent, undone, unheard
 from heli_identifier.provenance import from_command_line
@@ -27,16 +27,9 @@ from heli_identifier.provenance import from_command_line
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
 
-    from heli_identifier.following import Sample
-    from heli_identifier.live.listening import Keep, Status
-    from heli_identifier.live.session import Session, Show
+    from heli_identifier.live.listening import Listening
+    from heli_identifier.live.session import Session, Show, View
     from heli_plant.parameters import PlantParameters
-
-    Flown = tuple[Iterator[Sample | None], Callable[[], float], Callable[[], Status | None]]
-    """The rig's instants, the time between two of them [s], and how the stream is doing."""
-
-    Source = Callable[[Keep, Callable[[], bool]], Flown]
-    """Gives what is flown until it is stopped."""
 
 SERVED_AT = "127.0.0.1:8042"
 """Where the page is shown by default."""
@@ -82,9 +75,9 @@ def follow(
     adoption the controller's margins are computed again: control_advice.json, and controller.json with gains that are
     offered, not applied.
     """
-    from heli_identifier.following import Event
-    from heli_identifier.live.screen import event_line, faults_of
+    from heli_identifier.live.screen import event_line
     from heli_identifier.live.session import Session, check_unused
+    from heli_identifier.live.sources import Player
 
     one = (log is None) != (listen is None)
     refuse(not one, "name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
@@ -99,8 +92,10 @@ def follow(
     check_unused(output)
     twin, adviser = args.read_with_doubts(parameters), Adviser(output, controller)
     with ExitStack() as stack:
+        source: Player | Listening
         if log is not None:
-            source, configuration = _player(log, config, 1.0 if speed is None else speed, start, end)
+            ((recorded,), configuration) = args.logs_of([log], config, start, end)
+            source = Player(recorded, 1.0 if speed is None else speed)
         else:
             configuration = args.found_configuration(config)
             source = _listener(stack, str(listen), sender, layout, rate, configuration)
@@ -111,14 +106,11 @@ def follow(
         stack.callback(adviser.close)
         stopped = stack.enter_context(first_interrupt())
 
-        def show_all(view: Any, status: Any) -> None:
+        def show_all(view: "View") -> None:
             session.notice = adviser.look()
-            show(view, status)
+            show(view)
 
-        instants, sample_time, status = source(session.keep, stopped)
-        session.run(instants, sample_time, show_all, status)
-        if why := faults_of(status()):
-            session.say(Event(session.time, "stream", why=why))
+        session.run(source, stopped, show_all)
         interrupted = stopped()
         session.notice = adviser.look(wait=True)
     typer.echo(f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples")
@@ -159,60 +151,38 @@ def stream(
 # --- where samples come from, and where the flight is shown ----------------------------------------------------------
 
 
-def _player(
-    path: Path, config: Path | None, speed: float, start: float | None, end: float | None
-) -> "tuple[Source, hi.RigConfiguration]":
-    """Return a log as a source, and the rig's configuration."""
-    from heli_identifier.live.sources import SPEEDS, play
-
-    if speed != 0.0:
-        require_range("--speed", speed, "times real time", *SPEEDS)
-    ((recorded,), configuration) = args.logs_of([path], config, start, end)
-
-    def source(keep: "Keep", stopped: Callable[[], bool]) -> "Flown":
-        return play(recorded, speed, keep, stopped), lambda: recorded.step, lambda: None
-
-    return source, configuration
-
-
 def _listener(
     stack: ExitStack, listen: str, sender: str, layout: str | None, rate: float | None, config: "hi.RigConfiguration"
-) -> "Source":
-    """Open the port and return what comes in as a source."""
+) -> "Listening":
+    """Open the port at which the rig is heard."""
     from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
     from heli_identifier.live.listening import Listening, check_rate
 
-    address, number = read_address(listen, "--listen")
-    refuse(number < 0, f"--listen {listen} names no port; give HOST:PORT, as 127.0.0.1:25000.")
+    address, number = read_address(listen, "--listen", 0)
     form = read_layout(layout or USUAL_LAYOUT)
     check_rate(form, rate)
     port = Port(address, number, sender, form)
     stack.callback(port.close)
     note(f"listening on {port.address[0]}:{port.address[1]}")
-
-    def source(keep: "Keep", stopped: Callable[[], bool]) -> "Flown":
-        rig = Listening(port, rate, config.format, keep)
-        return rig.instants(stopped), lambda: 1.0 / (rig.rate or 1.0), lambda: rig.status
-
-    return source
+    return Listening(port, rate, config.format)
 
 
 def _shows(stack: ExitStack, title: str, address: str | None) -> "Show":
     """Open the screen and the page, and return what shows a view on them."""
-    from heli_identifier.live.screen import print_news, screen
+    from heli_identifier.live.screen import print_events, screen
 
-    places: list[Any] = []
+    places: list[Show] = []
     if address is not None:
         from heli_identifier.live.page import served
 
-        url, board = stack.enter_context(served(address, title))
+        url, shown = stack.enter_context(served(address, title))
         note(f"open {url} in a browser")
-        places.append(board.show)
-    places.append(stack.enter_context(screen(title)) if sys.stderr.isatty() else print_news)
+        places.append(shown)
+    places.append(stack.enter_context(screen(title)) if sys.stderr.isatty() else print_events())
 
-    def show(view: Any, status: Any) -> None:
+    def show(view: "View") -> None:
         for one in places:
-            one(view, status)
+            one(view)
 
     return show
 

@@ -187,10 +187,9 @@ def tick(clock: Clock, time: float, samples: Iterable[Datagram]) -> Clock:
 
 
 class Grid(NamedTuple):
-    """Where the instants lie.
+    """Instants k h: ``first`` is the sample that the others are counted from, at the instant ``base``.
 
-    ``sample_time`` is h [s]; ``first`` is the sample that the others are counted from, at the instant ``base``;
-    ``tick`` is the last instant passed, and ``silent`` says whether the clock brought it, without a sample.
+    ``tick`` is the last instant passed; ``silent``: the clock brought it, without a sample.
     """
 
     sample_time: float

@@ -149,10 +149,11 @@ def encode(sample: Datagram, layout: Layout) -> bytes:
     return struct.pack(f"<{len(numbers)}d", *numbers)
 
 
-def read_address(text: str, what: str) -> tuple[str, int]:
+def read_address(text: str, what: str, least: int = -1) -> tuple[str, int]:
     """Return the numeric address and port of ``HOST:PORT``; an IPv6 address stands in brackets, a missing port is -1.
 
-    Names are not looked up, because that may wait for the network; ``localhost`` is known.
+    Names are not looked up, because that may wait for the network; ``localhost`` is known. A port below ``least`` is a
+    ConfigurationError, as is all that is no address.
     """
     host, port = text.strip(), ""
     if host.startswith("["):
@@ -167,7 +168,7 @@ def read_address(text: str, what: str) -> tuple[str, int]:
         address = ""
     # int() would also take +1_0 and the digits of other scripts
     number = int(port[:6]) if port.isascii() and port.isdigit() else -1
-    if not address or number > 65535 or (port and number < 0):
+    if not address or not least <= number <= 65535 or (port and number < 0):
         raise ConfigurationError(f"{what} = {text!r} must be a numeric address and a port, as 127.0.0.1:25000")
     return address, number
 

@@ -1,20 +1,22 @@
 """A rig that sends by UDP: its clock and rate, its samples in order, recorded and put at uniform instants.
 
-Samples are recorded as soon as they are in order. The unit of the rig's clock and a rough rate, which order them, are
-found from a few of them; the rate by which instants are counted from more, and what came in meanwhile waits for it.
+The unit of the rig's clock and its rate are found from the first samples, which wait until they are known.
 """
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from math import inf, isnan, nan
 from select import select
+from statistics import median_low
 from time import monotonic
 from typing import NamedTuple
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.following import Sample
-from heli_identifier.live.align import Counts, Grid, Order, continue_grid, place_sample, release, restart, take
+from heli_identifier.live.align import Grid, Order, continue_grid, place_sample, release, restart, take
 from heli_identifier.live.datagrams import SIGNALS, Datagram, Layout, Port
 from heli_identifier.records import LogFormat, factor_to_si, understood
+from heli_plant.motor import saturate
 
 OVERTAKEN = 0.1
 """How long a missing sample is waited for before the next one is taken [s], by the rig's clock and by this one's."""
@@ -25,12 +27,14 @@ SILENCE = 0.2
 RATES = (50.0, 2000.0)
 """Rates that are followed [Hz]: those of the logs that identification takes."""
 
-_LOOKED_AT, _LEARNED = 8, 50  # samples from which clock and rough rate are found, and the rate: .5 s at 100 Hz
+WAIT = 0.05
+"""The longest that a caller waits for the next instant or for None [s]."""
+
+_ENOUGH, _ENOUGH_STUCK = 10, 50  # samples that clock and rate are found from; of a clock that stands still
 _USUAL_RATES = (50.0, 100.0, 125.0, 200.0, 250.0, 400.0, 500.0, 1000.0, 2000.0)  # [Hz]
 _SHORTEST = 1e-300  # [s] a shorter step has no finite rate
 _FAR = 0.03  # share of what a clock says in which samples come in if its unit is a thousandth
 _MOST = 4096  # datagrams that are read at once
-_WAIT = 0.05  # [s] the longest that a caller waits for the next instant or for None
 _CLOCKS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
 
 Keep = Callable[[float, tuple[float, ...]], None]
@@ -38,18 +42,15 @@ Keep = Callable[[float, tuple[float, ...]], None]
 
 
 class Status(NamedTuple):
-    """Where the rig is, how its samples came in, and for how long nothing has [s].
+    """How a stream is doing, in words: one ``line`` about it, what was wrong with samples, with clock and sender.
 
-    ``reason``: why the last datagram was refused; ``notes``: what was wrong with the rig's clock or sender.
+    ``silent``: nothing has come in for long. A log that is played has nothing to say.
     """
 
-    sender: str
-    counts: Counts
-    refused: int
-    foreign: int
-    silence: float
-    reason: str
-    notes: tuple[str, ...]
+    line: str = ""
+    faults: str = ""
+    notes: tuple[str, ...] = ()
+    silent: bool = False
 
 
 class RigClock(NamedTuple):
@@ -59,95 +60,105 @@ class RigClock(NamedTuple):
     """
 
     rate: float
-    unit: float = 1.0
-    moves: bool = False
-    tells: bool = False
-    notes: tuple[str, ...] = ()
+    unit: float
+    tells: bool
+    notes: tuple[str, ...]
 
 
 class Listening:
     """Samples of a rig by UDP.
 
     ``rate`` of sampling [Hz], None if it is to be found from the times in the datagrams; ``format``: the rig's signs,
-    units, exchanged rotors, and voltages before the amplifiers' limit; ``keep`` takes every sample in order.
+    units, exchanged rotors, and voltages before the amplifiers' limit.
     """
 
-    def __init__(self, port: Port, rate: float | None, format: LogFormat, keep: Keep) -> None:
+    def __init__(self, port: Port, rate: float | None, format: LogFormat) -> None:
         check_rate(port.layout, rate)
-        self.port, self.rate, self.format, self.keep = port, rate, format, keep
+        self.port, self.rate, self.format = port, rate, format
         names, factors = port.layout.names, port.layout.factors
         # a unit that the layout states itself stays
         units = [_factor(name, format) if k is None else k for name, k in zip(names, factors, strict=True)]
         port.layout = port.layout._replace(factors=tuple(units))
         self.clock: RigClock | None = None  # until enough has come in
-        self.first: list[tuple[Datagram, float]] = []  # samples that clock and rate are found from, and when they came
-        self.unread: list[tuple[Datagram, float]] = []  # samples that are not in order yet
+        self.unread: list[tuple[Datagram, float]] = []  # samples that are not in order yet, and when they came in [s]
         self.order = Order()
-        self.released: list[tuple[Datagram, int]] = []  # in order; and how often the rig had started again
         self.grid: Grid | None = None
         self.heard = monotonic()
         self.counted, self.counted_at = 0, 0.0  # of a stream without numbers and times, and when [s]
         self.last = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        self.kept = -1.0  # time of the last sample that was kept
         self.quiet_from = -1  # instant from which on nothing has come in
         self.elections = self.restarts = 0
-        self.notes: list[str] = []
+
+    @property
+    def sample_time(self) -> float:
+        """Time between two instants [s], once the first has come."""
+        return 1.0 / (self.rate or 1.0)
 
     @property
     def status(self) -> Status:
         """How the stream is doing."""
-        port, sender = self.port, self.port.sender
-        there = "" if sender is None else sender[0] if sender[1] < 0 else f"{sender[0]}:{sender[1]}"
-        notes = [*self.notes, *([port.note] if port.elections > 1 else [])]
-        if self.order.counts.unclocked:
+        port, counts, silence = self.port, self.order.counts, monotonic() - self.heard
+        notes = [*(self.clock.notes if self.clock else ()), *([port.note] if port.elections > 1 else [])]
+        if counts.unclocked:
             notes.append("the rig's clock stands still or steps back; its sequence numbers are used")
-        silence = monotonic() - self.heard
-        return Status(there, self.order.counts, port.refused, port.foreign, silence, port.reason, tuple(notes))
+        wrong = {
+            "were lost": counts.lost,
+            "came too late": counts.late,
+            "were overtaken": counts.reordered,
+            "came twice": counts.duplicated,
+            "had a damaged time": counts.stray,
+            "datagrams held no sample": port.refused,
+            "datagrams came from others": port.foreign,
+            "starts of the rig": counts.restarted + 1 if counts.restarted else 0,
+        }
+        told = ", ".join(f"{number} {what}" for what, number in wrong.items() if number)
+        faults = f"of {counts.received + counts.lost} samples {told}" if told else ""
+        if port.sender is None:
+            refused = f"; {port.refused} datagrams refused: {port.reason}" if port.refused else ""
+            return Status(f"waiting for the rig{refused}", faults, tuple(notes), silence > SILENCE)
+        sender = port.sender[0] if port.sender[1] < 0 else f"{port.sender[0]}:{port.sender[1]}"
+        said = [f"{sender}: {faults or f'{counts.received} samples'}", *notes]
+        if silence > SILENCE:
+            said.append(f"nothing for {silence:.1f} s")
+        return Status("; ".join(said), faults, tuple(notes), silence > SILENCE)
 
-    def instants(self, stopped: Callable[[], bool]) -> Iterator[Sample | None]:
+    def instants(self, keep: Keep, stopped: Callable[[], bool]) -> Iterator[Sample | None]:
         """Give the rig's sample of each instant until it has ``stopped``; then record what still waits.
 
         A sample has ``fresh`` 0 where there is none; None while there is no instant. A rate out of range is a
         ConfigurationError.
         """
         while not stopped():
-            select([self.port], [], [], _WAIT)
+            select([self.port], [], [], WAIT)
             self._read()
-            self._release(self._until())
-            instants = self._place_released()
-            if instants:
+            found = self._place(self._until(), keep)
+            if found:
                 yield None  # lets the caller write what came in before the twin computes
-            yield from (one for one in (*instants, *self._pass_instants()) if not stopped())
+            yield from (one for one in (*found, *self._pass_instants()) if not stopped())
             yield None
-        if self.clock is None and self.first:
-            self.clock = find_clock(self.first, self.rate)
-        self._sort()
-        self._release(inf)
-        self._place_released()
+        self._sort(1)
+        self._place(inf, keep)
 
     def _read(self) -> None:
-        """Take the samples that have come in."""
+        """Take the samples that have come in, and put them in order once clock and rate are known."""
         for datagram in self.port.arrived(_MOST):
             self.heard = monotonic()
             if self.port.elections > self.elections:  # somebody else is the rig: it has another clock
                 self.order = restart(self.order) if self.elections else self.order
-                self.elections, self.clock, self.first, self.unread = self.port.elections, None, [], []
+                self.elections, self.clock, self.unread = self.port.elections, None, []
             self.unread.append((datagram, self.heard))
-            if self.clock is None or self.rate is None:
-                self.first.append((datagram, self.heard))
-        if len(self.first) >= _LOOKED_AT:
-            clock = find_clock(self.first, self.rate)
-            if self.rate is not None or len(self.first) >= _LEARNED:
-                self.clock, self.rate, self.first = clock, _checked(clock.rate), []
-                self.notes += clock.notes
-            elif clock.moves:  # enough for the order, so that what comes in is recorded
-                self.clock = clock
-        self._sort()
+        moves = len({datagram.time for datagram, _ in self.unread}) > 1
+        self._sort(_ENOUGH if moves or self.rate else _ENOUGH_STUCK)
+        if self.clock is not None:
+            _checked(self.clock.rate)
 
-    def _sort(self) -> None:
-        """Put what was read in order by the rig's clock, once that is known."""
+    def _sort(self, enough: int) -> None:
+        """Put what was read in order by the rig's clock; that is found from ``enough`` samples."""
         if self.clock is None:
-            return
+            if len(self.unread) < enough:
+                return
+            self.clock = find_clock(self.unread, self.rate)
+            self.rate = self.clock.rate
         for datagram, arrived in self.unread:
             if self.clock.tells:
                 datagram = datagram._replace(time=datagram.time * self.clock.unit)
@@ -157,15 +168,6 @@ class Listening:
                 datagram = datagram._replace(number=self.counted, time=nan)
             self.order = take(self.order, datagram, arrived, 1.0 / self.clock.rate)
         self.unread = []
-
-    def _release(self, until: float) -> None:
-        """Release samples ``until`` a time of the rig [s]; keep those that wait for the rate, before a new start."""
-        self.order, samples = release(self.order, until, 1.0 / self.clock.rate if self.clock else 1.0)
-        restarts = self.order.counts.restarted
-        self.released += [(sample, restarts) for sample in samples]
-        if self.rate is None and not restarts:
-            for sample in samples:
-                self._keep(sample.time - self.released[0][0].time, orient(sample.signals, self.format))
 
     def _until(self) -> float:
         """Return the rig's time up to which samples are released.
@@ -186,36 +188,28 @@ class Listening:
             until, before = max(until, sample.time), sample
         return until
 
-    def _place_released(self) -> list[Sample]:
-        """Keep the samples that were released; give their instants and those between them, once the rate is known."""
-        if self.rate is None:
-            return []
+    def _place(self, until: float, keep: Keep) -> list[Sample]:
+        """Record the samples up to a time of the rig [s]; give those of new instants, and the instants between them."""
         found: list[Sample] = []
-        for sample, restarts in self.released:
-            grid = self.grid or Grid(1.0 / self.rate, sample)
-            if restarts > self.restarts and self.grid:
+        if self.clock is None:
+            return found
+        self.order, samples = release(self.order, until, 1.0 / self.clock.rate)
+        for sample in samples:
+            grid = self.grid or Grid(1.0 / self.clock.rate, sample)
+            if self.order.counts.restarted > self.restarts and self.grid:
                 # The rig was away for a time that nobody knows; it is long enough for the twin to notice.
-                pause = 1 if grid.silent else round(SILENCE * self.rate) + 2
+                pause = 1 if grid.silent else round(SILENCE * self.clock.rate) + 2
                 self.grid, number = continue_grid(grid, sample, pause)
             else:
                 self.grid, number = place_sample(grid, sample)
-            self.restarts = restarts
+            self.restarts = self.order.counts.restarted
             signals = orient(sample.signals, self.format)
-            self._keep(self.grid.time_of(sample), signals)
+            keep(self.grid.time_of(sample), signals)
             if number >= 0:
-                found += self._without(number - grid.tick - 1)
+                found += [self.last._replace(fresh=0.0)] * (number - grid.tick - 1)
                 self.last = Sample(*signals)
                 found.append(self.last)
-        self.released = []
         return found
-
-    def _keep(self, time: float, signals: tuple[float, ...]) -> None:
-        if time > self.kept:  # what waited for the rate was kept before
-            self.kept = time
-            self.keep(time, signals)
-
-    def _without(self, count: int) -> list[Sample]:
-        return [self.last._replace(fresh=0.0)] * count
 
     def _pass_instants(self) -> list[Sample]:
         """Give the instants that this computer's clock brings while nothing comes in."""
@@ -229,7 +223,7 @@ class Listening:
         count = due - self.grid.tick
         if count > 0:
             self.grid = self.grid._replace(tick=due, silent=True)
-        return self._without(count)
+        return [self.last._replace(fresh=0.0)] * count
 
 
 def find_clock(heard: list[tuple[Datagram, float]], rate: float | None) -> RigClock:
@@ -248,12 +242,17 @@ def find_clock(heard: list[tuple[Datagram, float]], rate: float | None) -> RigCl
     tells = moves or first.number >= 0
     if times and not tells:
         notes.append("the rig's clock stands still; samples are counted as they come in")
-    return RigClock(rate, unit, moves, tells, tuple(notes))
+    return RigClock(rate, unit, tells, tuple(notes))
 
 
 def find_rate(times: list[float]) -> float:
-    """Return the rate [Hz] of samples at ``times``, in order [s]: a whole number within half a percent of one."""
-    rate = 1.0 / max(_median_step(times), _SHORTEST)
+    """Return the rate [Hz] of samples at ``times``, in order [s]: a whole number within half a percent of one.
+
+    Where samples are missing two times are as many steps apart as the median of them says.
+    """
+    usual = max(_median_step(times), _SHORTEST)
+    steps = sum(round((after - before) / usual) for before, after in pairwise(times))
+    rate = steps / (times[-1] - times[0])
     return float(round(rate)) if rate >= 1.0 and abs(rate - round(rate)) <= 0.005 * rate else rate
 
 
@@ -271,8 +270,7 @@ def find_unit(times: list[float], seconds: float) -> float:
 
 
 def _median_step(times: list[float]) -> float:
-    steps = sorted(after - before for before, after in zip(times, times[1:], strict=False))
-    return steps[len(steps) // 2]
+    return median_low([after - before for before, after in pairwise(times)])
 
 
 def _factor(signal: str, form: LogFormat) -> float:
@@ -284,15 +282,10 @@ def _factor(signal: str, form: LogFormat) -> float:
 def orient(signals: tuple[float, ...], form: LogFormat) -> tuple[float, ...]:
     """Return signals with the project's signs and rotors, as a log of this rig is read."""
     front, rear, *angles = [x * form.sign(name) for name, x in zip(SIGNALS, signals, strict=True)]
-    if form.sign("v_sum") * form.sign("v_difference") < 0:
+    if (form.sign("v_sum") != form.sign("v_difference")) != form.swap_rotors:
         front, rear = rear, front
-    front, rear = front * form.sign("v_sum"), rear * form.sign("v_sum")
-    if form.swap_rotors:
-        front, rear = rear, front
-    if form.clip:
-        limit = form.voltage_limit
-        front, rear = min(max(front, -limit), limit), min(max(rear, -limit), limit)
-    return (front, rear, *angles)
+    limit = form.voltage_limit if form.clip else inf
+    return (saturate(form.sign("v_sum") * front, limit), saturate(form.sign("v_sum") * rear, limit), *angles)
 
 
 def check_rate(layout: Layout, rate: float | None) -> None:

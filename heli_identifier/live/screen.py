@@ -11,7 +11,6 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from heli_identifier.live.listening import SILENCE, Status
 from heli_identifier.live.session import Show, View
 from heli_identifier.online import Estimate
 from heli_identifier.results import significant, with_interval
@@ -27,68 +26,41 @@ def screen(title: str) -> Iterator[Show]:
     console = Console(stderr=True, highlight=False)
     with Live(Text(title), console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False) as live:
 
-        def show(view: View | None, status: Status | None) -> None:
-            live.update(draw_screen(title, view, status), refresh=True)
-
-        yield show
+        yield lambda view: live.update(draw_screen(title, view), refresh=True)
 
 
-def print_news(view: View | None, status: Status | None) -> None:
-    """Print the events that are new on the error stream, where that is no terminal."""
-    for event in view["news"] if view is not None else ():
-        print(event_line(event), file=sys.stderr, flush=True)
+def print_events() -> Show:
+    """Give what prints new events on the error stream, where that is no terminal."""
+    told = 0
+
+    def show(view: View) -> None:
+        nonlocal told
+        for event in view.events[told:]:
+            print(event_line(event), file=sys.stderr, flush=True)
+        told = len(view.events)
+
+    return show
 
 
-def draw_screen(title: str, view: View | None, status: Status | None) -> Group:
+def draw_screen(title: str, view: View) -> Group:
     """Give the screen."""
     head = Text(title, style="bold")
-    if view is None:
-        return Group(head, Text(stream_line(status) if status else "starting", style="dim"))
-    line = Text(f"{view['time']:8.1f} s   ")
-    line.append(view["mode"], style="yellow" if view["mode"] in ("alarmed", "on trial", "suspended") else "green")
-    line.append(f"   detector at {100.0 * min(view['alarm'], 9.99):.0f} % of its threshold")
-    if view["suspect"]:
-        line.append(f", likeliest: {view['suspect']}", style="yellow")
+    if not view.values:
+        return Group(head, Text(view.stream.line or "starting", style="dim"))
+    line = Text(f"{view.time:8.1f} s   ")
+    line.append(view.mode, style="yellow" if view.mode in ("alarmed", "on trial", "suspended") else "green")
+    line.append(f"   detector at {100.0 * min(view.alarm, 9.99):.0f} % of its threshold")
+    if view.suspect:
+        line.append(f", likeliest: {view.suspect}", style="yellow")
     parts: list[Any] = [head, line]
-    if status is not None:
-        parts.append(Text(stream_line(status), style="red" if status.silence > SILENCE else "dim"))
+    if view.stream.line:
+        parts.append(Text(view.stream.line, style="red" if view.stream.silent else "dim"))
     parts.append(_axes(view))
-    shown = view["events"][-_EVENTS_SHOWN:]
-    parts += [Text(event_line(event), style=_COLOURS.get(event["what"], "")) for event in shown]
-    if view["notice"]:
-        parts.append(Text(view["notice"], style="yellow"))
+    parts += [Text(event_line(event), style=_COLOURS.get(event["what"], "")) for event in view.events[-_EVENTS_SHOWN:]]
+    if view.notice:
+        parts.append(Text(view.notice, style="yellow"))
     parts.append(_values(view))  # last, as a small terminal cuts off the end
     return Group(*parts)
-
-
-def stream_line(status: Status) -> str:
-    """Say how a stream is doing."""
-    if not status.sender:
-        refused = f"; {status.refused} datagrams refused: {status.reason}" if status.refused else ""
-        return f"waiting for the rig{refused}"
-    said = [f"{status.sender}: {faults_of(status) or f'{status.counts.received} samples'}", *status.notes]
-    if status.silence > SILENCE:
-        said.append(f"nothing for {status.silence:.1f} s")
-    return "; ".join(said)
-
-
-def faults_of(status: Status | None) -> str:
-    """Say how samples came in, if any was lost, late, doubled, damaged or somebody else's."""
-    if status is None:
-        return ""
-    counts = status.counts
-    said = {
-        "were lost": counts.lost,
-        "came too late": counts.late,
-        "were overtaken": counts.reordered,
-        "came twice": counts.duplicated,
-        "had a damaged time": counts.stray,
-        "datagrams held no sample": status.refused,
-        "datagrams came from others": status.foreign,
-        "starts of the rig": counts.restarted + 1 if counts.restarted else 0,
-    }
-    told = ", ".join(f"{number} {what}" for what, number in said.items() if number)
-    return f"of {counts.received + counts.lost} samples {told}" if told else ""
 
 
 def event_line(event: Any) -> str:
@@ -109,11 +81,11 @@ def _table(*columns: str) -> Table:
 
 def _axes(view: View) -> Table:
     table = _table("axis", "measured [rad]", "predicted 1 s ago", "error [mrad]", "left alone", "declared")
-    last = view["last"]
-    for i, (axis, declared) in enumerate(zip(AXES, view["declared"], strict=True)):
-        if last is None:
+    for i, (axis, declared) in enumerate(zip(AXES, view.declared, strict=True)):
+        if not view.past:
             table.add_row(axis, "", "", "", "", _text(declared, 1e3))
             continue
+        last = view.past[-1]
         error = last["error"][i]
         worse = error is not None and declared is not None and error > 1.3 * declared
         angles = [f"{last[which][i]:.4f}" for which in ("measured", "predicted")]
@@ -128,7 +100,7 @@ def _text(value: float | None, times: float = 1.0) -> str:
 
 def _values(view: View) -> Table:
     table = _table("parameter", "at the start", "in use", "estimate, 95 %", "unit")
-    for value in view["values"]:
+    for value in view.values:
         used = Text(significant(value["used"]), style="green" if value["used"] != value["start"] else "")
         known = value["estimate"] is not None
         text = with_interval(Estimate(value["estimate"], value["band"] / 1.96, "1")) if known else ""

@@ -5,16 +5,18 @@ system is asked to put them on the disk, so that a loss of power costs a second.
 """
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import Any, NamedTuple
 
 from heli_identifier import following
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.following import Event, Follower, FollowState, Sample
-from heli_identifier.live.listening import Status
+from heli_identifier.live.listening import Listening, Status
+from heli_identifier.live.sources import Player
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
 from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text
@@ -30,7 +32,7 @@ DIAGNOSED = "diagnosis.json"
 SYNCED_EVERY, WRITTEN_EVERY, SHOWN_EVERY = 1.0, 0.05, 0.2
 """Time between two requests to put rows on the disk, two writes to the journals, and two views [s]."""
 
-_EVENTS_SHOWN = 50  # that a view holds, the latest ones
+_PAST = 300  # comparisons that a view holds: a minute of flight, five a second
 _DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
 _IS_THERE = "is there already and is not replaced, it holds what was recorded before; name another folder."
@@ -82,10 +84,30 @@ class Journal:
             os.fsync(self._file)
 
 
-View = dict[str, Any]
-"""What there is to see at one instant, on the terminal and on the page alike, as :meth:`Session.view` gives it."""
+class View(NamedTuple):
+    """What there is to see at one instant, on the terminal and on the page alike.
 
-Show = Callable[[View | None, Status | None], None]
+    ``time`` [s], ``mode``; ``alarm``: the detector's largest sum over its threshold [1], and the likeliest change as
+    ``suspect``; how the ``stream`` is doing; ``notice`` about the controller; ``events`` as they stand in their file.
+    ``past``: instants for which predictions fell due, with the angles ``measured``, ``predicted`` 1 s before and by the
+    twin left alone, and rms errors of both over the window (None where there is none yet) [rad]; ``declared``: those of
+    the parameters [rad]. ``values``: each at the ``start`` and as ``used``, with the ``estimate`` and half its 95 %
+    ``band``; none before the first step.
+    """
+
+    time: float = 0.0
+    mode: str = "waiting"
+    alarm: float = 0.0
+    suspect: str = ""
+    stream: Status = Status()
+    notice: str = ""
+    events: Sequence[dict[str, Any]] = ()
+    past: Sequence[dict[str, Any]] = ()
+    declared: Sequence[float | None] = (None, None, None)
+    values: Sequence[dict[str, Any]] = ()
+
+
+Show = Callable[[View], None]
 
 
 def check_unused(folder: Path) -> None:
@@ -121,12 +143,10 @@ class Session:
         self.predictions = Journal(folder / PREDICTIONS, ["time [s]", *angles])
         self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
         self.twin: tuple[Follower, FollowState] | None = None  # from the first instant on
-        self.due: list[dict[str, Any]] = []  # since the last view
-        self.last: dict[str, Any] | None = None
+        self.past: deque[dict[str, Any]] = deque(maxlen=_PAST)
         self.last_time = 0.0  # of a sample [s]
         self.notice = ""  # what is to be said about the controller
         self._time = self._elevation = 0.0  # of the last step [s], [rad]
-        self._told = 0  # events that were shown
         self._noted: set[str] = set()
 
     @property
@@ -139,42 +159,31 @@ class Session:
         self.last_time = round(time, _DIGITS)
         self.recorded.add((self.last_time, *signals))
 
-    def run(
-        self,
-        instants: Iterable[Sample | None],
-        sample_time: Callable[[], float],
-        show: Show,
-        status: Callable[[], Status | None] = lambda: None,
-    ) -> None:
-        """Follow until the ``instants`` end (None while none is due).
+    def run(self, source: Listening | Player, stopped: Callable[[], bool], show: Show) -> None:
+        """Follow what comes from a ``source`` until it ends or has ``stopped``, and show it five times a second.
 
-        ``sample_time`` gives the time between two instants [s] once the first has come. The view (None before) and the
-        ``status`` of the stream are shown about five times a second; what the status notes becomes an event.
+        What there is to say about the stream becomes an event.
         """
         written = shown = monotonic()
-        for sample in instants:
+        for sample in source.instants(self.keep, stopped):
             if sample is not None:
-                self._step(sample, sample_time)
+                self._step(sample, source.sample_time)
             now = monotonic()
             if sample is None or now - written > WRITTEN_EVERY:
                 self.write()
                 written = now
             if now - shown > SHOWN_EVERY:
                 shown = now
-                self._show(show, status())
+                show(self.view(source.status))
         self.write()
-        self._show(show, status())
+        last = source.status
+        show(self.view(last))
+        if last.faults:
+            self.say(Event(self.time, "stream", why=last.faults))
 
-    def _show(self, show: Show, status: Status | None) -> None:
-        for note in () if status is None else status.notes:
-            if note not in self._noted:
-                self._noted.add(note)
-                self.say(Event(self.time, "stream", why=note))
-        show(self.view(), status)
-
-    def _step(self, sample: Sample, sample_time: Callable[[], float]) -> None:
+    def _step(self, sample: Sample, sample_time: float) -> None:
         if self.twin is None:
-            settings = following.FollowSettings(sample_time=sample_time(), parameters=self.plant)
+            settings = following.FollowSettings(sample_time=sample_time, parameters=self.plant)
             plan = following.prepare_follower(settings)
             self.twin = plan, following.start_following(plan, sample)
             return
@@ -185,14 +194,14 @@ class Session:
         twins, window = state.corrector.predictions, plan.corrector.window
         if twins.compared:
             used, alone = twins.used, twins.alone
-            self.last = {
-                "time": round(self.time, _DIGITS), "measured": sample[2:5],
+            time = round(self.time, _DIGITS)
+            self.past.append({
+                "time": time, "measured": sample[2:5],
                 "predicted": used.predicted, "predicted_alone": alone.predicted,
                 "error": [error or None for error in used.rms(window)],
                 "error_alone": [error or None for error in alone.rms(window)],
-            }  # fmt: skip
-            self.due.append(self.last)
-            self.predictions.add((self.last["time"], *sample[2:5], *used.predicted, *alone.predicted))
+            })  # fmt: skip
+            self.predictions.add((time, *sample[2:5], *used.predicted, *alone.predicted))
         for event in events:
             self.say(event)
 
@@ -218,34 +227,25 @@ class Session:
         self.recorded.close()
         self.predictions.close()
 
-    def view(self) -> View | None:
-        """Return what there is to see, None before the first step.
-
-        ``time`` [s], ``mode``; ``alarm``: the detector's largest sum over its threshold [1], and the likeliest change
-        as ``suspect``; ``events``: the latest, and ``news``: those since the view before, as they stand in their file;
-        ``notice`` about the controller. ``last`` and, since the view before, ``due``: instants for which predictions
-        fell due, with the angles ``measured``, ``predicted`` 1 s before and by the twin left alone, and rms errors of
-        both over the window (None where there is none yet) [rad]; ``declared``: those of the parameters [rad].
-        ``values``: each at the ``start`` and as ``used``, with the ``estimate`` and half its 95 % ``band``.
-        """
+    def view(self, stream: Status) -> View:
+        """Return what there is to see; what the ``stream`` notes becomes an event first."""
+        for note in stream.notes:
+            if note not in self._noted:
+                self._noted.add(note)
+                self.say(Event(self.time, "stream", why=note))
+        view = View(stream=stream, notice=self.notice, events=tuple(self.events), declared=self.declared)
         if self.twin is None or self._time == 0.0:
-            return None
+            return view
         plan, state = self.twin
-        now, due, news = state.corrector, self.due, self.events[self._told :]
-        self.due, self._told = [], len(self.events)
-        return {
-            "time": self.time,
-            "mode": now.mode,
-            "alarm": now.alarm,
-            "suspect": plan.corrector.changes[now.finding.change].name if now.finding.change >= 0 else "",
-            "last": self.last,
-            "declared": self.declared,
-            "values": _values(state, plan),
-            "events": self.events[-_EVENTS_SHOWN:],
-            "news": news,
-            "notice": self.notice,
-            "due": due,
-        }
+        now = state.corrector
+        return view._replace(
+            time=self.time,
+            mode=now.mode,
+            alarm=now.alarm,
+            suspect=plan.corrector.changes[now.finding.change].name if now.finding.change >= 0 else "",
+            past=tuple(self.past),
+            values=_values(state, plan),
+        )
 
     def in_use(self) -> ParameterSet:
         """Return the parameters that the twin uses; what was adopted has the standard error of its adoption."""

@@ -6,54 +6,43 @@ from time import monotonic, sleep
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.following import Sample
-from heli_identifier.live.datagrams import Datagram, Layout, encode
-from heli_identifier.live.listening import Keep
+from heli_identifier.live.datagrams import Datagram, Layout, encode, read_address
+from heli_identifier.live.listening import WAIT, Keep, Status
 from heli_identifier.records import Log
 
 SPEEDS = (1e-3, 1e6)
 """How many times faster than the rig a log is sent or played, at least and at most."""
 
-_WAIT = 0.05  # [s] the longest that a caller waits for the next instant or for None
 _SHOWN_EVERY = 0.2  # [s] between two calls of ``progress``
 
 
-def play(log: Log, speed: float, keep: Keep, stopped: Callable[[], bool]) -> Iterator[Sample | None]:
-    """Give the samples of a log at their instants until it has ``stopped``; None while none is due.
+class Player:
+    """A log in place of a rig, played ``speed`` times faster than it was flown; 0: as fast as it goes."""
 
-    ``speed``: how many times faster than the rig was; 0 as fast as it goes.
-    """
-    began = monotonic()
-    for _, time, signals in _rows(log):
-        while speed > 0.0 and (ahead := began + time / speed - monotonic()) > 0.0 and not stopped():
-            yield None
-            sleep(min(ahead, _WAIT))
-        if stopped():
-            return
-        keep(time, signals)
-        yield Sample(*signals)
+    status = Status()
+
+    def __init__(self, log: Log, speed: float) -> None:
+        if speed != 0.0:
+            require_range("--speed", speed, "times real time", *SPEEDS)
+        self.log, self.speed, self.sample_time = log, speed, log.step
+
+    def instants(self, keep: Keep, stopped: Callable[[], bool]) -> Iterator[Sample | None]:
+        """Give the samples at their instants until the flight has ``stopped``; None while none is due."""
+        began = monotonic()
+        for _, time, signals in _rows(self.log):
+            while self.speed > 0.0 and (ahead := began + time / self.speed - monotonic()) > 0.0 and not stopped():
+                yield None
+                sleep(min(ahead, WAIT))
+            if stopped():
+                return
+            keep(time, signals)
+            yield Sample(*signals)
 
 
 def _rows(log: Log) -> Iterator[tuple[int, float, tuple[float, ...]]]:
     rows = zip(log.time.tolist(), log.voltages.tolist(), log.angles.tolist(), strict=True)
     for number, (time, voltages, angles) in enumerate(rows):
         yield number, time, (*voltages, *angles)
-
-
-def find_address(text: str, what: str, least: int = 1) -> tuple[socket.AddressFamily, tuple[str, int]]:
-    """Return family and address of ``HOST:PORT``; the host may be a name, the port is ``least`` or more.
-
-    No port, or nothing of this name, is a ConfigurationError.
-    """
-    host, colon, port = text.rpartition(":")
-    if not colon or not host or not port.isascii() or not port.isdigit() or not least <= int(port) < 65536:
-        raise ConfigurationError(f"{what} = {text!r} must be HOST:PORT, as 127.0.0.1:25000.")
-    try:
-        found = socket.getaddrinfo(host.strip("[]"), int(port), type=socket.SOCK_DGRAM)
-    except (OSError, UnicodeError) as error:
-        said = getattr(error, "strerror", None) or "it is no name of a host"
-        raise ConfigurationError(f"{what} = {text!r}: {said}; name a host and its port.") from error
-    family, _, _, _, address = found[0]
-    return family, (str(address[0]), int(address[1]))
 
 
 def send(
@@ -69,17 +58,17 @@ def send(
     number counts from 0. ``progress`` is called with what is being done and the share that is done, 0 to 1.
     """
     require_range("--speed", speed, "times real time", *SPEEDS)
-    family, address = find_address(to, "--to")
+    host, port = read_address(to, "--to", 1)
     began = shown = monotonic()
     late = 0.0
-    with socket.socket(family, socket.SOCK_DGRAM) as rig:
+    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM) as rig:
         for number, time, signals in _rows(log):
             ahead = began + time / speed - monotonic()
             if ahead > 0.0:
                 sleep(ahead)
             late = max(-ahead, 0.0)
             try:
-                rig.sendto(encode(Datagram(number, time, signals), layout), address)
+                rig.sendto(encode(Datagram(number, time, signals), layout), (host, port))
             except OSError as error:
                 raise ConfigurationError(
                     f"--to {to}: nothing can be sent there ({error.strerror}); check address and network."

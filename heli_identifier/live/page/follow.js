@@ -1,5 +1,5 @@
 "use strict";
-// The page of `heli follow --serve`: it draws what the stream of events says, and asks for nothing else.
+// The page of `heli follow --serve`: it asks for what there is to see, draws it, and asks for nothing else.
 const SPAN = 60, GAP = 0.5; // seconds that are drawn; without data for longer a line is broken
 const AXES = ["pitch", "elevation", "travel"];
 const SVG = "http://www.w3.org/2000/svg";
@@ -137,37 +137,31 @@ function events(list) {
   }));
 }
 
-function told(due) {
-  points.push(due);
-  while (points[0].time < due.time - SPAN) points.shift();
-}
-
-function drawn(view, line) {
+function drawn(view) {
+  if (points.length && points[points.length - 1].time > view.time) points.length = 0; // another flight
+  points.push(...view.past);
+  while (points.length && points[0].time < view.time - SPAN) points.shift();
+  byId("title").textContent = view.title;
+  byId("stream").textContent = view.stream;
+  byId("notice").textContent = view.notice;
+  if (!view.values.length) return;
   const suspect = view.suspect ? `, likeliest: ${view.suspect}` : "";
   byId("state").textContent =
     `${view.time.toFixed(1)} s, ${view.mode}; detector at ${(100 * view.alarm).toFixed(0)} % of its threshold${suspect}`;
-  byId("stream").textContent = line;
-  byId("notice").textContent = view.notice;
+  declared = view.declared;
   marks = view.events;
   table(view.values);
   events(view.events);
   for (const one of draw) one();
 }
 
-const source = new EventSource("events");
-source.addEventListener("title", (message) => { // the first of a connection; what fell due of late follows
-  points.length = 0;
-  byId("title").textContent = JSON.parse(message.data);
-});
-source.addEventListener("view", (message) => {
-  const { view, line, due } = JSON.parse(message.data);
-  due.forEach(told);
-  if (view === null) { byId("stream").textContent = line; return; }
-  declared = view.declared;
-  drawn(view, line);
-});
-source.addEventListener("end", (message) => {
-  byId("state").textContent = JSON.parse(message.data);
-  source.close();
-});
-source.addEventListener("error", () => { byId("stream").textContent = "heli follow does not answer"; });
+async function ask() {
+  try {
+    const after = points.length ? points[points.length - 1].time : -1;
+    drawn(await (await fetch(`view?after=${after}`)).json());
+  } catch {
+    byId("stream").textContent = "heli follow does not answer: the flight has ended. What is shown stays until this page is closed.";
+  }
+  setTimeout(ask, 200);
+}
+ask();
