@@ -12,9 +12,9 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 from heli_identifier.tracing import prediction
 from heli_identifier.tracing.fit import fit
-from heli_identifier.tracing.held_out import compare, hold_to, likelihood_of, use_of
+from heli_identifier.tracing.held_out import compare, hold_to, likelihood_of, rms_figures, use_of
 from heli_identifier.tracing.helicopter import helicopter
-from heli_identifier.tracing.prediction import HORIZONS, Model, made_by_itself, rms_figures, run_along
+from heli_identifier.tracing.prediction import HORIZONS, Model, Run, made_by_itself
 from heli_identifier.tracing.records import record_of
 from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.result import Determination, ParameterReport, Use
@@ -94,7 +94,7 @@ def test_a_run_alone_is_the_plants_simulation_bit_for_bit():
 
 
 def test_the_true_plant_predicts_an_exact_record_from_the_filters_state():
-    errors = run_along(model(), EXACT_RECORD, np.zeros(3)).errors()
+    errors = Run.along(model(), EXACT_RECORD, np.zeros(3)).errors()
     for name in ("ahead_100ms", "ahead_200ms"):
         assert np.abs(errors[name]).max() < 1e-6  # nothing but rounding
     # from the smoothed motion it errs by the smoothing alone, less than a count of the encoder, .0015 rad
@@ -103,10 +103,10 @@ def test_the_true_plant_predicts_an_exact_record_from_the_filters_state():
 
 
 def test_errors_ahead_are_those_of_a_simulation_from_the_same_state():
-    run = run_along(model(), EXACT_RECORD, np.zeros(3))
+    run = Run.along(model(), EXACT_RECORD, np.zeros(3))
     states = simulate(VOLTAGES, H, rest(TABLE_2, VOLTAGES), TABLE_2)[0]
-    np.testing.assert_allclose(run.carries[:, :12], states[run.at], rtol=0.0, atol=1e-9)
-    wrong = run_along(model(TABLE_2._replace(a_1=TABLE_2.a_1 + 0.05)), EXACT_RECORD, np.zeros(3))
+    np.testing.assert_allclose([own[:12] for _, _, own in run.starts], states[run.at], rtol=0.0, atol=1e-9)
+    wrong = Run.along(model(TABLE_2._replace(a_1=TABLE_2.a_1 + 0.05)), EXACT_RECORD, np.zeros(3))
     difference = run.errors()["prediction_1s"] - wrong.errors()["prediction_1s"]
     omega, decay = TABLE_2.a_e**0.5, 0.5 * TABLE_2.a_wz
     swing = 1.0 - np.exp(-decay) * (np.cos(omega) + decay / omega * np.sin(omega))
@@ -118,7 +118,7 @@ def test_a_wrong_gain_errs_more_a_tenth_of_a_second_ahead():
     record = record_of(windy(4), RIG)
     errors = []
     for factor in (1.0, 0.8, 0.5):
-        run = run_along(model(TABLE_2._replace(k_x=factor * TABLE_2.k_x)), record, np.zeros(3))
+        run = Run.along(model(TABLE_2._replace(k_x=factor * TABLE_2.k_x)), record, np.zeros(3))
         errors.append(np.sqrt(np.mean(run.errors()["ahead_200ms"][:, 0] ** 2)))
     assert errors[0] < errors[1] < errors[2]
 
@@ -148,7 +148,7 @@ def test_the_offset_of_a_log_is_found_and_costs_its_prior():
 
 
 def test_the_noise_floor_is_the_true_plants_own_error():
-    runs = [run_along(model(), record_of(windy(seed), RIG), np.zeros(3)) for seed in (11, 12)]
+    runs = [Run.along(model(), record_of(windy(seed), RIG), np.zeros(3)) for seed in (11, 12)]
     made = [made_by_itself(run, seed) for seed, run in enumerate(runs)]
     own, floor = ([run.errors() for run in of] for of in (runs, made))
     for name in ALL:
@@ -160,14 +160,14 @@ def test_the_noise_floor_is_the_true_plants_own_error():
 
 
 def test_an_unstable_plant_in_closed_loop_has_a_floor_and_no_free_run(monkeypatch):
-    run = run_along(model(UNSTABLE), record_of(flown(7, monkeypatch), RIG), np.zeros(3))
+    run = Run.along(model(UNSTABLE), record_of(flown(7, monkeypatch), RIG), np.zeros(3))
     assert np.isfinite(made_by_itself(run).errors()["ahead_200ms"]).all()
     assert RIG.stable(UNSTABLE) == (False, True, False)
     assert RIG.stable(TABLE_2._replace(cable_stiffness_travel=0.01)) == (True, True, True)
 
 
 def test_the_air_that_is_drawn_has_its_level_and_rate():
-    d = model().torque(H, 60_000, np.random.default_rng(1))
+    d = model().noise(SimpleNamespace(step=H, samples=60_000), 1)[0]
     lag = round(1.0 / RATE / H)
     # 10 min of a memory of .4 s: 750 independent values, a standard deviation known to 3 %
     np.testing.assert_allclose(d.std(0), LEVEL, rtol=0.1)
@@ -260,8 +260,8 @@ def test_plant_and_recovered_controller_fly_a_log_again(monkeypatch):
     assert {law.channel for law in laws} == {"v_front - v_rear", "v_front + v_rear"}
     record, errors = record_of(log, RIG), {}
     for name, plant in (("true", TABLE_2), ("wrong", TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, k_z=0.8 * TABLE_2.k_z))):
-        own = np.concatenate([e for _, e in run_along(model(plant), record, np.zeros(3)).flown_again(3.0, laws)])
-        errors[name] = np.sqrt(np.mean(own**2, axis=0))[:2]
+        _, own = Run.along(model(plant), record, np.zeros(3)).flown_again(3.0, laws)
+        errors[name] = np.sqrt(np.mean(own**2, axis=(0, 1)))[:2]
     assert np.all(errors["true"] < 0.5 * errors["wrong"]), errors
 
 
@@ -270,8 +270,8 @@ def test_a_loop_closed_in_blocks_is_the_loop_closed_sample_by_sample(monkeypatch
     """Blocks of one sample need no turns; those of .2 s end when the voltages move by less than 1e-4 V."""
     log = flown(4, monkeypatch, 30.0)
     (laws,) = controllers_of([log])
-    run = run_along(model(), record_of(log, RIG), np.zeros(3))
-    blocks = [e for _, e in run.flown_again(3.0, laws)]
+    run = Run.along(model(), record_of(log, RIG), np.zeros(3))
+    _, blocks = run.flown_again(3.0, laws)
     monkeypatch.setattr(prediction, "ROUND", H)
     # 1e-4 V for .2 s turn an axis of .3 rad/s^2/V by less than 1e-6 rad, and 3 s by less than 1e-4
-    np.testing.assert_allclose([e for _, e in run.flown_again(3.0, laws)], blocks, atol=1e-4)
+    np.testing.assert_allclose(run.flown_again(3.0, laws)[1], blocks, atol=1e-4)

@@ -8,29 +8,40 @@ logs: nothing but the offset b of the log itself is fitted to what was held out.
 I_a = 1/tau_a^2 + sum (de/db)^2 / sigma_a^2 its integral is Laplace's, exact for Gaussian innovations; rho is Huber's
 loss. Of all figures here this one alone ranks the true plant first in windy air under any controller.
 
-Errors ahead, the noise floor and naive predictions are those of :mod:`.prediction`. A free run is the plant alone under
-the voltages, from the state that a log's first samples give, at the log's own rate.
+The other figures are root mean squares of errors:
 
-Sources: Diebold and Mariano 1995 (paired differences); Ljung and Box 1978, eq. (1.2), for whiteness.
+| figure | the plant runs from | under | how long |
+|---|---|---|---|
+| ahead_100ms, ahead_200ms | the filter's state every .25 s | the measured voltages | .1 s, .2 s |
+| prediction_1s, prediction_2s | the smoothed motion every .25 s | the same | 1 s, 2 s |
+| free_run | the first samples of a log | the same | the whole log |
+| closed_loop_3s | the smoothed motion | its own controller, as recovered | 3 s |
+
+The noise floor has those of the plant on records that it made itself, with the air and the encoders' noise of its fit
+(:mod:`.prediction`). All intervals come from one bootstrap over segments of 4 s (Kuensch 1989); two models are compared
+over the same segments (Diebold and Mariano 1995).
+
+Source of the test for whiteness: Ljung and Box 1978, eq. (1.2).
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import log, pi
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import correlate, lfilter
 from scipy.special import chdtrc
 
 from heli_identifier.chain import Event
+from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 
 from .fit import Fit, around, fit
 from .helicopter import helicopter
 from .likelihood import Likelihood, without
 from .noise import error_dynamics, filters, physical, recoloured, start_response
-from .prediction import HORIZONS, Model, Run, Stretch, made_by_itself, rms_figures, run_along, segment_means
+from .prediction import HORIZONS, Model, Run, counted, made_by_itself
 from .records import NOTHING, LeftOut, record_of, records_of
 from .references import CHANNELS, controllers_of
 from .result import (
@@ -44,21 +55,16 @@ from .result import (
     Use,
 )  # fmt: skip
 from .rig import Array, Parameters, Record
-from .settings import FLOWN, HUBER, OWN, SPACING, WHITE_TIME, DiagnosisSettings
+from .settings import BLOCK, DRAWS, FLOWN, HUBER, OWN, SETTLING, SPACING, WHITE_TIME, DiagnosisSettings
 
 
-def likelihood_of(model: Model, record: Record, passages: Sequence[tuple[int, int]] = ()) -> tuple[Run, Array]:
-    """Fit what a log has of its own, its constant torques and its start, then run a model along it.
+def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]] | None = None) -> tuple[Run, Array]:
+    """Fit what a log has of its own, torques and start, run a model along it, and give ln p (N,) of every sample.
 
-    Returns
-    -------
-    run : Run
-        With the likeliest constant torques; its predictions lie within ``passages`` [samples].
-    density : Array, shape (N,)
-        Log-density of every sample [nats].
+    The run has the likeliest constant torques; its predictions lie ``within`` passages [samples].
     """
     h, sigma, a = record.step, model.scales(record.step), len(model.encoder_noise)
-    first = run_along(model, record, np.zeros(a), []).e / sigma
+    first = Run.along(model, record, np.zeros(a)).innovations / sigma
     w = record.weights * np.minimum(1.0, HUBER / np.maximum(np.abs(first), 1e-12))
     own, of_log = np.zeros((3, a)), 0.0
     for i, axis in enumerate(model.filters(h)):
@@ -70,8 +76,8 @@ def likelihood_of(model: Model, record: Record, passages: Sequence[tuple[int, in
         of_log += 0.5 * float(((own[:, i] / width) ** 2).sum() + np.linalg.slogdet(H * np.outer(width, width))[1])
     start = record.start.copy()
     start[: 2 * a] += own[1:].ravel()
-    run = run_along(model, replace(record, start=start), own[0], passages)
-    u = np.abs(run.e) / sigma
+    run = Run.along(model, replace(record, start=start), own[0], within)
+    u = np.abs(run.innovations) / sigma
     loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
     density = -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - of_log / record.samples
     return run, density
@@ -86,23 +92,12 @@ def compare(
     events: Sequence[Event] = (),
     closed_loop: bool = False,
 ) -> tuple[dict[str, AxisReport], HeldOutLikelihood, tuple[HeldOutSeries, ...]]:
-    """Compare two plants on held-out logs.
+    """Compare plants that were fitted to training logs on held-out ``logs``.
 
-    Parameters
-    ----------
-    before, after : Fit
-        On the training logs.
-    logs : sequence of Log
-        Held-out logs.
-    left_out : LeftOut, optional
-        Passages that count in the free run only.
-    reports : mapping of str to ParameterReport, optional
-        What the parameters of the plant after rest on; a gain that is not among them was given.
-    events : sequence of Event, optional
-        Passages to be shown.
-    closed_loop : bool
-        Whether a controller flew: its voltages answer the air within 1 s, so what an axis may be used for is then
-        judged over .2 s from the filter's state, and not over 1 s under the measured voltages.
+    Passages ``left_out`` count in the free run only, ``events`` are shown. ``reports`` say what the parameters of the
+    plant after rest on; a gain that is not among them was given. Under a controller (``closed_loop``) the voltages
+    answer the air within 1 s, so what an axis may be used for is then judged over .2 s from the filter's state, and not
+    over 1 s under the measured voltages.
 
     Raises
     ------
@@ -110,74 +105,53 @@ def compare(
         No passage is long enough for a prediction over two seconds.
     """
     rig, records = after.likelihood.rig, _records(before, after, logs, left_out)
-    passages = [_clear(record, left_out.get(record.name, ())) for record in records]
-    starts = [rig.begin(own.angles, own.voltages, own.step) for own in logs]
-    first, second = (_Held.of(Model.of(fitted), records, passages, logs, starts) for fitted in (before, after))
-    models = {"before": first, "after": second}
-    errors = {name: _errors(own.ahead, own.free(logs)) for name, own in models.items()}
-    change = {name: _change(zip(first.ahead[name], second.ahead[name], strict=True)) for name in HORIZONS}
-    stood = rms_figures([run.still("ahead_200ms") for run in second.runs], SPACING, "error over .2 s")
-    flown = _Flown({}, 0.0)
-    if closed_loop:
-        known = all(own.ahead_200ms.value < least.value for own, least in zip(errors["after"], stood, strict=True))
-        flown = _flown(models, logs, known)
-    if flown.length == FLOWN:
-        thin = {name: [_thinned(records[i], own) for i, own in one.items()] for name, one in flown.stretches.items()}
-        for name, one in thin.items():
-            figures = rms_figures(one, SPACING, f"closed-loop error over {FLOWN:g} s")
-            errors[name] = [replace(e, closed_loop_3s=own) for e, own in zip(errors[name], figures, strict=True)]
-        change["closed_loop_3s"] = _change(zip(thin["before"], thin["after"], strict=True))
+    first, second = (_Held.of(Model.of(fitted), records, left_out, logs) for fitted in (before, after))
+    models, judged = {"before": first, "after": second}, "ahead_200ms" if closed_loop else "prediction_1s"
+    stays = rms_figures([run.measured(0.2) - run.record.angles[run.at] for run in second.runs], *_AHEAD["ahead_200ms"])
+    flown, length = _flown(models, logs, stays) if closed_loop else ({}, 0.0)
+    if length == FLOWN:
+        for name, one in flown.items():
+            models[name].errors["closed_loop_3s"] = _thinned(one, records[0].step)
+    errors = {name: own.figures() for name, own in models.items()}
+    change = {name: _change(first.errors[name], second.errors[name]) for name in first.errors}
     white = {name: [_standardised(run, second.model) for run in own.runs] for name, own in models.items()}
-    axes = _reports(second, errors, change, white, reports, stood if closed_loop else None, after.air())
+    floor, air = second.noise_floor(), after.air()
+    moved = [(run.measured(1.0) - run.motion[:, :3], run.motion[:, 3:]) for run in second.runs]
+    angle_stays = rms_figures([angles for angles, _ in moved], *_AHEAD["prediction_1s"])
+    rate_stays = rms_figures([angles - rates for angles, rates in moved], *_AHEAD["prediction_1s"])
+    axes = {}
+    for i, axis in enumerate(rig.axes):
+        own, weights = errors["after"][i], [record.weights[:, i] for record in records]
+        bare = stays[i].value if closed_loop else min(angle_stays[i].value, rate_stays[i].value)
+        gain = rig.gains[i]
+        use, why = use_of(gain, reports.get(gain), getattr(own, judged).value, bare, HORIZONS[judged])
+        p = {name: _ljung_box_p([z[:, i] for z in one], weights, records[0].step) for name, one in white.items()}
+        axes[axis] = AxisReport(
+            errors["before"][i], own, floor[i], angle_stays[i], rate_stays[i], p, float(air[0, i]), float(air[1, i]),
+            float(second.model.encoder_noise[i]), use, why, {name: figures[i] for name, figures in change.items()},
+        )  # fmt: skip
     series = tuple(
         HeldOutSeries(
-            own, first.alone[i], second.alone[i], dict(zip(rig.state, map(float, starts[i]), strict=True)),
+            own, first.alone[i], second.alone[i], dict(zip(rig.state, map(float, first.begun[i]), strict=True)),
             white["before"][i], white["after"][i], records[i].step,
             tuple(event for event in events if event.log == own.name),
-            {name: _drawn(records[i], one[i]) for name, one in flown.stretches.items() if i in one}, flown.length,
+            {name: _drawn(records[i], *one[i]) for name, one in flown.items() if i in one}, length,
         )
         for i, own in enumerate(logs)
     )  # fmt: skip
     return axes, _likelihood(first, second), series
 
 
-def _reports(
-    held: "_Held",
-    errors: Mapping[str, Sequence[AxisError]],
-    change: Mapping[str, Sequence[ErrorFigure]],
-    white: Mapping[str, Sequence[Array]],
-    reports: Mapping[str, ParameterReport],
-    stood: Sequence[ErrorFigure] | None,
-    air: Array,
-) -> dict[str, AxisReport]:
-    """Report every axis of the plant after; ``stood`` is the .2 s error of an angle that stays, where control flew."""
-    rig, records, axes = held.model.rig, [run.record for run in held.runs], dict[str, AxisReport]()
-    floor = _errors(_ahead([it for seed, run in enumerate(held.runs) if (it := made_by_itself(run, seed))]),
-                    held.free_in_air())  # fmt: skip
-    angle_stays, rate_stays = (
-        rms_figures(own, SPACING, "error over 1 s") for own in zip(*(run.naive() for run in held.runs), strict=True)
-    )
-    for i, axis in enumerate(rig.axes):
-        own, bare, ahead = errors["after"][i].prediction_1s, min(angle_stays[i].value, rate_stays[i].value), 1.0
-        if stood is not None:
-            own, bare, ahead = errors["after"][i].ahead_200ms, stood[i].value, HORIZONS["ahead_200ms"]
-        use, why = use_of(rig.gains[i], reports.get(rig.gains[i]), own.value, bare, ahead)
-        weights = [record.weights[:, i] for record in records]
-        p = {name: _ljung_box_p([z[:, i] for z in own], weights, records[0].step) for name, own in white.items()}
-        axes[axis] = AxisReport(
-            errors["before"][i], errors["after"][i], floor[i], angle_stays[i], rate_stays[i], p, float(air[0, i]),
-            float(air[1, i]), float(held.model.encoder_noise[i]), use, why,
-            {name: figures[i] for name, figures in change.items()},
-        )  # fmt: skip
-    return axes
+_AHEAD = {name: (SPACING, f"error over {H:g} s") for name, H in HORIZONS.items()}
+_AHEAD["closed_loop_3s"] = (SPACING, f"closed-loop error over {FLOWN:g} s")
+"""Of errors from many starts: the time from one to the next [s], and what a message calls them."""
 
 
 def _records(before: Fit, after: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Record, ...]:
     """Prepare held-out logs; an axis without a noise model has no likelihood, and faults are undone as in training."""
-    likelihood = after.likelihood
-    fitted = np.prod([sum(r.weights.sum(0) for r in f.likelihood.records) > 0 for f in (before, after)], axis=0)
-    records = tuple(replace(r, weights=r.weights * fitted) for r in records_of(logs, likelihood.rig, left_out))
-    return tuple(without(likelihood.faults, record) for record in records)
+    known, likelihood = counted(before) * counted(after), after.likelihood
+    records = records_of(logs, likelihood.rig, left_out)
+    return tuple(without(likelihood.faults, replace(own, weights=own.weights * known)) for own in records)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,98 +159,63 @@ class _Held:
     """One model on all held-out logs."""
 
     model: Model
+    logs: Sequence[Log]
     runs: list[Run]
     densities: list[Array]
     """Log-density (N,) of every sample [nats]."""
+    begun: list[Array]
+    """State of the plant at the first sample of each log."""
     alone: list[Array]
     """Angles (N, a) [rad] of the plant alone under the voltages, at the rate of the log."""
 
     @classmethod
-    def of(
-        cls,
-        model: Model,
-        records: Sequence[Record],
-        passages: Sequence[Sequence[tuple[int, int]]],
-        logs: Sequence[Log],
-        starts: Sequence[Array],
-    ) -> "_Held":
+    def of(cls, model: Model, records: Sequence[Record], left_out: LeftOut, logs: Sequence[Log]) -> "_Held":
         """Run a model along the logs."""
-        found = [likelihood_of(model, record, own) for record, own in zip(records, passages, strict=True)]
+        found = [likelihood_of(model, own, _clear(own, left_out.get(own.name, ()))) for own in records]
+        begun = [model.rig.begin(log.angles, log.voltages, log.step) for log in logs]
         alone = [model.rig.simulate(log.voltages, log.step, start, model.parameters)
-                 for log, start in zip(logs, starts, strict=True)]  # fmt: skip
-        return cls(model, [run for run, _ in found], [density for _, density in found], alone)
+                 for log, start in zip(logs, begun, strict=True)]  # fmt: skip
+        return cls(model, logs, [run for run, _ in found], [density for _, density in found], begun, alone)
 
     @cached_property
-    def ahead(self) -> dict[str, list[Array]]:
-        """Errors (S, a) [rad] of every log by the name of the figure."""
-        return _ahead(self.runs)
+    def errors(self) -> dict[str, list[Array]]:
+        """Errors ahead (S, a) [rad] of every log by the name of the figure."""
+        return _errors(self.runs)
 
-    def free(self, logs: Sequence[Log]) -> list[ErrorFigure | None]:
-        """Figures by axis of the plant alone."""
-        errors = [log.angles - own for log, own in zip(logs, self.alone, strict=True)]
-        return _free(self.model, errors, [log.step for log in logs])
+    def figures(self) -> list[AxisError]:
+        """Figures by axis."""
+        free = [log.angles - own for log, own in zip(self.logs, self.alone, strict=True)]
+        return self._figures(self.errors, free, [log.step for log in self.logs])
 
-    def free_in_air(self) -> list[ErrorFigure | None]:
-        """Figures by axis of the plant alone on whole records that it made itself."""
-        errors, rig, p = list[Array](), self.model.rig, self.model.parameters
+    def noise_floor(self) -> list[AxisError]:
+        """Figures by axis of the plant on records of its own; zero, which bounds nothing, where it ran away."""
+        rig, p, made, free = self.model.rig, self.model.parameters, list[Run](), list[Array]()
         for seed, run in enumerate(self.runs):
-            r, random = run.record, np.random.default_rng(seed)
-            torque = run.offset + self.model.torque(r.step, r.samples, random)
-            noise = self.model.encoder_errors(r.step, r.samples, random)
-            made, own = (rig.simulate(r.inputs, r.step, r.start, p, *t) for t in ((torque,), ()))
+            own, r, (torque, noise) = made_by_itself(run, seed), run.record, self.model.noise(run.record, seed)
+            made += [own] if own else []
             with np.errstate(invalid="ignore"):  # of runs away no error is known
-                errors.append(made + noise - own)
-        return _free(self.model, errors, [run.record.step for run in self.runs])
+                driven = rig.simulate(r.inputs, r.step, r.start, p, run.offset + torque)
+                free.append(driven + noise - rig.simulate(r.inputs, r.step, r.start, p))
+        return self._figures(_errors(made), free, [run.record.step for run in self.runs])
+
+    def _figures(
+        self, errors: Mapping[str, Sequence[Array]], free: Sequence[Array], steps: Sequence[float]
+    ) -> list[AxisError]:
+        """Figures by axis of errors ahead, and of free runs: None where the axis is not stable."""
+        stable = self.model.rig.stable(self.model.parameters)
+        found: dict[str, Sequence[ErrorFigure | None]] = {
+            name: rms_figures(own, *_AHEAD[name]) if any(map(len, own)) else [ErrorFigure(0.0, 0.0, 0.0)] * len(stable)
+            for name, own in errors.items()
+        }
+        known = all(np.isfinite(own).all() for own in free)
+        of_free = rms_figures(free, steps) if known else [None] * len(stable)
+        found["free_run"] = [own if ok else None for own, ok in zip(of_free, stable, strict=True)]
+        return [AxisError(**dict(zip(found, own, strict=True))) for own in zip(*found.values(), strict=True)]
 
 
-def _standardised(run: Run, model: Model) -> Array:
-    """Innovations (N, a) of a run under the air and over the scales of another model."""
-    step, own = run.record.step, run.model
-    old, new = (filters(step, own.rig.linear(own.parameters), physical(z)) for z in (own.z, model.z))
-    columns = [recoloured(e, was, now) for e, was, now in zip(run.e.T, old, new, strict=True)]
-    return np.column_stack(columns) / model.scales(step)
-
-
-def _ahead(runs: Sequence[Run]) -> dict[str, list[Array]]:
-    """Errors (S, a) [rad] of runs by the name of the figure."""
+def _errors(runs: Sequence[Run]) -> dict[str, list[Array]]:
     found = [run.errors() for run in runs]
     return {name: [own[name] for own in found] for name in HORIZONS}
-
-
-@dataclass(frozen=True)
-class _Flown:
-    """Stretches that models flew again, by model and log, of ``length`` [s]: with the controller where it is FLOWN."""
-
-    stretches: Mapping[str, Mapping[int, list[Stretch]]]
-    length: float
-
-
-def _flown(models: Mapping[str, _Held], logs: Sequence[Log], known: bool) -> _Flown:
-    """Let plant and recovered controller fly again; 1 s under the measured voltages where no law is known.
-
-    All axes fly together: one that the model does not know (``known``) would spoil the others.
-    """
-    laws = {i: own for i, own in enumerate(controllers_of(logs)) if known and len(own) == len(CHANNELS)}
-    found = {name: {i: own.runs[i].flown_again(FLOWN, law) for i, law in laws.items()} for name, own in models.items()}
-    errors = [e for one in found.values() for own in one.values() for _, e in own]
-    if errors and all(np.isfinite(e).all() for e in errors):
-        return _Flown(found, FLOWN)
-    alone = {name: {i: run.flown_again(1.0) for i, run in enumerate(own.runs)} for name, own in models.items()}
-    return _Flown(alone, 1.0)
-
-
-def _thinned(record: Record, stretches: Sequence[Stretch]) -> Array:
-    """Errors (n, a) [rad] of stretches, :data:`.settings.SPACING` apart."""
-    thin = max(1, round(SPACING / record.step))
-    return np.concatenate([np.empty((0, record.angles.shape[1])), *(e[thin - 1 :: thin] for _, e in stretches)])
-
-
-def _drawn(record: Record, stretches: Sequence[Stretch]) -> Array:
-    """Angles (N, a) [rad] that stretches predict; not a number between them."""
-    predicted = np.full_like(record.angles, np.nan)
-    for first, e in stretches:
-        predicted[first : first + len(e) - 1] = (record.angles[first : first + len(e)] - e)[:-1]  # a gap to the next
-    return predicted
 
 
 def _clear(record: Record, left_out: Sequence[tuple[float, float]]) -> list[tuple[int, int]]:
@@ -288,47 +227,48 @@ def _clear(record: Record, left_out: Sequence[tuple[float, float]]) -> list[tupl
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
-def _errors(ahead: Mapping[str, Sequence[Array]], free: Sequence[ErrorFigure | None]) -> list[AxisError]:
-    """Figures by axis of one model's errors; zero, which bounds nothing, where there is no run."""
-    if not any(map(len, ahead.values())):
-        nothing = ErrorFigure(0.0, 0.0, 0.0)
-        return [AxisError(nothing, nothing, nothing, nothing, own) for own in free]
-    figures = [rms_figures(own, SPACING, f"error over {HORIZONS[name]:g} s") for name, own in ahead.items()]
-    return [AxisError(a, b, c, d, own) for a, b, c, d, own in zip(*figures, free, strict=True)]
+_Stretches = dict[int, tuple[list[int], Array]]
+"""By log: first samples of stretches of one model, and their errors (S, n, a) [rad]."""
 
 
-def _change(pairs: Iterable[tuple[Array, Array]]) -> list[ErrorFigure]:
-    """Figures by axis of the root mean square of the second errors (S, a) of each pair over the first, less 1."""
-    squares = [np.hstack(own) ** 2 for own in pairs]
-    squares = [own[np.isfinite(own).all(1)] for own in squares]
-    ends = np.quantile(_ratio(segment_means(squares, [SPACING] * len(squares))), (0.025, 0.975), axis=0)
-    columns = np.vstack((_ratio(np.concatenate(squares).mean(0)), ends)).T
-    return [ErrorFigure(*map(float, column)) for column in columns]
+def _flown(
+    models: Mapping[str, _Held], logs: Sequence[Log], stays: Sequence[ErrorFigure]
+) -> tuple[dict[str, _Stretches], float]:
+    """Let plant and recovered controller fly again; 1 s under the measured voltages where no law is known.
+
+    All axes fly together: one that predicts .2 s ahead no better than an angle that ``stays`` would spoil the others.
+    The length of the stretches [s] is returned beside them.
+    """
+    own = rms_figures(models["after"].errors["ahead_200ms"], *_AHEAD["ahead_200ms"])
+    if all(figure.value < least.value for figure, least in zip(own, stays, strict=True)):
+        laws = {i: law for i, law in enumerate(controllers_of(logs)) if len(law) == len(CHANNELS)}
+        found = {name: {i: m.runs[i].flown_again(FLOWN, law) for i, law in laws.items()} for name, m in models.items()}
+        errors = [e for one in found.values() for _, e in one.values() if len(e)]
+        if errors and all(np.isfinite(e).all() for e in errors):
+            return found, FLOWN
+    return {name: {i: run.flown_again(1.0) for i, run in enumerate(m.runs)} for name, m in models.items()}, 1.0
 
 
-def _ratio(squares: Array) -> Array:
-    """Root mean square of the second half of the columns over that of the first, less 1."""
-    a = squares.shape[-1] // 2
-    return np.sqrt(squares[..., a:] / np.maximum(squares[..., :a], 1e-300)) - 1.0
+def _thinned(flown: _Stretches, step: float) -> list[Array]:
+    """Errors (n, a) [rad] of the stretches of each log, :data:`.settings.SPACING` apart."""
+    thin = max(1, round(SPACING / step))
+    return [e[:, thin - 1 :: thin].reshape(-1, e.shape[2]) for _, e in flown.values()]
 
 
-def _free(model: Model, errors: Sequence[Array], steps: Sequence[float]) -> list[ErrorFigure | None]:
-    """Figures by axis of free runs; None where the axis is not stable."""
-    stable = model.rig.stable(model.parameters)
-    if not all(np.isfinite(own).all() for own in errors):
-        return [None] * len(stable)
-    return [own if ok else None for own, ok in zip(rms_figures(errors, steps), stable, strict=True)]
+def _drawn(record: Record, firsts: Sequence[int], errors: Array) -> Array:
+    """Angles (N, a) [rad] that stretches predict; not a number between them."""
+    predicted = np.full_like(record.angles, np.nan)
+    for first, e in zip(firsts, errors, strict=True):
+        predicted[first : first + len(e) - 1] = (record.angles[first : first + len(e)] - e)[:-1]  # a gap to the next
+    return predicted
 
 
-def _likelihood(before: _Held, after: _Held) -> HeldOutLikelihood:
-    """Compare the densities of two models in pairs."""
-    steps = [run.record.step for run in before.runs]
-    seconds = sum(len(density) * h for density, h in zip(before.densities, steps, strict=True))
-    totals = [sum(float(density.sum()) for density in own.densities) for own in (before, after)]
-    gains = [second - first for first, second in zip(before.densities, after.densities, strict=True)]
-    low, high = np.quantile(segment_means(gains, steps), (0.025, 0.975)) * sum(map(len, gains))
-    gain = ErrorFigure(totals[1] - totals[0], float(low), float(high))
-    return HeldOutLikelihood(seconds, totals[0] / seconds, totals[1] / seconds, gain)
+def _standardised(run: Run, model: Model) -> Array:
+    """Innovations (N, a) of a run under the air and over the scales of another model."""
+    step, own = run.record.step, run.model
+    old, new = (filters(step, own.rig.linear(own.parameters), physical(z)) for z in (own.z, model.z))
+    columns = [recoloured(e, was, now) for e, was, now in zip(run.innovations.T, old, new, strict=True)]
+    return np.column_stack(columns) / model.scales(step)
 
 
 def _ljung_box_p(white: Sequence[Array], weights: Sequence[Array], step: float) -> float:
@@ -340,14 +280,74 @@ def _ljung_box_p(white: Sequence[Array], weights: Sequence[Array], step: float) 
     if n <= lags:
         return 1.0
     square = sum(float(w @ z**2) for z, w in zip(white, weights, strict=True)) / n
-    products, pairs = np.zeros(lags), np.zeros(lags)
-    for z, w in zip(white, weights, strict=True):
-        reach = min(lags, len(z) - 1)
-        size = 2 ** int(np.ceil(np.log2(len(z) + reach)))
-        for into, of in ((products, z * w), (pairs, w)):
-            into[:reach] += np.fft.irfft(np.abs(np.fft.rfft(of, size)) ** 2, size)[1 : reach + 1]
-    statistic = (n + 2.0) / n * float(((products / square) ** 2 / np.maximum(pairs, 1.0)).sum())
-    return float(chdtrc(lags, statistic))
+    of_logs = [[correlate(x, x)[len(x) :][:lags] for x in (z * w, w)] for z, w in zip(white, weights, strict=True)]
+    products, pairs = (sum(own) for own in zip(*of_logs, strict=True))
+    return float(chdtrc(lags, (n + 2.0) / n * float(((products / square) ** 2 / np.maximum(pairs, 1.0)).sum())))
+
+
+def rms_figures(errors: Sequence[Array], spacing: float | Sequence[float], what: str = "errors") -> list[ErrorFigure]:
+    """Root mean squares by column of errors (S_i, a) that lie ``spacing`` [s] apart, pooled over records.
+
+    Rows that are not a number are left out.
+
+    Raises
+    ------
+    LogError
+        No row is left.
+    """
+    squares = [own[np.isfinite(own).all(1)] ** 2 for own in errors]
+    if not any(map(len, squares)):
+        raise LogError(
+            f"{what}: no passage of the logs is long enough for it, behind {SETTLING:g} s in which the filter settles "
+            "and outside of what is left out; give longer logs, or keep the events."
+        )
+    return _bootstrapped(squares, spacing, after=np.sqrt)
+
+
+def _change(first: Sequence[Array], second: Sequence[Array]) -> list[ErrorFigure]:
+    """Root mean squares by axis of the second errors (S, a) of each pair over those of the first, less 1."""
+    pairs = [np.hstack(own) ** 2 for own in zip(first, second, strict=True)]
+    return _bootstrapped([own[np.isfinite(own).all(1)] for own in pairs], SPACING, _ratio)
+
+
+def _ratio(squares: Array) -> Array:
+    """Root mean square of the second half of the columns over that of the first, less 1."""
+    a = squares.shape[-1] // 2
+    return np.sqrt(squares[..., a:] / np.maximum(squares[..., :a], 1e-300)) - 1.0
+
+
+def _likelihood(before: _Held, after: _Held) -> HeldOutLikelihood:
+    """Compare the densities of two models in pairs."""
+    steps = [run.record.step for run in before.runs]
+    seconds = sum(len(own) * h for own, h in zip(before.densities, steps, strict=True))
+    totals = [sum(float(density.sum()) for density in own.densities) for own in (before, after)]
+    gains = [(two - one)[:, None] for one, two in zip(before.densities, after.densities, strict=True)]
+    (gain,) = _bootstrapped(gains, steps, after=lambda mean: mean * sum(map(len, gains)))
+    return HeldOutLikelihood(seconds, totals[0] / seconds, totals[1] / seconds, gain)
+
+
+def _bootstrapped(
+    values: Sequence[Array],
+    spacing: float | Sequence[float],
+    read: Callable[[Array], Array] = np.asarray,
+    after: Callable[[Array], Array] = np.asarray,
+) -> list[ErrorFigure]:
+    """Give what is read off the means (k,) of values (S_i, k) ``spacing`` [s] apart, with 95 % intervals.
+
+    Segments of :data:`.settings.BLOCK` s are drawn at random. ``after`` is monotonic, and read off their quantiles.
+    """
+    spacings = [spacing] * len(values) if isinstance(spacing, float) else spacing
+    totals, lengths = [], []
+    for own, apart in zip(values, spacings, strict=True):
+        if len(own):
+            starts = np.arange(0, len(own), max(1, round(BLOCK / apart)))
+            totals.append(np.add.reduceat(own, starts, axis=0))
+            lengths.append(np.diff([*starts, len(own)]).astype(float))
+    total, length = np.concatenate(totals), np.concatenate(lengths)
+    times = np.random.default_rng(0).multinomial(len(total), np.full(len(total), 1.0 / len(total)), DRAWS).astype(float)
+    drawn = read(times @ total / (times @ length)[:, None])
+    found = np.vstack((read(np.concatenate(values).mean(0)), np.quantile(drawn, (0.025, 0.975), axis=0)))
+    return [ErrorFigure(*map(float, column)) for column in after(found).T]
 
 
 def use_of(gain: str, report: ParameterReport | None, error: float, least: float, ahead: float) -> tuple[Use, str]:
@@ -396,7 +396,7 @@ def hold_to(
     """
     rig, outcomes = helicopter(DiagnosisSettings(), [own.angles for own in logs], [own.voltages for own in logs]), []
     for own in logs:
-        run = run_along(Model.alone(rig, parameters), record_of(own, rig), np.zeros(len(rig.axes)))
+        run = Run.along(Model.alone(rig, parameters), record_of(own, rig), np.zeros(len(rig.axes)))
         said = f"log {own.name}, error over {HORIZONS[figure]:g} s"
         figures = rms_figures([run.errors()[figure]], SPACING, said)
         outcomes += [Outcome(own.name, axis, figures[rig.axes.index(axis)], limit) for axis, limit in limits.items()]

@@ -1,6 +1,6 @@
-"""Errors of a plant ahead on one record, their intervals, and what a perfect plant would err.
+"""One model along one record: its filter, its predictions, and a record that it makes itself.
 
-From every start t_i, :data:`SPACING` apart, the plant runs on under the measured inputs; its error is
+From every start t_i, :data:`.settings.SPACING` apart, the plant runs on under the measured inputs; its error is
 
     e_ij = y_j(t_i + H) - y_hat_j(t_i + H | t_i),    j an axis.
 
@@ -10,9 +10,6 @@ knows no model, and the air is left out. Where a controller flies, the measured 
 two figures are no predictions there, and decide nothing.
 
 One compiled loop serves all: a filter whose gains are zero is the plant alone, and its innovations are its errors.
-
-Intervals come from a bootstrap over segments (Kuensch 1989). The noise floor is the error of the plant on records that
-it made itself, with the air and the encoders' noise of its fit.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,31 +21,26 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from heli_identifier.chain import local_cubic
-from heli_identifier.errors import LogError
 
 from .fit import Fit, fit
 from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, physical
 from .references import CHANNELS, Controller
-from .result import ErrorFigure
 from .rig import Array, Parameters, Record
-from .settings import BLOCK, DRAWS, ROUND, SETTLED, SETTLING, SMOOTHING, SPACING
+from .settings import BLOCK, ROUND, SETTLED, SETTLING, SMOOTHING, SPACING
 
-HORIZONS: Mapping[str, float] = {"ahead_100ms": 0.1, "ahead_200ms": 0.2, "prediction_1s": 1.0, "prediction_2s": 2.0}
-"""How far ahead [s] each figure looks."""
+FROM_FILTER: Mapping[str, float] = {"ahead_100ms": 0.1, "ahead_200ms": 0.2}
+FROM_MOTION: Mapping[str, float] = {"prediction_1s": 1.0, "prediction_2s": 2.0}
+"""How far ahead [s] each figure looks that starts from the filter's state, and from the smoothed motion."""
 
-FROM_FILTER = 2
-"""So many figures start from the filter's state, the others from the smoothed motion."""
+HORIZONS = {**FROM_FILTER, **FROM_MOTION}
 
-Stretch = tuple[int, Array]
-"""First sample of a prediction, and its errors (n, a) [rad] from there on."""
-
-_NONE, _NO_MOTION = np.empty((0, 4)), np.empty((0, 6))
+_NO_SINES, _NO_MOTION = np.empty((0, 4)), np.empty((0, 6))
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A plant with the noise of its training logs: air z (s, a), r (a,) [rad], tau (a,) [rad/s^2]."""
+    """A plant with the noise of its training logs: air z (5, a), r (a,) [rad], tau (a,) [rad/s^2]."""
 
     rig: Rig
     parameters: Parameters
@@ -66,8 +58,7 @@ class Model:
         likelihood = fitted.likelihood
         if fitted.point.harmonics:
             fitted = fit(likelihood, (), replace(fitted, point=replace(fitted.point, harmonics=())))
-        counted = sum(record.weights.sum(0) for record in likelihood.records) > 0
-        r = np.where(counted, fitted.encoder_noise(), likelihood.rig.resolution / np.sqrt(12.0))
+        r = np.where(counted(fitted), fitted.encoder_noise(), likelihood.rig.resolution / np.sqrt(12.0))
         return cls(likelihood.rig, fitted.parameters, fitted.point.z, r, likelihood.widths[: len(r)])
 
     @classmethod
@@ -84,41 +75,93 @@ class Model:
         """Give the standard deviations (a,) [rad] of the innovations at a sampling interval [s]."""
         return self.encoder_noise * np.sqrt([axis.S for axis in self.filters(step)])
 
-    def torque(self, step: float, count: int, random: np.random.Generator) -> Array:
-        """Draw the torque of the air (count, a) [rad/s^2]: x+ = F x + w, stationary from its first sample."""
-        columns = []
-        for axis, level in zip(self.filters(step), physical(self.z)[0] * self.encoder_noise, strict=True):
+    def noise(self, record: Record, seed: int) -> tuple[Array, Array]:
+        """Draw what a record of its own has: torque of the air [rad/s^2] and errors of the encoders [rad], (N, a).
+
+        The torque x+ = F x + w is stationary from its first sample.
+        """
+        random, own, columns = np.random.default_rng(seed), self.filters(record.step), []
+        for axis, level in zip(own, physical(self.z)[0] * self.encoder_noise, strict=True):
             F = axis.F
             values, vectors = np.linalg.eigh(np.eye(2) - F @ F.T)
-            w = random.standard_normal((count, 2))
+            w = random.standard_normal((record.samples, 2))
             w[1:] = w[1:] * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
             poles = [1.0, -np.trace(F), np.linalg.det(F)]
             d = lfilter([1.0, -F[1, 1]], poles, w[:, 0]) + lfilter([0.0, F[0, 1]], poles, w[:, 1])
             columns.append(level * d)
-        return np.column_stack(columns)
+        errors = np.column_stack([axis.encoder_error(record.samples, random) for axis in own])
+        return np.column_stack(columns), self.encoder_noise * errors
 
-    def encoder_errors(self, step: float, count: int, random: np.random.Generator) -> Array:
-        """Draw the errors of the encoders (count, a) [rad]."""
-        drawn = [axis.encoder_error(count, random) for axis in self.filters(step)]
-        return np.asarray(self.encoder_noise * np.column_stack(drawn))
+    def run(
+        self, record: Record, K: Array, torque: Array, first: int, last: int, carry: Array | None
+    ) -> tuple[Array, Array]:
+        """Run over samples of a record under gains ``K``: the state behind the last of them, and the innovations.
+
+        ``torque`` [rad/s^2] acts beside the air, constant (a,) or one row a sample (N, a).
+        """
+        e = np.empty((last - first, len(self.rig.axes)))
+        state = None if carry is None else carry.copy()
+        found = self.rig.filter(record, self.parameters, K, torque, _NO_SINES, first, last, state, e, _NO_MOTION)
+        return found, e
+
+
+Passage = tuple[int, int, Array | None]
+"""Samples of a record in which predictions lie, and the filter's state (21,) before the first of them."""
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A model's filter along a record."""
+    """A model's filter along a record, under the constant torque ``offset`` (a,) [rad/s^2]."""
 
     model: Model
     record: Record
     offset: Array
-    """Shape (a,)."""
-    at: NDArray[np.intp]
-    """Samples at which predictions start, shape (S,)."""
-    ends: NDArray[np.intp]
-    """Sample before which each of them has to end, shape (S,)."""
-    carries: Array
-    """State of the filter before the innovation at each start, shape (S, n)."""
-    e: Array
-    """Innovations [rad], shape (N, a)."""
+    passages: Sequence[Passage]
+    """The filter settles in each of them before the first prediction starts."""
+
+    @classmethod
+    def along(
+        cls, model: Model, record: Record, offset: Array, within: Sequence[tuple[int, int]] | None = None
+    ) -> "Run":
+        """Run on from the start of a record; predictions lie ``within`` passages, by default anywhere."""
+        whole = cls(model, record, offset, [(0, record.samples, None)])
+        if within is None:
+            return whole
+        states = whole.states([first for first, _ in within])
+        return replace(whole, passages=[(*own, state) for own, state in zip(within, states, strict=True)])
+
+    @cached_property
+    def gains(self) -> Array:
+        """Gains of the filter."""
+        return gains(self.model.filters(self.record.step))
+
+    @cached_property
+    def innovations(self) -> Array:
+        """Innovations [rad] of the whole record, shape (N, a)."""
+        return self.model.run(self.record, self.gains, self.offset, 0, self.record.samples, None)[1]
+
+    def states(self, samples: Iterable[int], first: int = 0, state: Array | None = None) -> list[Array]:
+        """Give the filter's states before samples in ascending order, from that before the ``first``."""
+        found = list[Array]()
+        for sample in samples:
+            state, _ = self.model.run(self.record, self.gains, self.offset, first, sample, state)
+            first = sample
+            found.append(state)
+        return found
+
+    @cached_property
+    def starts(self) -> list[tuple[int, int, Array]]:
+        """Samples at which predictions start, those before which they have to end, and the filter's states before."""
+        h, found = self.record.step, list[tuple[int, int, Array]]()
+        for first, last, state in self.passages:
+            at = range(first + round(SETTLING / h), last - round(1.0 / h), max(1, round(SPACING / h)))
+            found += [(k, last, own) for k, own in zip(at, self.states(at, first, state), strict=True)]
+        return found
+
+    @cached_property
+    def at(self) -> NDArray[np.intp]:
+        """Samples at which predictions start, shape (S,)."""
+        return np.array([k for k, _, _ in self.starts], dtype=np.intp)
 
     @cached_property
     def motion(self) -> Array:
@@ -126,37 +169,36 @@ class Run:
         y, h = self.record.angles, self.record.step
         return np.hstack([local_cubic(y, h, SMOOTHING, order)[self.at] for order in (0, 1)])
 
+    def measured(self, seconds: float) -> Array:
+        """Angles (S, a) [rad] so long after the starts; not a number where the passage ends before."""
+        n, gone = round(seconds / self.record.step), np.full(len(self.offset), np.nan)
+        later = [self.record.angles[k + n] if k + n < last else gone for k, last, _ in self.starts]
+        return np.array(later).reshape(-1, len(gone))
+
     def errors(self) -> dict[str, Array]:
         """Give the errors (S, a) [rad] of the figures; not a number where the passage ends before."""
-        K, none = gains(self.model.filters(self.record.step)), np.zeros_like(self.offset)
-        K[:, :4] = 0.0
-        steps = [max(round(H / self.record.step), 1) for H in HORIZONS.values()]
+        K, rig = self.gains.copy(), self.model.rig
+        K[:, :4] = 0.0  # the air decays, nothing corrects
+        states = [state for _, _, state in self.starts]
+        placed = [rig.placed(state, own) for state, own in zip(states, self.motion, strict=True)]
         # the state before the innovation at t_i is one step ahead of the corrected state before it
-        near = self._ahead(self.carries, K, self.offset, [n - 1 for n in steps[:FROM_FILTER]])
-        states = [self.model.rig.placed(c, own) for c, own in zip(self.carries, self.motion, strict=True)]
-        far = self._ahead(states, self.model.rig.still, none, steps[FROM_FILTER:])
-        return dict(zip(HORIZONS, (*near, *far), strict=True))
+        near = self._ahead(states, K, self.offset, FROM_FILTER, -1)
+        return near | self._ahead(placed, rig.still, np.zeros_like(self.offset), FROM_MOTION, 0)
 
-    def measured_ahead(self, seconds: float) -> Array:
-        """Angles (S, a) [rad] measured so many seconds after the starts; not a number where the passage ends before."""
-        ends = self.at + round(seconds / self.record.step)
-        inside = ends < self.ends
-        found = np.full((len(self.at), self.record.angles.shape[1]), np.nan)
-        found[inside] = self.record.angles[ends[inside]]
+    def _ahead(
+        self, states: Sequence[Array], K: Array, torque: Array, horizons: Mapping[str, float], shift: int
+    ) -> dict[str, Array]:
+        """Run on from every start; the errors (S, a) at each horizon, ``shift`` samples later."""
+        steps = {name: max(round(H / self.record.step), 1) + shift for name, H in horizons.items()}
+        found = {name: np.full((len(states), len(torque)), np.nan) for name in horizons}
+        for i, ((k, last, _), state) in enumerate(zip(self.starts, states, strict=True)):
+            _, e = self.model.run(self.record, K, torque, k, min(k + max(steps.values()) + 1, last), state)
+            for name, ahead in steps.items():
+                found[name][i] = e[ahead] if ahead < len(e) else np.nan
         return found
 
-    def naive(self) -> tuple[Array, Array]:
-        """Errors (S, a) [rad] 1 s ahead of "the smoothed angle stays" and of "the smoothed rate stays"."""
-        angles, rates = np.hsplit(self.motion, 2)
-        stays = self.measured_ahead(1.0) - angles
-        return stays, stays - rates
-
-    def still(self, name: str) -> Array:
-        """Errors (S, a) [rad] of "the measured angle stays" over the horizon of a figure; no future sample is in it."""
-        return self.measured_ahead(HORIZONS[name]) - self.record.angles[self.at]
-
-    def flown_again(self, seconds: float, laws: Sequence[Controller] = ()) -> list[Stretch]:
-        """Stretches of so many seconds that plant and controller fly, each begun at the measured motion.
+    def flown_again(self, seconds: float, laws: Sequence[Controller] = ()) -> tuple[list[int], Array]:
+        """Let plant and controller fly stretches from the measured motion: first samples, and errors (S, n, a) [rad].
 
         The simulated voltages are the measured ones less what the controller's laws answer to delta, the simulated less
         the measured angles: what came from outside stays, and feedback cannot flatter the plant. delta and the voltages
@@ -165,46 +207,35 @@ class Run:
         the measured ones.
         """
         record, rig, length = self.record, self.model.rig, round(seconds / self.record.step)
-        block = max(1, round(ROUND / record.step))
-        local, found, free = np.zeros_like(self.offset), list[Stretch](), 0
-        for first, end, carry, motion in zip(self.at, self.ends, self.carries, self.motion, strict=True):
-            if first < free or end - first < length:
+        block, calm = max(1, round(ROUND / record.step)), np.zeros_like(self.offset)
+        firsts, errors, free = list[int](), list[Array](), 0
+        for (first, last, carry), motion in zip(self.starts, self.motion, strict=True):
+            if first < free or last - first < length:
                 continue
-            free, state, e = first + length, rig.placed(carry, motion), np.zeros((length, len(rig.axes)))
-            inputs = record.inputs.copy()
-            flown = replace(record, inputs=inputs)
-            for start in range(0, length, block):
-                rows = slice(first + start, min(first + start + block, free))
-                stop = rows.stop - first
-                for _ in range(stop - start + 1):
-                    after = state.copy()
-                    rig.filter(flown, self.model.parameters, rig.still, local, _NONE, rows.start, rows.stop, after,
-                               e[start:stop], _NO_MOTION)  # fmt: skip
-                    asked = record.inputs[rows] - _answered(laws, -e[:stop], record.step, rig.axes)[start:]
-                    changed = float(np.abs(asked - inputs[rows]).max())
-                    inputs[rows] = asked
-                    if not changed > SETTLED:
+            free, state, e = first + length, rig.placed(carry, motion), np.zeros((length, len(calm)))
+            flown = replace(record, inputs=record.inputs.copy())
+            for done in range(0, length, block):
+                rows = slice(first + done, min(first + done + block, free))
+                for _ in range(block + 1):
+                    after, e[done : done + block] = self.model.run(flown, rig.still, calm, rows.start, rows.stop, state)
+                    answer = answered(laws, -e[: done + block], record.step, rig.axes)[done:]
+                    asked = record.inputs[rows] - answer
+                    moved = float(np.abs(asked - flown.inputs[rows]).max())
+                    flown.inputs[rows] = asked
+                    if not moved > SETTLED:
                         break
                 state = after
-            found.append((int(first), e))
-        return found
-
-    def _ahead(self, states: Sequence[Array] | Array, K: Array, local: Array, steps: Sequence[int]) -> list[Array]:
-        """Run on from every start without corrections; errors (S, a) after each number of ``steps``, ascending."""
-        record, p = self.record, self.model.parameters
-        errors = np.full((len(steps), len(self.at), len(local)), np.nan)
-        buffer = np.empty((steps[-1] + 1, len(local)))
-        for i, first in enumerate(self.at):
-            count = min(steps[-1] + 1, self.ends[i] - first)
-            state = np.array(states[i])
-            self.model.rig.filter(record, p, K, local, _NONE, first, first + count, state, buffer[:count], _NO_MOTION)
-            for j, ahead in enumerate(steps):
-                if ahead < count:
-                    errors[j, i] = buffer[ahead]
-        return list(errors)
+            firsts.append(first)
+            errors.append(e)
+        return firsts, np.array(errors).reshape(-1, length, len(calm))
 
 
-def _answered(laws: Sequence[Controller], delta: Array, h: float, axes: Sequence[str]) -> Array:
+def counted(fitted: Fit) -> Array:
+    """Whether any sample of each axis (a,) counted in a fit."""
+    return np.asarray(sum(record.weights.sum(0) for record in fitted.likelihood.records) > 0.0)
+
+
+def answered(laws: Sequence[Controller], delta: Array, h: float, axes: Sequence[str]) -> Array:
     """Voltages (n, 2) [V] that laws take away for angles that differ by ``delta`` (n, a) [rad]."""
     channels = np.zeros((len(delta), 2))
     for law in laws:
@@ -219,45 +250,6 @@ def _answered(laws: Sequence[Controller], delta: Array, h: float, axes: Sequence
     return 0.5 * np.column_stack((total + difference, total - difference))
 
 
-def run_along(
-    model: Model, record: Record, offset: Array, passages: Sequence[tuple[int, int]] | None = None,
-    states: Sequence[Array] = (),
-) -> Run:  # fmt: skip
-    """Run the filter of a model along a record and keep its state at the starts of predictions.
-
-    Predictions lie within ``passages`` (first, last) [samples], by default the whole record; the filter settles in each
-    of them before the first starts. ``states`` (n,) of the filter begin each passage; by default the filter runs on
-    from the record's start. ``offset`` (a,) is the constant torque of the log [rad/s^2].
-    """
-    h, N = record.step, record.samples
-    settle, shortest, apart = round(SETTLING / h), round(1.0 / h), max(1, round(SPACING / h))
-    passages = [(0, N)] if passages is None else passages
-    parts = [np.arange(a + settle, b - shortest, apart) for a, b in passages]
-    at = np.array([k for own in parts for k in own], dtype=np.intp)
-    ends = np.array([b for own, (_, b) in zip(parts, passages, strict=True) for _ in own], dtype=np.intp)
-    e = np.zeros_like(record.angles)
-    if states:
-        kept = [_states(model, record, offset, own, e, state, first)
-                for own, state, (first, _) in zip(parts, states, passages, strict=True)]  # fmt: skip
-    else:
-        kept = [_states(model, record, offset, np.append(at, N), e)[:-1]]
-    return Run(model, record, offset, at, ends, np.concatenate(kept), e)
-
-
-def _states(
-    model: Model, record: Record, offset: Array, at: Iterable[int], e: Array, carry: Array | None = None, first: int = 0
-) -> Array:
-    """States (S, n) of the filter before the samples ``at``; fills the innovations ``e`` up to the last of them."""
-    K = gains(model.filters(record.step))
-    carry, carries = None if carry is None else carry.copy(), []
-    for last in at:
-        part = e[first:last]
-        carry = model.rig.filter(record, model.parameters, K, offset, _NONE, first, last, carry, part, _NO_MOTION)
-        carries.append(carry.copy())
-        first = last
-    return np.array(carries)
-
-
 def made_by_itself(run: Run, seed: int = 0) -> Run | None:
     """Let a plant make a record of its own, and run its filter along it; None if it runs away everywhere.
 
@@ -265,57 +257,14 @@ def made_by_itself(run: Run, seed: int = 0) -> Run | None:
     motion: in another air these inputs no longer hold the plant where it was, and the errors ahead depend on where it
     is. Pieces that run away from the rig by half a turn are left out.
     """
-    model, record, offset = run.model, run.record, run.offset
-    h, a, N = record.step, len(model.rig.axes), record.samples
-    random = np.random.default_rng(seed)
-    first, length = round(SETTLING / h), min(round((SETTLING + BLOCK) / h), N - round(SETTLING / h))
-    firsts = range(first, N - length + 1, length)
-    torque = offset + model.torque(h, N, random)
-    minus, blank = np.zeros_like(record.angles), replace(record, angles=np.zeros_like(record.angles))
-    passages, states = [], []
-    for k, state in zip(firsts, _states(model, record, offset, firsts, np.empty_like(minus)), strict=True):
-        rows = slice(k, k + length)
-        state[-3 * a :] = 0.0
-        own, last = state.copy(), k + length
-        model.rig.filter(blank, model.parameters, model.rig.still, torque, _NONE, k, last, own, minus[rows], _NO_MOTION)
-        if np.abs(minus[rows] + record.angles[rows]).max() < np.pi:
-            passages.append((k, k + length))
-            states.append(state)
-    noise = model.encoder_errors(h, N, random)
-    made = replace(record, angles=noise - minus)
-    return run_along(model, made, offset, passages, states) if passages else None
-
-
-def rms_figures(errors: Sequence[Array], spacing: float | Sequence[float], what: str = "errors") -> list[ErrorFigure]:
-    """Root mean squares by column of errors (S_i, a) that lie ``spacing`` [s] apart, pooled over records.
-
-    Rows that are not a number are left out.
-
-    Raises
-    ------
-    LogError
-        No row is left.
-    """
-    squares = [values[np.isfinite(values).all(1)] ** 2 for values in errors]
-    spacings = [spacing] * len(squares) if isinstance(spacing, int | float) else list(spacing)
-    if not sum(map(len, squares)):
-        raise LogError(
-            f"{what}: no passage of the logs is long enough for it, behind {SETTLING:g} s in which the filter settles "
-            "and outside of what is left out; give longer logs, or keep the events."
-        )
-    low, high = np.sqrt(np.quantile(segment_means(squares, spacings), (0.025, 0.975), axis=0))
-    centre = np.sqrt(np.concatenate(squares).mean(axis=0))
-    return [ErrorFigure(float(c), float(a), float(b)) for c, a, b in zip(centre, low, high, strict=True)]
-
-
-def segment_means(values: Sequence[Array], spacings: Sequence[float]) -> Array:
-    """Means of values (S_i, ...), ``spacings`` [s] apart, over segments drawn at random, shape (DRAWS, ...)."""
-    totals, lengths = [], []
-    for own, apart in zip(values, spacings, strict=True):
-        if len(own):
-            starts = np.arange(0, len(own), max(1, round(BLOCK / apart)))
-            totals.append(np.add.reduceat(own, starts, axis=0))
-            lengths.append(np.diff([*starts, len(own)]).astype(float))
-    total, length = np.concatenate(totals), np.concatenate(lengths)
-    times = np.random.default_rng(0).multinomial(len(total), np.full(len(total), 1.0 / len(total)), DRAWS).astype(float)
-    return (times @ total) / (times @ length).reshape(-1, *(1,) * (total.ndim - 1))
+    model, record, settle = run.model, run.record, round(SETTLING / run.record.step)
+    length = min(round((SETTLING + BLOCK) / record.step), record.samples - settle)
+    (torque, noise), made, passages = model.noise(record, seed), record.angles.copy(), list[Passage]()
+    blank, firsts = replace(record, angles=np.zeros_like(made)), range(settle, record.samples - length + 1, length)
+    for k, state in zip(firsts, run.states(firsts), strict=True):
+        state[-3 * len(run.offset) :] = 0.0  # the air is drawn
+        _, minus = model.run(blank, model.rig.still, run.offset + torque, k, k + length, state)
+        if np.abs(minus + record.angles[k : k + length]).max() < np.pi:
+            made[k : k + length] = -minus
+            passages.append((k, k + length, state))
+    return Run(model, replace(record, angles=made + noise), run.offset, passages) if passages else None
