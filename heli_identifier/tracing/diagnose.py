@@ -108,7 +108,7 @@ def diagnose(
         axes=axes,
         held_out=nats,
         closed_loop=found.references.closed_loop,
-        references=" and ".join(sorted(set(found.references.origins) - {"none"})) or "none",
+        references=found.references.origin,
         agreement=found.agreement,
         series=series,
         curves=drawn_curves(after, found.covariance, effects),

@@ -20,7 +20,6 @@ and T. Tao, IEEE Trans. Inf. Theory 51 (2005) 4203, for exact recovery by L1 und
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
@@ -49,13 +48,8 @@ class Controller:
     """Voltage taken away for one unit of an angle [V/rad], a rate [V s/rad] and, if any, an integral [V/(rad s)]."""
     poles: tuple[float, ...]
     """Rate q of each angle's derivative filter [1/s]."""
-    smoothing: float
-    integral: float
-    """smoothing, integral: Rates c (infinite for plain steps) and beta (0 without integral term) [1/s]."""
     delay: float
     """From reading the angles to their voltages [s]: 0, or one period of the controller."""
-    share: float
-    """Variance of the rebuilt reference over the sum of that and of the feedback."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,10 +60,8 @@ class References:
     """The m signals: an axis [rad] where logged, a channel of the voltages [V] where rebuilt or in open loop."""
     signals: tuple[Array, ...]
     """For each log an array of shape (N, m); a column of zeros where a log does not have that signal."""
-    origins: tuple[str, ...]
-    """For each log "voltages" (open loop), "logged", "rebuilt", "logged and rebuilt" or "none"."""
-    controllers: tuple[tuple[Controller, ...], ...]
-    """For each log the controllers recovered, those of too small a share among them."""
+    origin: str
+    """`voltages` (open loop), `logged`, `rebuilt`, several of them, or `none`."""
     closed_loop: bool
     """Whether a controller flew in any of the logs."""
     notes: tuple[str, ...] = ()
@@ -86,56 +78,48 @@ def find_references(logs: Sequence[Log]) -> References:
     logs : sequence of Log
         Logs of one rig, of any rates, lengths and controllers.
     """
-    closed = [feedback(log) for log in logs]
-    found: list[dict[str, Array]] = [{} for _ in logs]
-    laws: list[list[Controller]] = [[] for _ in logs]
-    notes: list[str] = []
-    for channel, (sign, axes, columns) in CHANNELS.items():
-        answering: list[tuple[int, _Law]] = []
+    closed, found, origins, notes = [feedback(log) for log in logs], dict[tuple[int, str], Array](), set(), list[str]()
+    for channel, (sign, axes, _) in CHANNELS.items():
+        answering: dict[int, _Law] = {}
         for i, log in enumerate(logs):
             if not closed[i]:
-                found[i][channel] = log.voltages[:, 0] + sign * log.voltages[:, 1]
+                found[i, channel] = log.voltages[:, 0] + sign * log.voltages[:, 1]
+                origins.add("voltages")
                 continue
             for axis in (axis for axis in axes if axis in log.references):
-                reason = refusal(log.references[axis], log.angles, log.rate_hz)
-                if reason:
+                if reason := refusal(log.references[axis], log.angles, log.rate_hz):
                     notes.append(f"{log.name}: the {axis} reference is not used, since {reason}.")
                 else:
-                    found[i][axis] = log.references[axis]
-            if not found[i].keys() & set(axes):
-                answering.append((i, _Law(log, sign, columns)))
-        for turn in range(2):  # a log that shows a law badly takes it from one that shows it well
-            for _, law in answering:
-                law.search([other for _, other in answering], again=turn > 0)
-        for i, law in answering:
-            controller, signal, reason = law.rebuilt(channel, axes)
+                    found[i, axis] = log.references[axis]
+                    origins.add("logged")
+            if not any((i, axis) in found for axis in axes):
+                answering[i] = _Law(log, channel)
+        for again in (False, True):  # a log that shows a law badly takes it from one that shows it well
+            for law in answering.values():
+                law.search(list(answering.values()), again)
+        for i, law in answering.items():
+            _, signal, reason = law.rebuilt()
             if signal is None:
                 notes.append(f"{logs[i].name}: no reference behind {channel}, since {reason}.")
             else:
-                found[i][channel] = signal
-            if controller:
-                laws[i].append(controller)
-    origins = []
-    for signals, loop in zip(found, closed, strict=True):
-        kinds = ("logged" if signals.keys() - CHANNELS.keys() else "", "rebuilt" if signals.keys() & CHANNELS else "")
-        origins.append(" and ".join(kind for kind in kinds if kind) or "none" if loop else "voltages")
+                found[i, channel] = signal
+                origins.add("rebuilt")
     every = [name for channel, (_, axes, _) in CHANNELS.items() for name in (*axes, channel)]
-    names = tuple(name for name in every if any(name in signals for signals in found))
-    arrays = [np.zeros((len(log.angles), len(names))) for log in logs]
-    for array, signals in zip(arrays, found, strict=True):
-        for name, signal in signals.items():
-            array[:, names.index(name)] = signal
-    return References(names, tuple(arrays), tuple(origins), tuple(map(tuple, laws)), any(closed), tuple(notes))
+    names = tuple(name for name in every if any((i, name) in found for i in range(len(logs))))
+    signals = tuple(np.zeros((len(log.angles), len(names))) for log in logs)
+    for (i, name), signal in found.items():
+        signals[i][:, names.index(name)] = signal
+    return References(names, signals, " and ".join(sorted(origins)) or "none", any(closed), tuple(notes))
 
 
 def controllers_of(logs: Sequence[Log]) -> list[tuple[Controller, ...]]:
     """Recover the laws of both channels log by log, references logged or not; fewer where no law fits."""
     found: list[tuple[Controller, ...]] = [() for _ in logs]
-    for channel, (sign, axes, columns) in CHANNELS.items():
-        laws = [_Law(log, sign, columns) for log in logs]
+    for channel in CHANNELS:
+        laws = [_Law(log, channel) for log in logs]
         for i, law in enumerate(laws):
-            law.search(laws, again=False)
-            controller = law.rebuilt(channel, axes)[0]
+            law.search(laws)
+            controller, _, _ = law.rebuilt()
             found[i] += (controller,) if controller else ()
     return found
 
@@ -159,23 +143,9 @@ def feedback(log: Log) -> bool:
 
 
 def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True) -> str | None:
-    """Test a candidate: still in at least half of the samples, and not told by the outputs' past.
+    """Say why a signal (N,) beside angles (N, 3) is no reference; None if it is one.
 
-    Parameters
-    ----------
-    signal : NDArray, shape (N,)
-        The candidate, any unit.
-    angles : NDArray, shape (N, 3)
-        Pitch, elevation and travel [rad].
-    rate_hz : float
-        Sampling rate [Hz].
-    steps : bool
-        Whether the signal has to be still in half of the samples.
-
-    Returns
-    -------
-    str or None
-        Why it is no reference; None if it is one.
+    It has to be still in at least half of the samples (``steps``), and the outputs' past must not tell it.
     """
     every, lags = max(1, round(rate_hz / 10.0)), 5  # 10 Hz and five samples: the loop's last half second
     slow, outputs = np.asarray(signal, dtype=float)[::every], _past(angles[::every], lags + 1)
@@ -196,27 +166,16 @@ def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True)
     return f"it is feedback (the outputs' past tells R2 = {added:.2f} of it, the bound is {ADDED_R2:g})"
 
 
-class _Shape(NamedTuple):
-    """What a law is not linear in."""
-
-    periods: int
-    """The voltages answer the angles of so many of the controller's periods ago, 0 or 1."""
-    rates: Array
-    """Ln of (q of each of n angles, c), or of (..., c, beta)."""
-
-    def with_rate(self, index: int, rate: float) -> "_Shape":
-        """Give the same with another rate."""
-        return _Shape(self.periods, np.where(np.arange(len(self.rates)) == index, np.log(rate), self.rates))
-
-    def with_integral(self, rate: float) -> "_Shape":
-        """Give the same with an integral term."""
-        return _Shape(self.periods, np.append(self.rates, np.log(rate)))
+_Shape = tuple[int, Array]
+"""What a law is not linear in: the voltages answer the angles of so many periods ago, 0 or 1; ln of the rates (q of
+each of n angles, c), and with an integral term beta behind them."""
 
 
 class _Law:
     """The L1 regression of one channel of one log."""
 
-    def __init__(self, log: Log, sign: float, columns: Sequence[int]) -> None:
+    def __init__(self, log: Log, channel: str) -> None:
+        sign, self.axes, columns = CHANNELS[channel]
         changes = np.flatnonzero(np.any(np.diff(log.voltages, axis=0) != 0.0, axis=1)) + 1
         hold = max(1, int(np.median(np.diff(changes)))) if len(changes) > 10 else 1  # a controller slower than its log
         first = int(np.bincount(changes % hold).argmax()) if len(changes) else 0
@@ -233,7 +192,8 @@ class _Law:
         self.clipped &= self.clipped.sum() > 5  # a largest value is no limit
         usable = np.flatnonzero(np.convolve(~self.clipped, np.ones(3), "valid") == 3)
         self.usable = usable[:: max(1, len(usable) // ROWS)]
-        self.n, fast = len(columns), 6.0 / self.h  # beyond these bounds: no derivative, no steps, no integral
+        self.channel, self.n, fast = channel, len(columns), 6.0 / self.h
+        # beyond these bounds: no derivative, no steps, no integral
         self.bounds = np.log([[0.5] * self.n + [0.01, 0.02], [fast] * self.n + [fast, 3.0]])
         self.size = float(np.log(np.abs(self.steps[0][0]).mean() + 1e-12))
         self.shape: _Shape | None = None
@@ -252,11 +212,12 @@ class _Law:
 
     def gains(self, shape: _Shape, rounds: int = 15) -> tuple[float, Array]:
         """Ln of the mean absolute innovation but for the largest tenth, and L1 gains by iteratively reweighted LS."""
-        low, high = self.bounds[:, : len(shape.rates)]
-        if np.any(shape.rates < low) or np.any(shape.rates > high):
+        periods, rates = shape
+        low, high = self.bounds[:, : len(rates)]
+        if np.any(rates < low) or np.any(rates > high):
             return np.inf, np.array([])
-        rows = self.terms(self.steps[shape.periods], shape.rates)
-        rows = rows[:, self.usable + 1] - np.exp(-np.exp(shape.rates[self.n]) * self.h) * rows[:, self.usable]
+        rows = self.terms(self.steps[periods], rates)
+        rows = rows[:, self.usable + 1] - np.exp(-np.exp(rates[self.n]) * self.h) * rows[:, self.usable]
         scale = np.abs(rows[1:]).mean(axis=1) + 1e-12
         target, bank = rows[0], rows[1:] / scale[:, None]
         weight, most = np.ones(len(target)), int(0.9 * len(target))  # steps are few: the rest shows if a law is exact
@@ -271,11 +232,11 @@ class _Law:
         return float(np.log(size + 1e-12)), gains / scale
 
     def loss(self, shape: _Shape, rounds: int = 15) -> float:
-        """Give the first of :meth:`gains`."""
+        """Give the first of :meth:`gains`; few rounds are enough to compare starts."""
         return self.gains(shape, rounds)[0]
 
-    def search(self, laws: Sequence["_Law"], *, again: bool) -> None:
-        """Scan and polish the rates, from the grid and from what is known of the ``laws`` of other logs."""
+    def search(self, laws: Sequence["_Law"], again: bool = False) -> None:
+        """Find the rates on a grid, or from what is known of the ``laws`` of other logs, and polish them."""
         if len(self.usable) < 100 or self.clipped.mean() > SATURATED_SHARE:
             return
         known = [(self.loss(law.shape), law.shape, law) for law in laws if law.shape is not None]
@@ -295,58 +256,54 @@ class _Law:
     def scanned(self) -> _Shape:
         """Polish the best shape of a grid, with an integral term where that tells more."""
         n, fast = self.n, 5.0 / self.h
-        grid = [_Shape(periods, np.log([q] * n + [c]))
+        grid = [(periods, np.log([q] * n + [c]))
                 for periods in (0, 1) for q in (*POLES, fast) for c in (0.1, 1.0, 3.0, fast)]  # fmt: skip
-        plain = min(grid, key=self.roughly)
+        plain = min(grid, key=lambda own: self.loss(own, 4))
         for i in range(1, n):  # each angle may have a derivative filter of its own
-            plain = min([plain.with_rate(i, q) for q in (*POLES, fast)] + [plain], key=self.roughly)
+            others = [_with_rate(plain, i, q) for q in (*POLES, fast)]
+            plain = min([*others, plain], key=lambda own: self.loss(own, 4))
         plain = self.polished(self.polished(plain))
         if self.loss(plain) - self.size <= np.log(EXACT):
             return plain
-        starts = [*(plain.with_rate(n, c) for c in (1.0, 3.0, fast)), plain]
-        whole = min((own.with_integral(beta) for beta in (0.1, 0.3, 1.0) for own in starts), key=self.loss)
-        whole = self.polished(self.polished(whole))
-        gain = self.loss(plain) - self.loss(whole)
-        return whole if gain > 0.25 else plain  # an integral term that is not there gains some by chance
-
-    def roughly(self, shape: _Shape) -> float:
-        """Loss after few rounds, which is enough to compare starts."""
-        return self.loss(shape, 4)
+        starts = [*(_with_rate(plain, n, c) for c in (1.0, 3.0, fast)), plain]
+        integral = [(own[0], np.append(own[1], np.log(beta))) for beta in (0.1, 0.3, 1.0) for own in starts]
+        whole = self.polished(self.polished(min(integral, key=self.loss)))
+        # an integral term that is not there gains some by chance
+        return whole if self.loss(plain) - self.loss(whole) > 0.25 else plain
 
     def polished(self, start: _Shape) -> _Shape:
         """Nelder and Mead from a start, since the loss has kinks where it is least."""
-        corners = np.vstack([start.rates, start.rates + 0.15 * np.eye(len(start.rates))])
-        options = {"maxfev": 40 * len(start.rates), "xatol": 1e-4, "fatol": 1e-3, "initial_simplex": corners}
-        found = minimize(lambda x: self.loss(_Shape(start.periods, x), 8), start.rates, method="Nelder-Mead",
-                         options=options)  # fmt: skip
-        return _Shape(start.periods, np.asarray(found.x))
+        periods, rates = start
+        corners = np.vstack([rates, rates + 0.15 * np.eye(len(rates))])
+        options = {"maxfev": 40 * len(rates), "xatol": 1e-4, "fatol": 1e-3, "initial_simplex": corners}
+        found = minimize(lambda x: self.loss((periods, x), 8), rates, method="Nelder-Mead", options=options)
+        return periods, np.asarray(found.x)
 
-    def rebuilt(self, channel: str, axes: Sequence[str]) -> tuple[Controller | None, Array | None, str]:
+    def rebuilt(self) -> tuple[Controller | None, Array | None, str]:
         """Give the controller, and r of shape (N,) [V] at the log's rate or why it is refused."""
         if self.shape is None:
             clipped = f"{100.0 * self.clipped.mean():.0f} % of the samples are at the limit of {self.limit:.2f} V"
             return None, None, clipped if self.clipped.any() else "the log is too short or the voltages rest"
-        gains, rates, n = self.gains(self.shape)[1], np.exp(self.shape.rates), self.n
-        rows = self.terms(self.signals[self.shape.periods], self.shape.rates)
+        (periods, rates), n = self.shape, self.n
+        gains, rows = self.gains(self.shape)[1], self.terms(self.signals[periods], rates)
         answer = gains @ rows[1:]
-        outside = rows[0] - answer
         free = np.flatnonzero(~self.clipped)
-        outside = np.interp(np.arange(len(outside)), free, outside[free])
+        outside = np.interp(np.arange(len(answer)), free, (rows[0] - answer)[free])
         share = float(outside.var() / (outside.var() + answer.var() + 1e-30))
-        beta = float(rates[n + 1]) if len(rates) > n + 1 else 0.0
-        slow = gains[2 * n :] if beta else np.zeros(n)
-        named = {axis: -float(gains[i] + slow[i]) for i, axis in enumerate(axes)}
-        named |= {f"{axis} rate": -float(gains[n + i]) for i, axis in enumerate(axes)}
-        named |= {f"{axis} integral": -beta * float(slow[i]) for i, axis in enumerate(axes) if beta}
-        smoothing = float(rates[n]) if rates[n] * self.h < 3.0 else np.inf
-        delay = self.shape.periods * self.h
-        law = Controller(channel, named, tuple(map(float, rates[:n])), smoothing, beta, delay, share)
+        slow, beta = (gains[2 * n :], float(np.exp(rates[-1]))) if len(rates) > n + 1 else (np.zeros(n), 0.0)
+        named = {axis: -float(gains[i] + slow[i]) for i, axis in enumerate(self.axes)}
+        named |= {f"{axis} rate": -float(gains[n + i]) for i, axis in enumerate(self.axes)}
+        named |= {f"{axis} integral": -beta * float(slow[i]) for i, axis in enumerate(self.axes) if beta}
+        law = Controller(self.channel, named, tuple(np.exp(rates[:n]).tolist()), periods * self.h)
         if share < OUTSIDE_SHARE:
             return law, None, f"the outside has a share of {share:.2f} ({OUTSIDE_SHARE:g} is needed)"
-        reason = refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False)
-        if reason:
+        if reason := refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False):
             return None, None, f"no usual law fits and {reason.replace('it', 'what remains', 1)}"
         return law, np.interp(np.arange(len(self.log.angles)), self.rows, outside), ""
+
+
+def _with_rate(shape: _Shape, index: int, rate: float) -> _Shape:
+    return shape[0], np.where(np.arange(len(shape[1])) == index, np.log(rate), shape[1])
 
 
 def _past(signals: Array, lags: int) -> Array:
