@@ -57,8 +57,8 @@ def least_squares(axis):
     """Ordinary least squares on the same filtered rows."""
     keep = [number >= 0 for number in axis.blocks]
     x = np.vstack([(p - p[k].mean(0))[k] for p, k in zip(axis.regressors, keep, strict=True)])
-    y = np.hstack([(a - a[k].mean())[k] for a, k in zip(axis.response, keep, strict=True)])
-    return np.linalg.lstsq(x, y, rcond=None)[0]
+    y = np.vstack([(a - a[k].mean())[k] for a, k in zip(axis.accelerations, keep, strict=True)])
+    return np.linalg.lstsq(x, y[:, 0], rcond=None)[0]
 
 
 def test_feedback_biases_least_squares_and_not_instruments():

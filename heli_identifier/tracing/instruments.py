@@ -93,12 +93,11 @@ class AxisInstruments:
     blocks: Rows
     """Block numbers of the samples, -1 where left out."""
     accelerations: Rows = field(repr=False)
-    response: Rows = field(repr=False)
+    """L p^2 y of each log, shape (n, 1)."""
     regressors: Rows = field(repr=False)
     instruments: Rows = field(repr=False)
     whitening: Array = field(repr=False)
-    """accelerations, response, regressors, instruments, whitening: L p^2 y, Y (that less the known accelerations), Phi
-    and Z of each log, and the whitening filter."""
+    """regressors, instruments, whitening: Phi and Z of each log, and the whitening filter."""
 
 
 @dataclass(frozen=True)
@@ -118,24 +117,16 @@ class InstrumentEstimates:
     rates: tuple[float, ...]
 
     def judge(self, plant: Sequence[Array]) -> tuple[Judgement, ...]:
-        """Judge a plant, nonlinear or not, by its accelerations along the measured motion.
+        """Judge a plant, nonlinear or not, axis by axis by its accelerations along the measured motion.
 
         Parameters
         ----------
         plant : sequence of NDArray, shape (N, number of axes) each
             For each log the plant's accelerations [rad/s2] at the measured angles, rates and motor voltages, at the
             log's own rate.
-
-        Returns
-        -------
-        tuple[Judgement, ...]
-            One for each axis.
         """
         reduced = [_filtered(_reduce(a, rate), 0) for a, rate in zip(plant, self.rates, strict=True)]
-        return tuple(
-            _judgement(axis, [y - a[:, i] for y, a in zip(axis.accelerations, reduced, strict=True)])
-            for i, axis in enumerate(self.axes)
-        )
+        return tuple(_judgement(axis, [a[:, i : i + 1] for a in reduced]) for i, axis in enumerate(self.axes))
 
 
 def instruments(
@@ -145,7 +136,7 @@ def instruments(
     rates: Sequence[float],
     keep: Sequence[NDArray[np.bool_]] | None = None,
 ) -> InstrumentEstimates:
-    """Estimate every axis by instrumental variables.
+    """Estimate every axis by instrumental variables; one that nothing moved from outside has infinite half-widths.
 
     Parameters
     ----------
@@ -160,11 +151,6 @@ def instruments(
     keep : sequence of NDArray of bool, shape (N,) each, optional
         False where a sample says nothing (an axis at rest, a hand).
 
-    Returns
-    -------
-    InstrumentEstimates
-        An axis that nothing moved from outside has values nan and infinite half-widths.
-
     Raises
     ------
     LogError
@@ -173,42 +159,42 @@ def instruments(
     for index, rate in enumerate(rates):
         if rate < SEEN_AT * (1.0 - 1e-6):
             raise LogError(f"log {index + 1}: its rate {rate:g} Hz must be at least {SEEN_AT:g} Hz for instruments.")
-    inputs = [_reduce(s, rate) for s, rate in zip(signals, rates, strict=True)]
-    banks = [_bank(_reduce(r, rate)) for r, rate in zip(references, rates, strict=True)]
-    hats = _cross_fitted(inputs, banks)
-    kept = [np.ones(len(s), bool) for s in signals] if keep is None else keep
-    blocks = _blocks([_reduce(k.astype(float), rate) > 0.99 for k, rate in zip(kept, rates, strict=True)])
-    axes = []
-    for regression in regressions:
-        outputs = [_reduce(np.asarray(y)[:, None], rate) for y, rate in zip(regression.outputs, rates, strict=True)]
-        measured = response = tuple(_filtered(y, 2)[:, 0] for y in outputs)
-        if regression.known is not None:
-            known = [_filtered(_reduce(a, rate), 0) for a, rate in zip(regression.known, rates, strict=True)]
-            response = tuple(y - a for y, a in zip(measured, known, strict=True))
-        phi, z = (tuple(_columns(regression.terms, s) for s in source) for source in (inputs, hats))
-        axes.append(_axis(regression, measured, response, phi, z, blocks))
+
+    def seen(own: Sequence[Array]) -> list[Array]:
+        return [_reduce(np.reshape(signal, (len(signal), -1)), rate) for signal, rate in zip(own, rates, strict=True)]
+
+    inputs = seen(signals)
+    hats = _cross_fitted(inputs, [_bank(own) for own in seen(references)])
+    kept = seen([np.ones(len(own)) if keep is None else keep[i].astype(float) for i, own in enumerate(signals)])
+    blocks, axes = _blocks([own[:, 0] > 0.99 for own in kept]), []
+    for own in regressions:
+        measured = [_filtered(y, 2) for y in seen(own.outputs)]
+        known = [_filtered(a, 0) for a in seen(own.known)] if own.known else [np.zeros_like(y) for y in measured]
+        phi, z = ([_columns(own.terms, s) for s in source] for source in (inputs, hats))
+        axes.append(_axis(own, measured, known, phi, z, blocks))
     return InstrumentEstimates(tuple(axes), tuple(rates))
 
 
 def _axis(
-    regression: Regression, measured: Rows, response: Rows, phi: Rows, hats: Rows, blocks: Rows
+    regression: Regression, measured: Rows, known: Rows, phi: Rows, hats: Rows, blocks: Rows
 ) -> AxisInstruments:
     """Iterate estimate and whitening of one axis, then its covariance and shares."""
     k = len(regression.terms)
     nothing = AxisInstruments(
         regression.name, tuple(term.name for term in regression.terms), np.full(k, nan), np.full(k, inf), np.zeros(k),
-        blocks, measured, response, phi, hats, np.array([1.0]),
+        blocks, measured, phi, hats, np.array([1.0]),
     )  # fmt: skip
     mean, std = np.array([term.prior for term in regression.terms], dtype=float).T
+    response = [y - a for y, a in zip(measured, known, strict=True)]
     white, values = nothing.whitening, mean
     for turn in range(6):  # two turns from Z'Z to block scores, then four to let whitening and theta settle
-        y, x, z, number = _rows(white, blocks, response, phi, hats)
+        (y, x, z), number = _rows(white, blocks, response, phi, hats)
         size = np.linalg.norm(z, axis=0)
         if len(y) < 10 * k or size.max() < 1e-9 * np.linalg.norm(x):
             return nothing
         z = z / (size + 1e-300)
         cross = z.T @ x
-        scores = _scores(z * (y - x @ values)[:, None], number)
+        scores = _scores(z * (y - x @ values[:, None]), number)
         count = len(scores)
         spread = scores.T @ scores * count / max(count - k, 1) if turn else z.T @ z * float(y.var())
         weighted = np.linalg.lstsq(spread, cross, rcond=1e-10)[0]
@@ -218,19 +204,20 @@ def _axis(
         if np.linalg.cond(scaled) > 1e12:
             return nothing
         covariance = np.linalg.inv(scaled) * np.outer(scale, scale)
-        values = covariance @ (weighted.T @ (z.T @ y) + mean * std**-2.0)
-        white = _whitening([r - p @ values for r, p in zip(response, phi, strict=True)], blocks)
+        values = covariance @ (weighted.T @ (z.T @ y[:, 0]) + mean * std**-2.0)
+        white = _whitening([r[:, 0] - p @ values for r, p in zip(response, phi, strict=True)], blocks)
     widths = stdtrit(max(count - k, 1), 0.975) * np.sqrt(np.diag(covariance))
     return replace(nothing, values=values, half_widths=widths, shares=_shares(x, z), whitening=white)
 
 
-def _judgement(axis: AxisInstruments, residuals: Sequence[Array]) -> Judgement:
-    """Hotelling's statistic of the block scores of a residual, told as chi-squared."""
+def _judgement(axis: AxisInstruments, plant: Rows) -> Judgement:
+    """Hotelling's statistic of the block scores of what a plant leaves, told as chi-squared."""
     k = len(axis.parameters)
     if not np.isfinite(axis.values).all():
         return Judgement(0.0, k, 1.0)
-    e, _, z, number = _rows(axis.whitening, axis.blocks, residuals, axis.regressors, axis.instruments)
-    scores = _scores(z / (np.linalg.norm(z, axis=0) + 1e-300) * e[:, None], number)
+    residuals = [y - a for y, a in zip(axis.accelerations, plant, strict=True)]
+    (e, z), number = _rows(axis.whitening, axis.blocks, residuals, axis.instruments)
+    scores = _scores(z / (np.linalg.norm(z, axis=0) + 1e-300) * e, number)
     count, total = len(scores), scores.sum(axis=0)
     q = float(total @ np.linalg.lstsq(scores.T @ scores, total, rcond=1e-10)[0])
     free = max(count - k, 1)
@@ -239,7 +226,7 @@ def _judgement(axis: AxisInstruments, residuals: Sequence[Array]) -> Judgement:
 
 
 def _reduce(signal: Array, rate: float) -> Array:
-    """Bring a signal of shape (N, n) or (N,) to 25 Hz, behind a zero-phase filter against aliasing."""
+    """Bring a signal (N, n) to 25 Hz, behind a zero-phase filter against aliasing."""
     ratio = Fraction(SEEN_AT / rate).limit_denominator(400)
     if ratio == 1:
         return np.asarray(signal, dtype=float)
@@ -311,17 +298,14 @@ def _blocks(kept: Rows) -> tuple[Array, ...]:
     return tuple(numbers)
 
 
-def _rows(white: Array, blocks: Rows, response: Rows, phi: Rows, z: Rows) -> tuple[Array, Array, Array, Array]:
-    """Whitened Y, Phi and Z and the block numbers of the samples kept, means by log removed."""
-    parts = []
-    for number, y, x, w in zip(blocks, response, phi, z, strict=True):
+def _rows(white: Array, blocks: Rows, *signals: Rows) -> tuple[list[Array], Array]:
+    """Whiten signals of each log, keep the samples that have a block, remove means by log; the block numbers."""
+    parts, ends = [], np.cumsum([own[0].shape[1] for own in signals])
+    for number, *columns in zip(blocks, *signals, strict=True):
         keep = number >= 0
-        if keep.any():
-            bank = lfilter(white, [1.0], np.column_stack([y, x, w]), axis=0)[keep]
-            parts.append(np.column_stack([bank - bank.mean(axis=0), number[keep]]))
-    k = phi[0].shape[1]
-    table = np.vstack(parts) if parts else np.zeros((0, 2 * k + 2))
-    return table[:, 0], table[:, 1 : k + 1], table[:, k + 1 : -1], table[:, -1].astype(int)
+        bank = lfilter(white, [1.0], np.column_stack(columns), axis=0)[keep]
+        parts.append(bank - bank.mean(axis=0) if keep.any() else bank)
+    return np.split(np.vstack(parts), ends[:-1], axis=1), np.concatenate(blocks)[np.concatenate(blocks) >= 0]
 
 
 def _whitening(residuals: Rows, blocks: Rows) -> Array:
