@@ -19,7 +19,7 @@ from heli_identifier.records import LogFormat, factor_to_si, understood
 from heli_plant.motor import saturate
 
 OVERTAKEN = 0.1
-"""How long a missing sample is waited for before the next one is taken [s], by the rig's clock and by this one's."""
+"""How long a sample waits for others that it may have overtaken [s], by the rig's clock and by this one's."""
 
 SILENCE = 0.2
 """Time without any datagram [s] from which instants pass without samples."""
@@ -131,13 +131,14 @@ class Listening:
         while not stopped():
             select([self.port], [], [], WAIT)
             self._read()
-            found = self._place(self._until(), keep)
+            silent = monotonic() - self.heard > OVERTAKEN
+            found = self._place(0.0 if silent else OVERTAKEN, keep)
             if found:
                 yield None  # lets the caller write what came in before the twin computes
             yield from (one for one in (*found, *self._pass_instants()) if not stopped())
             yield None
         self._sort(1)
-        self._place(inf, keep)
+        self._place(0.0, keep)
 
     def _read(self) -> None:
         """Take the samples that have come in, and put them in order once clock and rate are known."""
@@ -169,31 +170,12 @@ class Listening:
             self.order = take(self.order, datagram, arrived, 1.0 / self.clock.rate)
         self.unread = []
 
-    def _until(self) -> float:
-        """Return the rig's time up to which samples are released.
-
-        Those that follow each other without a gap go at once. A gap is waited at for :data:`OVERTAKEN`.
-        """
-        newest, before = self.order.newest, self.order.last
-        if newest is None or self.clock is None:
-            return -inf
-        if monotonic() - self.heard > OVERTAKEN:
-            return newest.time
-        until = newest.time - OVERTAKEN
-        if before is None:
-            return until
-        for sample in self.order.waiting:
-            if sample.time - before.time > 1.5 / self.clock.rate:
-                break
-            until, before = max(until, sample.time), sample
-        return until
-
-    def _place(self, until: float, keep: Keep) -> list[Sample]:
-        """Record the samples up to a time of the rig [s]; give those of new instants, and the instants between them."""
+    def _place(self, age: float, keep: Keep) -> list[Sample]:
+        """Record the samples that are this ``age`` older than the newest [s]; give their instants and those between."""
         found: list[Sample] = []
-        if self.clock is None:
+        if self.clock is None or self.order.newest is None:
             return found
-        self.order, samples = release(self.order, until, 1.0 / self.clock.rate)
+        self.order, samples = release(self.order, self.order.newest.time - age, 1.0 / self.clock.rate)
         for sample in samples:
             grid = self.grid or Grid(1.0 / self.clock.rate, sample)
             if self.order.counts.restarted > self.restarts and self.grid:
