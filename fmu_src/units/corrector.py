@@ -141,7 +141,7 @@ class Corrector(SlaveBase):
         if self.last is not None:
             event = self.last
             names = ["", *(change.name for change in self.plan.changes)]
-            what, why = list(following.WHAT).index(event.what), list(following.REASONS.values()).index(event.why)
-            shown += [what + 1.0, float(names.index(event.name)), why + 1.0]
+            why = list(following.REASONS.values()).index((event.what, event.why))
+            shown += [following.WHAT.index(event.what) + 1.0, float(names.index(event.name)), why + 1.0]
             shown += [event.value, event.standard_error, self.start_time + event.since]
         self.show(shown)

@@ -14,7 +14,7 @@ from ..online import prepare as prepare_identifier
 from ..online import start as start_identifier
 from ..online import step as step_identifier
 from .changes import HEARD, Vector
-from .cusum import PROVED, Cusum, Inflation
+from .cusum import PROVED, Inflation, Tested
 from .encoders import Encoder, read_encoders
 from .evidence import Evidence, Noise, Sums, project_block, settled_baseline, start_baseline
 from .naming import make_event
@@ -26,7 +26,6 @@ from .trial import judge_block
 
 _LARGEST_INNOVATION = 4.0  # innovations count with at most this many standard deviations
 _KEPT = 90  # blocks that are kept: a change is looked for in the last minute and a half
-_TESTED = PROVED + 3  # blocks that are kept as the tests see them: a proved one and the two before it
 _DROPPED = 2  # blocks before a fault of the stream that are dropped: it is seen only after a while
 _FORGETTING = 0.02  # of the identifier beside the twin [1/s]: what changed a minute ago is known
 
@@ -45,8 +44,6 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         noises=(Noise(),) * 3,
         baseline=start_baseline(plan.deviations),
         inflations=(Inflation(),) * changes,
-        cusums=(Cusum(),) * (2 * changes),
-        cusums_before=(Cusum(),) * (2 * changes),
         scored=(0,) * len(plan.settings.effects),
     )
 
@@ -99,12 +96,11 @@ def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> tuple[Correct
     events = [make_event(state, why, plan)]
     if state.mode == "on trial":
         events.append(make_event(state, "cut", plan, state.finding))
-    state = state.without_alarm().with_rival()
+    state = state.follow_again()
     return state.enter(
         "suspended",
         predictions=state.predictions.drop_running(),
         blocks=state.blocks[:-_DROPPED],
-        tested=(),
         baseline=settled_baseline(state.baseline.proved),
         observer=state.observer._replace(covariances=()),
     ), events
@@ -131,8 +127,7 @@ def _withdraw_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     nothing = tuple([Evidence(one.information, one.response) for one in plan.no_sums])
     return state._replace(
         blocks=(*state.blocks[:-1], *[nothing for _ in state.blocks[-1:]]),
-        tested=(*state.tested[:-1], *[((0.0, 0.0),) * len(plan.changes) for _ in state.tested[-1:]]),
-        cusums=state.cusums_before,
+        tested=(*state.tested[:-1], *[(Tested(0.0, 0.0, 1.0),) * len(plan.changes) for _ in state.tested[-1:]]),
     )
 
 
@@ -179,10 +174,15 @@ def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     if state.mode == "starting":
         return state
     seen = tuple([own.discount(one) for own, one in zip(state.baseline.now, block, strict=True)])
+    projected = [project_block(seen, change.direction(state.values.end)) for change in plan.changes]
     if state.mode == "following":
         state = state._replace(baseline=state.baseline.learn(seen, plan.deviations))
-    tested = tuple([project_block(seen, change.direction(state.values.end)) for change in plan.changes])
-    return state._replace(blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_TESTED:])
+        if len(state.tested) >= PROVED + 2:  # a block and the two before it have been proved
+            proved = zip(state.inflations, *state.tested[-PROVED : -PROVED - 3 : -1], strict=True)
+            state = state._replace(inflations=tuple([one.learn(*blocks) for one, *blocks in proved]))
+    rows = zip(projected, state.inflations, strict=True)
+    tested = tuple([Tested(u, w, 1.0 / inflation.factor) for (u, w), inflation in rows])
+    return state._replace(blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_KEPT:])
 
 
 class Follower(NamedTuple):

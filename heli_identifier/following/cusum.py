@@ -24,6 +24,7 @@ Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 4
 Sequential Analysis, 1985, chapter 2; Newey and West, Econometrica 55 (1987), with flat weights.
 """
 
+from collections.abc import Iterable
 from math import log, sqrt
 from typing import NamedTuple
 
@@ -45,16 +46,21 @@ an approximation for steps up to some 2 standard deviations. Steps of more need 
 _LEAST_INFORMATION = 1.0  # D^T R D nu^2 below which nothing can be said about a change
 
 
-class Cusum(NamedTuple):
-    """Sum S of one test [1], and the blocks for which it has been above zero."""
+class Tested(NamedTuple):
+    """What a block tells of one change: D^T b, D^T R D, and the ``share`` 1/kappa with which they count [1]."""
 
-    total: float = 0.0
-    run: int = 0
+    response: float
+    information: float
+    share: float
 
-    def add(self, response: float, information: float, delta: float) -> "Cusum":
-        """Return the sum after a block with D^T b ``response`` and D^T R D ``information``."""
-        total = self.total + delta * response - 0.5 * delta * delta * information
-        return Cusum(total, self.run + 1) if total > 0.0 else Cusum()
+
+def cusum(tested: Iterable[Tested], delta: float) -> tuple[float, int]:
+    """Return S of the change by ``delta`` after these blocks, and the blocks for which it has been above zero."""
+    total, run = 0.0, 0
+    for response, information, share in tested:
+        total += share * (delta * response - 0.5 * delta * delta * information)
+        total, run = (total, run + 1) if total > 0.0 else (0.0, 0)
+    return total, run
 
 
 class Inflation(NamedTuple):
@@ -70,10 +76,11 @@ class Inflation(NamedTuple):
         found = self.terms / self.information if self.information > 0.0 else 1.0
         return max(1.0, (_PRIOR_BLOCKS + self.blocks * found) / (_PRIOR_BLOCKS + self.blocks))
 
-    def learn(self, u: float, u_1: float, u_2: float, information: float) -> "Inflation":
-        """Return it after a block with D^T b ``u``, those of the two before it, and its D^T R D."""
+    def learn(self, tested: Tested, before: Tested, oldest: Tested) -> "Inflation":
+        """Return it after a block, of which the two before are given as well."""
+        u, information = tested.response, tested.information
         most = _LARGEST_TERM * information
-        term = min(max(u * (u + 2.0 * (u_1 + u_2)), -most), most)
+        term = min(max(u * (u + 2.0 * (before.response + oldest.response)), -most), most)
         kept = 1.0 - 1.0 / MEMORY
         return Inflation(kept * self.terms + term, kept * self.information + information, kept * self.blocks + 1.0)
 

@@ -21,7 +21,7 @@ from .changes import GAINS, HEARD
 from .cusum import NOTHING, Finding, judge_size
 from .evidence import project_block
 from .plan import FollowPlan
-from .state import REASONS, WHAT, CorrectorState, Event, IdentifierReport
+from .state import REASONS, CorrectorState, Event, IdentifierReport
 
 LEAD = 4.6  # lead in ln B, ln 100, at which the likeliest change is named without waiting
 SWINGING = 2  # blocks after a change in which the innovations still swing
@@ -110,8 +110,7 @@ def is_contradicted(state: CorrectorState, finding: Finding, report: IdentifierR
 
 def make_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> Event:
     """Return the event of this sample that tells of a ``finding``, or of none; ``why`` is a key of the reasons."""
-    time, reason = state.samples * plan.settings.sample_time, REASONS[why]
-    (what,) = [what for what, reasons in WHAT.items() if why in reasons]
+    time, (what, reason) = state.samples * plan.settings.sample_time, REASONS[why]
     if finding.change < 0:
         return Event(time, what, since=time, why=reason)
     change, values = plan.changes[finding.change], state.values.end

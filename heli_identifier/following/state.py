@@ -4,49 +4,53 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from .changes import Vector
-from .cusum import NOTHING, Cusum, Finding, Inflation
+from .cusum import NOTHING, Finding, Inflation, Tested
 from .encoders import Encoder
 from .evidence import Baseline, Block, Noise, Sums
 from .observer import Observer
 from .plan import FollowPlan, Twin
 from .prediction import Copies, Predictions
 
+_AHEAD = "predictions 1 s ahead"
+
 MODES = ("starting", "following", "alarmed", "on trial", "adopted", "suspended")
 """The noise is being learned; all is well; a change is being named; it is on trial; it was adopted and is watched; the
 stream has stopped."""
 
 REASONS = {
-    "suspected": "the innovations no longer fit the values in use; this change explains them best so far",
-    "named": "this change explains the innovations at least 100 times better than any other",
-    "ambiguous": "this change explains the innovations best, others nearly as well",
-    "scored": "the on-line identifier's score of this effect stayed above its threshold",
-    "better": "predictions 1 s ahead have been better with the change than without it over the last window",
-    "not better": "predictions 1 s ahead were not better with the change than without it over the last window",
-    "undetermined": "the motion since the alarm does not determine the change; more excitation is needed",
-    "cut": "the stream stopped while the change was on trial",
-    "off": "corrections are switched off",
-    "worse": "predictions 1 s ahead are worse than with the values before the change",
-    "worse than alone": "predictions 1 s ahead are worse than those of the twin that was left alone; its values are "
-    "taken again",
-    "stopped": "nothing has come in for more than 0.2 s; corrections rest",
-    "frozen": "an encoder stands still although the rig moves; corrections rest",
-    "back": "samples come in again",
-    "insignificant": "the change that explains the innovations best is smaller than four of its standard errors",
-    "impossible": "no change that is physically possible explains the innovations",
-    "contradicted": "the on-line identifier's estimate has moved the other way since, by more than three standard "
-    "errors",
-    "outdone": "what has been seen since explains another change at least 100 times better; that one is tried instead",
-}
-"""Reasons of events; the unit gives the place."""
+    "suspected": ("alarm", "the innovations no longer fit the values in use; this change explains them best so far"),
+    "named": ("alarm", "this change explains the innovations at least 100 times better than any other"),
+    "ambiguous": ("alarm", "this change explains the innovations best, others nearly as well"),
+    "scored": ("alarm", "the on-line identifier's score of this effect stayed above its threshold"),
+    "better": ("adopted", f"{_AHEAD} have been better with the change than without it over the last window"),
+    "not better": ("held", f"{_AHEAD} were not better with the change than without it over the last window"),
+    "undetermined": ("held", "the motion since the alarm does not determine the change; more excitation is needed"),
+    "cut": ("held", "the stream stopped while the change was on trial"),
+    "off": ("held", "corrections are switched off"),
+    "worse": ("rolled back", f"{_AHEAD} are worse than with the values before the change"),
+    "worse than alone": (
+        "rolled back", f"{_AHEAD} are worse than those of the twin that was left alone; its values are taken again",
+    ),
+    "stopped": ("stream", "nothing has come in for more than 0.2 s; corrections rest"),
+    "frozen": ("stream", "an encoder stands still although the rig moves; corrections rest"),
+    "back": ("stream", "samples come in again"),
+    "insignificant": (
+        "held", "the change that explains the innovations best is smaller than four of its standard errors",
+    ),
+    "impossible": ("held", "no change that is physically possible explains the innovations"),
+    "contradicted": (
+        "held",
+        "the on-line identifier's estimate has moved the other way since, by more than three standard errors",
+    ),
+    "outdone": (
+        "held",
+        "what has been seen since explains another change at least 100 times better; that one is tried instead",
+    ),
+}  # fmt: skip
+"""What an event says, and why, by reason; the unit gives the place of both."""
 
-WHAT = {
-    "alarm": ("suspected", "named", "ambiguous", "scored"),
-    "adopted": ("better",),
-    "held": ("not better", "undetermined", "cut", "off", "insignificant", "impossible", "contradicted", "outdone"),
-    "rolled back": ("worse", "worse than alone"),
-    "stream": ("stopped", "frozen", "back"),
-}
-"""What an event says, and for which reasons; the unit gives the place."""
+WHAT = tuple(dict.fromkeys([what for what, _ in REASONS.values()]))
+"""Alarm, adopted, held, rolled back, stream."""
 
 _LEARNED = 9  # blocks from which the noise is known
 _RAMP = 2.0  # time in which an adopted change is ramped in [s]
@@ -131,10 +135,10 @@ class CorrectorState(NamedTuple):
     """Everything remembered.
 
     ``samples`` so far; ``mode``, and the sample ``since`` which it lasts; ``settled``: sample from which sums count.
-    ``blocks``: the last ones; ``tested``: D^T u and D^T W D of every change (:mod:`.evidence`) in the last few of them;
-    ``cusums`` of the changes, up and down in turn, those before the last block, and the largest sum over its threshold
-    (``alarm``); ``run``: blocks for which the sum that gave the alarm had been above zero; ``scored``: blocks for which
-    the score of each effect has been beyond its threshold; ``heard``: what the identifier estimated after each block.
+    ``blocks``: the last ones; ``tested``: D^T u and D^T W D of every change (:mod:`.evidence`) in those that the CUSUMs
+    take; the largest sum over its threshold (``alarm``), and ``run``: blocks for which the sum that gave it had been
+    above zero; ``scored``: blocks for which the score of each effect has been beyond its threshold; ``heard``: what the
+    identifier estimated after each block.
     """
 
     settled: int
@@ -146,14 +150,12 @@ class CorrectorState(NamedTuple):
     noises: tuple[Noise, ...]
     baseline: Baseline
     inflations: tuple[Inflation, ...]
-    cusums: tuple[Cusum, ...]
-    cusums_before: tuple[Cusum, ...]
     scored: tuple[int, ...]
     samples: int = 0
     mode: str = "starting"
     since: int = 0
     blocks: tuple[Block, ...] = ()
-    tested: tuple[tuple[tuple[float, float], ...], ...] = ()
+    tested: tuple[tuple[Tested, ...], ...] = ()
     alarm: float = 0.0
     run: int = 0
     finding: Finding = NOTHING
@@ -188,11 +190,6 @@ class CorrectorState(NamedTuple):
         predictions, values = self.predictions._replace(copies=copies), self.values._replace(rival=rival)
         return self._replace(predictions=predictions, values=values)
 
-    def without_alarm(self) -> "CorrectorState":
-        """Return the state with every CUSUM at zero."""
-        zero = (Cusum(),) * len(self.cusums)
-        return self._replace(cusums=zero, cusums_before=zero, alarm=0.0)
-
     def follow_again(self) -> "CorrectorState":
-        """Return the state that follows again, without alarm and rival."""
-        return self.without_alarm().with_rival().enter("following", finding=NOTHING)
+        """Return the state that follows again, every CUSUM at zero, without a rival."""
+        return self.with_rival().enter("following", finding=NOTHING, tested=(), alarm=0.0)

@@ -12,7 +12,7 @@ since the change. The values before go on as the rival after an adoption.
 """
 
 from .changes import Vector
-from .cusum import NOTHING, PROVED, Cusum, Finding, siegmund_threshold
+from .cusum import NOTHING, Finding, cusum, siegmund_threshold
 from .evidence import settled_baseline, shift_block
 from .naming import LEAD, SWINGING, explain, find_changes, find_likelier, is_contradicted, make_event, refine_size
 from .plan import FollowPlan
@@ -44,10 +44,6 @@ def judge_block(state: CorrectorState, report: IdentifierReport, plan: FollowPla
         return state.enter("following"), []
     if state.mode in ("starting", "suspended"):
         return state, []
-    if state.mode == "following" and len(state.tested) == PROVED + 3:  # the oldest have been proved
-        proved = zip(state.inflations, *state.tested[2::-1], strict=True)
-        learned = [one.learn(u, u_1, u_2, w) for one, (u, w), (u_1, _), (u_2, _) in proved]
-        state = state._replace(inflations=tuple(learned))
     if report.scores:
         counts = [n + 1 if abs(score) > _SCORE else 0 for n, score in zip(state.scored, report.scores, strict=True)]
         state = state._replace(scored=tuple(counts))
@@ -63,18 +59,16 @@ def judge_block(state: CorrectorState, report: IdentifierReport, plan: FollowPla
 
 
 def _update_cusums(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorState, int]:
-    """Take in the newest block; return the blocks since the CUSUM that raises an alarm was zero, the most, else 0."""
-    cusums: list[Cusum] = []
+    """Set the alarm; return the blocks since the CUSUM that raises it was zero, the most, else 0."""
     alarm, longest = 0.0, 0
-    for change, c, (response, information) in zip(plan.changes, state.inflations, state.tested[-1], strict=True):
-        limit, share = plan.threshold, 1.0 / c.factor
+    for change, c, own in zip(plan.changes, state.inflations, zip(*state.tested, strict=True), strict=True):
+        limit = plan.threshold
         if c.blocks > 0.0:
             limit = siegmund_threshold(limit, change.size * change.size * c.information / (c.blocks * c.factor))
-        for delta in (change.size, -change.size):
-            cusums.append(state.cusums[len(cusums)].add(share * response, share * information, delta))
-            alarm = max(alarm, cusums[-1].total / limit)
-            longest = max(longest, cusums[-1].run if cusums[-1].total > limit else 0)
-    return state._replace(cusums=tuple(cusums), cusums_before=state.cusums, alarm=alarm), longest
+        for total, run in (cusum(own, change.size), cusum(own, -change.size)):
+            alarm = max(alarm, total / limit)
+            longest = max(longest, run if total > limit else 0)
+    return state._replace(alarm=alarm), longest
 
 
 def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Judged:
@@ -169,13 +163,14 @@ def try_change(state: CorrectorState, report: IdentifierReport, plan: FollowPlan
     for place in change.places:
         errors[place] = event.standard_error
     direction, end = change.direction(before.end), change.applied(latest.size, before.end)
-    state = state.ramp_to(end, tuple(errors)).without_alarm().with_rival(plan.twin(before.end))
+    state = state.ramp_to(end, tuple(errors)).with_rival(plan.twin(before.end))
     return state.enter(
         "adopted",
         finding=latest,
         blocks=tuple([shift_block(block, direction, latest.size) for block in state.blocks[-latest.blocks :]]),
         baseline=state.baseline.loosen(direction, latest.standard_error, change.size),
         tested=(),
+        alarm=0.0,
     ), [event]
 
 
@@ -193,12 +188,12 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> Judged:
         left = explain(state, number, count, plan, whole=False)
         if left.evidence < LEAD:
             left = NOTHING
-    state = state.follow_again()._replace(cusums=state.cusums, cusums_before=state.cusums_before)
+    state = state.follow_again()._replace(tested=state.tested)
     return _put_on_trial(state, left, plan) if left.change >= 0 else (state, [])
 
 
 def take_back(state: CorrectorState, end: Vector, why: str, plan: FollowPlan) -> Judged:
     """Ramp the values ``end`` in again."""
-    state = state.ramp_to(end, state.values.errors)._replace(blocks=(), tested=())
+    state = state.ramp_to(end, state.values.errors)._replace(blocks=())
     event = make_event(state, why, plan, Finding(state.finding.change))
     return state.follow_again(), [event._replace(since=event.time)]
