@@ -14,7 +14,7 @@ from ..online import prepare as prepare_identifier
 from ..online import start as start_identifier
 from ..online import step as step_identifier
 from .changes import HEARD, Vector
-from .cusum import PROVED, Inflation, Tested
+from .cusum import PROVED, Inflation, Projection
 from .encoders import Encoder, read_encoders
 from .evidence import Evidence, Noise, Sums, project_block, settled_baseline, start_baseline
 from .naming import make_event
@@ -127,7 +127,7 @@ def _withdraw_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     nothing = tuple([Evidence(one.information, one.response) for one in plan.no_sums])
     return state._replace(
         blocks=(*state.blocks[:-1], *[nothing for _ in state.blocks[-1:]]),
-        tested=(*state.tested[:-1], *[(Tested(0.0, 0.0, 1.0),) * len(plan.changes) for _ in state.tested[-1:]]),
+        tested=(*state.tested[:-1], *[(Projection(0.0, 0.0, 1.0),) * len(plan.changes) for _ in state.tested[-1:]]),
     )
 
 
@@ -181,7 +181,7 @@ def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
             proved = zip(state.inflations, *state.tested[-PROVED : -PROVED - 3 : -1], strict=True)
             state = state._replace(inflations=tuple([one.learn(*blocks) for one, *blocks in proved]))
     rows = zip(projected, state.inflations, strict=True)
-    tested = tuple([Tested(u, w, 1.0 / inflation.factor) for (u, w), inflation in rows])
+    tested = tuple([Projection(u, w, 1.0 / inflation.factor) for (u, w), inflation in rows])
     return state._replace(blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_KEPT:])
 
 

@@ -17,26 +17,18 @@ from typing import NamedTuple
 
 from heli_plant.observer import ObserverGains, observer_gains
 
+from ..online.linear_algebra import dot
+from .changes import Matrix
+
 _ALMOST = 100.0  # the steady state is back when what a gap has made of the covariance is less by this factor
 _STEADY = 4.0  # the steady state is looked for in this many times the samples in which a gap is forgotten
-
-
-class Covariance(NamedTuple):
-    """P of one axis, over r: ``angle`` xx [1], ``angle_rate`` xw [1/s], ``rate`` ww [1/s^2] and so on for d."""
-
-    angle: float
-    angle_rate: float
-    angle_torque: float
-    rate: float
-    rate_torque: float
-    torque: float
 
 
 class Steady(NamedTuple):
     """One axis in a stream without gaps: its ``gains``, P after a correction, s, and the drive q_d [1/s^4]."""
 
     gains: ObserverGains
-    covariance: Covariance
+    covariance: Matrix
     variance: float
     drive: float
 
@@ -52,34 +44,25 @@ def gap_memory(bandwidth: float, h: float) -> int:
 def find_steady_state(bandwidth: float, h: float) -> Steady:
     """Return the steady state for a ``bandwidth`` omega_o [rad/s] and samples every ``h`` [s]."""
     gains, drive = observer_gains(bandwidth, h), bandwidth**6 * h * h
-    u, variance = Covariance(1.0, 0.0, 0.0, bandwidth**2, 0.0, bandwidth**4), 1.0
+    P: Matrix = ((1.0, 0.0, 0.0), (0.0, bandwidth**2, 0.0), (0.0, 0.0, bandwidth**4))
+    variance = 1.0
     for _ in range(round(_STEADY * gap_memory(bandwidth, h))):
-        u = predict_covariance(u, h, gains.kept, 0.0, drive)
-        variance = u.angle + 1.0
-        _, u = correct_covariance(u, gains.kept)
-    return Steady(gains, u, variance, drive)
+        P = predict_covariance(P, h, gains.kept, 0.0, drive)
+        variance = P[0][0] + 1.0
+        _, P = correct_covariance(P, gains.kept)
+    return Steady(gains, P, variance, drive)
 
 
-def predict_covariance(u: Covariance, h: float, kept: float, of_rate: float, drive: float) -> Covariance:
+def predict_covariance(P: Matrix, h: float, kept: float, of_rate: float, drive: float) -> Matrix:
     """Return P one sampling interval later; ``of_rate`` q_w [1/s^2] and ``drive`` q_d [1/s^4]."""
-    xx, xw, xd, ww, wd, dd = u
-    half = 0.5 * h * h
-    # M = F P, of which only what F P F^T needs
-    m_xx, m_xw, m_xd = xx + h * xw + half * xd, xw + h * ww + half * wd, xd + h * wd + half * dd
-    m_ww, m_wd = ww + h * wd, wd + h * dd
-    return Covariance(
-        m_xx + h * m_xw + half * m_xd,
-        m_xw + h * m_xd,
-        kept * m_xd,
-        m_ww + h * m_wd + of_rate,
-        kept * m_wd,
-        kept * kept * dd + drive,
-    )
+    F, q = ((1.0, h, 0.5 * h * h), (0.0, 1.0, h), (0.0, 0.0, kept)), (0.0, of_rate, drive)
+    moved = [[dot(row, column) for column in P] for row in F]  # P is symmetric
+    rows = [[dot(row, other) for other in F] for row in moved]
+    return tuple([tuple([x + (q[i] if i == j else 0.0) for j, x in enumerate(row)]) for i, row in enumerate(rows)])
 
 
-def correct_covariance(u: Covariance, kept: float) -> tuple[ObserverGains, Covariance]:
+def correct_covariance(P: Matrix, kept: float) -> tuple[ObserverGains, Matrix]:
     """Return the Kalman gain l of a sample, and P after the correction by it."""
-    xx, xw, xd, ww, wd, dd = u
-    s = xx + 1.0
-    after = Covariance(xx / s, xw / s, xd / s, ww - xw * xw / s, wd - xw * xd / s, dd - xd * xd / s)
-    return ObserverGains(xx / s, xw / s, xd / s, kept), after
+    angle, rate, torque = gains = [x / (P[0][0] + 1.0) for x in P[0]]
+    after = [tuple([x - gain * y for x, y in zip(row, P[0], strict=True)]) for row, gain in zip(P, gains, strict=True)]
+    return ObserverGains(angle, rate, torque, kept), tuple(after)

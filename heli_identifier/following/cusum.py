@@ -46,7 +46,7 @@ an approximation for steps up to some 2 standard deviations. Steps of more need 
 _LEAST_INFORMATION = 1.0  # D^T R D nu^2 below which nothing can be said about a change
 
 
-class Tested(NamedTuple):
+class Projection(NamedTuple):
     """What a block tells of one change: D^T b, D^T R D, and the ``share`` 1/kappa with which they count [1]."""
 
     response: float
@@ -54,7 +54,7 @@ class Tested(NamedTuple):
     share: float
 
 
-def cusum(tested: Iterable[Tested], delta: float) -> tuple[float, int]:
+def cusum(tested: Iterable[Projection], delta: float) -> tuple[float, int]:
     """Return S of the change by ``delta`` after these blocks, and the blocks for which it has been above zero."""
     total, run = 0.0, 0
     for response, information, share in tested:
@@ -76,7 +76,7 @@ class Inflation(NamedTuple):
         found = self.terms / self.information if self.information > 0.0 else 1.0
         return max(1.0, (_PRIOR_BLOCKS + self.blocks * found) / (_PRIOR_BLOCKS + self.blocks))
 
-    def learn(self, tested: Tested, before: Tested, oldest: Tested) -> "Inflation":
+    def learn(self, tested: Projection, before: Projection, oldest: Projection) -> "Inflation":
         """Return it after a block, of which the two before are given as well."""
         u, information = tested.response, tested.information
         most = _LARGEST_TERM * information

@@ -31,8 +31,8 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.plant import arriving
 from heli_plant.state import PlantState
 
-from .changes import Vector, regress_motion
-from .covariance import Covariance, correct_covariance, gap_memory, predict_covariance
+from .changes import Matrix, Vector, regress_motion
+from .covariance import correct_covariance, gap_memory, predict_covariance
 from .evidence import MEMORY
 from .plan import FollowPlan, Twin
 
@@ -120,7 +120,7 @@ class Weight(NamedTuple):
 
     gains: tuple[ObserverGains, ...]
     deviations: Vector = (1.0, 1.0, 1.0)
-    covariances: tuple[Covariance, ...] = ()
+    covariances: tuple[Matrix, ...] = ()
 
 
 class Observer(NamedTuple):
@@ -135,7 +135,7 @@ class Observer(NamedTuple):
     begin: Instant
     voltages: Voltages
     roughness: Roughness
-    covariances: tuple[Covariance, ...] = ()
+    covariances: tuple[Matrix, ...] = ()
     unseen: int = 0
     arrived: Voltages = (0.0, 0.0)
 
@@ -186,13 +186,13 @@ class Observer(NamedTuple):
         )
         found = []
         for axis, steady in enumerate(plan.steady):
-            kept, u = steady.gains.kept, known[axis] if known else steady.covariance
-            u = predict_covariance(u, h, kept, 0.0, steady.drive)
+            kept, P = steady.gains.kept, known[axis] if known else steady.covariance
+            P = predict_covariance(P, h, kept, 0.0, steady.drive)
             of_rate = kicks[axis] * steady.variance / (noise[axis] * noise[axis])
             for _ in range(unseen):
-                u = predict_covariance(u, h, kept, of_rate, steady.drive)
-            gains, after = correct_covariance(u, kept)
-            found.append((gains, sqrt((u.angle + 1.0) / steady.variance), after))
+                P = predict_covariance(P, h, kept, of_rate, steady.drive)
+            gains, after = correct_covariance(P, kept)
+            found.append((gains, sqrt((P[0][0] + 1.0) / steady.variance), after))
         return Weight(*zip(*found, strict=True))
 
 

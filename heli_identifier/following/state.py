@@ -4,7 +4,7 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from .changes import Vector
-from .cusum import NOTHING, Finding, Inflation, Tested
+from .cusum import NOTHING, Finding, Inflation, Projection
 from .encoders import Encoder
 from .evidence import Baseline, Block, Noise, Sums
 from .observer import Observer
@@ -155,7 +155,7 @@ class CorrectorState(NamedTuple):
     mode: str = "starting"
     since: int = 0
     blocks: tuple[Block, ...] = ()
-    tested: tuple[tuple[Tested, ...], ...] = ()
+    tested: tuple[tuple[Projection, ...], ...] = ()
     alarm: float = 0.0
     run: int = 0
     finding: Finding = NOTHING
