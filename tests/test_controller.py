@@ -221,6 +221,14 @@ def test_a_flight_flown_again_by_its_own_plant_errs_by_its_start_alone():
     own = closed_loop_errors(log, TABLE_2, settings)
     wrong = closed_loop_errors(log, TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, a_1=TABLE_2.a_1 - 0.05), settings)
     assert own.voltages["flight"] < 1e-9
+    # recorded at five times the controller's rate it is the same flight, but for the first samples of each stretch
+    often = {axis: np.repeat(column, 5) for axis, column in columns.items()}
+    fine = Log("fine", 5.0 / H, np.repeat(voltages, 5, axis=0), np.repeat(angles, 5, axis=0), references=often)
+    assert closed_loop_errors(fine, TABLE_2, settings).errors["fine"] == pytest.approx(own.errors["flight"], rel=1e-9)
+    with pytest.raises(ConfigurationError, match="must be a multiple of the log's"):
+        closed_loop_errors(replace(log, rate_hz=70.0), TABLE_2, settings)
+    assert not own.warnings
+    assert closed_loop_errors(log, TABLE_2, settings._replace(hover=Rotors(1.0, 1.0))).warnings
     for axis in own.followed:
         assert own.errors["flight"][axis] < 0.5 * wrong.errors["flight"][axis]
     with pytest.raises(ConfigurationError, match="no reference of the elevation and the pitch"):

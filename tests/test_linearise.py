@@ -166,13 +166,30 @@ def test_a_point_that_no_allowed_plant_can_hold_is_refused():
 
 
 def test_a_retuned_loop_without_margins_is_not_to_be_flown():
-    # six times the published gain behind motors twice as slow: no search from the published PID gets to a peak of 1.6
-    values = plant_values(TABLE_2._replace(k_x=1.66, a_wx=0.0, T_m=0.18), {})
+    # 22 times the published gain behind motors four times as slow: no PID gets to a peak of 1.6
+    values = plant_values(TABLE_2._replace(k_x=6.0, a_wx=0.0, T_m=0.3), {})
     made = design_pid(ParameterSet("HelicopterPlant", values), draws=2)
     assert [note.partition(":")[0] for note in made.notes] == ["do not fly the retuned pitch loop"]
     gains = made.retuned_parameters({}).start_values  # nobody builds what is refused
     assert gains["pitch.proportional"] == PID.pitch.proportional
     assert gains["elevation.proportional"] == made.robust.settings.elevation.proportional
+
+
+def test_an_unstable_loop_has_no_margins_and_its_gains_are_not_to_be_flown():
+    """With the pitch counted the other way the open loop's gain never comes near -1, and the loop diverges."""
+    values = plant_values(TABLE_2._replace(k_x=-TABLE_2.k_x), {"k_x": Estimate(-TABLE_2.k_x, 0.01, "rad/s^2/V")})
+    made = design_pid(ParameterSet("HelicopterPlant", values), draws=2)
+    assert made.robust.figures["pitch.sensitivity"].value == np.inf
+    assert [note.partition(":")[0] for note in made.notes] == ["WRONG SIGN", "do not fly the retuned PID"]
+    assert made.retuned_parameters({}).start_values["elevation.proportional"] == PID.elevation.proportional
+
+
+def test_a_rig_that_the_present_pid_cannot_hold_gets_one_that_keeps_its_margins():
+    """Six times the published gain, as a measured rig has: the search begins with a tenth of the gains."""
+    values = plant_values(TABLE_2._replace(k_x=1.66, a_wx=0.0, T_m=0.18), {})
+    made = design_pid(ParameterSet("HelicopterPlant", values), draws=2)
+    assert not made.baseline.is_stable and made.robust.is_stable
+    assert not made.refused
 
 
 def test_an_input_delay_takes_its_phase_off_the_margin():
@@ -240,15 +257,18 @@ def test_drawn_plants_keep_the_slope_at_the_operating_point_and_the_sign_of_a_ga
 
 
 def test_the_covariance_of_a_diagnosis_is_written_and_read_and_its_damage_named(tmp_path):
-    found = replace(example(), covariance=np.diag([4e-6, 1e-4]), covariance_fields=("k_x", "motor_lag_rotors"))
+    fields, variances = ("k_x", "motor_lag_rotors", "k_y"), np.array([4e-6, 1e-4, 1e-4])
+    found = replace(example(), covariance=np.diag(variances), covariance_fields=fields)
     written, file = corrected_parameters(found), tmp_path / "parameters.json"
     covariance = read_parameters(written.write(file)).covariance
     # a lag that is no finding is part of the time constant; a gain counts with its logarithm
-    assert (covariance.names, covariance.logarithms) == (("pitch.gain", "motor.time_constant"), ("pitch.gain",))
-    slope = found.parameters["k_x"].estimate.value
-    assert covariance.matrix == pytest.approx(np.diag([4e-6 / slope**2, 1e-4]))
+    assert covariance.names == ("pitch.gain", "motor.time_constant", "travel.gain")
+    assert (covariance.logarithms, covariance.not_determined) == (("pitch.gain", "travel.gain"), ("travel.gain",))
+    slopes = [found.parameters["k_x"].estimate.value, 1.0, found.parameters["k_y"].estimate.value]
+    assert covariance.matrix == pytest.approx(np.diag(variances / np.square(slopes)))
+    assert "do not determine travel.gain" in written.drawn_from_prior
     document = written.to_dict()
-    for change, said in (({"names": ["pitch.x"]}, "none of the values"), ({"matrix": [[1.0]]}, "2 rows of 2 numbers")):
+    for change, said in (({"names": ["pitch.x"]}, "none of the values"), ({"matrix": [[1.0]]}, "3 rows of 3 numbers")):
         file.write_text(document_text({**document, "covariance": {**document["covariance"], **change}}))
         with pytest.raises(ConfigurationError, match=said):
             read_parameters(file)

@@ -261,6 +261,8 @@ def _variations(
     )
     how = "with their covariance" if read.covariance else "independently by their standard errors"
     note(f"{len(drawn[0])} parameters are drawn {how} (seed {seed}).")
+    if read.drawn_from_prior:
+        note(read.drawn_from_prior)
     outputs = [own.name for own in fmu_src.unit_class(PLANT).variables if own.causality == "output"]
     return {"variations": drawn, "record": [f"{plant}.{name}" for plant in plants for name in outputs]}
 
@@ -395,12 +397,11 @@ def linearise(
             made = tools.design_pid(given, pitch, elevation, progress=progress)
         origin = from_command_line()
         document = made.linear_document(origin)
-        steps = tools.step_figure(made, ("present PID", "retuned PID"))
         files = {
             "linear_model.json": document,
             "linear_model.mat": made.matlab_bytes(),
             "controller.json": made.retuned_parameters(origin),
-            "steps.svg": results.figure_file(steps),
+            "steps.svg": results.figure_file(tools.step_figure(made)),
         }
         results.write_files(draft, files)
     answer(json, document, [tools.margin_table(made)], made.notes, (output, files))

@@ -65,6 +65,8 @@ class Covariance:
     """Voltage [V] of the slopes: there a gain hardly depends on how the thrust bends."""
     matrix: NDArray[np.float64]
     """Shape (n, n): in the squares and products of the parameters' units, of a logarithm 1."""
+    not_determined: tuple[str, ...] = ()
+    """Those of them that the logs do not determine: the matrix has what is plausible for any rig of this kind."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,6 +136,12 @@ class ParameterSet(Tabular):
             for use, said in words.items()
             if (axes := self.axes_for(use))
         )
+
+    @property
+    def drawn_from_prior(self) -> str:
+        """What to say of plants that are drawn; empty where the logs determine every parameter."""
+        names = self.covariance.not_determined if self.covariance else ()
+        return f"the logs do not determine {listed(names)}: drawn from what is plausible for any rig" if names else ""
 
     @property
     def judged(self) -> str:
@@ -243,7 +251,13 @@ def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covaria
         tuple(names[i] for i in kept if i in gains),
         float(diagnosis.settings["operating_point"]),
         diagnosis.covariance[np.ix_(kept, kept)] / np.outer(scale, scale),
+        tuple(names[i] for i in kept if _is_open(diagnosis, diagnosis.covariance_fields[i])),
     )
+
+
+def _is_open(diagnosis: Diagnosis, field_: str) -> bool:
+    report = diagnosis.parameters.get(field_)
+    return report is not None and report.determination is tracing.Determination.NOT_DETERMINED
 
 
 ParameterSource = ParameterSet | Diagnosis | str | PathLike[str]
@@ -298,7 +312,7 @@ def _inconsistent(found: ParameterSet) -> Iterator[str]:
         if value < 0.0 and (name.startswith("expected.") or name.endswith(".standard_error")):
             yield f"{name} = {value}: expected `float` >= 0.0"
     if joint := found.covariance:
-        for name in joint.names:
+        for name in (*joint.names, *joint.not_determined):
             if name not in found.values:
                 yield f"covariance.names has {name!r}, which is none of the values"
         for name in joint.logarithms:

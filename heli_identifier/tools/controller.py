@@ -11,6 +11,7 @@ nominally for the plant alone, robustly for :data:`ROBUST` plants.
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -20,12 +21,12 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, plain
-from heli_identifier.tools.judging import CONFIDENCE, Judged, Plants, Progress, allowed_plants, judge
+from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Judged, Plants, Progress, allowed_plants, judge
 from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD, linear_system
 from heli_identifier.tools.loop import CONTROLLER, Settings, controller_parameters
 from heli_identifier.tools.margins import LOOPS, closed_loop, controller_response, disk_margins, is_stable
 from heli_identifier.tools.synthesis import PEAK, retuned, synthesised
-from heli_identifier.tracing import DiagnosisSettings, Use, helicopter
+from heli_identifier.tracing import DiagnosisSettings, Use, helicopter, sign_notes
 from heli_plant.control import PidSettings
 from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
@@ -40,7 +41,7 @@ DEARER, DEAREST = 1.5, 24  # factor by which the voltages become dearer, and how
 LEAST_LIFT = 0.3
 """Sum of the thrust voltages [V] below which the travel cannot be controlled: a lean has no lateral force."""
 
-_FLOWN_BY = {"pitch": "k_x", "elevation": "k_z", "travel": "k_y"}
+_GAINS = {"pitch": "k_x", "elevation": "k_z", "travel": "k_y"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +50,7 @@ class Design:
 
     ``kind`` is pid, lqr or lqi, ``axes`` the controlled angles, ``plants`` those over which both were judged:
     ``baseline`` is what the weights say, or the present PID. ``continuous`` is the nominal design in continuous time,
-    None of a PID.
+    None of a PID. ``names`` are what the two are called.
     """
 
     kind: str
@@ -59,6 +60,13 @@ class Design:
     robust: Judged
     notes: tuple[str, ...]
     continuous: FeedbackSettings | None = None
+    names: tuple[str, str] = ("nominal", "robust")
+
+    @property
+    def by_name(self) -> dict[str, Judged]:
+        """Both controllers by what they are called; the first alone where the other is the same."""
+        both = dict(zip(self.names, (self.baseline, self.robust), strict=True))
+        return both if self.robust is not self.baseline else {self.names[0]: self.baseline}
 
     @property
     def refused(self) -> dict[str, float]:
@@ -141,10 +149,15 @@ def _check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use
     """Refuse a plant of whose axes the diagnosis says one of these uses, and say what to fly."""
     if unfit := [axis for axis in axes if axis in parameters.axes_for(*unfit_for)]:
         fly = helicopter(DiagnosisSettings(), [np.zeros((1, 3))], [np.zeros((1, 2))]).fly
-        flights = " ".join(f"For the {axis}: {fly[_FLOWN_BY[axis]]}" for axis in unfit)
+        flights = " ".join(f"For the {axis}: {fly[_GAINS[axis]]}" for axis in unfit)
         raise ConfigurationError(
             f"the diagnosis does not call the {' and the '.join(unfit)} of these parameters fit for control. {flights}"
         )
+
+
+def _wrong_signs(parameters: ParameterSet) -> tuple[str, ...]:
+    """Say which gains have a sign that no rig has."""
+    return sign_notes({gain: parameters.values[f"{axis}.gain"] for axis, gain in _GAINS.items()})
 
 
 def design_controller(
@@ -170,9 +183,14 @@ def design_controller(
         raise ConfigurationError(
             f"{kind} of {other} is not designed; choose of {', '.join(KINDS)}, of pitch or travel."
         )
+    if travels and pitch != 0.0:
+        raise ConfigurationError(
+            f"a pitch of {pitch:g} rad cannot be held while the travel is controlled; leave it out, or control the "
+            "pitch in place of the travel."
+        )
     _check_usable(parameters, (*LOOPS, *(("travel",) if travels else ())), Use.NOTHING, Use.PREDICTION)
     plants = allowed_plants(parameters, None if travels else pitch, elevation, aim.period, draws, progress)
-    model, notes = plants.model, plants.notes
+    model, notes = plants.model, [*_wrong_signs(parameters), *plants.notes]
     if travels and abs(model.point.lift) < LEAST_LIFT:
         raise ConfigurationError(
             f"at elevation {elevation:g} rad the rotors hardly lift ({model.point.lift:.2g} V together), so a lean "
@@ -190,17 +208,24 @@ def design_controller(
         robust, effort, reached = _robust(plants, nominal, aim, other, kind == "lqi")
         if reached < aim.disk_margin:
             missed = f"no weight of the voltages reaches a disk margin of {aim.disk_margin:g}"
-            notes = (*notes, f"{missed}; the best has {reached:.2f}")
+            notes.append(f"{missed}; the best has {reached:.2f}")
     progress("judging the nominal design", 0.7)
     first = judge(plants, nominal, axes)
     if not first.is_stable:
+        remedy = "lower the weights of the angles, or sample faster"
+        if kind == "pid":
+            remedy = ", ".join(_wrong_signs(parameters)) or "take --kind lqi"
         raise ConfigurationError(
-            "the designed loop is unstable on the identified plant, with its delay and bending; lower the weights of "
-            "the angles, or sample faster."
+            f"the designed loop is unstable on the identified plant, with its delay and bending; {remedy}."
         )
     progress("judging the robust design", 0.85)
     second = first if robust == nominal else judge(plants, robust, axes, effort)
-    return Design(kind, axes, plants, first, second, notes, continuous)
+    for axis in axes:
+        if not isfinite(second.figures[f"{axis}.settling"].promised):
+            why = "; a higher --elevation gives the rotors more lift, so that a lean moves it more"
+            why = why if axis == "travel" else "; --kind lqi takes away what an LQR leaves" if kind == "lqr" else ""
+            notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s{why}")
+    return Design(kind, axes, plants, first, second, tuple(notes), continuous)
 
 
 def _robust(
@@ -251,14 +276,19 @@ def design_pid(
     ]
     if plant.input_delay_rotors:
         notes.append(f"an input delay of {plant.input_delay_rotors:.3g} s is in the margins, not in the matrices")
-    made = Design("pid", LOOPS, plants, before, after, plants.notes)
-    for axis, peak in made.refused.items():
+    made = Design("pid", LOOPS, plants, before, after, (), names=("present", "retuned"))
+    if not after.is_stable:
+        notes.append(
+            "do not fly the retuned PID: the loop is not stable with it. controller.json keeps the present gains; "
+            "`heli design-controller` has other kinds of controllers"
+        )
+    for axis, peak in made.refused.items() if after.is_stable else ():
         notes.append(
             f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked "
             f"for. controller.json keeps the present gains of the {axis}; `heli design-controller` has other kinds of "
             "controllers"
         )
-    return replace(made, notes=(*notes, *made.notes))
+    return replace(made, notes=(*_wrong_signs(parameters), *notes, *plants.notes))
 
 
 def control_advice(

@@ -165,11 +165,11 @@ def _compared(said: float | None, own: Estimate) -> tuple[str, str, str]:
 
 
 def controller_m(design: Design) -> str:
-    """Give the text of controller.m: the robust design, then the nominal one with the ending ``_nominal``.
+    """Give the text of controller.m: the nominal design with the ending ``_nominal``, then the robust one.
 
     A state feedback is stated for the course's inputs (V_s, V_d), sampled and, of the same weights, continuous.
     """
-    designs = ((design.robust, "Robust", ""), (design.baseline, "Nominal", "_nominal"))
+    designs = [(own, name, "" if own is design.robust else f"_{name}") for name, own in design.by_name.items()]
     return _script("controller.m.j2", design.plants.model.point, design=design, designs=designs, confidence=CONFIDENCE)
 
 

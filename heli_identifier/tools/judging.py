@@ -7,7 +7,7 @@ loop with the period between reading and acting and with the input delay.
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, inf, nan
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,7 @@ CONFIDENCE = 0.95  # share of the plants that keep what is promised
 LONGEST = 40.0  # length [s] of the steps whose settling is judged
 SHOWN = {"pitch": 12.0, "elevation": 12.0, "travel": 30.0}  # length [s] of the steps that are shown
 MARGINS = margins.Margins._fields
+UNSTABLE = margins.Margins(gain=1.0, gain_down=1.0, phase=0.0, sensitivity=inf, crossover=nan)  # nothing may change
 
 SMALLER_IS_BETTER = ("gain_down", "sensitivity", "settling")
 """Last part of the names of figures that a good loop has small."""
@@ -41,7 +42,7 @@ class Plants:
     """The estimated plant at an operating point, and M ``drawn`` plants that the data allow, each at its own.
 
     ``responses`` (M + 1, N, 3, 2) are :func:`plant_response` of the estimated and the drawn plants at the frequencies
-    ``omega`` (N,) [rad/s]; ``notes`` say how many plants were left out.
+    ``omega`` (N,) [rad/s]; ``notes`` say what was drawn from its prior, and how many plants were left out.
     """
 
     model: LinearModel
@@ -76,8 +77,10 @@ def allowed_plants(
         )
     omega, fallen = margins.frequencies(period), draws - len(drawn)
     responses = np.array([margins.plant_response(one, omega) for one in (model, *drawn)])
-    notes = (f"{fallen} of {draws} plants that the data allow have no equilibrium there",) if fallen else ()
-    return Plants(model, tuple(drawn), omega, responses, notes)
+    notes = [parameters.drawn_from_prior] if parameters.drawn_from_prior else []
+    if fallen:
+        notes.append(f"{fallen} of {draws} plants that the data allow have no equilibrium there")
+    return Plants(model, tuple(drawn), omega, responses, tuple(notes))
 
 
 @dataclass(frozen=True)
@@ -145,7 +148,10 @@ def judge(plants: Plants, settings: Settings, axes: Sequence[str], effort: float
     columns: dict[str, Array] = {}
     for index, name in enumerate(margins.LOOPS):
         gains = margins.loop_gain(plants.responses, law, index)
-        found = np.transpose([margins.loop_margins(gain, plants.omega) for gain in gains])
+        found = np.transpose([
+            margins.loop_margins(gain, plants.omega) if is_stable else UNSTABLE
+            for gain, is_stable in zip(gains, stable, strict=True)
+        ])  # fmt: skip
         columns |= {f"{name}.{own}": column for own, column in zip(MARGINS, found, strict=True)}
     columns["disk"] = np.where(stable, margins.disk_margins(plants.responses, law), 0.0)
     band = {}

@@ -7,7 +7,7 @@ it: the simulated voltages answer the simulated angles.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from os import PathLike
 from typing import Any, NamedTuple, TypeVar
@@ -42,6 +42,7 @@ CONTROLLER, FEEDBACK = "PidController", "StateFeedback"
 
 SETTLED = 0.05  # share of the step within which a response counts as settled
 LEAD = 1.0  # time [s] before the step
+OTHER = 0.2  # voltage [V], root mean square, from which on another controller flew
 AHEAD = 3.0  # length [s] of the stretches of a flight that are flown again
 
 
@@ -220,6 +221,16 @@ class ClosedLoopErrors(Tabular):
         return Table(f"Error of the closed loop over {AHEAD:g} s", columns, rows)
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """Logs that another controller flew."""
+        return tuple(
+            f"{log}: this controller asks for voltages that differ from the logged ones by {own:.2g} V; if another one "
+            "flew, the error is not the plant's"
+            for log, own in self.voltages.items()
+            if own > OTHER
+        )
+
+    @property
     def largest(self) -> float:
         """Largest error of a followed axis [rad]."""
         return max(of_axes[axis] for of_axes in self.errors.values() for axis in self.followed)
@@ -244,7 +255,7 @@ def closed_loop_errors(
     """Fly logs again from their references, under the controller that flew: its controller.json, or its settings.
 
     Errors up to ``limit`` [rad] pass. ConfigurationError if the file is no controller's, or a log has no reference of
-    an axis that the controller follows.
+    an axis that the controller follows, or its samples do not come at those of a state feedback.
     """
     plant = results.plant_of(parameters)
     settings = read_controller(controller, plant.v_max) if isinstance(controller, str | PathLike) else controller
@@ -255,9 +266,30 @@ def closed_loop_errors(
                 f"log {log.name} has no reference of the {' and the '.join(missing)}, which this controller follows; "
                 "name the column in [log.references] of heli.toml."
             )
-        own, voltages[log.name] = _flown_again(log, plant, settings)
+        own, voltages[log.name] = _flown_again(_at_samples(log, settings), plant, settings)
         errors[log.name] = dict(zip(AXES, own.tolist(), strict=True))
     return ClosedLoopErrors(errors, voltages, followed, limit)
+
+
+def _at_samples(log: Log, settings: Settings) -> Log:
+    """Sample a log with the period of a state feedback; its voltages are averaged over each period."""
+    if isinstance(settings, PidSettings):
+        return log
+    every = round(settings.period / log.step)
+    if every < 1 or abs(every * log.step - settings.period) > 0.01 * log.step:
+        raise ConfigurationError(
+            f"log {log.name} is sampled every {log.step:g} s and this controller every {settings.period:g} s; the "
+            "controller's period must be a multiple of the log's."
+        )
+    count = log.samples // every
+    return replace(
+        log,
+        rate_hz=log.rate_hz / every,
+        voltages=log.voltages[: count * every].reshape(count, every, 2).mean(axis=1),
+        angles=log.angles[::every][:count],
+        references={axis: values[::every][:count] for axis, values in log.references.items()},
+        extra={},
+    )
 
 
 def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[Array, float]:
