@@ -1,8 +1,8 @@
 """A diagnosis of measured data: the identified plant, stated, and compared with the model before on held-out logs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
-from math import sqrt
+from math import inf, sqrt
 from time import perf_counter
 
 import numpy as np
@@ -29,7 +29,7 @@ from .fit import Fit, covariance, fit
 from .held_out import compare
 from .helicopter import LAG_FIELD
 from .identification import FAULT_EFFECTS, Identification, Progress, identify_plant
-from .result import DataEntry, Determination, Diagnosis, FoundEffect, HeldOutLikelihood, RigVerdict, Verdict
+from .result import DataEntry, Determination, Diagnosis, ErrorFigure, FoundEffect, RigVerdict, Verdict
 from .rig import Array, Parameters
 from .select import Finding
 from .settings import KEPT, SETTLING, SURE, DiagnosisSettings
@@ -83,10 +83,9 @@ def diagnose(
     axes, nats, series = compare(
         before, after, found.beside, found.left_out, found.parameters, found.events, found.references.closed_loop
     )
-    nats = replace(nats, chi2=_judged(found, {"before": before, "after": after}))
-    in_plant = {(own.name, own.axis) for own in (*effects, *possible) if own.in_plant}
-    names = [effect.field for effect in rig.effects if (effect.name, effect.axis) in in_plant]
-    names += [name for name in after.fields if name not in (*null.fields, *names)]
+    chi2 = {name: judged for name, own in (("before", before), ("after", after)) if (judged := _judged(found, own))}
+    stated = {(own.name, own.axis) for own in (*effects, *possible) if own.in_plant}
+    named = {effect.field for effect in rig.effects if (effect.name, effect.axis) in stated}
     labels, matrix = correlation(found.selection, [effect.field for effect in rig.effects])
     slopes = np.array([after.slope(name) for name in after.fields])
     joint = slopes[:, None] * found.covariance * slopes
@@ -99,14 +98,16 @@ def diagnose(
         catalogue=catalogue_verdicts(found.selection, effects, possible),
         parameters_before=before_values,
         parameters_after=after_values,
-        effects_after=estimates(after, found.covariance, names),
+        effects_after=estimates(
+            after, found.covariance, [name for name in after.fields if name in named or name not in null.fields]
+        ),
         parameters=found.parameters,
         covariance=joint,
         covariance_fields=after.fields,
         plant_before=before.parameters,
         plant_after=_plant(after, effects),
         axes=axes,
-        held_out=nats,
+        held_out=replace(nats, chi2=chi2),
         closed_loop=found.references.closed_loop,
         references=found.references.origin,
         agreement=found.agreement,
@@ -114,7 +115,11 @@ def diagnose(
         curves=drawn_curves(after, found.covariance, effects),
         correlation_labels=labels,
         correlation=matrix,
-        data=(*_entries(training, "training"), *_entries(kept, "held out")),
+        data=tuple(
+            DataEntry(log.path or log.name, log.sha256, log.samples, log.rate_hz, use, log.notes)
+            for use, logs in (("training", training), ("held out", kept))
+            for log in logs
+        ),
         settings=asdict(settings)
         | {"score_needed": found.selection.last.needed, "operating_point": rig.operating_point},
         notes=(
@@ -125,12 +130,10 @@ def diagnose(
             *sign_notes(before_values),
             *stranger_notes(after, (*found.logs, *found.beside), found.left_out),
             *found.references.notes,
-            *_parameter_notes(found),
-            *_bound_notes(after),
-            *_unexpected_notes(settings.effects, after),
+            *_plant_notes(found, settings.effects),
             *_geometry_notes(settings.geometry, after_values, after.fields, joint),
             *_voltage_notes((*training, *kept), settings.voltage_limit),
-            *_held_out_notes(nats, after),
+            *_held_out_notes(nats.gain, after),
         ),
         seconds=perf_counter() - began,
         events=found.events,
@@ -155,14 +158,13 @@ def _checked(
     return training, kept, (*notes, *excitation_notes(training, kept))
 
 
-def _judged(found: Identification, fits: Mapping[str, Fit]) -> dict[str, tuple[float, int]]:
-    """Say what the instruments make of plants on the training logs: chi2 and degrees of freedom over the axes."""
-    rig, records, chi2 = found.plant.likelihood.rig, found.plant.likelihood.records, dict[str, tuple[float, int]]()
-    if found.outside is not None:
-        for name, fitted in fits.items():
-            judged = found.outside.judge([rig.measured(record, fitted.parameters) for record in records])
-            chi2[name] = sum(own.chi2 for own in judged), sum(own.freedom for own in judged)
-    return chi2
+def _judged(found: Identification, fitted: Fit) -> tuple[float, int] | None:
+    """Say what the instruments make of a plant on the training logs: chi2 and degrees of freedom over the axes."""
+    if found.outside is None:
+        return None
+    measured = [fitted.likelihood.rig.measured(record, fitted.parameters) for record in found.plant.likelihood.records]
+    judged = found.outside.judge(measured)
+    return sum(own.chi2 for own in judged), sum(own.freedom for own in judged)
 
 
 def _effects(found: Identification) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:
@@ -223,88 +225,74 @@ def _plant(after: Fit, effects: Sequence[FoundEffect]) -> Parameters:
     return p._replace(T_m=p.T_m + p.motor_lag_rotors, **{LAG_FIELD: 0.0})
 
 
-def _entries(logs: Sequence[Log], use: str) -> list[DataEntry]:
-    return [DataEntry(log.path or log.name, log.sha256, log.samples, log.rate_hz, use, log.notes) for log in logs]
+def _plant_notes(found: Identification, expected: Mapping[str, Estimate]) -> Iterator[str]:
+    """Name what these logs do not determine, what references contradict, and what is at a bound or far from expected.
 
-
-def _parameter_notes(found: Identification) -> list[str]:
-    """Name the parameters that these logs do not determine, and those that references contradict."""
-    notes, missing = list[str](), list[str]()
+    ``expected`` are effects of the rig's configuration.
+    """
+    plant, missing = found.plant, list[str]()
     for name, report in found.parameters.items():
         if report.contradicted:
-            notes.append(f"{name}: {report.why}; do not design a controller on this axis before the two agree")
+            yield f"{name}: {report.why}; do not design a controller on this axis before the two agree"
         elif report.determination is Determination.NOT_DETERMINED:
             missing.append(name)
     if missing:
-        notes.append(
+        yield (
             f"these logs do not determine {', '.join(missing)}: the plant has their likeliest values within what is "
             "plausible for any rig of this kind"
         )
-    return notes
-
-
-def _bound_notes(after: Fit) -> list[str]:
-    """Name the effects of the plant whose coefficients lie at the end of what is plausible."""
-    rig, at_bound = after.likelihood.rig, dict(zip(after.names, after.at_bound, strict=True))
-    return [
-        f"the {own.name.replace('_', ' ')} of the {own.axis} comes out at {after.estimate(own.field):.3g}, the end of "
-        "what is plausible: something else that this law imitates is more likely"
-        for own in rig.candidates
-        if at_bound.get(own.field) and after.estimate(own.field)
-    ]
-
-
-def _unexpected_notes(expected: Mapping[str, Estimate], after: Fit) -> list[str]:
-    """Name the effects of the configuration whose coefficients come out far from what it expects."""
-    notes = []
+    at_bound = dict(zip(plant.names, plant.at_bound, strict=True))
+    for effect in plant.likelihood.rig.candidates:
+        if at_bound.get(effect.field) and plant.estimate(effect.field):
+            yield (
+                f"the {effect.name.replace('_', ' ')} of the {effect.axis} comes out at "
+                f"{plant.estimate(effect.field):.3g}, the end of what is plausible: something else that this law "
+                "imitates is more likely"
+            )
     for field, given in expected.items():
-        value = float(getattr(after.parameters, field))
-        distance = abs(value - given.value) / (given.standard_error or np.inf)
+        value = float(getattr(plant.parameters, field))
+        distance = abs(value - given.value) / (given.standard_error or inf)
         if distance > SURE:
-            notes.append(
+            yield (
                 f"rig.effects of heli.toml expects {field} = {given.value:.3g} ± {given.standard_error:.2g}, but the "
                 f"logs give {value:.3g}, {distance:.2g} standard deviations away. Check the entry; if it is right, the "
                 "logs hold something that the model lacks"
             )
-    return notes
 
 
 def _geometry_notes(
     geometry: Geometry, values: Mapping[str, Estimate], fields: Sequence[str], joint: Array
-) -> list[str]:
+) -> Iterator[str]:
     """Name the ratios of gains that masses and lengths contradict; the force per volt is not in them."""
-    notes = []
     for field, (low, high) in geometry.ratios.items():
         if not {field, "k_y"} <= set(fields):
             continue
         one, other = values[field].value, values["k_y"].value
         i, j = fields.index(field), fields.index("k_y")
         spread = joint[i, i] / one**2 + joint[j, j] / other**2 - 2.0 * joint[i, j] / (one * other)
-        ratio, beyond = abs(one / other), geometry.deviations(field, abs(one / other), sqrt(max(spread, 0.0)))
+        ratio = abs(one / other)
+        beyond = geometry.deviations(field, ratio, sqrt(max(spread, 0.0)))
         if beyond > SURE:
-            notes.append(
+            yield (
                 f"the masses and lengths of heli.toml say that {field} is {low:.3g} to {high:.3g} times |k_y|; "
                 f"the logs say {ratio:.3g} times, {beyond:.2g} standard deviations beyond. Weigh and measure "
                 "again, or look for what turns this axis beside its rotors"
             )
-    return notes
 
 
-def _voltage_notes(logs: Sequence[Log], limit: float) -> list[str]:
+def _voltage_notes(logs: Sequence[Log], limit: float) -> Iterator[str]:
     highest = max(float(np.abs(log.voltages).max()) for log in logs)
-    if highest <= limit:
-        return []
-    return [
-        f"voltages reach {highest:.2f} V; the model saturates them at {limit:g} V "
-        "(set the rig's limit in its configuration)"
-    ]
+    if highest > limit:
+        yield (
+            f"voltages reach {highest:.2f} V; the model saturates them at {limit:g} V "
+            "(set the rig's limit in its configuration)"
+        )
 
 
-def _held_out_notes(nats: HeldOutLikelihood, after: Fit) -> list[str]:
+def _held_out_notes(gain: ErrorFigure, after: Fit) -> Iterator[str]:
     """Say that the held-out logs prefer the model before, where they do beyond chance and no torque is periodic."""
-    if nats.gain.high >= 0.0 or after.point.harmonics:
-        return []
-    return [
-        f"the held-out logs are less likely under the corrected plant than under the model before, by "
-        f"{-nats.gain.value:.0f} nats: they differ from the training logs, or what was found does not hold for them"
-    ]
+    if gain.high < 0.0 and not after.point.harmonics:
+        yield (
+            f"the held-out logs are less likely under the corrected plant than under the model before, by "
+            f"{-gain.value:.0f} nats: they differ from the training logs, or what was found does not hold for them"
+        )
