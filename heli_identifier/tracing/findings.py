@@ -13,13 +13,12 @@ made of them need no such model: they judge what the likelihood says.
   interval is wrong.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from operator import attrgetter
 
 import numpy as np
-from numpy.typing import NDArray
 
-from heli_identifier.chain import Defect
+from heli_identifier.chain import TIMING, Defect
 from heli_identifier.online import Estimate
 
 from .fit import Fit, covariance
@@ -64,27 +63,27 @@ def lag_score(fitted: Fit) -> float:
 
 def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float | None = None) -> FoundEffect:
     """State one effect of a selection; ``fitted`` is the delivered plant."""
-    effect, units, in_plant = finding.effect, fitted.likelihood.rig.units, finding.effect.field in fitted.fields
-    rivals = [other for other in finding.alternatives if other.field not in fitted.fields]
-    if in_plant:
+    effect, units, p = finding.effect, fitted.likelihood.rig.units, fitted.parameters
+    rivals, in_plant = [own for own in finding.alternatives if own.field not in fitted.fields], False
+    coefficient = Estimate(finding.score.value, finding.score.standard_error, effect.unit)
+    shapes = {name: Estimate(float(value), None, units[name]) for name, value in finding.score.shapes.items()}
+    if effect.field in fitted.fields:
+        in_plant, shapes = True, estimates(fitted, C, effect.shapes)
         coefficient = estimates(fitted, C, [effect.field])[effect.field]
-        shapes = estimates(fitted, C, effect.shapes)
-    else:
-        coefficient = Estimate(finding.score.value, finding.score.standard_error, effect.unit)
-        shapes = {n: Estimate(float(v), None, units[n]) for n, v in finding.score.shapes.items()}
     verdict, experiment = Verdict.POSSIBLE, effect.experiment
     if finding.established:
-        verdict, experiment = Verdict.AMBIGUOUS if rivals else Verdict.SHOWN, ""
+        verdict = Verdict.AMBIGUOUS if rivals else Verdict.SHOWN
+        experiment = effect.experiment if rivals else ""
     if rivals and rivals[0].experiment != effect.experiment:
         both = (f"For {own.name.replace('_', ' ')}: {own.experiment}" for own in (effect, rivals[0]))
         experiment = " ".join(("Measure what shows either alone.", *both))
-    elif rivals:
-        experiment = effect.experiment
+    timing = 1e3 * (p.T_m + p.motor_lag_rotors + p.input_delay_rotors)
     return FoundEffect(
         effect.name, effect.axis, coefficient, verdict, effect.family,
         tuple((other.name, other.axis) for other in rivals),
         NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
-        finding.stated, experiment, in_plant, left_out_gain, _together(finding, fitted),
+        finding.stated, experiment, in_plant, left_out_gain,
+        f"lag and delay of the rotors together: {timing:.0f} ms" if (effect.family,) == TIMING else "",
     )  # fmt: skip
 
 
@@ -101,15 +100,6 @@ def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFaul
             others = tuple((other.name, other.axis) for other in finding.alternatives)
             found.append(LogFault(fault.name, fault.channel, words, size, finding.stated, others, fault.advice))
     return tuple(sorted(found, key=lambda own: -(own.score or 0.0)))
-
-
-def _together(finding: Finding, fitted: Fit) -> str:
-    """Say what effects of the rotors' timing come to together; empty for others."""
-    if finding.effect.family != "lag or delay of the rotors":
-        return ""
-    p = fitted.parameters
-    total = p.T_m + p.motor_lag_rotors + p.input_delay_rotors
-    return f"lag and delay of the rotors together: {1e3 * total:.0f} ms"
 
 
 def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | None:
@@ -134,9 +124,11 @@ def catalogue_verdicts(
 ) -> tuple[CatalogueVerdict, ...]:
     """One verdict for every entry of the catalogue, those of the plant first."""
     stated = {(e.name, e.axis): e for e in (*effects, *possible)}
-    rows = [_verdict(selection, e, stated.get((e.name, e.axis))) for e in selection.null.likelihood.rig.effects]
-    order = {(e.name, e.axis): i for i, e in enumerate((*effects, *possible))}
-    return tuple(sorted(rows, key=lambda row: order.get((row.name, row.axis), len(order))))
+    rows = {
+        (e.name, e.axis): _verdict(selection, e, stated.get((e.name, e.axis)))
+        for e in selection.null.likelihood.rig.effects
+    }
+    return tuple(rows[entry] for entry in dict.fromkeys((*stated, *rows)) if entry in rows)
 
 
 def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -> CatalogueVerdict:
@@ -198,64 +190,57 @@ def correlation(selection: Selection, among: Collection[str]) -> tuple[tuple[tup
     return labels, np.clip(G / scale / scale[:, None], -1.0, 1.0)
 
 
-def parameter_reports(
-    fitted: Fit, covariance: NDArray[np.float64], outside: InstrumentEstimates | None
-) -> dict[str, ParameterReport]:
+def parameter_reports(fitted: Fit, C: Array, outside: InstrumentEstimates | None) -> dict[str, ParameterReport]:
     """State of every base parameter of a fit what its value rests on.
 
-    Parameters
-    ----------
-    fitted : Fit
-    covariance : NDArray, shape (P, P)
-        Of its coordinates, from :func:`.fit.covariance`.
-    outside : InstrumentEstimates or None
-        None where nothing came from outside.
+    ``C`` (P, P) is the covariance of its coordinates; ``outside`` is None where nothing came from outside.
     """
     rig, found = fitted.likelihood.rig, {}
-    by_instruments: Mapping[str, tuple[float, float, float]] = {
-        name: (float(axis.values[k]), float(axis.half_widths[k]), float(axis.shares[k]))
+    by_instruments = {
+        name: (Estimate(float(value), float(half) / 1.96, rig.units[name]), float(share))
         for axis in (outside.axes if outside else ())
-        for k, name in enumerate(axis.parameters)
-        if np.isfinite(axis.values[k])
+        for name, value, half, share in zip(axis.parameters, axis.values, axis.half_widths, axis.shares, strict=True)
+        if np.isfinite(value)
     }
     for i, (name, coordinate) in enumerate(zip(fitted.fields, fitted.coordinates, strict=False)):
         if name not in rig.base:
             continue
-        error = float(fitted.slope(name) * np.sqrt(covariance[i, i]))
-        estimate = Estimate(fitted.estimate(name), error, rig.units[name])
+        estimate = Estimate(fitted.estimate(name), float(fitted.slope(name) * np.sqrt(C[i, i])), rig.units[name])
         low, high = sorted((coordinate.value(-1.96), coordinate.value(1.96)))
-        found[name] = _report(estimate, by_instruments.get(name), (low, high), name in rig.gains, rig.fly.get(name, ""))
+        instrument, share = by_instruments.get(name, (None, None))
+        is_gain = name in rig.gains
+        allowed = DETERMINED * (abs(estimate.value) if is_gain else 0.5 * (high - low))
+        word, why, contradicted = _rests_on(estimate, instrument, share, allowed, is_gain)
+        fly = "" if word is Determination.OUTSIDE else rig.fly.get(name, "")
+        found[name] = ParameterReport(estimate, word, share, instrument, contradicted, (low, high), why, fly)
     return found
 
 
-def _report(
-    estimate: Estimate,
-    instrument: tuple[float, float, float] | None,
-    plausible: tuple[float, float],
-    is_gain: bool,
-    fly: str,
-) -> ParameterReport:
-    """Decide what one parameter rests on."""
-    half = 1.96 * (estimate.standard_error or 0.0)
-    allowed = DETERMINED * (abs(estimate.value) if is_gain else 0.5 * (plausible[1] - plausible[0]))
-    value, width, share = instrument or (0.0, np.inf, None)
-    by_instrument = Estimate(value, width / 1.96, estimate.unit) if instrument else None
-    sure = width < DETERMINED * abs(value)
-    agrees = abs(value - estimate.value) <= max(CONTRADICTION * width / 1.96, MATTERS * abs(value))
-    contradicted = is_gain and not agrees
-    unit = _behind(estimate.unit)
-    said = f"references alone give {value:.3g} ± {width:.2g}{unit}"
-    if contradicted:
-        word, why = Determination.NOT_DETERMINED, f"{said}, the likelihood {estimate.value:.3g} ± {half:.2g}{unit}"
-    elif half > allowed:
-        word, why = Determination.NOT_DETERMINED, f"its interval is ± {half:.2g}{unit}"
-    elif sure and agrees:
-        word, why, fly = Determination.OUTSIDE, said, ""
-    elif is_gain and (share or 0.0) < CONFIRMED and SURE * half > allowed:
-        word, why = Determination.NOT_DETERMINED, "no reference moves it, and what the air moves alone misleads a fit"
-    else:
-        word, why = Determination.NOISE_MODEL, "no reference confirms it; it holds if the air's torque is as modelled"
-    return ParameterReport(estimate, word, share, by_instrument, contradicted, plausible, why, fly)
+def _rests_on(
+    estimate: Estimate, instrument: Estimate | None, share: float | None, allowed: float, is_gain: bool
+) -> tuple[Determination, str, bool]:
+    """Decide what one parameter rests on, why, and whether references contradict it.
+
+    ``allowed`` is the half-width of an interval that determines it.
+    """
+    half, unit, sure, said = 1.96 * (estimate.standard_error or 0.0), _behind(estimate.unit), False, ""
+    if instrument is not None:
+        value, error = instrument.value, instrument.standard_error or 0.0
+        said = f"references alone give {value:.3g} ± {1.96 * error:.2g}{unit}"
+        agrees = abs(value - estimate.value) <= max(CONTRADICTION * error, MATTERS * abs(value))
+        if is_gain and not agrees:
+            why = f"{said}, the likelihood {estimate.value:.3g} ± {half:.2g}{unit}"
+            return Determination.NOT_DETERMINED, why, True
+        sure = agrees and 1.96 * error < DETERMINED * abs(value)
+    if half > allowed:
+        return Determination.NOT_DETERMINED, f"its interval is ± {half:.2g}{unit}", False
+    if sure:
+        return Determination.OUTSIDE, said, False
+    if is_gain and (share or 0.0) < CONFIRMED and SURE * half > allowed:
+        why = "no reference moves it, and what the air moves alone misleads a fit"
+        return Determination.NOT_DETERMINED, why, False
+    why = "no reference confirms it; it holds if the air's torque is as modelled"
+    return Determination.NOISE_MODEL, why, False
 
 
 def drawn_curves(fitted: Fit, C: Array, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:
