@@ -25,7 +25,7 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
+from numba.core.caching import FunctionCache
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import PlantError
@@ -98,26 +98,12 @@ def _jit(function: Any, is_plain: bool, **options: Any) -> Any:
 def kept_on_disk(dispatcher: Any) -> Any:
     """Return a function of numba, made without ``cache=True``, that keeps its machine code in :func:`cache_folder`."""
     if hasattr(dispatcher, "py_func"):  # it is a plain function under NUMBA_DISABLE_JIT
-        dispatcher._cache = _PatientCache(dispatcher.py_func)
+        version = _version(dispatcher.py_func.__module__.partition(".")[0])
+        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_folder() / f"numba-{version}")
+        with suppress(RuntimeError):  # a function that was composed has no file; it is compiled by each process
+            dispatcher._cache = _PatientCache(dispatcher.py_func)  # looks for its folder now
+        numba.config.CACHE_DIR = before
     return dispatcher
-
-
-class _Place(UserProvidedCacheLocator):
-    """The folder of one function's machine code."""
-
-    def __init__(self, py_func: Any, py_file: str) -> None:
-        self._version = _version(py_func.__module__.partition(".")[0])
-        self._cache_path = str(cache_folder() / f"numba-{self._version}")
-        self._py_file, self._lineno = py_file, py_func.__code__.co_firstlineno
-
-    def get_source_stamp(self) -> str:
-        """Say what the machine code depends on."""
-        return self._version
-
-    @classmethod
-    def from_function(cls, py_func: Any, py_file: str) -> "_Place":
-        """Locate a function; one that was composed has no file."""
-        return cls(py_func, py_file)
 
 
 @cache
@@ -130,14 +116,8 @@ def _version(package: str) -> str:
     return digest.hexdigest()[:16]
 
 
-class _Kept(CompileResultCacheImpl):
-    _locator_classes = [_Place]
-
-
 class _PatientCache(FunctionCache):
-    """The cache of one function. Nothing that is wrong with it reaches the caller."""
-
-    _impl_class = _Kept
+    """numba's cache of one function. Nothing that is wrong with it reaches the caller."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Give compiled code, or None if there is none that can be used."""

@@ -4,7 +4,7 @@ import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations, count
+from itertools import combinations
 from os import PathLike
 from pathlib import Path
 
@@ -76,23 +76,19 @@ def demo_logs(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
 def _named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
     """Give the logs with unique names.
 
-    A name that files in several folders share is preceded by as many folders as make it unique. Names that are still
-    equal then, as of one file given twice or of computed logs, are numbered.
+    A name that files in several folders share is preceded by the folders below the one that they share. Names that are
+    still equal then, as of one file given twice or of computed logs, are numbered.
     """
     named, times_given = list[Log](), Counter[str]()
+    folders = {log.path: Path(os.path.realpath(log.path)).parent.parts for log in logs if log.path}
     for log in logs:
-        above = {_folders(other) for other in logs if other.name == log.name}
-        depth = next(d for d in count() if len({folders[:d] for folders in above}) == len(above))
-        name = "/".join((*reversed(_folders(log)[:depth]), log.name))
+        name, same = log.name, [folders[other.path] for other in logs if other.name == log.name and other.path]
+        if log.path:
+            name = "/".join((*folders[log.path][len(os.path.commonprefix(same)) :], name))
         times_given[name] += 1
         name = name if times_given[name] == 1 else f"{name} ({times_given[name]})"
         named.append(log if name == log.name else replace(log, name=name))  # a copy takes as much memory again
     return tuple(named)
-
-
-def _folders(log: Log) -> tuple[str, ...]:
-    """Names of the folders above a log's file, the closest first; none if the log was computed."""
-    return tuple(folder.name for folder in Path(os.path.realpath(log.path)).parents) if log.path else ()
 
 
 def common_configuration(logs: Sequence[Log]) -> RigConfiguration | None:
@@ -105,20 +101,18 @@ def check_excitation(logs: Sequence[Log]) -> None:
     """Refuse, with a LogError, a data set in which a voltage never moves or never differs from the other."""
     if not logs:
         raise LogError("no log was given; name at least one file.")
-    problem = ""
+    called = ", ".join(map(_called, logs))
     extents = np.max([np.ptp(log.voltages, axis=0) for log in logs], axis=0)
     if extents.min() < _CONSTANT_V:
-        problem = (
-            f"{VOLTAGES[extents.argmin()]} is constant in every log, so there is nothing to identify; excite the rig, "
-            "for instance with the Exciter's square and chirp"
+        raise LogError(
+            f"{called}: {VOLTAGES[extents.argmin()]} is constant in every log, so there is nothing to identify; excite "
+            "the rig, for instance with the Exciter's square and chirp."
         )
-    elif all(np.abs(log.voltages[:, 0] - log.voltages[:, 1]).max() < SAME_VOLTAGE for log in logs):
-        problem = (
-            "v_front equals v_rear in every sample, so nothing drives the pitch; check whether one column was taken "
-            "for both, or add a log in which they differ"
+    if all(np.abs(log.voltages[:, 0] - log.voltages[:, 1]).max() < SAME_VOLTAGE for log in logs):
+        raise LogError(
+            f"{called}: v_front equals v_rear in every sample, so nothing drives the pitch; check whether one column "
+            "was taken for both, or add a log in which they differ."
         )
-    if problem:
-        raise LogError(f"{', '.join(map(_called, logs))}: {problem}.")
 
 
 def check_moving(logs: Sequence[Log]) -> None:

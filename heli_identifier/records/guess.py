@@ -1,15 +1,24 @@
 """What an unknown log probably holds: its columns, units and signs, each with the reason.
 
-A name that is plain decides. Where there is none, as in the unnamed matrices of Simulink and QUARC, physics does
-(`response`).
+A name that is plain decides. The time is the column that increases evenly; the unit of an angle follows from the size
+of its steps, which are those of an encoder, or from its range.
 
-The time is the column that increases evenly; the unit of an angle follows from the size of its steps, which are those
-of an encoder, or from its range.
+Where columns have no names, as in the unnamed matrices of Simulink and QUARC, every choice of pitch p, elevation e,
+travel t and a pair of voltages is scored by the shares of the three accelerations that the voltages explain
+(`response`),
+
+    2 share(t'' by (v_f + v_r) sin p) + share(p'' by v_f - v_r) + share(e'' by v_f + v_r).
+
+The travel counts most: nothing else moves it, so that nine tenths and more of it are explained even where a controller
+has made everything depend on everything. The pair may be front and rear, or sum and difference. Columns that are the
+derivative of another one are no candidates. Encoders turn in steps, so an angle that does is preferred to a reference
+or an estimate.
 """
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from itertools import combinations
 from os import PathLike
 from pathlib import Path
 
@@ -21,10 +30,11 @@ from heli_identifier.errors import LogError
 from .columns import Table, name_and_unit, plain, read_stamps
 from .configuration import CONTRACT, LogFormat
 from .opening import open_table
-from .response import ELEVATION_SURE, PITCH_SURE, Gains, angle_unit, assign_columns, find_responses
+from .plausibility import encoder_step
+from .response import ELEVATION_SURE, PITCH_SURE, Filtered, Gains, coarse, filtered, find_responses, gains
 from .text import NUMBERED
 from .timing import check_extent
-from .units import ANGLES, STAMP, VOLTAGES, factor_to_si, understood
+from .units import ANGLES, COMBINED, STAMP, VOLTAGES, factor_to_si, understood
 
 _NAMES = {
     "time": r"time|t|zeit|seconds?|timestamp|x_value|x|datetime",
@@ -40,11 +50,16 @@ _ASKED = r"ref(erence)?|set_?point|desired|command(ed)?|cmd|target|demand|soll"
 """Words for what a pilot or a plan asked of an axis."""
 _REFERENCES = {axis: rf"({_ASKED})_?({_NAMES[axis]})|({_NAMES[axis]})_?({_ASKED})" for axis in ANGLES}
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)
+_COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 10000, 16384, 20000)
+"""Counts a turn that encoders have."""
 _TRAVEL_SURE = 4.0  # score from which the sign of the travel's gain is known
 _CERTAIN = 0.5  # share of the travel's acceleration from which the choice is beyond doubt
 _MOST_COLUMNS = 24  # among which is searched; the work grows with their fourth power
 _ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
 _RATES_HZ = (45.0, 2100.0)  # rates that make a unit of the time probable
+_BOTH = 0.05  # by which front and rear are preferred to sum and difference where a file holds both
+_IN_STEPS = 0.3  # by which an angle that an encoder measured is preferred
+_ALIKE, _AS_LARGE = 0.95, 0.2  # correlation, and difference in size, by which a column is the derivative of another
 _MIRRORED = (
     "which rotor is the front one cannot be seen where no column is called so: its mirror image, with the rotors "
     "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well: compare with the rig"
@@ -55,13 +70,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Guess:
-    """A probable configuration of the log."""
+    """A probable configuration of a log; why, by its keys (``columns.pitch``, ``decimal``); and what is in doubt."""
 
     format: LogFormat
-    reasons: dict[str, str] = field(default_factory=dict)
-    """Why, by key of the configuration: ``columns.pitch``, ``units.pitch``, ``signs.travel``, ``decimal``, ..."""
-    doubts: tuple[str, ...] = ()
-    """What has to be looked at before the guess is used."""
+    reasons: dict[str, str]
+    doubts: tuple[str, ...]
 
 
 def guess(path: str | PathLike[str]) -> Guess:
@@ -71,13 +84,12 @@ def guess(path: str | PathLike[str]) -> Guess:
     not be told apart.
     """
     table, decimal = _table(Path(path))
-    headers = table.headers
-    known = _find_names(headers, _NAMES) | _find_names(headers, {signal: signal for signal in _NAMES})
-    reasons = {f"columns.{signal}": f"called {headers[index]!r}" for signal, index in known.items()}
+    headers, reasons = table.headers, dict[str, str]()
+    named = _find_names(headers, _NAMES) | _find_names(headers, {signal: signal for signal in _NAMES})
     numbers = {
         i: v for i, v in enumerate(table.columns) if v.dtype.kind == "f" and len(v) > 1 and np.isfinite(v).mean() > 0.99
     }
-    time, unit, seconds = _time_column(table, numbers, known.get("time"), reasons)
+    time, unit, seconds = _find_time(table, numbers, named.get("time"), reasons)
     rate_hz = 1.0 / float(np.median(np.diff(seconds)))
     check_extent(rate_hz, len(seconds), table.file)
     candidates = {
@@ -85,7 +97,7 @@ def guess(path: str | PathLike[str]) -> Guess:
         for i, v in numbers.items()
         if i != time and len(v) == len(seconds) and not _is_clock(v)
     }
-    chosen = _choose(table, candidates, known, rate_hz)
+    chosen = _choose(table, candidates, named, rate_hz)
     columns = {signal: headers[index] for signal, index in ({"time": time} | chosen).items()}
     if twice := [text for text in columns.values() if headers.count(text) > 1]:
         raise LogError(
@@ -98,21 +110,20 @@ def guess(path: str | PathLike[str]) -> Guess:
         counts[signal] = turn or counts.get(signal, 1)
         values.append(candidates[index] * factor_to_si(signal, units[signal], counts[signal]))
     one, other, *angles = values
-    voltages = np.stack((one, other) if "v_front" in chosen else (0.5 * (one + other), 0.5 * (one - other)))
+    voltages = np.column_stack((one, other) if "v_front" in chosen else (0.5 * (one + other), 0.5 * (one - other)))
     limit = CONTRACT.voltage_limit
     if clip := bool(np.abs(voltages).max() > 1.001 * limit):
         reasons["clip"] = f"the voltages exceed {limit:g} V, so they are commands before the amplifiers limit them"
     start = None if unit == STAMP else _take_off(seconds, candidates[chosen["elevation"]], reasons)
     flying = 0 if start is None else int((seconds >= start).argmax())
-    flown = np.column_stack((*np.clip(voltages, -limit, limit), *angles))[flying:]
-    found = find_responses(flown, rate_hz)
+    found = find_responses(np.clip(voltages, -limit, limit)[flying:], np.column_stack(angles)[flying:], rate_hz)
     signs, swap = _signs("v_front" in chosen, found, reasons)
     for signal in chosen:
         axis = signal if signal in ANGLES else "pitch" if signal == "v_difference" else "travel"
         share = f"{100.0 * found.share[ANGLES.index(axis)]:.0f} %"
-        of_angle = f"the voltages explain {share} of its acceleration"
-        of_voltage = f"explains {share} of the {axis}'s acceleration"
-        reasons.setdefault(f"columns.{signal}", of_angle if signal in ANGLES else of_voltage)
+        of_angle, of_voltage = f"the voltages explain {share} of its", f"explains {share} of the {axis}'s"
+        reasons[f"columns.{signal}"] = f"{of_angle if signal in ANGLES else of_voltage} acceleration"
+    reasons |= {f"columns.{signal}": f"called {headers[named[signal]]!r}" for signal in columns if signal in named}
     if decimal == ",":
         reasons["decimal"] = "cells hold decimal commas"
     free = [text if i in candidates and i not in chosen.values() else "" for i, text in enumerate(headers)]
@@ -122,7 +133,7 @@ def guess(path: str | PathLike[str]) -> Guess:
     format = LogFormat(
         columns, units, signs, references, swap, start, decimal=decimal, encoder_counts=encoders, clip=clip
     )
-    return Guess(format, reasons, _doubts(known, found))
+    return Guess(format, reasons, _doubts(named, found))
 
 
 def _table(path: Path) -> tuple[Table, str]:
@@ -142,36 +153,35 @@ def _find_names(headers: Sequence[str], patterns: Mapping[str, str]) -> dict[str
     return {what: found[0] for what, found in places.items() if len(found) == 1}
 
 
-def _time_column(
-    table: Table, numbers: Mapping[int, Array], known: int | None, reasons: dict[str, str]
+def _find_time(
+    table: Table, numbers: Mapping[int, Array], named: int | None, reasons: dict[str, str]
 ) -> tuple[int, str, Array]:
     """Column and unit of the time, and its instants [s]; a LogError says that no column increases evenly."""
-    if known is not None and table.columns[known].dtype.kind in "OM":
-        seconds = read_stamps(table.columns[known])
+    if named is not None and table.columns[named].dtype.kind in "OM":
+        seconds = read_stamps(table.columns[named])
         if np.isfinite(seconds).all() and len(seconds) > 1 and seconds[-1] > 0.0:
             reasons["units.time"] = "its cells are time stamps"
-            return known, STAMP, seconds
+            return named, STAMP, seconds
     even = [i for i, v in numbers.items() if _is_clock(v)]
     if not even:
         raise LogError(f"{table.file}: no column increases from row to row, so none is the time; add one.")
-    time = known if known in even else even[0]
-    if time != known:
+    time = named if named in even else even[0]
+    if time != named:
         reasons["columns.time"] = "increases evenly from row to row"
     step = float(np.median(np.diff(numbers[time])))
     stated = name_and_unit(table.headers[time])[1]
-    rates = {unit: 1.0 / (step * factor_to_si("time", unit, 1)) for unit in ("s", "ms", "us", "ns")}
-    likely = [unit for unit, rate in rates.items() if _RATES_HZ[0] <= rate <= _RATES_HZ[1]]
     if unit := understood("time", stated or ""):
         reasons["units.time"] = f"its header says [{stated}]"
-    elif likely:
-        unit = likely[0]
-        reasons["units.time"] = f"its steps of {step:.4g} are then {rates[unit]:.4g} Hz"
-    else:
-        raise LogError(
-            f"{table.file}: the time, {table.headers[time]!r}, has steps of {step:g}, which make no rate of 50 Hz "
-            "to 2 kHz in s, ms, us or ns; log faster, or keep every n-th row."
-        )
-    return time, unit, numbers[time] * factor_to_si("time", unit, 1)
+        return time, unit, numbers[time] * factor_to_si("time", unit, 1)
+    for unit in ("s", "ms", "us", "ns"):
+        rate = 1.0 / (step * factor_to_si("time", unit, 1))
+        if _RATES_HZ[0] <= rate <= _RATES_HZ[1]:
+            reasons["units.time"] = f"its steps of {step:.4g} are then {rate:.4g} Hz"
+            return time, unit, numbers[time] * factor_to_si("time", unit, 1)
+    raise LogError(
+        f"{table.file}: the time, {table.headers[time]!r}, has steps of {step:g}, which make no rate of 50 Hz "
+        "to 2 kHz in s, ms, us or ns; log faster, or keep every n-th row."
+    )
 
 
 def _is_clock(values: Array) -> bool:
@@ -181,24 +191,75 @@ def _is_clock(values: Array) -> bool:
 
 
 def _choose(
-    table: Table, candidates: Mapping[int, Array], known: Mapping[str, int], rate_hz: float
+    table: Table, candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: float
 ) -> dict[str, int]:
     """Choose the columns of voltages and angles by what they do to each other; those of plain names are known."""
-    file, others = table.file, list(candidates)
-    if len(others) < 5:
+    if len(candidates) < 5:
         raise LogError(
-            f"{file} holds {len(others)} columns of numbers beside the time, found "
+            f"{table.file} holds {len(candidates)} columns of numbers beside the time, found "
             f"{', '.join(map(repr, table.headers[:20]))}; two voltages and three angles are needed."
         )
-    named = {signal: others.index(index) for signal, index in known.items() if index in others}
+    places = list(candidates)
+    known = {signal: places.index(index) for signal, index in named.items() if index in candidates}
     values = np.column_stack([*candidates.values()])
-    found = assign_columns(values, rate_hz, named) if len(others) <= _MOST_COLUMNS else None
+    found = _best_choice(values, rate_hz, known) if len(candidates) <= _MOST_COLUMNS else None
     if found is None:
         raise LogError(
-            f"{file} holds {len(others)} columns, among which those of the rig are not found; name them under "
-            "[log.columns]: `heli init` writes a heli.toml with every key explained."
+            f"{table.file} holds {len(candidates)} columns, among which those of the rig are not found; name them "
+            "under [log.columns]: `heli init` writes a heli.toml with every key explained."
         )
-    return {signal: others[index] for signal, index in found.items()}
+    return {signal: places[index] for signal, index in found.items()}
+
+
+def _best_choice(columns: Array, rate_hz: float, known: Mapping[str, int]) -> dict[str, int] | None:
+    """Choose the columns, shape (N, k), of highest score, with those that are ``known`` unchanged.
+
+    Gives the index of each signal's column, with v_front and v_rear or v_sum and v_difference; None if too few move.
+    """
+    values, step = coarse(columns, rate_hz)
+    found = filtered(values, step)
+    taken = _derivatives(found) | {*known.values()}
+    free = [i for i, extent in enumerate(np.ptp(values, axis=0)) if extent > 0.0 and i not in taken]
+    options = {signal: [known[signal]] if signal in known else free for signal in (*VOLTAGES, *COMBINED, *ANGLES)}
+    count = {kind: sum(signal in known for signal in kind) for kind in (VOLTAGES, COMBINED)}
+    kinds = [kind for kind in count if count[kind] == max(count.values())]
+    pairs = [(kind, i, j) for kind in kinds for i in options[kind[0]] for j in options[kind[1]] if i != j]
+    if not pairs or not all(options[angle] for angle in ANGLES):
+        return None
+    of_pairs, first, second = zip(*pairs, strict=True)
+    both = np.array([kind == VOLTAGES for kind in of_pairs])
+    v, w = values[:, first], values[:, second]
+    total, difference = np.where(both, v + w, v), np.where(both, v - w, w)
+    by_total, by_difference = filtered(total, step).value, filtered(difference, step).value
+    in_steps = [_IN_STEPS * (encoder_step(column) is not None) for column in columns.T]
+    elevations, travels = (np.array(options[angle])[:, None] for angle in ANGLES[1:])
+    of_elevation = np.stack([gains(found, e, by_total).share + in_steps[e] for e in options["elevation"]])
+    best, chosen = -np.inf, None
+    for p in options["pitch"]:
+        unit, _, turn = _angle_unit(columns[:, p])
+        pitch = values[:, p] * factor_to_si("pitch", unit, turn or CONTRACT.counts_per_turn("pitch"))
+        turned = filtered(total * np.sin(pitch)[:, None], step).value
+        of_pitch = gains(found, p, by_difference).share + in_steps[p] + _BOTH * both
+        of_travel = np.stack([2.0 * gains(found, t, turned).share + in_steps[t] for t in options["travel"]])
+        score = of_pitch + of_travel[:, None] + of_elevation  # by travel, elevation and pair
+        places = (np.array(first), np.array(second), np.array(p), elevations, travels[:, None])
+        for one, other in combinations(places, 2):  # no column is two signals
+            score[np.broadcast_to(one == other, score.shape)] = -np.inf
+        t, e, pair = np.unravel_index(score.argmax(), score.shape)
+        if score[t, e, pair] > best + 1e-6:
+            best, own = score[t, e, pair], (first[pair], second[pair], p, options["elevation"][e], options["travel"][t])
+            chosen = dict(zip((*of_pairs[pair], *ANGLES), own, strict=True))
+    return chosen
+
+
+def _derivatives(found: Filtered) -> set[int]:
+    """Columns that are the derivative of another one in the same unit per second."""
+    count = found.value.shape[1]
+    both = np.cov(found.rate, found.value, rowvar=False)
+    of_rates, of_values = np.split(np.diag(both), 2)
+    shared, of_rates = both[:count, count:], of_rates[:, None]  # row: whose derivative, column: which column
+    alike = (shared > _ALIKE * np.sqrt(of_rates * of_values)) & (np.abs(shared - of_rates) < _AS_LARGE * of_rates)
+    return {*np.flatnonzero(alike.any(axis=0)).tolist()}
 
 
 def _unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None]:
@@ -207,9 +268,24 @@ def _unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None
     if unit := understood(signal, stated or ""):
         return unit, f"its header says [{stated}]", None
     if signal in ANGLES:
-        return angle_unit(values)
+        return _angle_unit(values)
     sizes = np.abs(values)
     return "mV" if 200.0 < sizes.max() < 5e4 and np.median(sizes) > 100.0 else "V", f"reaches {sizes.max():.3g}", None
+
+
+def _angle_unit(values: Array) -> tuple[str, str, int | None]:
+    """Give the unit of an angle, why, and the counts of its encoder if its steps tell them."""
+    step = encoder_step(values)
+    if step is not None:
+        if abs(step - 1.0) < 1e-6:
+            return "counts", "it changes by whole numbers", None
+        for count in _COUNTS:
+            for unit, turn in (("rad", 2.0 * np.pi), ("deg", 360.0)):
+                if abs(step * count / turn - 1.0) < 2e-3:
+                    return unit, f"it changes by {step:.5g}, a {count}th of a turn in {unit}", count
+    most = float(np.abs(values).max())
+    unit, size = ("deg", "more") if most > np.pi else ("rad", "less")
+    return unit, f"it reaches {most:.3g}, {size} than half a turn in rad", None
 
 
 def _take_off(seconds: Array, elevation: Array, reasons: dict[str, str]) -> float | None:
@@ -245,12 +321,11 @@ def _signs(has_front: bool, found: Gains, reasons: dict[str, str]) -> tuple[dict
     return dict.fromkeys(why, -1), swap
 
 
-def _doubts(known: Mapping[str, int], found: Gains) -> tuple[str, ...]:
+def _doubts(named: Mapping[str, int], found: Gains) -> tuple[str, ...]:
     share = f"the voltages explain {100.0 * found.share[2]:.0f} % of the travel's acceleration only"
     weak = "the pitch responds too weakly to tell its sign: compare with another log of this rig"
-    named = known.keys() & {*VOLTAGES, "v_difference"}
     return (
         *([f"{share}: look at every column"] if found.share[2] < _CERTAIN else []),
         *([weak] if abs(found.score[0]) <= PITCH_SURE else []),
-        *([] if named else [_MIRRORED]),
+        *([] if named.keys() & {*VOLTAGES, "v_difference"} else [_MIRRORED]),
     )

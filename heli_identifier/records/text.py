@@ -164,7 +164,7 @@ def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     if len(rows[first]) < 2 and not any(numeric):
         raise no_table
     at = _find_header(rows, numeric, comments, first)
-    if at is None or numeric[at]:
+    if at is None:
         begins = numeric.index(True)
         names = [NUMBERED.format(index + 1) for index in range(len(rows[begins]))]
         if not {*names} & {*format.columns.values()}:
@@ -184,6 +184,23 @@ def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     if len(headers) < 2:
         raise no_table
     return _Layout(separator, headers, above, at - first)
+
+
+def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool], first: int) -> int | None:
+    """Line of the header: the closest above the data that holds about as many cells; None where there is none."""
+    begins = next((i for i in range(len(rows)) if all(numeric[i : i + 3])), None)
+    if begins is None:
+        return first if not numeric[first] else None
+    width = len(rows[begins])
+    fitting = [
+        i
+        for i, row in enumerate(rows[:begins])
+        if not numeric[i] and abs(len(row) - width) <= 1 and 2 * sum(bool(cell.strip()) for cell in row) > width
+    ]
+    if not fitting:  # a header of another width stands right above its rows
+        return first if begins == first + 1 and any(rows[first]) and not comments[first] else None
+    at = fitting[-1]
+    return at - 1 if at - 1 in fitting and _is_units(rows[at], rows[at - 1]) else at
 
 
 def _separator(lines: list[str], decimal: str) -> str:
@@ -210,25 +227,6 @@ def _is_data(row: list[str]) -> bool:
     """Whether a row holds samples: several cells, and numbers in most."""
     filled = [cell for cell in row if cell.strip()]
     return len(row) > 1 and 2 * sum(map(_is_number, filled)) > len(filled)
-
-
-def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool], first: int) -> int | None:
-    """Line of the header: the first, or the closest above the data that has as many cells; None where there is none."""
-    begins = next((i for i in range(len(rows)) if all(numeric[i : i + 3])), None)
-    if begins is None:
-        return first if any(rows[first]) and not comments[first] and not numeric[first] else 0
-    width = len(rows[begins])
-
-    def is_header(at: int) -> bool:  # names, as many as the data have cells but for one, and most of them filled
-        fits = abs(len(rows[at]) - width) <= 1 and 2 * sum(bool(cell.strip()) for cell in rows[at]) > width
-        return fits and not numeric[at]
-
-    if any(rows[first]) and not comments[first] and not numeric[first] and (begins <= first + 1 or is_header(first)):
-        return first
-    at = next(filter(is_header, range(begins - 1, -1, -1)), None)
-    if at and len(rows[at - 1]) == len(rows[at]) and _is_units(rows[at], rows[at - 1]):
-        return at - 1  # a row of units stands between it and the data
-    return at
 
 
 def _is_units(row: list[str], headers: list[str]) -> bool:
