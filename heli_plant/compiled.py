@@ -99,10 +99,11 @@ def kept_on_disk(dispatcher: Any) -> Any:
     """Return a function of numba, made without ``cache=True``, that keeps its machine code in :func:`cache_folder`."""
     if hasattr(dispatcher, "py_func"):  # it is a plain function under NUMBA_DISABLE_JIT
         version = _version(dispatcher.py_func.__module__.partition(".")[0])
-        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_folder() / f"numba-{version}")
+        config: Any = numba.config
+        before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder() / f"numba-{version}")
         with suppress(RuntimeError):  # a function that was composed has no file; it is compiled by each process
             dispatcher._cache = _PatientCache(dispatcher.py_func)  # looks for its folder now
-        numba.config.CACHE_DIR = before
+        config.CACHE_DIR = before
     return dispatcher
 
 
