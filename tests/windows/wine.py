@@ -1,11 +1,13 @@
 """Windows' own Python below Wine: `python tests/windows/wine.py WHEEL [TEST...]`.
 
 Below .venv/windows it puts together CPython 3.11 for Windows as packages have it, and the dependencies of the wheel in
-their Windows builds; it runs `heli demo` of the wheel there, and then the tests that are named.
-Wine 8 lacks two things:
+their Windows builds; there it runs `heli demo` of the wheel, `heli campaign` of the logs that the wheel brings, and then
+the tests that are named. Three things are made as in Windows:
 
 * complex functions of the C runtime, which numpy calls: Microsoft's own ucrtbase.dll takes its place;
-* bcryptprimitives.dll, which packages written in Rust take random numbers from: a library of one function does.
+* bcryptprimitives.dll, which packages written in Rust take random numbers from: a library of one function does;
+* the clock: Windows' changes 64 times a second, and Dask begins by waiting for readings that are the same. Wine's never
+  are, so Python's is rounded.
 
 Not imitated, since it is Windows: sys.platform, backslashes and drives, cp1252 in pipes, files that are open and cannot
 be replaced. What is Wine's and not Windows': the scheduler, sockets, and the console.
@@ -29,6 +31,10 @@ __declspec(dllimport) unsigned char SystemFunction036(void *, unsigned long);
 __declspec(dllexport) int ProcessPrng(unsigned char *data, unsigned long long size) {
   return SystemFunction036(data, (unsigned long)size);
 }
+"""
+CLOCK = """import time
+_time = time.time
+time.time = lambda: _time() * 64 // 1 / 64
 """
 WINDOWS = ("--platform", "win_amd64", "--python-version", "3.11", "--only-binary=:all:")
 PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow")
@@ -62,6 +68,7 @@ def setup(wheel: str) -> None:
         )  # fmt: skip
     shutil.rmtree(site, ignore_errors=True)
     pip("install", "--target", str(site), *WINDOWS, f"{Path(wheel).resolve()}[{EXTRAS}]")
+    (site / "sitecustomize.py").write_text(CLOCK)
 
 
 def run(*arguments: str, paths: tuple[Path, ...] = (PLACE / "site",), folder: Path = ROOT) -> int:
@@ -86,8 +93,11 @@ def main(wheel: str, *tests: str) -> int:
         print("skipped: there is no wine here (Debian: apt-get install wine64)")
         return 0
     setup(wheel)
-    (demo := PLACE / "demo").mkdir(exist_ok=True)
-    code = run("-m", "heli_command", "demo", folder=demo)
+    shutil.rmtree(PLACE / "demo", ignore_errors=True)
+    (folder := PLACE / "demo").mkdir()
+    code, rigs = 0, PLACE / "site" / "heli_identifier" / "demo_logs"
+    for words in (("demo",), ("campaign", f"Z:{rigs}", "--workers", "1")):
+        code = run("-m", "heli_command", *words, folder=folder) or code
     for test in tests:
         code = run(*PYTEST, test, paths=(ROOT, PLACE / "site")) or code
     return code
