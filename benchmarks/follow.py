@@ -227,7 +227,7 @@ def excited_until(kind: str, rows: Array, c: Coefficients, start: float, false_a
 
 
 def flown(half: int, seed: int, kind: str) -> Row:
-    """Fly one rig with one kind of change and follow it."""
+    """Fly one rig with one kind of change, follow it, and judge what the twin said and predicted."""
     rng = np.random.default_rng([15, half, seed, (*KINDS, *UNCHANGED_KINDS).index(kind)])
     rig = draw_rig(rng)
     values = known(rig, rng)
@@ -248,31 +248,36 @@ def flown(half: int, seed: int, kind: str) -> Row:
     plan = following.prepare_following(FollowSettings(parameters=values))
     fixed = following.prepare_following(FollowSettings(parameters=values, correcting=False))
     errors, events, adoptions = followed(rows, fresh, plan)
-    row: Row = {"half": half, "seed": seed, "kind": kind, "hours": duration / 3600.0}
-    keys = ("time_s", "what", "name", "value", "since_s", "why")
-    row["events"] = [{key: event.document()[key] for key in keys} for event in events]
-    row["changes"] = [
-        {"kind": name, "name": NAMES[name], "start": stage.start, "slow": stage.slow,
-         "excited": excited_until(name, measured, rig.coefficients, stage.start, plan.settings.false_alarm_time)}
-        for name, stage in zip(kinds, stages[1:], strict=True)
-    ]  # fmt: skip
 
     def with_values(begin: float, end: float, used: tuple[float, ...]) -> float:
         """Error of a twin with these values, which predicts from the same observer at the same samples."""
         return rms(followed(rows, fresh, fixed._replace(alone=plan.twin(used)), begin, end)[0], columns=TWIN)
 
+    alarms = [event for event in events if event.what == "alarm"]
+    first = stages[1].start if kinds else duration
+    false = sum("no longer" in event.why for event in alarms if event.time < first)
+    row: Row = {"kind": kind, "hours": first / 3600.0, "false": false, "changes": [], "adoptions": []}
+    row["events"] = [event.document() for event in events]
+    ends = [*(stage.start for stage in stages[2:]), math.inf]
+    for name, stage, until in zip(kinds, stages[1:], ends, strict=True):
+        own = [event for event in alarms if stage.start <= event.time < until]
+        tried = [event.name for event in own if not event.why.startswith("the inno")]
+        delay = own[0].time - stage.start if own else math.inf
+        enough = excited_until(name, measured, rig.coefficients, stage.start, plan.settings.false_alarm_time)
+        row["changes"].append({
+            "delay": delay, "noticed": delay <= (stage.slow or LIMIT), "named": tried[:1] == [NAMES[name]],
+            "excited": None if enough is None else delay <= enough,
+        })  # fmt: skip
     if kinds:
         begin, last = end + 60.0, end + 90.0
         row["error"], row["alone"] = (rms(errors, begin, last, columns) for columns in (TWIN, ALONE))
         p = told(values, rig.coefficients, stages[-1])
-        used = (*(getattr(p, field) for field in plan.fields), *stages[-1].shares)
-        row["told"] = with_values(begin, last, used)
-    row["wrong"] = []
+        row["told"] = with_values(begin, last, (*(getattr(p, field) for field in plan.fields), *stages[-1].shares))
     for event, before in adoptions:
         begin, last = event.time + 2.0, event.time + 62.0
         left = before == plan.alone.values
         old = rms(errors, begin, last, ALONE) if left else with_values(begin, last, before)
-        row["wrong"].append([event.name, event.time, old, rms(errors, begin, last, TWIN)])
+        row["adoptions"].append([event.name, event.time, old, rms(errors, begin, last, TWIN)])
     return row
 
 
@@ -312,56 +317,34 @@ def rms(errors: Array, begin: float = 0.0, end: float = 1e9, columns: slice = AL
 # --- tables ------------------------------------------------------------------------------------------------------
 
 
-def judged(row: Row) -> list[Row]:
-    """Return for every change of a flight whether it was noticed, by the clock and in excited flight, and named."""
-    found = []
-    ends = [change["start"] for change in row["changes"][1:]] + [math.inf]
-    for change, later in zip(row["changes"], ends, strict=True):
-        alarms = [e for e in row["events"] if e["what"] == "alarm" and change["start"] <= e["time_s"] < later]
-        tried = [event["name"] for event in alarms if not event["why"].startswith("the inno")]
-        delay = alarms[0]["time_s"] - change["start"] if alarms else math.inf
-        excited = None if change["excited"] is None else delay <= change["excited"]
-        noticed, named = delay <= (change["slow"] or LIMIT), tried[:1] == [change["name"]]
-        found.append({"delay": delay, "noticed": noticed, "named": named, "excited": excited})
-    return found
-
-
-def false_alarms(row: Row) -> tuple[int, float]:
-    """Return the alarms of the detector before the first change, and the hours flown until then."""
-    until = row["changes"][0]["start"] if row["changes"] else 3600.0 * row["hours"]
-    alarms = [event for event in row["events"] if event["what"] == "alarm" and event["time_s"] < until]
-    return sum("no longer" in event["why"] for event in alarms), until / 3600.0
-
-
 def summary(rows: Sequence[Row]) -> str:
-    """Return the tables of a half."""
+    """Return the tables of some flights."""
     head = ("change", "flights", "noticed", "after [s]", "named", "error/told: median, largest", "<= 1.15",
             "largest error/alone")  # fmt: skip
-    lines, asked = [], [change for row in rows if row["kind"] in ASKED for change in judged(row)]
+    lines = []
     for kind in KINDS:
         if own := [row for row in rows if row["kind"] == kind]:
-            changes = [change for row in own for change in judged(row)]
+            changes = [change for row in own for change in row["changes"]]
             ratio, alone = (np.array([row["error"] / row[other] for row in own]) for other in ("told", "alone"))
-            delays = [change["delay"] for change in changes if math.isfinite(change["delay"])]
+            delays = [change["delay"] for change in changes if change["delay"] < math.inf]
             lines.append((
-                kind, f"{len(own)}", _count(changes, "noticed"), f"{np.median(delays):.0f}" if delays else "",
+                kind, len(own), _count(changes, "noticed"), f"{np.median(delays or [np.nan]):.0f}",
                 _count(changes, "named"), f"{np.median(ratio):.3f}, {np.max(ratio):.2f}",
                 f"{(ratio <= 1.15).sum()} of {len(ratio)}", f"{np.max(alone):.3f}",
             ))  # fmt: skip
-    text = [
-        f"Gains, dry frictions, mass: noticed within 20 s {_count(asked, 'noticed')}, within 20 s of excited flight "
-        f"{_count(asked, 'excited')}, named {_count(asked, 'named')}."
-    ]
+    asked = [change for row in rows if row["kind"] in ASKED for change in row["changes"]]
+    said = [f"Gains, dry frictions, mass: noticed within 20 s {_count(asked, 'noticed')}, within 20 s of excited "
+            f"flight {_count(asked, 'excited')}, named {_count(asked, 'named')}."]  # fmt: skip
     for name, kinds in (
         ("Unchanged rigs", ("none",)), ("Unchanged rigs, streams at fault", (FAULTY,)),
         ("Before a change", (*NAMES, "two")), ("Before a change, streams at fault", STREAMS),
     ):  # fmt: skip
-        if alarms := [false_alarms(row) for row in rows if row["kind"] in kinds]:
-            text.append(f"{name}: {sum(n for n, _ in alarms)} false alarms in {sum(h for _, h in alarms):.1f} h.")
-    adoptions = [one for row in rows for one in row["wrong"] if math.isfinite(one[2]) and math.isfinite(one[3])]
-    wrong = [one for one in adoptions if one[3] > one[2]]
-    text.append(f"Adoptions: {len(adoptions)}, wrong (worse over the next 60 s): {len(wrong)} {wrong or ''}")
-    return "\n\n".join(([table(head, lines)] if lines else []) + text)
+        own = [row for row in rows if row["kind"] in kinds]
+        said.append(f"{name}: {sum(r['false'] for r in own)} false alarms in {sum(r['hours'] for r in own):.1f} h.")
+    known = [one for row in rows for one in row["adoptions"] if np.isfinite(one[2:]).all()]
+    wrong = [one for one in known if one[3] > one[2]]
+    said.append(f"Adoptions: {len(known)}, wrong (worse over the next 60 s): {len(wrong)} {wrong or ''}")
+    return "\n\n".join((table(head, lines), *said))
 
 
 def _count(changes: Sequence[Row], key: str) -> str:

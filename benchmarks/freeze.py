@@ -3,15 +3,11 @@
     python -m benchmarks freeze record FOLDER [--only KIND,...] [--most N]      what is there already is kept
     python -m benchmarks freeze compare OLD NEW
 
-A kind is a folder, an entry a JSON file in it, of which ``--most`` of a kind are recorded. A long array is kept as the
-hash of its bytes and every so many of its numbers, so that a difference has a size. The comparison gives for each kind
-how many entries have the same bits and the largest relative difference of a number, and names what has come, gone or
-another text. It ends with 1 if anything differs.
+A kind is a folder, an entry a JSON file in it, of which ``--most`` of a kind are recorded. The comparison names for
+each entry what differs, numbers with their relative difference, and ends with 1 if anything does.
 """
 
-import hashlib
 import json
-import math
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -20,8 +16,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 from zipfile import ZipFile
-
-import numpy as np
 
 import heli_identifier as hi
 from benchmarks.follow import flown
@@ -37,15 +31,8 @@ from tests.faults.page import FAULTS
 VOLATILE = ("seconds", "provenance", "file", "sha256", "path")
 """Keys of what differs from run to run."""
 
-SHOWN = 500
-"""Most numbers that are kept of an array."""
-
-
-def shown(values: Any) -> dict[str, Any]:
-    """Give an array as the hash of its bytes and evenly chosen numbers."""
-    array = np.ascontiguousarray(values, dtype=float)
-    chosen = array.ravel()[:: max(1, math.ceil(array.size / SHOWN))]
-    return {"shape": array.shape, "hash": hashlib.sha256(array.tobytes()).hexdigest(), "numbers": chosen.tolist()}
+EVERY = 97
+"""An array is recorded by each so many of its numbers."""
 
 
 def steady(document: Any) -> Any:
@@ -53,9 +40,6 @@ def steady(document: Any) -> Any:
     if isinstance(document, dict):
         return {key: steady(value) for key, value in document.items() if key not in VOLATILE}
     return [steady(value) for value in document] if isinstance(document, list | tuple) else document
-
-
-# --- what is recorded --------------------------------------------------------------------------------------------
 
 
 def diagnosed(case: Case) -> Any:
@@ -68,7 +52,7 @@ def diagnosed(case: Case) -> Any:
 def identified(rig: str, method: str) -> Any:
     """Give the histories of the on-line identifier over the logs of a demonstration rig."""
     found = hi.identify([hi.read_log(path) for path in hi.demo_logs(rig)[0]], method=method)
-    histories = {one.name: [shown(one.parameters), shown(one.standard_errors)] for one in found.histories}
+    histories = {one.name: one.parameters.ravel()[::EVERY].tolist() for one in found.histories}
     return {"document": steady(found.to_dict()), "histories": histories}
 
 
@@ -77,7 +61,7 @@ def simulated(name: str, make: Callable[..., Path]) -> Any:
     with TemporaryDirectory() as folder:
         fmus = {unit: make(kind, Path(folder)) for unit, kind in SCENARIOS[name].units}
         run = run_apart(name, 20.0, 0.01, {"plant.encoder.enabled": True}, fmus)
-    return {output: shown(run.column(output)) for output in run.names}
+    return {output: run.column(output)[::EVERY].tolist() for output in run.names}
 
 
 def described(unit: str, make: Callable[..., Path]) -> Any:
@@ -120,47 +104,18 @@ KINDS: dict[str, dict[str, Callable[[], Any]]] = {
 """What is recorded: entries with what makes their content; of faults those that need no process of their own."""
 
 
-# --- comparison --------------------------------------------------------------------------------------------------
-
-
-def leaves(document: Any, place: str = "") -> Iterator[tuple[str, Any]]:
-    """Give every value of a document that holds no others, behind its place."""
-    entries = dict(enumerate(document)) if isinstance(document, list) else document
-    if not entries or not isinstance(entries, dict):
-        yield place, document
-        return
-    for key, value in entries.items():
-        yield from leaves(value, f"{place}.{key}")
-
-
-def differences(old: Any, new: Any) -> Iterator[tuple[float, str]]:
-    """Give what differs: the relative difference of two numbers, infinite for everything else, and its place."""
-    olds, news = dict(leaves(old)), dict(leaves(new))
-    for place in {**olds, **news}:
-        one, other = olds.get(place, "nothing"), news.get(place, "nothing")
-        if one == other or (one != one and other != other):
-            continue
-        if place.endswith(".hash"):
-            yield 0.0, f"{place}: other bits"
-        elif all(isinstance(own, int | float) and not isinstance(own, bool) for own in (one, other)):
-            yield abs(one - other) / max(abs(one), abs(other)), place
-        else:
-            yield math.inf, f"{place}: {one!r} became {other!r}"
-
-
-def compared(old: Path, new: Path, kind: str) -> bool:
-    """Print what differs in the entries of a kind; give whether nothing does."""
-    olds, news = ({p.name: json.loads(p.read_text()) for p in (folder / kind).glob("*.json")} for folder in (old, new))
-    lines = [f"  only in {old if name in olds else new}: {name}" for name in sorted(olds.keys() ^ news.keys())]
-    found = {name: list(differences(olds[name], news[name])) for name in sorted(olds.keys() & news.keys())}
-    sizes = [(size, f"{name}{place}") for name, own in found.items() for size, place in own if size < math.inf]
-    for name, own in found.items():
-        others = [f"  {name}{text[:300]}" for size, text in own if size == math.inf]
-        lines += others[:3] + ([f"  {name}: {len(others) - 3} more"] if len(others) > 3 else [])
-    largest = "; largest relative difference {:.1e} ({})".format(*max(sizes)) if sizes else ""
-    equal = sum(not own for own in found.values())
-    print(f"{kind}: {equal} of {len(found)} with the same bits{largest}", *lines, sep="\n")
-    return equal == len(found) and not lines
+def differences(old: Any, new: Any, place: str = "") -> Iterator[str]:
+    """Say what differs, and where; numbers that are no number are the same."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for key in {**old, **new}:
+            yield from differences(old.get(key), new.get(key), f"{place}.{key}")
+    elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        for number, pair in enumerate(zip(old, new, strict=True)):
+            yield from differences(*pair, f"{place}.{number}")
+    elif old != new and (old == old or new == new):
+        numbers = isinstance(old, int | float) and isinstance(new, int | float)
+        size = f"differ by {abs(old - new) / max(abs(old), abs(new)):.1e}: " if numbers else ""
+        yield f"{place}: {size}{old!r} became {new!r}"[:300]
 
 
 def freeze(
@@ -168,9 +123,15 @@ def freeze(
 ) -> None:
     """Record or compare."""
     if what == "compare":
-        old, new = folders
-        kinds = sorted({path.parent.name for folder in folders for path in folder.glob("*/*.json")})
-        sys.exit(not all([compared(old, new, kind) for kind in kinds]))
+        entries = sorted({path.relative_to(folder) for folder in folders for path in folder.glob("*/*.json")})
+        found = []
+        for entry in entries:
+            there = [folder / entry for folder in folders if (folder / entry).exists()]
+            pair = [json.loads(path.read_text()) for path in there]
+            lines = list(differences(*pair)) if len(pair) == 2 else [f"only in {there[0].parent.parent}"]
+            found += [f"{entry}{line}" for line in lines]
+        print(*found, f"{len(entries)} entries, {len(found)} differences", sep="\n")
+        sys.exit(bool(found))
     for kind in only.split(","):
         for name, made in list(KINDS[kind].items())[:most]:
             path = folders[0] / kind / f"{re.sub(r'[^A-Za-z0-9_.+-]+', '-', name)[:120]}.json"

@@ -1,10 +1,10 @@
-"""Mutants: how many wrong laws, signs, units, bounds and checks the tests notice.
+"""Mutants: how many wrong laws, signs, numbers, bounds and checks the tests notice.
 
 Each mutant changes one place of the program: a comparison, a sign, a product, a number, min or max, or it drops a
 ``raise``. Test files are run in a copy of the tree, those first that name the changed module, until one of them fails.
-``--sample`` mutants are drawn with ``--seed``, only in files ``--below`` a folder if one is named, of the ``--commit``
-whose tests they meet; the tests of one mutant get ``--budget`` seconds. With ``--against COMMIT`` the same mutants are
-made in that commit as well and meet its tests; only places that both have, letter by letter, are drawn.
+``--sample`` mutants are drawn with ``--seed``, only in files ``--below`` a folder if one is named; the tests of one
+mutant get ``--budget`` seconds. With ``--against COMMIT`` the same mutants meet the tests of that commit as well; only
+places are drawn that both have, letter by letter.
 """
 
 import ast
@@ -13,7 +13,7 @@ import random
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,71 +23,59 @@ from typing import NamedTuple
 from benchmarks.harness import ROOT, table
 
 PACKAGES = ("heli_plant", "heli_identifier", "fmu_src")
-SWAPS = {"<": "<=", "<=": "<", ">": ">=", ">=": ">", "==": "!=", "!=": "==", "+": "-", "-": "+", "*": "/", "/": "*"}
+OPERATORS: dict[type[ast.AST], tuple[str, ast.AST]] = {
+    ast.Lt: ("bound", ast.LtE()), ast.LtE: ("bound", ast.Lt()), ast.Gt: ("bound", ast.GtE()),
+    ast.GtE: ("bound", ast.Gt()), ast.Eq: ("bound", ast.NotEq()), ast.NotEq: ("bound", ast.Eq()),
+    ast.Add: ("sign", ast.Sub()), ast.Sub: ("sign", ast.Add()), ast.USub: ("sign", ast.UAdd()),
+    ast.Mult: ("law", ast.Div()), ast.Div: ("law", ast.Mult()),
+}  # fmt: skip
+"""Kind of a mutant and what takes the operator's place."""
+
 EXTREMES = {"min": "max", "max": "min"}
 HANGS = 300.0
 """Seconds after which a test file is taken to hang; without a mutant none takes half as long."""
 
 
+def mutated(node: ast.AST) -> tuple[str, ast.AST] | None:
+    """Give the kind of a node's mutant and what takes its place."""
+    match node:
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+            return "number", ast.Constant(value * 2 if value else value + 1)
+        case ast.Name(id="min" | "max" as name):
+            return "bound", ast.Name(EXTREMES[name], ast.Load())
+        case ast.Raise():
+            return "check", ast.Pass()
+    return OPERATORS.get(type(node))
+
+
 class Mutant(NamedTuple):
-    """One place and its change; ``place`` is the same in all commits that have this statement in this function."""
+    """One place: its file, kind, line, and which one of its kind in equal lines of the file."""
 
     path: str
     kind: str
-    place: tuple[str, str, int]
-    position: tuple[int, int]
-    line: int
-    old: str
-    new: str
+    line: str
+    number: int
 
 
-def mutants_of(path: str, source: bytes) -> Iterator[Mutant]:
-    """Give the mutants of one file."""
-    starts = [0]
-    for text in source.splitlines(keepends=True):
-        starts.append(starts[-1] + len(text))
-    seen: dict[tuple[str, str], int] = {}
+class Places(ast.NodeTransformer):
+    """Counts the places of a file that have mutants, and changes the one of a number."""
 
-    def span(node: ast.expr | ast.stmt) -> tuple[int, int]:
-        last_line, last_column = node.end_lineno or node.lineno, node.end_col_offset or 0
-        return starts[node.lineno - 1] + node.col_offset, starts[last_line - 1] + last_column
+    def __init__(self, path: str, source: str, chosen: int = -1) -> None:
+        self.path, self.lines, self.chosen, self.line = path, source.splitlines(), chosen, 1
+        self.found: list[Mutant] = []
+        self.seen: Counter[tuple[str, str]] = Counter()
+        self.text = ast.unparse(self.visit(ast.parse(source)))
 
-    def walk(node: ast.AST, scope: str, statement: str) -> Iterator[Mutant]:
-        if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            scope = f"{scope}.{node.name}"
-        elif isinstance(node, ast.stmt):
-            statement = ast.unparse(node)
-        for kind, start, end, new in changes(node):
-            key = (scope, f"{kind} {statement}")
-            seen[key] = seen.get(key, 0) + 1
-            old = source[start:end].decode()
-            yield Mutant(path, kind, (*key, seen[key]), (start, end), getattr(node, "lineno", 0), old, new)
-        for child in ast.iter_child_nodes(node):
-            yield from walk(child, scope, statement)
-
-    def between(left: ast.expr, right: ast.expr, kind: str) -> Iterator[tuple[str, int, int, str]]:
-        start, end = span(left)[1], span(right)[0]
-        operator = source[start:end].decode().strip(" ()\n")
-        if operator in SWAPS:
-            start += source[start:end].index(operator.encode())
-            yield kind, start, start + len(operator), SWAPS[operator]
-
-    def changes(node: ast.AST) -> Iterator[tuple[str, int, int, str]]:
-        match node:
-            case ast.Compare(left=left, comparators=[right]):
-                yield from between(left, right, "bound")
-            case ast.BinOp(left=left, right=right):
-                yield from between(left, right, "sign" if isinstance(node.op, ast.Add | ast.Sub) else "law")
-            case ast.UnaryOp(op=ast.USub()):
-                yield "sign", span(node)[0], span(node)[0] + 1, "+"
-            case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-                yield "number", *span(node), repr(value * 2 if value else value + 1)
-            case ast.Call(func=ast.Name(id="min" | "max" as name) as called):
-                yield "bound", *span(called), EXTREMES[name]
-            case ast.Raise():
-                yield "check", *span(node), "pass"
-
-    yield from walk(ast.parse(source), "", "")
+    def visit(self, node: ast.AST) -> ast.AST:
+        """Take note of a place; operators stand in the line of what is before them."""
+        self.line = getattr(node, "lineno", self.line)
+        if change := mutated(node):
+            kind, text = change[0], self.lines[self.line - 1].strip()
+            self.seen[kind, text] += 1
+            self.found.append(Mutant(self.path, kind, text, self.seen[kind, text]))
+            if len(self.found) - 1 == self.chosen:
+                return change[1]
+        return self.generic_visit(node)
 
 
 # --- which tests, and what they say --------------------------------------------------------------------------------
@@ -95,10 +83,10 @@ def mutants_of(path: str, source: bytes) -> Iterator[Mutant]:
 
 @dataclass
 class Tree:
-    """Copy of a commit, its mutants by path and place, and whether its test files pass unchanged."""
+    """Copy of a commit, the number of each of its mutants in its file, and whether its test files pass unchanged."""
 
     root: Path
-    mutants: dict[tuple[str, tuple[str, str, int]], Mutant]
+    mutants: dict[Mutant, int]
     sound: dict[Path, bool] = field(default_factory=dict)
 
     def tests_of(self, path: str) -> list[Path]:
@@ -123,31 +111,30 @@ class Tree:
 
     def answer(self, mutant: Mutant, budget: float) -> str:
         """Say which test file kills a mutant, or how many did not within ``budget`` [s]."""
-        began, tests, (start, end) = monotonic(), self.tests_of(mutant.path), mutant.position
-        file = self.root / mutant.path
-        before = file.read_bytes()
+        began, tests, file = monotonic(), self.tests_of(mutant.path), self.root / mutant.path
+        before = file.read_text(encoding="utf-8")
+        same, other = (Places(mutant.path, before, number).text for number in (-1, self.mutants[mutant]))
         try:
             for count, test in enumerate(tests):
                 if monotonic() - began > budget:
                     return f"survived the nearest {count} of {len(tests)} files"
-                file.write_bytes(before[:start] + mutant.new.encode() + before[end:])
+                file.write_text(other, encoding="utf-8")
                 if not self.passes(test):
-                    file.write_bytes(before)
+                    file.write_text(same, encoding="utf-8")  # without comments as well
                     if self.sound.setdefault(test, self.passes(test)):
                         return f"killed by {test.name}"
             return f"survived all {len(tests)} files"
         finally:
-            file.write_bytes(before)
+            file.write_text(before, encoding="utf-8")
 
 
 def tree(commit: str, folder: Path) -> Tree:
     """Unpack a commit."""
-    root = folder / commit
-    root.mkdir()
+    (root := folder / commit).mkdir()
     subprocess.run(f"git archive {commit} | tar -x -C {root}", shell=True, cwd=ROOT, check=True)
     paths = sorted(path for package in PACKAGES for path in (root / package).rglob("*.py"))
-    found = [m for path in paths for m in mutants_of(path.relative_to(root).as_posix(), path.read_bytes())]
-    return Tree(root, {(mutant.path, mutant.place): mutant for mutant in found})
+    found = [Places(path.relative_to(root).as_posix(), path.read_text(encoding="utf-8")).found for path in paths]
+    return Tree(root, {mutant: number for own in found for number, mutant in enumerate(own)})
 
 
 def mutants(
@@ -158,19 +145,16 @@ def mutants(
     commits = [commit, against] if against else [commit]
     with tempfile.TemporaryDirectory() as folder:
         trees = [tree(one, Path(folder)) for one in commits]
-        own, rng, drawn = trees[0].mutants, random.Random(seed), list[Mutant]()
-        common = [key for key in own if key[0].startswith(below) and all(key in one.mutants for one in trees)]
-        kinds = sorted({own[key].kind for key in common})
-        rng.shuffle(common)
-        for number in range(sample):
-            kind = kinds[number % len(kinds)]
-            drawn.append(next(own[key] for key in common if own[key].kind == kind and own[key] not in drawn))
+        own = [mutant for mutant in trees[0].mutants if mutant.path.startswith(below)]
+        common = [mutant for mutant in own if all(mutant in one.mutants for one in trees)]
+        random.Random(seed).shuffle(common)
+        kinds = sorted({mutant.kind for mutant in common})
+        by_kind = {kind: [mutant for mutant in common if mutant.kind == kind] for kind in kinds}
+        drawn = [by_kind[kinds[number % len(kinds)]].pop() for number in range(sample)]
         rows = []
         for mutant in drawn:
-            answers = [one.answer(one.mutants[mutant.path, mutant.place], budget) for one in trees]
-            change = f"{' '.join(mutant.old.split())} -> {mutant.new}"
-            rows.append((mutant.kind, f"{mutant.path}:{mutant.line}", change, *answers))
+            rows.append((mutant.kind, mutant.path, mutant.line, *(one.answer(mutant, budget) for one in trees)))
             print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
-    print(table(("kind", "place", "change", *commits), rows))
+    print(table(("kind", "file", "line", *commits), rows))
     for column, one in enumerate(trees, 3):
         print(f"{one.root.name}: {sum('killed' in row[column] for row in rows)} of {len(rows)} killed")

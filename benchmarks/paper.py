@@ -1,4 +1,4 @@
-"""The paper's experiments on the units: its Tables 1 and 2, and the histories of the estimates, as CSV and SVG.
+"""The paper's experiments on the units: its Tables 1 and 2, as CSV.
 
     python -m benchmarks paper --output paper
 
@@ -27,22 +27,12 @@ import pandas
 
 from fmu_src import AXES, OPEN_LOOP, Connection, Scenario, Value, build
 from fmu_src.master import run_apart
-from heli_identifier.files import write_atomically
 from heli_identifier.online import ModelParameters
-from heli_identifier.results import Axes, figure, figure_file
-from heli_identifier.tools.history import ROLES
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.state import rest_state
 
 NAMES = ModelParameters._fields
-TRUTH = pandas.Series({name: getattr(TABLE_2, name) for name in NAMES})
-OF_PITCH, OTHERS = [*NAMES[:4]], [*NAMES[4:]]
-
-TABLE_1 = {
-    1: {"a_wx": (0.059, 0.062), "a_th": (0.658, 0.668), "k_x": (0.289, 0.298)},
-    2: {"a_wx": (0.064, 0.068), "a_th": (0.595, 0.623), "k_x": (0.257, 0.269)},
-}
-"""Ranges of twelve estimates, as printed, by experiment and parameter [1/s, 1/s^2, rad/s^2/V]."""
+OF_PITCH = NAMES[:4]
 
 STEP = 0.01
 """Control and communication period [s]."""
@@ -82,7 +72,7 @@ JOINT_RUN = Kind("elevation and travel", 0, 2.0, 400.0, (FREE,))
 
 
 def run(kind: Kind, experiment: int, number: int, fmus: dict[str, Path]) -> pandas.DataFrame:
-    """Run one experiment on built units in a process of its own; a row an instant and identifier.
+    """Run one experiment on built units; a row for every last estimate, with its deviation from Table 2 [%].
 
     Of the twelve runs each has an Omega(0), a Gamma(0) and a start state, the same on every machine.
     """
@@ -116,85 +106,49 @@ def run(kind: Kind, experiment: int, number: int, fmus: dict[str, Path]) -> pand
     record = [f"{unit}.{name}" for unit in kind.identifiers for name in NAMES]
     files = {name: fmus[unit] for name, unit in units}
     result = run_apart(scenario, kind.duration, STEP, order, files, record=record)
-    last = len(result.time) - 1
-    late = min(round(30.0 / STEP), last)  # the estimates move most soon after the adaptation begins, at 10 s
-    rows = np.concatenate([np.arange(0, late, 10), np.arange(late, last, 100), [last]])
-    tables = []
-    for unit in kind.identifiers:
-        own = pandas.DataFrame(result.columns(*(f"{unit}.{name}" for name in NAMES))[rows], columns=[*NAMES])
-        tables.append(own.assign(time=result.time[rows], theta0_is=unit))
-    return pandas.concat(tables).assign(kind=kind.name, experiment=experiment, run=number, omega=omega, gamma=gain)
-
-
-def last_estimates(histories: pandas.DataFrame) -> pandas.DataFrame:
-    """Give a row for the last estimate of every parameter in every run, with its deviation from Table 2 [%]."""
-    last = histories[histories.time == histories.groupby("kind").time.transform("max")]
-    about = ["kind", "experiment", "run", "omega", "gamma", "theta0_is"]
-    rows = last.melt(about, [*NAMES], "parameter")
-    of_pitch, known = rows.parameter.isin(OF_PITCH), (rows.parameter == "theta0") & (rows.theta0_is == KNOWN)
-    rows = rows[(of_pitch == (rows.kind == PITCH_RUN.name)) & ~known]
-    unit, truth = rows.parameter.map(lambda name: BY_FIELD[name].unit), rows.parameter.map(TRUTH)
-    return rows.assign(unit=unit, truth=truth, off=100.0 * (rows.value / truth - 1.0))
+    rows = []
+    for unit, name in product(kind.identifiers, NAMES):
+        if (name in OF_PITCH) == (kind.channel == 1) and (unit, name) != (KNOWN, "theta0"):
+            value, truth = float(result.column(f"{unit}.{name}")[-1]), getattr(TABLE_2, name)
+            rows.append((kind.name, experiment, gain, unit, name, BY_FIELD[name].unit, truth, value))
+    columns = ["kind", "experiment", "gamma", "theta0_is", "parameter", "unit", "truth", "value"]
+    found = pandas.DataFrame(rows, columns=columns)
+    return found.assign(off=100.0 * (found.value / found.truth - 1.0))
 
 
 def tables(last: pandas.DataFrame) -> dict[str, pandas.DataFrame]:
     """Give the tables by name.
 
-    table1: the ranges of the pitch estimates beside the paper's, and the largest deviation from Table 2 [%]; table2:
-    mean, scatter and worst deviation [%] of every parameter over the runs that forget Omega(0); recovery: the largest
-    deviation [%] for each experiment and Gamma(0).
+    table1: the ranges of the pitch estimates and their largest deviation from Table 2 [%]; table2: mean, scatter and
+    worst deviation [%] of every parameter over the runs that forget Omega(0); recovery: the largest deviation [%] for
+    each experiment and Gamma(0).
     """
     last = last.assign(size=last.off.abs())
     free, what = last[last.theta0_is == FREE], ["parameter", "unit", "truth"]
     ranges = last[last.kind == PITCH_RUN.name].groupby(["experiment", "theta0_is", *what], sort=False)
+    certain = free[free.gamma >= CERTAIN].groupby(what, sort=False)
     table_1 = ranges.agg(
         lowest=("value", "min"), highest=("value", "max"), **{"largest deviation [%]": ("size", "max")}
-    ).reset_index()
-    of_paper = pandas.DataFrame(TABLE_1).unstack().str
-    keys = pandas.MultiIndex.from_frame(table_1[["experiment", "parameter"]])
-    for k, name in enumerate(("paper lowest", "paper highest")):
-        table_1[name] = of_paper[k].reindex(keys).to_numpy()
-    table_2 = free[free.gamma >= CERTAIN].groupby(what, sort=False).agg(
+    )
+    table_2 = certain.agg(
         mean=("value", "mean"), **{"scatter of a run": ("value", "std"), "deviation [%]": ("off", "mean"),
                                    "worst run's deviation [%]": ("size", "max")},
-    ).reset_index()  # fmt: skip
-    recovery = free.pivot_table("size", ["experiment", "gamma"], "parameter", "max")[[*NAMES]].reset_index()
-    return {"table1": table_1, "table2": table_2, "recovery": recovery}
-
-
-def draw(histories: pandas.DataFrame, names: Sequence[str]) -> str:
-    """Draw the histories of parameters below each other; one colour an Omega(0), a dashed line is the truth."""
-    panels = []
-    for name in names:
-        low, high = sorted((0.5 * TRUTH[name], 1.5 * TRUTH[name]))
-        panel = Axes(f"{name} [{BY_FIELD[name].unit}]", 110.0, (low, high))
-        colours = dict(zip(OMEGAS, ROLES, strict=False))
-        for (omega, number), own in histories.groupby(["omega", "run"]):
-            label = f"Omega(0): {omega}" if number == histories.run[histories.omega == omega].min() else ""
-            panel.line(own.time, own[name], colours[str(omega)], label, 0.9)
-        panel.level(TRUTH[name], "ink")
-        panels.append(panel)
-    return figure(panels, "time [s]", "Estimates over time", 760.0, log_x=True)
+    )  # fmt: skip
+    recovery = free.pivot_table("size", ["experiment", "gamma"], "parameter", "max")
+    return {name: own.reset_index() for name, own in (("table1", table_1), ("table2", table_2), ("recovery", recovery))}
 
 
 def reproduce(
     folder: Path, kinds: Sequence[Kind] = (JOINT_RUN, PITCH_RUN), numbers: Sequence[int] = range(1, 13)
 ) -> None:
-    """Run the paper's experiments, a process a core at a time; write tables and figures, print what they show."""
+    """Run the paper's experiments, a process a core at a time; write the tables, print what they show."""
     folder.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory() as built, ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         fmus = {unit: build(unit, Path(built)) for _, unit in OPEN_LOOP.units}
         jobs = [pool.submit(run, *job, fmus) for job in product(kinds, (1, 2), numbers)]
-        histories = pandas.concat([job.result() for job in jobs])
-    found = tables(last_estimates(histories))
+        found = tables(pandas.concat([job.result() for job in jobs]))
     for name, made in found.items():
         made.to_csv(folder / f"{name}.csv", index=False, float_format="%.6g")
-    histories.to_csv(folder / "histories.csv", index=False, float_format="%.6g")
-    for kind, names, theta0 in ((PITCH_RUN, OF_PITCH[:3], KNOWN), (JOINT_RUN, OTHERS, FREE)):
-        own = histories[(histories.kind == kind.name) & (histories.theta0_is == theta0)]
-        for experiment in (1, 2):
-            drawing = draw(own[own.experiment == experiment], names)
-            write_atomically(folder / f"{kind.name.split()[0]}_experiment{experiment}.svg", figure_file(drawing))
     for given, largest in found["table1"].groupby("theta0_is")["largest deviation [%]"].max().items():
         print(f"Table 1: all pitch runs end within {largest:.2g} % of Table 2 with theta0 {given}.")
     mean, single = found["table2"]["deviation [%]"].abs().max(), found["table2"]["worst run's deviation [%]"].max()
