@@ -1,8 +1,8 @@
 """Windows' own Python below Wine: `python tests/windows/wine.py WHEEL [TEST...]`.
 
 Below .venv/windows it puts together CPython 3.11 for Windows as packages have it, and the dependencies of the wheel in
-their Windows builds; there it runs `heli demo` of the wheel, `heli campaign` of the logs that the wheel brings, and then
-the tests that are named. Three things are made as in Windows:
+their Windows builds; there it runs `heli demo` of the wheel, `heli campaign` of the logs that the wheel brings, and
+then the tests that are named. Three things are made as in Windows:
 
 * complex functions of the C runtime, which numpy calls: Microsoft's own ucrtbase.dll takes its place;
 * bcryptprimitives.dll, which packages written in Rust take random numbers from: a library of one function does;
