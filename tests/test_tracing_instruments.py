@@ -78,20 +78,15 @@ def test_intervals_cover_within_what_sampling_allows():
     assert np.median(widths) < 0.2 * TRUTH[2]  # and they say something
 
 
-def judged(seed, theta):
-    """Judge parameters by their accelerations along the measured motion."""
-    y, v, _ = (a[seed] for a in flights())
-    rates = np.gradient(y, 1.0 / RATE, axis=1)
-    return repeated()[seed].judge(list((-theta[0] * rates - theta[1] * y + theta[2] * v)[..., None]))[0]
-
-
 def test_the_judge_keeps_its_level_and_rejects_half_the_gain():
     """At 5 % four of 40 true plants are refused at most in 95 % of draws; every half gain is, at the same level."""
-    true = [judged(seed, TRUTH) for seed in range(SEEDS)]
-    assert sum(judgement.p_value < 0.05 for judgement in true) <= binom.ppf(0.95, SEEDS, 0.05)
-    wrong = [judged(seed, TRUTH * (1.0, 1.0, 0.5)) for seed in range(SEEDS)]
-    assert all(judgement.p_value < 0.05 for judgement in wrong)
-    assert true[0].freedom == 3
+    y, v, _ = flights()
+    d, c, k = TRUTH
+    for share, wanted in ((1.0, range(int(binom.ppf(0.95, SEEDS, 0.05)) + 1)), (0.5, [SEEDS])):
+        plant = (-d * np.gradient(y, 1.0 / RATE, axis=2) - c * y + share * k * v)[..., None]
+        judged = [own.judge(list(along))[0] for own, along in zip(repeated(), plant, strict=True)]
+        assert sum(judgement.p_value < 0.05 for judgement in judged) in wanted
+        assert judged[0].freedom == 3
 
 
 def test_shares_tell_how_much_came_from_outside():
@@ -119,18 +114,14 @@ def test_a_single_log_is_cut_into_halves_with_wider_intervals():
 def test_logs_of_several_rates_agree():
     """The same flights, two of them at twice the rate by interpolation: within a quarter of the interval."""
     y, v, r = (a[0] for a in flights())
-    n = y.shape[1]
-    fine = np.arange(2 * n) / 2.0
-    signals = [np.column_stack([a, b]) for a, b in zip(y, v, strict=True)]
-    grids = [np.arange(n), np.arange(n), fine, fine]
-
-    def on(grid, signal):
-        return np.column_stack([np.interp(grid, np.arange(n), column) for column in signal.T])
-
-    moved = [on(g, s) for g, s in zip(grids, signals, strict=True)]
-    axis = Regression("pitch", [s[:, 0] for s in moved], TERMS)
-    references = [on(g, a[:, None]) for g, a in zip(grids, r, strict=True)]
-    found = instruments([axis], moved, references, [RATE, RATE, 2 * RATE, 2 * RATE]).axes[0]
+    grids = [np.arange(0.0, y.shape[1], step) for step in (1.0, 1.0, 0.5, 0.5)]
+    rows = [
+        np.column_stack([np.interp(grid, np.arange(len(a)), a) for a in own])
+        for grid, own in zip(grids, zip(y, v, r, strict=True), strict=True)
+    ]
+    axis = Regression("pitch", [own[:, 0] for own in rows], TERMS)
+    rates = [RATE, RATE, 2 * RATE, 2 * RATE]
+    found = instruments([axis], [own[:, :2] for own in rows], [own[:, 2:] for own in rows], rates).axes[0]
     one = repeated()[0].axes[0]
     assert np.all(np.abs(found.values - one.values) < 0.25 * one.half_widths)
 
@@ -142,13 +133,10 @@ def test_a_prior_narrows_what_nothing_moved_and_leaves_the_rest():
     assert np.all(with_prior.half_widths[1:] <= 1.05 * without.half_widths[1:])
 
 
-def test_known_accelerations_are_taken_off():
+def test_known_accelerations_are_taken_off_and_samples_left_out_do_not_count():
+    one, keep = repeated()[0].axes[0], np.ones((LOGS, SECONDS * round(RATE)), dtype=bool)
     shifted = estimate(0, known=[-0.25 * y for y in flights()[0][0]]).axes[0]
-    assert shifted.values[1] == pytest.approx(repeated()[0].axes[0].values[1] - 0.25, abs=1e-3)
-
-
-def test_samples_left_out_do_not_count():
-    keep = np.ones((LOGS, SECONDS * round(RATE)), dtype=bool)
+    assert shifted.values[1] == pytest.approx(one.values[1] - 0.25, abs=1e-3)
     keep[1, 800:1000] = False
     found = estimate(0, keep=list(keep)).axes[0]
     assert np.all(found.blocks[1][400:500] == -1)
