@@ -228,14 +228,15 @@ def find_clock(heard: list[tuple[Datagram, float]], rate: float | None) -> RigCl
 
 
 def find_rate(times: list[float]) -> float:
-    """Return the rate [Hz] of samples at ``times``, in order [s]: a whole number within half a percent of one.
+    """Return the rate [Hz] of samples at ``times``, in order [s]: a usual one within a percent, or a whole number.
 
     Where samples are missing two times are as many steps apart as the median of them says.
     """
     usual = max(_median_step(times), _SHORTEST)
-    steps = sum(round((after - before) / usual) for before, after in pairwise(times))
-    rate = steps / (times[-1] - times[0])
-    return float(round(rate)) if rate >= 1.0 and abs(rate - round(rate)) <= 0.005 * rate else rate
+    rate = sum(round((after - before) / usual) for before, after in pairwise(times)) / (times[-1] - times[0])
+    near = min(_USUAL_RATES, key=lambda one: abs(rate / one - 1.0))
+    whole = float(round(rate))
+    return near if abs(rate / near - 1.0) < 0.01 else whole if abs(rate - whole) < 1e-3 * rate else rate
 
 
 def find_unit(times: list[float], seconds: float) -> float:
