@@ -11,9 +11,7 @@ from time import monotonic, sleep
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from heli_identifier.cli.app import app
 from heli_identifier.cli.arguments import controller_of
 from heli_identifier.cli.in_flight import Adviser, part
 from heli_identifier.errors import ConfigurationError
@@ -29,10 +27,6 @@ LAYOUT = read_layout(USUAL_LAYOUT)
 MAIN = [sys.executable, "-c", "from heli_identifier.cli import main; main()"]
 LONGEST = 180.0
 """Time after which a process is taken for hung [s]; a loaded machine is no defect."""
-
-
-def run(*words):
-    return CliRunner().invoke(app, list(map(str, words)))
 
 
 def rows_of(path):
@@ -57,17 +51,21 @@ def flight(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_a_flight_goes_on_where_the_process_that_judges_the_controller_is_killed(tmp_path):
+def test_the_controller_is_judged_beside_the_loop_and_the_flight_goes_on_where_that_process_is_killed(tmp_path):
     adviser = Adviser(tmp_path, None)
     try:
-        for _ in range(2):
-            adviser.ask(TABLE_2, {}, 0.0)
-            assert adviser.pool is not None
-            for process in list(adviser.pool._processes.values()):
-                process.kill()
-            assert "was ended from outside" in adviser.look(wait=True)
+        assert adviser.look() == ""
+        adviser.ask(TABLE_2, {}, 0.0)
+        for process in list(adviser.pool._processes.values()):
+            process.kill()
+        assert "was ended from outside" in adviser.look(wait=True)
+        adviser.ask(TABLE_2._replace(k_z=2.0 * TABLE_2.k_z), {"elevation.gain": 0.01}, 0.1)
+        sentence = adviser.look(wait=True)
     finally:
         adviser.close()
+    advice = json.loads((tmp_path / "control_advice.json").read_text())
+    assert advice["sentence"] == sentence and set(advice["sensitivity"]) == {"pitch", "elevation"}
+    assert (tmp_path / "controller.json").exists() is bool(advice["gains"])
 
 
 # --- what is diagnosed -----------------------------------------------------------------------------------------------
@@ -172,18 +170,6 @@ def test_a_log_is_followed_to_its_end_and_diagnosed(flight, tmp_path):
     left = {path.name for path in (tmp_path / "out").iterdir()}
     # the twin is of another rig, so that it may adopt a change, which brings advice on the controller
     assert left - {"control_advice.json", "controller.json"} == names
-
-
-@pytest.mark.slow
-def test_the_controller_is_judged_beside_the_loop_and_its_gains_are_offered(tmp_path):
-    adviser = Adviser(tmp_path, None)
-    assert adviser.look() == ""
-    adviser.ask(TABLE_2._replace(k_z=2.0 * TABLE_2.k_z), {"elevation.gain": 0.01}, 0.1)
-    sentence = adviser.look(wait=True)
-    adviser.close()
-    advice = json.loads((tmp_path / "control_advice.json").read_text())
-    assert advice["sentence"] == sentence and set(advice["sensitivity"]) == {"pitch", "elevation"}
-    assert (tmp_path / "controller.json").exists() is bool(advice["gains"])
 
 
 def test_the_controller_of_the_rig_is_taken_from_its_file(tmp_path, flight):

@@ -20,18 +20,9 @@ from heli_identifier.online.linear_algebra import (
     is_singular,
     solved,
     total,
-)
-from heli_identifier.online.signals import (
-    advance_signals,
-    regressions,
-    settled_signals,
-)
-from heli_identifier.online.state_filter import (
-    discretise,
-    filter_lagged,
-    filter_line,
-    second_derivative,
-)
+)  # fmt: skip
+from heli_identifier.online.signals import advance_signals, regressions, settled_signals
+from heli_identifier.online.state_filter import discretise, filter_lagged, filter_line, second_derivative
 from heli_plant.parameters import TABLE_2
 from tests.simulated import H, record
 

@@ -7,13 +7,7 @@ import numpy as np
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online import (
-    IdentifierSettings,
-    ModelParameters,
-    prepare,
-    start,
-    step,
-)
+from heli_identifier.online import IdentifierSettings, ModelParameters, prepare, start, step
 from heli_identifier.online.excitation import paper_excitation
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
@@ -79,11 +73,9 @@ def test_a_start_in_motion_biases_nothing_once_the_hold_is_over():
     held, angles, _ = record(120.0, multisines(seed=4, period=120.0), encoders=False)
     late = replace(KNOWN, hold_time=30.0)
     # From the middle of the motion on: settled filters are wrong by up to .3 rad/s; after 10 s exp(-7) of it is left.
-    from_rest, moving = slice(None), slice(5000, None)
-    for part in (from_rest, moving):
-        usual, longer = (identified(held[part], angles[part], own)[1].parameters for own in (KNOWN, late))
-        assert usual.a_wx == pytest.approx(longer.a_wx, rel=5e-3)
-        assert usual.a_th == pytest.approx(longer.a_th, rel=1e-3)
+    usual, longer = (identified(held[5000:], angles[5000:], own)[1].parameters for own in (KNOWN, late))
+    assert usual.a_wx == pytest.approx(longer.a_wx, rel=5e-3)
+    assert usual.a_th == pytest.approx(longer.a_th, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -131,10 +123,8 @@ def test_the_excitation_level_falls_when_the_rig_comes_to_rest(minute):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"sample_time": 0.0}, "sample_time = 0.0 s must be positive"),
         ({"filter_frequency": 25.0}, r"filter.frequency = 25.0 rad/s must lie in \[0.001, 20\]"),
         ({"gain_limit": nan}, "adaptation.gain_limit = nan must be positive"),
-        ({"rest_angle": 4.0}, "pitch.rest_angle = 4.0 rad must lie in"),
         ({"initial": ModelParameters(k_x=nan)}, "initial.k_x = nan"),
         ({"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
         ({"watched": (("dry_friction", "rotors"),)}, "watched axis 'rotors' must be one of pitch"),

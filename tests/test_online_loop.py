@@ -9,14 +9,7 @@ from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
 from heli_identifier.online.adaptation import gain_matrix
 from heli_identifier.online.instruments import add_signals, contradicts, evaluated, no_instruments
-from heli_identifier.online.loop import (
-    FILTERS,
-    UNEXPLAINED,
-    add_regressors,
-    nothing_outside,
-    products_every,
-    shares,
-)
+from heli_identifier.online.loop import FILTERS, UNEXPLAINED, add_regressors, nothing_outside, products_every, shares
 from heli_identifier.tools.experiment import Proposal
 from heli_identifier.tools.flight import flown
 from heli_plant.control import PidSettings

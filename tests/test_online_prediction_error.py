@@ -23,18 +23,11 @@ from heli_identifier.online import (
     prepare,
     start,
     step,
-)
+)  # fmt: skip
 from heli_identifier.online.adaptation import initial_axis
 from heli_identifier.online.prediction_error import first_predictor, predict_axis
 from heli_identifier.online.state_filter import discretise
-from heli_identifier.online.whitening import (
-    bandwidth_slope,
-    first_noise,
-    remember,
-    settled_memory,
-    whiten,
-    whitening,
-)
+from heli_identifier.online.whitening import bandwidth_slope, first_noise, remember, settled_memory, whiten, whitening
 from heli_plant.parameters import TABLE_2
 from tests.simulated import H, closed_loop, identified, multisines, record
 

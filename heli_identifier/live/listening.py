@@ -32,7 +32,7 @@ WAIT = 0.05
 
 _ENOUGH, _ENOUGH_STUCK = 10, 50  # samples that clock and rate are found from; of a clock that stands still
 _USUAL_RATES = (50.0, 100.0, 125.0, 200.0, 250.0, 400.0, 500.0, 1000.0, 2000.0)  # [Hz]
-_SHORTEST = 1e-300  # [s] a shorter step has no finite rate
+_SHORTEST = 1e-100  # [s] a shorter step has no rate
 _FAR = 0.03  # share of what a clock says in which samples come in if its unit is a thousandth
 _MOST = 4096  # datagrams that are read at once
 _CLOCKS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
@@ -232,7 +232,9 @@ def find_rate(times: list[float]) -> float:
 
     Where samples are missing two times are as many steps apart as the median of them says.
     """
-    usual = max(_median_step(times), _SHORTEST)
+    usual = _median_step(times)
+    if usual <= _SHORTEST:
+        return 1.0 / _SHORTEST
     rate = sum(round((after - before) / usual) for before, after in pairwise(times)) / (times[-1] - times[0])
     near = min(_USUAL_RATES, key=lambda one: abs(rate / one - 1.0))
     whole = float(round(rate))
