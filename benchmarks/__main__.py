@@ -22,7 +22,6 @@ SECTIONS = {
     "memory": "units",
     "runs": "units",
     "soak": "soak",
-    "numbers": "numbers",
 }
 """Module of each section of docs/benchmarks.md; its function of the section's name gives the text."""
 
