@@ -3,7 +3,6 @@
 The laws themselves are compared in :mod:`tests.test_effect_files`.
 """
 
-from math import cos, sin
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heli_plant.effects import ACCELERATION, AXES, CATALOGUE, DELAY, LAG, ROTORS
-from heli_plant.effects.friction import SMOOTHING_RATE
 from heli_plant.laws import motor_input, switched_on, thrust_voltage
 from heli_plant.parameters import TABLE_2
 from heli_plant.plant import accelerations, advance, rigid_start, step
@@ -50,11 +48,6 @@ def added(s, p):
 
 
 RATE = {"pitch": "w_th", "elevation": "w_ep", "travel": "w_la"}
-
-
-def test_motor_lag_is_a_longer_time_constant():
-    lagging, slow = TABLE_2._replace(motor_lag_rotors=0.05), TABLE_2._replace(T_m=0.08 + 0.05)
-    assert step(START, 3.0, -1.0, 0, 0, h, lagging) == step(START, 3.0, -1.0, 0, 0, h, slow)
 
 
 def test_input_delay_shifts_the_whole_response_in_time():
@@ -117,24 +110,6 @@ def test_gyroscopic_coupling_turns_the_motion_without_adding_power(s):
     change = added(s, TABLE_2._replace(gyroscopic_coupling_pitch=0.05, gyroscopic_coupling_elevation=0.05))
     power = change["pitch"] * s.w_th + change["elevation"] * s.w_ep
     assert power == pytest.approx(0.0, abs=1e-13)
-
-
-@given(s=situations())
-def test_inertial_coupling_adds_no_power_to_the_arm(s):
-    """With M = diag(1, cos^2 eps) the centrifugal and the Coriolis term keep the kinetic energy."""
-    change = added(s, TABLE_2._replace(inertial_coupling_elevation=1.0, inertial_coupling_travel=1.0))
-    w, v, ce, se = s.w_ep, s.w_la, cos(s.ep), sin(s.ep)
-    power = w * change["elevation"] + v * ce * ce * change["travel"] - ce * se * w * v * v
-    assert power == pytest.approx(0.0, abs=1e-12)
-
-
-def test_dry_friction_stops_a_coasting_travel_after_its_time():
-    """From .3 rad/s with c = .03 rad/s^2 the rate falls linearly and reaches zero after ten seconds."""
-    p = TABLE_2._replace(a_wy=0.0, dry_friction_travel=0.03)
-    states, _ = simulate(np.zeros((1201, 2)), h, start_state(p.theta0, 0.05, 0.0, rates=(0, 0, 0.3)), p)
-    # the smoothed sign differs from 1 only below a few times w_0 = .005 rad/s
-    assert states[900, 5] == pytest.approx(0.3 - 0.03 * 9.0, abs=1e-4)
-    assert 0.0 <= states[1200, 5] < SMOOTHING_RATE
 
 
 def test_friction_at_the_catalogues_bound_is_integrated_without_chatter():

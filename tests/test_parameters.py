@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heli_plant.effects import CATALOGUE, effect
+from heli_plant.effects import CATALOGUE
 from heli_plant.errors import ParameterError
 from heli_plant.parameters import PARAMETERS, TABLE_2, checked, from_names
 
@@ -38,12 +38,6 @@ def test_every_row_has_a_unit_a_description_and_a_default_in_its_range():
 
 def test_catalogue_holds_exactly_the_effects_with_published_names():
     assert [(e.name, e.axis) for e in CATALOGUE] == [(name, a) for name in DESIGN for a in DESIGN[name].split()]
-
-
-def test_effect_is_found_by_name_and_axis_and_the_message_names_an_unknown_one():
-    assert effect("dry_friction", "travel").field == "dry_friction_travel"
-    with pytest.raises(KeyError, match="'dry_friction_rotors' is no coefficient"):
-        effect("dry_friction", "rotors")
 
 
 @pytest.mark.parametrize("value", [nan, inf, -inf, -0.03])
