@@ -11,6 +11,7 @@ from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -28,12 +29,11 @@ from heli_identifier.tools import (
     campaign,
     diagnosed,
     generated_rigs,
-    read_rows,
     rigs_below,
     run_campaign,
 )
 from heli_identifier.tools.campaign import result_key
-from heli_identifier.tools.campaign_rows import complete, judged, summarised, truth_columns, write_rows
+from heli_identifier.tools.campaign_rows import complete, judged, parquet_bytes, read_row, summarised, truth_columns
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
 
@@ -168,7 +168,7 @@ def stand_in(module, tmp_path):
 @pytest.mark.slow
 def test_restart_makes_only_what_is_missing(stand_in):
     first = stand_in.run(range(3), workers=1)
-    (stand_in.folder / "rows" / f"{first[1]['key']}.parquet").unlink()
+    (stand_in.folder / "rows" / f"{first[1]['key']}.json").unlink()
     told = []
     again = stand_in.run(range(4), workers=1, progress=lambda done, total, row: told.append((done, total)))
     assert again[:3] == first
@@ -192,7 +192,7 @@ def test_killed_worker_costs_no_result_and_doubles_none(stand_in):
     rows = stand_in.run(range(8), 0.2, {0: 60.0}, workers=2, progress=kill_the_one_at_work)
     assert [(row["rig"], row["error"]) for row in rows] == [(f"rig {seed}", None) for seed in range(8)]
     assert len(list((stand_in.folder / "rows").iterdir())) == 8
-    assert read_rows(stand_in.folder / CONSOLIDATED) == rows
+    assert list(pd.read_parquet(stand_in.folder / CONSOLIDATED)["rig"]) == [row["rig"] for row in rows]
     # Only the rig that the dead process was at was begun again, in another process, and each was ended once.
     assert Counter(seed for seed, _ in stand_in.noted("began")) == Counter([0, *range(8)])
     assert sorted(seed for seed, _ in stand_in.noted("ended")) == list(range(8))
@@ -200,12 +200,11 @@ def test_killed_worker_costs_no_result_and_doubles_none(stand_in):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("preload", [[], ["import time; time.sleep(5.0)\n"]])
-def test_rig_that_kills_every_worker_fails_alone_however_long_they_take_to_come_back(stand_in, preload):
-    """As on a busy machine: each start may take 5 s more, so that 15 s after its first death a worker is away again."""
+def test_rig_that_kills_every_worker_fails_alone_however_long_they_take_to_come_back(stand_in):
+    """As on a busy machine: each start takes 5 s more, so that 15 s after its first death a worker is away again."""
     import dask
 
-    with dask.config.set({"distributed.worker.preload": preload}):
+    with dask.config.set({"distributed.worker.preload": ["import time; time.sleep(5.0)\n"]}):
         bad, good = stand_in.run((-1, 1), workers=1)
     assert "KilledWorker" in bad["error"]
     assert (bad["rig"], bad["verdict"], good["verdict"]) == ("rig -1", None, "model adequate")
@@ -245,10 +244,8 @@ def test_what_ends_before_the_first_result_leaves_no_folder(stand_in):
 
 
 def test_missing_package_is_told_with_the_command_that_installs_it(monkeypatch):
-    for package in ("distributed", "pyarrow"):
-        monkeypatch.setitem(sys.modules, package, None)  # Python's way to say that a package is not there
-    for module in ("campaign", "campaign_rows"):
-        monkeypatch.delitem(sys.modules, f"heli_identifier.tools.{module}")
+    monkeypatch.setitem(sys.modules, "distributed", None)  # Python's way to say that a package is not there
+    monkeypatch.delitem(sys.modules, "heli_identifier.tools.campaign")
     monkeypatch.delitem(vars(tools), "run_campaign")
     with pytest.raises(ConfigurationError, match=r"package distributed; .*heli-twin\[cluster\]"):
         tools.run_campaign  # noqa: B018
@@ -290,22 +287,21 @@ def row(truth=None, *effects, verdict="effects shown", **columns):
     )
 
 
-def test_rows_come_back_from_their_file_as_they_were(tmp_path):
-    rows = [
-        row(FRICTION, found("dry_friction", "pitch"), a_wx=0.061, a_wx_se=0.002, measures={"told_score": 7.5}),
-        row(),
-        complete({"rig": "r", "key": "k", "error": "unreadable"}),
-    ]
-    assert read_rows(write_rows(rows, tmp_path / "k.parquet")) == rows
-    assert [path.name for path in tmp_path.iterdir()] == ["k.parquet"]  # no draft is left
-
-
 def test_what_is_no_result_and_no_folder_for_results_is_named(tmp_path):
-    (tmp_path / "k.parquet").write_text("torn")
-    with pytest.raises(ConfigurationError, match=r"k\.parquet is not a result"):
-        read_rows(tmp_path / "k.parquet")
-    with pytest.raises(ConfigurationError, match="k.parquet is a file, a folder is needed there"):
-        run_campaign([], tmp_path / "k.parquet")
+    (tmp_path / "k.json").write_text("torn")
+    with pytest.raises(ConfigurationError, match=r"k\.json is not a result"):
+        read_row(tmp_path / "k.json")
+    with pytest.raises(ConfigurationError, match="k.json is a file, a folder is needed there"):
+        run_campaign([], tmp_path / "k.json")
+
+
+def test_the_table_has_every_column_whatever_the_rows_lack(tmp_path):
+    rows = [row(FRICTION, found("dry_friction", "pitch"), a_wx=0.061), complete({"rig": "bad", "error": "unreadable"})]
+    (tmp_path / "all.parquet").write_bytes(parquet_bytes(rows))
+    table = pd.read_parquet(tmp_path / "all.parquet")
+    assert [*table.columns] == [*rows[1]]
+    assert table["a_wx"].tolist() == [0.061, pytest.approx(np.nan, nan_ok=True)]
+    assert table["effects"][0][0]["name"] == "dry_friction"
 
 
 @pytest.mark.parametrize(
@@ -383,10 +379,10 @@ def test_folder_of_rigs_is_diagnosed_from_the_command_line_and_a_bad_one_is_list
     assert done.exit_code == 1, done.stderr
     ((rig, error),) = json.loads(done.stdout)["failures"]
     assert rig == "b" and "train.csv" in error
-    good, bad = read_rows(tmp_path / "out" / CONSOLIDATED)
-    assert (good["error"], bad["error"]) == (None, error)
+    good, bad = pd.read_parquet(tmp_path / "out" / CONSOLIDATED).to_dict("records")
+    assert pd.isna(good["error"]) and bad["error"] == error
     assert good["verdict"] in ("effects shown", "model adequate", "unknown effect")
     assert good["a_th"] > 10.0 * good["a_th_se"] > 0.0
     # A second later the pitch is where the model says, to a small part of the .1 rad that it moves by.
     assert 0.0 < good["pitch_1s_noise_floor_rad"] <= 1.5 * good["pitch_1s_after_rad"] < 0.03
-    assert good["true_kind"] is None
+    assert pd.isna(good["true_kind"])

@@ -41,7 +41,6 @@ __all__ = [
     "identify",
     "linearise",
     "margin_table",
-    "read_rows",
     "read_split",
     "rig_folders",
     "rigs_below",
@@ -53,7 +52,7 @@ __all__ = [
 ]
 
 from .campaign import CONSOLIDATED, Progress, diagnosed, run_campaign
-from .campaign_rows import Row, campaign_tables, read_rows, summarised
+from .campaign_rows import Row, campaign_tables, summarised
 from .controller import Design, control_advice, design_controller, design_pid
 from .controller_page import controller_html, design_table, margin_table, step_figure
 from .course import controller_m, corrected_init, course_values

@@ -14,20 +14,19 @@ import json
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack
 from dataclasses import asdict
-from functools import partial
-from itertools import islice
 from logging import CRITICAL
 from pathlib import Path
 from time import perf_counter
 
 import dask
-from distributed import Client, LocalCluster, as_completed
+import pyarrow  # noqa: F401, writes the table at the end; where it is missing, that is said before the first rig
+from distributed import Client, as_completed
 
 from heli_identifier.errors import ConfigurationError, require_range
-from heli_identifier.files import draft_folder
-from heli_identifier.results import whole_folder
+from heli_identifier.files import draft_folder, write_atomically
+from heli_identifier.results import document_text, whole_folder
 from heli_identifier.tools import campaign_rows
 from heli_identifier.tools.campaign_rows import Row
 from heli_identifier.tools.rigs import Source, error_text, source_digest
@@ -43,10 +42,11 @@ LOCAL = {
     "distributed.nanny.pre-spawn-environ": {
         f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "NUMBA")
     },
-    # Dask looks 15 s after the death of a worker whether there is one, and otherwise gives its place up for good. On a
-    # busy machine, where a start takes seconds, it may find it between two deaths; without a worker a campaign would
-    # never end. Should there be none for a long time all the same, the rigs that wait fail, with a row that says so.
+    # One rig at a time: when a worker dies, Dask suspects every rig that it held, and gives up one after four deaths.
+    "distributed.scheduler.worker-saturation": 1.0,
+    # On a busy machine a worker takes long to come back after its death, and Dask would give its place up for good.
     "distributed.deploy.lost-worker-timeout": "1 day",
+    # Without a worker a campaign would never end: rigs that wait so long fail, with a row that says so.
     "distributed.scheduler.no-workers-timeout": "10 minutes",
 }
 """Settings of Dask for workers on this machine."""
@@ -85,7 +85,7 @@ def run_campaign(
 ) -> list[Row]:
     """Diagnose every rig that has no result yet; return one row per source, in their order.
 
-    The ``folder`` holds ``rows/<key>.parquet``, one row each, and ``campaign.parquet`` of them all; a file appears
+    The ``folder`` holds ``rows/<key>.json``, one row each, and ``campaign.parquet`` of them all; a file appears
     whole or not at all. ``scheduler`` is the address of a running one, "tcp://host:8786"; without it ``workers``
     processes are started on this machine, by default one per core. ``work`` is what a worker does with a rig and the
     settings.
@@ -101,21 +101,21 @@ def run_campaign(
         if count > 1:
             raise ConfigurationError(f"two rigs are called {name!r}; every rig needs its own name.")
     settings = settings or DiagnosisSettings()
-    with whole_folder(folder) as draft:
+    with whole_folder(folder) as draft, ExitStack() as stack:
         code = code_digest() + source_digest((work.__module__,))
         by_key = {result_key(own.rig, own.content(), settings, code): own for own in sources}
-        files = {key: Path(folder) / "rows" / f"{key}.parquet" for key in by_key}
-        rows = (row for file in files.values() if file.exists() for row in campaign_rows.read_rows(file))
-        known = {row["key"]: row for row in rows if row["error"] is None}
+        files = {key: Path(folder) / "rows" / f"{key}.json" for key in by_key}
+        rows = {key: campaign_rows.read_row(file) for key, file in files.items() if file.exists()}
+        known = {key: row for key, row in rows.items() if row["error"] is None}
         progress(len(known), len(by_key), None)
         if waiting := {key: source for key, source in by_key.items() if key not in known}:
-            with connected(scheduler, workers) as client:
-                for row in _arriving(client, waiting, partial(work, settings=settings)):
-                    campaign_rows.write_rows([row], files[row["key"]])
-                    known[row["key"]] = campaign_rows.complete(row)
-                    progress(len(known), len(by_key), row)
+            client = _remote(scheduler, stack) if scheduler is not None else _local(workers, stack)
+            for row in _arriving(client, waiting, work, settings):
+                write_atomically(files[row["key"]], document_text(row))
+                known[row["key"]] = campaign_rows.complete(row)
+                progress(len(known), len(by_key), row)
         found = [known[key] for key in by_key]
-        campaign_rows.write_rows(found, draft / CONSOLIDATED)
+        write_atomically(draft / CONSOLIDATED, campaign_rows.parquet_bytes(found))
     return found
 
 
@@ -133,66 +133,45 @@ def result_key(rig: str, content: str, settings: DiagnosisSettings, code: str) -
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:24]
 
 
-@contextmanager
-def connected(scheduler: str | None = None, workers: int | None = None) -> Iterator[Client]:
-    """Yield a Dask client of a scheduler, or of processes on this machine that are closed at the end."""
-    if scheduler is None:
-        # The scheduler makes its folder, too. No memory limit: pausing a diagnosis would not reduce the memory that it
-        # needs. Any free port for Dask's own pages: two campaigns may run at once.
-        with (
-            draft_folder() as scratch,
-            dask.config.set({**LOCAL, "temporary-directory": str(scratch)}),
-            LocalCluster(
-                n_workers=workers or os.cpu_count() or 1, threads_per_worker=1, memory_limit=0, dashboard_address=":0",
-                silence_logs=CRITICAL, local_directory=str(scratch),
-            ) as cluster,
-            Client(cluster) as client,
-        ):  # fmt: skip
-            yield client
-        return
+def _local(workers: int | None, stack: ExitStack) -> Client:
+    """Start processes on this machine, which end with the stack. No memory limit: a paused diagnosis frees nothing."""
+    scratch = stack.enter_context(draft_folder())
+    stack.enter_context(dask.config.set({**LOCAL, "temporary-directory": str(scratch)}))
+    return stack.enter_context(
+        Client(
+            n_workers=workers or os.cpu_count() or 1,
+            threads_per_worker=1,
+            memory_limit=0,
+            dashboard_address=":0",  # any free port, as two campaigns may run at once
+            silence_logs=CRITICAL,
+        )
+    )
+
+
+def _remote(scheduler: str, stack: ExitStack) -> Client:
+    """Connect to a scheduler whose workers run the code of this process: results of other code are not its own."""
     try:
-        client = Client(scheduler, timeout=CONNECTING)
-    except (OSError, ValueError) as error:
+        client = stack.enter_context(Client(scheduler, timeout=CONNECTING))
+        client.wait_for_workers(1, timeout=CONNECTING)
+        digests = client.run(code_digest)
+    except (OSError, ValueError, ImportError) as error:
         raise ConfigurationError(
-            f"no Dask scheduler answers at {scheduler}; start one with `dask scheduler` and give its tcp:// address."
+            f"no Dask scheduler answers at {scheduler} with a worker that has this software; start `dask "
+            f"scheduler`, and `dask worker {scheduler} --nthreads 1 --nworkers -1` on every machine."
         ) from error
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=CONNECTING)
-            digests = client.run(code_digest)
-        except TimeoutError:
-            raise ConfigurationError(
-                f"the scheduler at {scheduler} has no worker; start some with "
-                f"`dask worker {scheduler} --nthreads 1 --nworkers -1`."
-            ) from None
-        except ImportError as error:
-            raise ConfigurationError(
-                f"a worker cannot import {error.name}; install this software, with its cluster extra, on every machine."
-            ) from error
-        # The rows of workers whose code differs would be taken for results of this version.
-        if others := sorted(worker for worker, digest in digests.items() if digest != code_digest()):
-            raise ConfigurationError(
-                f"the worker at {others[0]} runs another version of this software ({len(others)} of {len(digests)} "
-                "do); install the same one on every machine."
-            )
-        yield client
+    if any(digest != code_digest() for digest in digests.values()):
+        raise ConfigurationError(
+            f"workers of {scheduler} run another version of this software; install the same one on every machine."
+        )
+    return client
 
 
-def _arriving(client: Client, waiting: Mapping[str, Source], work: Callable[[Source], Row]) -> Iterator[Row]:
-    """Yield each row as it arrives.
-
-    A worker gets one rig at a time: when a worker dies, Dask suspects every rig that it held, and gives up a rig that
-    it has suspected four times.
-    """
-    left, at_work = iter(waiting.items()), as_completed()
-
-    def supply() -> None:
-        free = max(1, len(client.nthreads())) - at_work.count()
-        for key, source in islice(left, max(0, free)):
-            at_work.add(client.submit(work, source, key=key, pure=False))
-
-    supply()
-    for future in at_work:
+def _arriving(
+    client: Client, waiting: Mapping[str, Source], work: Callable[..., Row], settings: DiagnosisSettings
+) -> Iterator[Row]:
+    """Give all rigs to the workers, and yield each row as it arrives."""
+    futures = [client.submit(work, source, settings, key=key, pure=False) for key, source in waiting.items()]
+    for future in as_completed(futures):
         if future.cancelled():
             raise ConfigurationError(
                 "the scheduler went away; the results so far are kept, and the same command continues from there."
@@ -203,5 +182,4 @@ def _arriving(client: Client, waiting: Mapping[str, Source], work: Callable[[Sou
             row = {"rig": waiting[future.key].rig, "error": f"{type(error).__name__}: {error}"}
         # While this process holds a future, Dask would compute its result again after the death of a worker.
         future.release()
-        supply()
         yield row | {"key": future.key}

@@ -1,7 +1,7 @@
 """The rows of a campaign: what was found and, in columns that begin with ``true_``, what is true; and their figures.
 
-A row holds plain values by column, which travel between processes and fit a line of a Parquet table. The diagnosis
-never sees the truth; rows are judged against it afterwards.
+A row holds plain values by column, which travel between processes and stand in a JSON file. The diagnosis never sees
+the truth; rows are judged against it afterwards.
 
 *Named first*: the strongest entry is an effect of the rig, on an axis on which it acts; an effect that acts on several
 axes is true on each of them. *False*: an entry that the rig does not have; an "unknown" entry is false on every rig
@@ -10,6 +10,7 @@ of a parameter or coefficient holds the true value.
 """
 
 import io
+import json
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
@@ -17,18 +18,16 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
+import pandas as pd
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.files import write_atomically
 from heli_identifier.online import Estimate, ModelParameters
-from heli_identifier.results import Table
+from heli_identifier.results import Table, plain
 from heli_identifier.tools.rigs import Truth
 from heli_identifier.tracing import Diagnosis, FoundEffect, NamedShape, PeriodicShape, RigVerdict
 from heli_plant.effects import AXES
 
-Row = dict[str, Any]  # values by column; a missing column is null
+Row = dict[str, Any]  # values by column
 Entry = tuple[str, str]  # name and axis
 BASE = ModelParameters._fields  # parameters of the simplified model, by the paper's symbols
 UNKNOWN = "unknown"  # name of an entry for a torque that is no effect of the catalogue
@@ -36,80 +35,64 @@ UNKNOWN = "unknown"  # name of an entry for a torque that is no effect of the ca
 ERRORS = {f"{axis}_1s_{stage}_rad": (axis, stage) for axis in AXES for stage in ("before", "after", "noise_floor")}
 """Columns of the 1 s prediction errors [rad]: their axis, and of what."""
 
-_TEXT, _NUMBER = pa.string(), pa.float64()
-_EFFECT = {
-    "name": _TEXT, "axis": _TEXT, "coefficient": _NUMBER, "standard_error": _NUMBER, "score": _NUMBER,
-    "verdict": _TEXT, "alternatives": pa.list_(_TEXT), "variable": _TEXT, "frequency_hz": _NUMBER,
-}  # fmt: skip
-_POSSIBLE = {"name": _TEXT, "axis": _TEXT, "score": _NUMBER, "in_plant": pa.bool_()}
-SCHEMA = pa.schema(
-    {
-        **dict.fromkeys(("rig", "key", "error", "verdict"), _TEXT),
-        "effects": pa.list_(pa.struct(_EFFECT)),
-        "possible": pa.list_(pa.struct(_POSSIBLE)),
-        "closed_loop": pa.bool_(),
-        "held_out_nats": _NUMBER,
-        **{f"{axis}_use": _TEXT for axis in AXES},
-        **{column: _NUMBER for symbol in BASE for column in (symbol, f"{symbol}_se")},
-        **dict.fromkeys((*ERRORS, "seconds"), _NUMBER),
-        "measures": pa.map_(_TEXT, _NUMBER),
-        "true_kind": _TEXT,
-        "true_effects": pa.list_(pa.struct({"name": _TEXT, "axis": _TEXT, "coefficient": _NUMBER})),
-        "true_unknown": pa.struct({"axis": _TEXT, "variable": _TEXT}),
-        **{f"true_{symbol}": _NUMBER for symbol in BASE},
-    }
-)
-"""Columns and their types."""
+COLUMNS = (
+    "rig", "key", "error", "verdict", "effects", "possible", "closed_loop", "held_out_nats",
+    *(f"{axis}_use" for axis in AXES),
+    *(column for symbol in BASE for column in (symbol, f"{symbol}_se")),
+    *ERRORS, "seconds", "measures", "true_kind", "true_effects", "true_unknown",
+    *(f"true_{symbol}" for symbol in BASE),
+)  # fmt: skip
+"""All columns; the value of one that a row lacks is None."""
 
 
 def complete(row: Row) -> Row:
-    """Return a row with every column, None in those that it lacks."""
-    return dict.fromkeys(SCHEMA.names) | row
+    """Return a row with every column."""
+    return dict.fromkeys(COLUMNS) | row
 
 
-def read_rows(path: Path) -> list[Row]:
-    """Read rows as :func:`write_rows` wrote them; ConfigurationError if the file is not a result of a campaign."""
+def read_row(path: Path) -> Row:
+    """Read a row of a campaign; ConfigurationError if the file is none."""
     try:
-        return pq.read_table(path, schema=SCHEMA).to_pylist(maps_as_pydicts="strict")
-    except (pa.ArrowException, OSError) as error:
+        return complete(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
         raise ConfigurationError(f"{path} is not a result of a campaign: {error}; move it away.") from error
 
 
-def write_rows(rows: Sequence[Row], path: Path) -> Path:
-    """Write rows as a Parquet file, of which no reader sees half; ConfigurationError if the folder does not take it."""
-    buffer, table = io.BytesIO(), pa.Table.from_pylist([complete(row) for row in rows], schema=SCHEMA)
-    pq.write_table(table, buffer, compression="zstd")
-    try:
-        return write_atomically(path, buffer.getvalue())
-    except OSError as error:
-        raise ConfigurationError(f"{path} cannot be written: {error}.") from error
+def parquet_bytes(rows: Sequence[Row]) -> bytes:
+    """Return rows as a Parquet file."""
+    buffer = io.BytesIO()
+    pd.DataFrame(rows, columns=COLUMNS).to_parquet(buffer)
+    return buffer.getvalue()
 
 
 def diagnosis_columns(diagnosis: Diagnosis) -> Row:
     """Return what was found: verdict, effects, parameters after with standard errors, errors, seconds."""
     row: Row = {
-        "verdict": diagnosis.verdict.value,
+        "verdict": diagnosis.verdict,
         "effects": [_effect(found) for found in diagnosis.effects],
-        "possible": [{name: getattr(found, name) for name in _POSSIBLE} for found in diagnosis.possible],
+        "possible": [
+            {key: getattr(own, key) for key in ("name", "axis", "score", "in_plant")} for own in diagnosis.possible
+        ],
         "closed_loop": diagnosis.closed_loop,
         "held_out_nats": diagnosis.held_out.gain.value,
         "seconds": diagnosis.seconds,
-        **{f"{axis}_use": diagnosis.axes[axis].use.value for axis in AXES},
     }
+    for axis, report in diagnosis.axes.items():
+        row[f"{axis}_use"] = report.use
     for symbol in BASE:
         estimate = diagnosis.parameters_after[symbol]
         row[symbol], row[f"{symbol}_se"] = estimate.value, estimate.standard_error
     for column, (axis, stage) in ERRORS.items():
         row[column] = getattr(diagnosis.axes[axis], stage).prediction_1s.value
-    return row
+    return plain(row)
 
 
 def _effect(found: FoundEffect) -> Row:
-    shape, row = found.shape, {name: getattr(found, name, None) for name in _EFFECT}
-    if found.coefficient:
-        row |= {"coefficient": found.coefficient.value, "standard_error": found.coefficient.standard_error}
-    return row | {
-        "verdict": found.verdict.value,
+    shape, known = found.shape, found.coefficient
+    return {
+        **{key: getattr(found, key) for key in ("name", "axis", "score", "verdict")},
+        "coefficient": known.value if known else None,
+        "standard_error": known.standard_error if known else None,
         "alternatives": [" ".join(entry) for entry in found.alternatives],
         "variable": None if isinstance(shape, NamedShape) else shape.variable,
         "frequency_hz": shape.frequency_hz if isinstance(shape, PeriodicShape) else None,
@@ -198,9 +181,11 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     kinds = []
     for kind in dict.fromkeys(row["true_kind"] for row, _ in done):
         own = [judgement for row, judgement in done if row["true_kind"] == kind]
-        counts = {key: sum(bool(hit(one)) for one in own) for key, (_, hit) in COUNTED.items()}
-        unknown = {} if kind else {key: 0 for key in COUNTED if key not in VERDICTS}
-        kinds.append({"kind": kind or "", "rigs": len(own), **counts, **unknown})
+        counts = {
+            key: sum(bool(hit(one)) for one in own) if kind or key in VERDICTS else 0
+            for key, (_, hit) in COUNTED.items()
+        }
+        kinds.append({"kind": kind or "", "rigs": len(own), **counts})
     return {
         "kinds": kinds,
         "effects": Counter(" ".join(entry) for _, own in done for entry in own.found).most_common(),

@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from importlib import import_module
-from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -251,18 +250,14 @@ def named_function(name: str) -> Callable:
         raise ConfigurationError(f"{name!r} must read module:function, for instance my_rigs:make.")
     try:
         found = getattr(import_module(module), function, None)
-    except ModuleNotFoundError as error:
-        raise ConfigurationError(_NOT_FOUND.format(f"{name}: module {error.name}")) from error
     except (Exception, SystemExit) as error:  # whatever the user's own file does
         raise ConfigurationError(
-            f"{name}: module {module} cannot be imported: {type(error).__name__}: {error}; mend it."
+            f"{name}: module {module} cannot be imported: {type(error).__name__}: {error}; mend it, or run from the "
+            "folder that holds it."
         ) from error
     if not callable(found):
         raise ConfigurationError(f"{name}: module {module} has no function {function}.")
     return found
-
-
-_NOT_FOUND = "{} cannot be found; run from the folder that holds it, or put that folder on PYTHONPATH."
 
 
 @cache
@@ -270,15 +265,11 @@ def source_digest(modules: tuple[str, ...]) -> str:
     """Return the digest of the source of modules, and of packages with everything in their folders; once a process."""
     files: list[Path] = []
     for module in modules:
-        try:
-            spec = find_spec(module)
-        except ModuleNotFoundError:
-            spec = None
-        if spec is None:
-            raise ConfigurationError(_NOT_FOUND.format(f"module {module}"))
-        folders = spec.submodule_search_locations or ()
+        found = import_module(module)
+        folders = getattr(found, "__path__", ())
         files += [path for folder in folders for path in sorted(Path(folder).rglob("*.py"))]
-        files += [Path(spec.origin)] if spec.has_location and spec.origin and not folders else []
+        if not folders and getattr(found, "__file__", None):
+            files.append(Path(str(found.__file__)))
     return _digest(files)
 
 
