@@ -1,9 +1,10 @@
-"""The fit: Gauss-Newton on the criterion between bounds, and a coarse scan of the air against local optima.
+"""The fit: Gauss-Newton on the criterion between bounds, from several airs against local optima.
 
 The plant's coordinates x, the air's z and what the logs have of their own, b, move together. A step is at most
-:data:`.settings.LARGEST_STEP` widths of a prior and is halved where F grows. Once a step brings nothing more, the air
-of every axis is tried on a coarse grid around where it is; the fit goes on from there where F falls. A first fit begins
-with the first :data:`.settings.COARSE` s of flight.
+:data:`.settings.LARGEST_STEP` widths of a prior and is halved where F grows. A first fit begins with the first
+:data:`.settings.COARSE` s of flight in each of the airs :data:`.settings.AIRS`, and every axis goes on from the best.
+Once a step brings nothing more, the air of every axis is tried on a coarse grid around where it is; the fit goes on
+from there where F falls.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +23,18 @@ from .likelihood import Likelihood, Point
 from .noise import physical
 from .rig import Array, Coordinate, Parameters
 from .sensitivity import Quadratic, linearise
-from .settings import AIR_SCAN, COARSE, CONVERGED, FARTHEST, HALVINGS, ITERATIONS, LARGEST_STEP, OWN_PRIOR, ROUGHLY
+from .settings import (
+    AIR_SCAN,
+    AIRS,
+    COARSE,
+    CONVERGED,
+    FARTHEST,
+    HALVINGS,
+    ITERATIONS,
+    LARGEST_STEP,
+    OWN_PRIOR,
+    ROUGHLY,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,11 +186,26 @@ def fit(
         first = rig.assign(rig.parameters, {c.field: c.value(v) for c, v in zip(coordinates, within, strict=True)})
         some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
         beginning = replace(likelihood, records=some)
-        start = _searched(beginning, fields, first, beginning.resting(first), ROUGHLY)
+        airs = (np.repeat(np.array(air)[:, None], a, axis=1) for air in AIRS)
+        begun = (beginning.resting(first, z) for z in airs)
+        start = _joined([_searched(beginning, fields, first, point, ROUGHLY, False) for point in begun])
         own = np.vstack((start.point.own, np.zeros((count - len(some), 4 * a))))
         start = replace(start, point=replace(start.point, own=own))
     point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
     return _searched(likelihood, fields, point.parameters, point, ROUGHLY if value_only else CONVERGED, not value_only)
+
+
+def _joined(begun: Sequence[Fit]) -> Fit:
+    """Take from the fit that explains an axis best its air, and the coordinates that this axis tells most of."""
+    least = min(begun, key=lambda own: own.value)
+    F = [own.likelihood.of_axes(own.e)[0] + 0.5 * (own.point.z**2).sum(0) for own in begun]
+    best = np.argmin(F, axis=0)
+    telling = best[least.quadratic.information[:, : len(least.x)].argmax(0)]
+    x = np.choose(telling, [own.x for own in begun])
+    z = np.choose(best, [own.point.z for own in begun])
+    own = np.choose(np.tile(best, 4), [own.point.own for own in begun])
+    joined = Fit.at(least.likelihood, least.coordinates, x, replace(least.point, z=z, own=own))
+    return min(least, joined, key=lambda own: own.value)
 
 
 def _placed(
