@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from time import perf_counter
 
 from benchmarks.harness import ROOT, Bar, bar_table, section, table
-from heli_identifier.records import demo_logs, read_log
+from heli_identifier.records import demo_files, read_log
 from heli_identifier.results import significant
 
 ROUNDS = 3
@@ -32,7 +32,7 @@ def diagnose(rig: str, cache: Path, cold: bool) -> None:
     """Diagnose a demonstration rig, three logs to fit and one held out."""
     if cold:
         shutil.rmtree(cache, ignore_errors=True)
-    training, held_out = (list(map(str, logs)) for logs in demo_logs(rig))
+    training, held_out = (list(map(str, logs)) for logs in demo_files(rig))
     with TemporaryDirectory() as output:
         heli("diagnose", *training, "--validate", *held_out, "--output", output + "/out", HELI_CACHE_DIR=str(cache))
 
@@ -41,7 +41,7 @@ def commands() -> str:
     """Measure single commands in turn, so that a busy moment of the machine affects all of them."""
     with TemporaryDirectory() as folder:
         cache = Path(folder) / "cache"
-        (log,) = demo_logs("rig-a")[1]
+        (log,) = demo_files("rig-a")[1]
         contenders: dict[str, Callable[[], object]] = {
             "`heli --help`": partial(heli, "--help"),
             "`read_log` of 90 s in Python": partial(read_log, log),

@@ -25,7 +25,7 @@ from benchmarks.rigs import DETECTABLE
 from fmu_src.master import run_apart
 from heli_identifier.files import write_atomically
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR
-from heli_identifier.records import demo_logs
+from heli_identifier.records import demo_files
 from heli_identifier.results import Axes, figure, figure_file
 from heli_identifier.results.report import report_page
 from heli_identifier.tracing import diagnose
@@ -143,7 +143,7 @@ def report() -> bytes:
 
 def report_of_rig_a() -> str:
     """Give the page that `heli demo` writes of rig-a."""
-    training, held_out = demo_logs("rig-a")
+    training, held_out = demo_files("rig-a")
     return report_page(diagnose(training, held_out=held_out), "rig-a")
 
 

@@ -41,7 +41,7 @@ from fmu_src.master import run
 from heli_identifier import following
 from heli_identifier.following import Event, FollowSettings, Sample
 from heli_identifier.live import Clock, Datagram, tick
-from heli_identifier.records import demo_logs
+from heli_identifier.records import demo_files
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 from tests.blind.coefficients import Coefficients
@@ -356,7 +356,7 @@ def step_cost() -> str:
     """Return the processor time of a step [us]: 59 s of the scenario less 20 s of it, so that building cancels."""
     spent = [process_time()]
     for seconds in (20.0, 59.0):
-        run("follow", seconds, H, {"player.log.path": str(demo_logs("rig-a")[0][0])})
+        run("follow", seconds, H, {"player.log.path": str(demo_files("rig-a")[0][0])})
         spent.append(process_time())
     micro = 1e6 * (spent[2] - 2.0 * spent[1] + spent[0]) / 3900
     return f"{micro:.0f} us of processor time a step (at most 250), on a rig that the twin does not fit"

@@ -51,7 +51,7 @@ def diagnosed(case: Case) -> Any:
 
 def identified(rig: str, method: str) -> Any:
     """Give the histories of the on-line identifier over the logs of a demonstration rig."""
-    found = hi.identify([hi.read_log(path) for path in hi.demo_logs(rig)[0]], method=method)
+    found = hi.identify(hi.demo_logs(rig)[0], method=method)
     histories = {one.name: one.parameters.ravel()[::EVERY].tolist() for one in found.histories}
     return {"document": steady(found.to_dict()), "histories": histories}
 

@@ -31,7 +31,7 @@ from scipy.signal import savgol_coeffs
 from benchmarks.halves import rig_logs
 from benchmarks.harness import Words, table
 from heli_identifier.chain import SETTLING
-from heli_identifier.records import DEMO_RIGS, Log, demo_logs, read_logs
+from heli_identifier.records import DEMO_RIGS, Log, demo_logs
 from heli_identifier.results import significant
 from heli_identifier.tracing import diagnose
 from heli_identifier.tracing.settings import SMOOTHING, SPACING
@@ -177,7 +177,7 @@ def judged(rig: str, training: Sequence[Log], held_out: Sequence[Log]) -> pandas
 
 def outside(rigs: Words, start: Annotated[float, typer.Option("--from")] = 6.0, csv: Path | None = None) -> None:
     """Judge all on the demonstration rigs and on measured ones; write the errors to the file ``csv``."""
-    data = {rig: [list(read_logs(paths)) for paths in demo_logs(rig)] for rig in DEMO_RIGS}
+    data = {rig: [list(logs) for logs in demo_logs(rig)] for rig in DEMO_RIGS}
     data |= {Path(rig).name.partition(":")[0]: [rig_logs(rig, start)[k::2] for k in (0, 1)] for rig in rigs}
     rows = pandas.concat([judged(rig, *logs) for rig, logs in data.items()])
     cells = rows.map(lambda cell: significant(cell) if isinstance(cell, float) else cell)

@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from heli_identifier import tools
 from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.records import Log, demo_logs, read_log, write_log
+from heli_identifier.records import Log, demo_files, read_log, write_log
 from heli_identifier.tools import (
     CONSOLIDATED,
     Rig,
@@ -370,7 +370,7 @@ def heli(*words):
 
 @pytest.mark.slow
 def test_folder_of_rigs_is_diagnosed_from_the_command_line_and_a_bad_one_is_listed(tmp_path):
-    training, held = demo_logs("rig-a")
+    training, held = demo_files("rig-a")
     folder_with(tmp_path, "rigs/b/train.csv", "rigs/b/held.csv", "rigs/a/readme.txt")
     for path in (training[0], held[0]):
         # Half a minute of two logs is enough to see what a row holds, in a few seconds.

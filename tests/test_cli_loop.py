@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from fmu_src import UNITS, build
 from heli_identifier.cli.app import app
 from heli_identifier.errors import IdentifierError, LogError
-from heli_identifier.records import LogFormat, demo_logs, write_log
+from heli_identifier.records import LogFormat, demo_files, write_log
 from heli_identifier.results.parameters import plant_values, read_parameters
 from heli_identifier.results.unit import check_free_run, unit_run
 from heli_identifier.tools import read_split
@@ -34,7 +34,7 @@ def run(*words):
 @pytest.fixture(scope="module")
 def diagnosed(tmp_path_factory):
     """The folder that ``heli diagnose`` leaves for a log of rig-a, and what it printed."""
-    (training, *_), held_out = demo_logs("rig-a")
+    (training, *_), held_out = demo_files("rig-a")
     folder = tmp_path_factory.mktemp("rig-a") / "result"
     words = ["diagnose", training, "--validate", *held_out, "--output", folder, "--json"]
     code = "from heli_identifier.cli import main; main()"
@@ -63,7 +63,7 @@ def test_the_parameters_of_a_diagnosis_build_the_unit_that_it_delivered(diagnose
 
 def test_a_check_passes_on_a_log_of_the_same_rig_and_fails_on_one_of_another(diagnosed, tmp_path):
     parameters = diagnosed[0] / "parameters.json"
-    (own,), (other,) = demo_logs("rig-a")[1], demo_logs("rig-c")[1]
+    (own,), (other,) = demo_files("rig-a")[1], demo_files("rig-c")[1]
     passed = run("check", own, "--parameters", parameters, "--junit", tmp_path / "passed.xml")
     failed = run("check", other, "--parameters", parameters, "--junit", tmp_path / "failed.xml", "--json")
     assert (passed.exit_code, failed.exit_code) == (0, 1)
@@ -76,7 +76,7 @@ def test_a_check_passes_on_a_log_of_the_same_rig_and_fails_on_one_of_another(dia
 
 
 def test_the_corrected_unit_beside_the_log_is_the_corrected_plant(diagnosed, tmp_path):
-    (held,) = demo_logs("rig-a")[1]
+    (held,) = demo_files("rig-a")[1]
     file = tmp_path / "run.csv"
     words = ("simulate", "plant_beside_log", "--log", held, "--output", file, "--plot", tmp_path / "run.svg")
     assert run(*words, "--fmu", f"plant={diagnosed[0] / 'HelicopterPlant.fmu'}").exit_code == 0
@@ -157,7 +157,7 @@ def test_of_a_single_log_the_last_third_is_held_out_and_no_sample_is_in_both(log
 
 
 def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_path):
-    (first, second, _), _ = demo_logs("rig-c")
+    (first, second, _), _ = demo_files("rig-c")
     said = run("identify", first, second, "--to", 45, "--output", tmp_path / "out", "--json")
     assert said.exit_code == 0
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"parameters.json", "history.csv", "history.svg"}

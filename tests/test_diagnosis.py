@@ -10,8 +10,7 @@ import pytest
 
 from heli_identifier.errors import LogError
 from heli_identifier.online import ModelParameters
-from heli_identifier.records import demo_logs
-from heli_identifier.records.data_set import read_logs
+from heli_identifier.records import demo_files, demo_logs
 from heli_identifier.tracing import Determination, RigVerdict, Use, Verdict, diagnose
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import TABLE_2, checked
@@ -29,7 +28,7 @@ def diagnosed():
     """Diagnoses of the three rigs; the share of the work that is reported only grows."""
     results = {}
     for rig in RIGS:
-        training, held_out = (read_logs(paths) for paths in demo_logs(rig))
+        training, held_out = demo_logs(rig)
         shares = []
         results[rig] = diagnose(
             training, held_out=held_out, progress=lambda what, share, seen=shares: seen.append(share)
@@ -152,7 +151,7 @@ def test_a_log_too_short_is_refused_with_the_bound():
 
 def diagnosis_of_a_process(folder, seed, threads):
     """Diagnose two demonstration logs in a process of its own; gives diagnosis.json without its times."""
-    (first, second, _), (held,) = demo_logs("rig-a")
+    (first, second, _), (held,) = demo_files("rig-a")
     words = ["diagnose", first, second, "--validate", held, "--to", "40", "--output", "out"]
     limits = {f"{library}_NUM_THREADS": str(threads) for library in ("OPENBLAS", "OMP", "MKL", "NUMBA")}
     subprocess.run(

@@ -13,7 +13,7 @@ from heli_identifier.cli.app import app
 from heli_identifier.cli.terminal import print_diagnosis
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
-from heli_identifier.records import RigConfiguration, demo_logs, read_log
+from heli_identifier.records import RigConfiguration, demo_files, read_log
 from heli_identifier.tools import Rig
 from heli_identifier.tools.campaign import diagnosed
 from heli_identifier.tracing import DiagnosisSettings, diagnose, sign_notes
@@ -22,7 +22,7 @@ from heli_identifier.tracing.fit import covariance, fit
 from heli_plant.parameters import TABLE_2
 from tests.diagnosis_example import example
 
-TRAINING, HELD_OUT = demo_logs("rig-a")
+TRAINING, HELD_OUT = demo_files("rig-a")
 WRONG = TABLE_2.theta0 + 0.05
 """Off by 3 degrees, some fifty standard errors of an estimate."""
 
@@ -93,7 +93,7 @@ def test_an_effect_far_from_what_the_configuration_expects_of_it_is_named(logs):
     )
 
 
-RIG_C = demo_logs("rig-c")[0]
+RIG_C = demo_files("rig-c")[0]
 PITCH, SWAP = "pitch = -1 under [log.signs]", "swap_rotors = true under [log]"
 ELEVATION = "elevation = -1 under [log.signs]"
 

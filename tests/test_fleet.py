@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from heli_identifier.cli.app import app
 from heli_identifier.online import Estimate
-from heli_identifier.records import demo_logs
+from heli_identifier.records import demo_files
 from heli_identifier.tools import Finding, fleet_html, fleet_of, fleet_sentence, rig_folders
 from heli_identifier.tools.fleet_page import effect_table
 from heli_identifier.tools.meta_analysis import pooled
@@ -239,7 +239,7 @@ def folder_of(place, *logs):
 
 
 def test_folders_of_one_name_are_told_apart(tmp_path):
-    log = demo_logs("rig-a")[0][0]
+    log = demo_files("rig-a")[0][0]
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()
     folders = [folder_of(tmp_path / lab / "rig", log) for lab in "ab"]
@@ -248,7 +248,7 @@ def test_folders_of_one_name_are_told_apart(tmp_path):
 
 def test_all_logs_are_read_first_and_a_bad_log_or_rig_is_lost_alone(tmp_path, monkeypatch):
     names = {"one": "rig-a", "broken": "rig-a", "two": "rig-b", "odd": "rig-c"}
-    folders = [folder_of(tmp_path / name, *(logs[0] for logs in demo_logs(of))) for name, of in names.items()]
+    folders = [folder_of(tmp_path / name, *(logs[0] for logs in demo_files(of))) for name, of in names.items()]
     for folder, name in ((folders[0], "held_2.csv"), (folders[1], "train.csv")):
         for old in folder.glob("train*") if name == "train.csv" else ():
             old.unlink()
@@ -275,7 +275,7 @@ def test_all_logs_are_read_first_and_a_bad_log_or_rig_is_lost_alone(tmp_path, mo
 
 
 def test_a_configuration_of_this_folder_is_taken_for_rigs_without_one_and_that_is_said(tmp_path, monkeypatch):
-    (log, *_), (held,) = demo_logs("rig-a")
+    (log, *_), (held,) = demo_files("rig-a")
     folders = [folder_of(tmp_path / name, log, held) for name in ("one", "other")]
     monkeypatch.chdir(tmp_path)
     (tmp_path / "heli.toml").write_text("[log]\nstart = 1e6\n")  # refused once it is applied

@@ -17,7 +17,7 @@ from heli_identifier.cli.in_flight import Adviser, part
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live import USUAL_LAYOUT, Datagram, encode, read_layout
 from heli_identifier.online import Estimate
-from heli_identifier.records import demo_logs, read_log, write_log
+from heli_identifier.records import demo_files, read_log, write_log
 from heli_identifier.results.parameters import PLANT, ParameterSet, plant_values
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
@@ -40,7 +40,7 @@ def rows_of(path):
 def flight(tmp_path_factory):
     """A folder with a log of 12 s, too short for a diagnosis, and the parameters of a twin of this rig."""
     folder = tmp_path_factory.mktemp("flight")
-    write_log(read_log(demo_logs("rig-c")[1][0], end=12.0), folder / "log.csv")
+    write_log(read_log(demo_files("rig-c")[1][0], end=12.0), folder / "log.csv")
     ParameterSet(PLANT, plant_values(TABLE_2, {"k_x": Estimate(TABLE_2.k_x, 0.001, "rad/s^2/V")})).write(
         folder / "parameters.json"
     )
@@ -158,7 +158,7 @@ def test_what_came_in_before_the_command_was_ended_is_on_disk(flight, tmp_path, 
 
 @pytest.mark.slow
 def test_a_log_is_followed_to_its_end_and_diagnosed(flight, tmp_path):
-    log = demo_logs("rig-c")[1][0]
+    log = demo_files("rig-c")[1][0]
     done = subprocess.run(
         [*MAIN, "follow", str(log), "-p", str(flight / "parameters.json"), "--speed", "0", "-o", "out"],
         cwd=tmp_path, capture_output=True, text=True, check=False,

@@ -25,7 +25,7 @@ from heli_identifier.live.screen import draw_screen
 from heli_identifier.live.session import Journal, Session, check_unused
 from heli_identifier.live.sources import Player, send
 from heli_identifier.online import Estimate
-from heli_identifier.records import CONTRACT, Log, LogFormat, demo_logs, read_log
+from heli_identifier.records import CONTRACT, Log, LogFormat, demo_files, read_log
 from heli_identifier.results import PLANT, ParameterSet, plant_values
 from heli_plant.parameters import TABLE_2
 
@@ -254,7 +254,7 @@ def followed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("session")
     known = {"k_x": Estimate(TABLE_2.k_x, 0.001, "rad/s^2/V")}
     session = Session(folder, ParameterSet(PLANT, plant_values(TABLE_2, known)))
-    log, views = read_log(demo_logs("rig-c")[1][0], end=12.0), []
+    log, views = read_log(demo_files("rig-c")[1][0], end=12.0), []
     session.run(Player(log, 0.0), lambda: False, views.append)
     session.close()
     return folder, session, views, log

@@ -12,7 +12,7 @@ from fmu_src import OPEN_LOOP, MasterError
 from fmu_src.master import run_apart
 from heli_identifier.cli.app import app
 from heli_identifier.online import Estimate
-from heli_identifier.records import demo_logs
+from heli_identifier.records import demo_files
 from heli_identifier.results.parameters import ParameterSet, plant_values
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from tests.units import needs_a_compiler
@@ -108,7 +108,7 @@ def test_build_and_ssp_write_native_units_of_either_version(tmp_path):
 @pytest.mark.slow
 def test_diagnose_hands_back_both_units_with_the_same_start_values(tmp_path):
     needs_a_compiler()
-    (first, second, _), (held,) = demo_logs("rig-a")
+    (first, second, _), (held,) = demo_files("rig-a")
     words = ["diagnose", first, second, "--validate", held, "--native", "--output", tmp_path / "result"]
     done = CliRunner().invoke(app, list(map(str, words)))
     assert done.exit_code == 0 and "HelicopterPlant-native.fmu" in done.stderr

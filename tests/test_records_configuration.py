@@ -9,7 +9,7 @@ from heli_identifier.records import (
     LogFormat,
     RigConfiguration,
     common_configuration,
-    demo_logs,
+    demo_files,
     read_configuration,
     read_log,
     write_template,
@@ -89,6 +89,6 @@ def test_a_wrong_configuration_gets_one_sentence_that_names_file_key_and_way_out
 
 def test_what_is_given_of_the_rig_is_the_configuration_that_all_logs_were_read_with():
     rig = RigConfiguration(motor_time_constant=0.12, format=LogFormat(encoder_counts=(2000, 2000, 2000)))
-    (path, second, *_), _ = demo_logs("rig-a")
+    (path, second, *_), _ = demo_files("rig-a")
     own, too, other = read_log(path, rig), read_log(second, rig), read_log(second)
     assert [common_configuration(logs) for logs in ((own, too), (own, other), (other, own), ())] == [rig, *[None] * 3]

@@ -11,10 +11,10 @@ import pytest
 from scipy.io import savemat
 
 from heli_identifier.errors import LogError
-from heli_identifier.records import LogFormat, demo_logs, opening, read_log
+from heli_identifier.records import LogFormat, demo_files, opening, read_log
 from heli_identifier.records.opening import apart
 
-TRUE = read_log(demo_logs("rig-c")[1][0], end=20.0)
+TRUE = read_log(demo_files("rig-c")[1][0], end=20.0)
 NAMES = ("time", "v_front", "v_rear", "pitch", "elevation", "travel")
 UNITS = ("s", "V", "V", "rad", "rad", "rad")
 HEADERS = [f"{name} [{unit}]" for name, unit in zip(NAMES, UNITS, strict=True)]

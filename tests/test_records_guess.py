@@ -10,9 +10,9 @@ from typer.testing import CliRunner
 
 from heli_identifier.cli.app import app
 from heli_identifier.errors import LogError
-from heli_identifier.records import demo_logs, guess, read_configuration, read_log, suspicions
+from heli_identifier.records import demo_files, guess, read_configuration, read_log, suspicions
 
-TRUE = read_log(demo_logs("rig-b")[0][0], end=45.0)
+TRUE = read_log(demo_files("rig-b")[0][0], end=45.0)
 RNG = np.random.default_rng(7)
 
 

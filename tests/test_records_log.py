@@ -15,7 +15,7 @@ from heli_identifier.records import (
     Log,
     check_apart,
     check_excitation,
-    demo_logs,
+    demo_files,
     read_data_set,
     read_log,
     read_logs,
@@ -98,7 +98,7 @@ def test_a_voltage_that_is_constant_in_every_log_leaves_nothing_to_identify():
 
 
 def test_no_log_may_count_twice_even_under_another_name(tmp_path):
-    first, second, _ = demo_logs("rig-a")[0]
+    first, second, _ = demo_files("rig-a")[0]
     copy = shutil.copy(second, tmp_path / "copy.csv")
     with pytest.raises(LogError, match=r"copy.csv is held out for validation but shares samples with .*train2.csv"):
         check_apart(*read_data_set([first, second], [copy]))

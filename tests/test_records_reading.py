@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heli_identifier.errors import LogError
-from heli_identifier.records import LogFormat, RigConfiguration, demo_logs, read_log
+from heli_identifier.records import LogFormat, RigConfiguration, demo_files, read_log
 from heli_identifier.records.units import CONTRACT_HEADERS, SIGNALS
 
-HELD = demo_logs("rig-c")[1][0]
+HELD = demo_files("rig-c")[1][0]
 LINES = HELD.read_text().splitlines()[:1002]
 # parsed by NumPy instead
 TRUTH = np.loadtxt(io.StringIO("\n".join(LINES)), delimiter=",", skiprows=1)

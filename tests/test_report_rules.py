@@ -158,5 +158,5 @@ def test_no_sentence_of_a_measured_rig_contradicts_its_document():
 @pytest.mark.slow
 @pytest.mark.parametrize("rig", DEMO_RIGS)
 def test_no_sentence_of_a_diagnosed_rig_contradicts_its_document(rig):
-    training, held_out = hi.read_data_set(*hi.demo_logs(rig))
+    training, held_out = hi.demo_logs(rig)
     check_rules(hi.diagnose(training, held_out=held_out))

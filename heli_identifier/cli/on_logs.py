@@ -401,7 +401,7 @@ def demo(output: args.Folder = Path("build")) -> None:
     for rig in rigs:
         typer.echo(f"\n{rig}: reading its logs and looking for what the model lacks")
         folder = output / "demo" / rig
-        diagnosis, training, held_out = diagnosed(*hi.demo_logs(rig), hi.RigConfiguration(name=rig), folder)
+        diagnosis, training, held_out = diagnosed(*records.demo_files(rig), hi.RigConfiguration(name=rig), folder)
         typer.echo(f"{rig}: {len(training)} logs fitted, {len(held_out)} held out")
         terminal.print_diagnosis(diagnosis)
         typer.echo(f"report: {folder / 'report.html'}  corrected plant: {folder / 'HelicopterPlant.fmu'}")

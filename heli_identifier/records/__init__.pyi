@@ -11,6 +11,7 @@ from .data_set import check_excitation as check_excitation
 from .data_set import check_moving as check_moving
 from .data_set import common_configuration as common_configuration
 from .data_set import counted_once as counted_once
+from .data_set import demo_files as demo_files
 from .data_set import demo_logs as demo_logs
 from .data_set import excitation_notes as excitation_notes
 from .data_set import read_data_set as read_data_set

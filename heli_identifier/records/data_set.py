@@ -58,12 +58,8 @@ def read_data_set(
 
 
 @typed
-def demo_logs(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
-    """Give the files of a demonstration rig, with which the loop can be tried without a rig.
-
-    ``rig`` is one of `DEMO_RIGS`; the README.md beside the files says what each holds. Gives the paths of the training
-    logs and those of the held-out logs.
-    """
+def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Give the files of the training logs and of the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
     if rig not in DEMO_RIGS:
         raise LogError(f"there is no demonstration rig {rig!r}; choose one of {', '.join(DEMO_RIGS)}.")
     folder = _DEMO_FOLDER / rig
@@ -71,6 +67,14 @@ def demo_logs(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     if not training or not held_out:
         raise LogError(f"the demonstration logs are missing from {folder}; install the package again.")
     return training, held_out
+
+
+def demo_logs(rig: str) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
+    """Give the training logs and the held-out logs of a demonstration rig, with which the loop can be tried.
+
+    ``rig`` is one of `DEMO_RIGS`; the README.md beside the files says what each holds.
+    """
+    return read_data_set(*demo_files(rig))
 
 
 def _named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:

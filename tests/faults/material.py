@@ -10,11 +10,11 @@ import pytest
 from scipy.io import savemat
 
 from fmu_src import build
-from heli_identifier.records import demo_logs
+from heli_identifier.records import demo_files
 from heli_identifier.results.parameters import plant_values
 from heli_plant.parameters import TABLE_2
 
-_LINES = demo_logs("rig-c")[1][0].read_text().splitlines()[:2001]
+_LINES = demo_files("rig-c")[1][0].read_text().splitlines()[:2001]
 HEADER, ROWS = _LINES[0], _LINES[1:]
 HEADERS = HEADER.split(",")
 TIME, FRONT, REAR, PITCH, ELEVATION, TRAVEL = range(6)
