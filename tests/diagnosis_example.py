@@ -217,7 +217,7 @@ def example(logs=None):
         ),
         settings={
             "motor_time_constant": 0.08, "voltage_limit": 5.0, "rest_pitch": None, "keep_events": False,
-            "score_needed": 8.0, "operating_point": 1.25,
+            "score_needed": 8.0, "score_needed_certain": 6.0, "operating_point": 1.25,
         },
         notes=("voltages reach 5.10 V",),
         seconds=12.3,

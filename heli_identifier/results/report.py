@@ -169,7 +169,7 @@ def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
         facts += [(name.replace("_", " "), words.with_interval(own)) for name, own in effect.shape.parameters.items()]
     else:
         facts += [("description", effect.shape.description), ("plant", f"table.{effect.axis}.*")]
-    facts.append(("score", words.score_text(effect)))
+    facts.append(("score", words.score_text(effect, diagnosis.settings)))
     if effect.together:
         facts.append(("together", effect.together))
     if effect.alternatives:

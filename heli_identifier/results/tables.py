@@ -98,12 +98,16 @@ ERRORS = {
 GAIN_OF = dict(zip(AXES, GAINS, strict=True))
 """Gain of every axis by the paper's symbol."""
 
-SETTINGS = {"score_needed": "score to be shown", "counts": "encoder counts per turn"}
+SETTINGS = {
+    "score_needed": "score to be shown",
+    "score_needed_certain": "score to be shown, of what every rig has",
+    "counts": "encoder counts per turn",
+}
 """What settings are called whose names alone are not clear."""
 
 UNITS = {
     "motor_time_constant": "s", "voltage_limit": "V", "rest_pitch": "rad", "elevation_gain": "rad/s²/V",
-    "horizontal": "rad", "score_needed": "nats", "operating_point": "V",
+    "horizontal": "rad", "score_needed": "nats", "score_needed_certain": "nats", "operating_point": "V",
 }  # fmt: skip
 """Units of settings."""
 

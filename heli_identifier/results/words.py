@@ -1,8 +1,9 @@
 """How results are put into words: numbers with as many digits as their uncertainty leaves, names as people say them."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import floor, isfinite, log10
+from typing import Any
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing import (
@@ -15,7 +16,6 @@ from heli_identifier.tracing import (
     Use,
     Verdict,
 )
-from heli_identifier.tracing.settings import REFITTED
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
 
@@ -259,20 +259,21 @@ def held_out_sentence(diagnosis: DiagnosisFile) -> str:
     return typeset(said) + (decides if diagnosis.closed_loop else "")
 
 
-def score_text(effect: FoundEffect, needed: float | None = None) -> str:
-    """Give the score of an effect, and from which on it is established: ``needed`` [nats], less for what is certain."""
-    score = significant(effect.score)
-    if any(own.certain for own in CATALOGUE if (own.name, own.axis) == (effect.name, effect.axis)):
-        return f"{score} nats; every rig has it, so {REFITTED:g} show it"
-    return f"{score} nats" if needed is None else f"{score} of {needed:.3g} nats"
+def score_text(effect: FoundEffect, settings: Mapping[str, Any]) -> str:
+    """Give the score of an effect, and from which on it is established: less for what every rig has."""
+    every = any(own.certain for own in CATALOGUE if (own.name, own.axis) == (effect.name, effect.axis))
+    needed = settings["score_needed_certain" if every else "score_needed"]
+    return f"{significant(effect.score)} nats ({needed:.3g} show {'what every rig has' if every else 'it'})"
 
 
-def possible_sentence(effect: FoundEffect, needed: float) -> str:
-    """Say of a possible effect why it is no finding, of which ``needed`` [nats] make one, and why the plant has it."""
+def possible_sentence(effect: FoundEffect, settings: Mapping[str, Any]) -> str:
+    """Say of a possible effect why it is no finding, and why the plant has it or not."""
     gain, place = effect.left_out_gain, "in the plant" if effect.in_plant else "not in the plant"
     if gain is not None:
         place += f", as left-out logs {'gain' if gain > 0.0 else 'lose'} {abs(gain):.1f} nats with it"
-    return f"{effect_title(effect)}: possible, {score_text(effect, needed)}; {place}."
+    if effect.score > settings["score_needed"]:  # a friction that fades over less than the encoders resolve
+        place += "; slow turns that the encoders round look like it"
+    return f"{effect_title(effect)}: possible, {score_text(effect, settings)}; {place}."
 
 
 def remarks(notes: Iterable[str]) -> list[str]:

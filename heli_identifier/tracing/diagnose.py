@@ -121,7 +121,8 @@ def diagnose(
             for log in logs
         ),
         settings=asdict(settings)
-        | {"score_needed": found.selection.last.needed, "operating_point": rig.operating_point},
+        | {"score_needed": found.selection.last.needed(), "score_needed_certain": found.selection.last.needed(True)}
+        | {"operating_point": rig.operating_point},
         notes=(
             *data_notes,
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),

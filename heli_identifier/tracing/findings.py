@@ -108,7 +108,7 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     A delay of the voltages, in the rig or in its log, may explain the timing about as well.
     """
     score, value = lag_score(fitted), estimates(fitted, C, [LAG_FIELD])[LAG_FIELD]
-    if score <= selection.last.needed or abs(value.value) < TIMED:
+    if score <= selection.last.needed() or abs(value.value) < TIMED:
         return None
     around = selection.last.of_pinned(fitted.fields.index(LAG_FIELD))
     rivals = [e for e in around.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
@@ -142,13 +142,13 @@ def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -
         estimate = Estimate(found.value, found.standard_error, effect.unit)
         score, visibility = found.score, found.visibility
     error, largest = estimate.standard_error or 0.0, max(abs(effect.lower), abs(effect.upper))
-    verdict = Verdict.NOT_TESTABLE
+    verdict, needed = Verdict.NOT_TESTABLE, selection.last.needed(effect.certain)
     if found is None and effect.field != LAG_FIELD:
         why = "a defect of the logs looks like it"
     elif stated is not None:
         verdict, estimate, experiment = stated.verdict, stated.coefficient or estimate, stated.experiment
         score, why = stated.score, f"score {stated.score:.1f} nats"
-    elif score > selection.last.needed:
+    elif score > needed:
         verdict = Verdict.NOT_SHOWN
         why = f"score {score:.1f} nats beside what is in the plant, of which a fit with it keeps too little"
     elif visibility < LEAST_VISIBILITY:
@@ -159,7 +159,7 @@ def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -
         why = f"its standard error of {error:.2g}{unit} could not show even {largest:g}{unit}"
         experiment = effect.experiment
     else:
-        verdict, why = Verdict.NOT_SHOWN, f"score {score:.1f} nats, {selection.last.needed:.3g} needed"
+        verdict, why = Verdict.NOT_SHOWN, f"score {score:.1f} nats, {needed:.3g} needed"
     bound = None if verdict is Verdict.NOT_TESTABLE else _bound(effect, estimate)
     return CatalogueVerdict(effect.name, effect.axis, verdict, estimate, score, visibility, bound, why, experiment)
 

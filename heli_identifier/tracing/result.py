@@ -385,8 +385,8 @@ class DiagnosisFile:
     data: tuple[DataEntry, ...]
     """Every log."""
     settings: Mapping[str, Any]
-    """What was given of the rig, the score from which an effect is shown (`score_needed` [nats]), and the mean voltage
-    (`operating_point` [V])."""
+    """What was given of the rig, the score [nats] from which an effect is shown (`score_needed`, and
+    `score_needed_certain` for one that every rig has), and the mean voltage (`operating_point` [V])."""
     notes: tuple[str, ...]
     """Remarks that matter for this diagnosis."""
     seconds: float

@@ -25,7 +25,7 @@ from .fit import Fit, bounded_step
 from .noise import error_dynamics
 from .rig import Array, Coordinate, Effect
 from .sensitivity import linearise
-from .settings import KEPT, NAMED, NOT_MODELLED, SETTLING, STEP_APART, STEPS_TRIED
+from .settings import KEPT, NAMED, NOT_MODELLED, REFITTED, SETTLING, STEP_APART, STEPS_TRIED
 
 
 @dataclass(frozen=True)
@@ -117,10 +117,9 @@ class Scores:
         self.nuisance = [j for j, c in enumerate(inside) if c.field not in catalogue]
         self.nuisance += range(P, len(self.g))
 
-    @property
-    def needed(self) -> float:
-        """Score that establishes an effect [nats]."""
-        return max(NAMED, self.floor)
+    def needed(self, certain: bool = False) -> float:
+        """Score that establishes an effect [nats]; of one that is ``certain`` every rig has some."""
+        return max(REFITTED if certain else NAMED, self.floor)
 
     @property
     def selected(self) -> list[str]:
@@ -169,7 +168,7 @@ class Scores:
 
     def asked(self, name: str) -> float:
         """Score at which an effect enters the model [nats]: a fault of the log is named or is none."""
-        return self.needed if self.effects[name].fault else KEPT
+        return self.needed() if self.effects[name].fault else KEPT
 
     def inside(self, selected: Collection[str]) -> list[int]:
         """Columns of a model: the nuisance, the selected effects and their shapes where these were fitted."""
