@@ -226,7 +226,8 @@ def compare(
 ) -> None:
     """Compare two diagnoses: which parameters and effects differ by more than their intervals, which plant is better.
 
-    A plant is better on a log where the interval of its error 1 s ahead lies below the other's.
+    A plant is better on a log where the interval of its error 1 s ahead (.2 s where a controller flew) lies below the
+    other's.
     """
     recorded = args.logs_of(log, config, start, end)[0] if log else ()
     terminal.show(hi.compare(first, second, recorded), json, verbose)

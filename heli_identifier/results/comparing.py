@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import GAINS, Estimate
-from heli_identifier.records import Log, LogSource, read_logs
+from heli_identifier.records import LogSource, read_logs
 from heli_identifier.results.documents import plain, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters, read_parameters
 from heli_identifier.results.tables import Table, Tabular
-from heli_identifier.results.words import angle_text, effect_name, listed, with_interval
+from heli_identifier.results.words import AHEAD, angle_text, effect_name, listed, with_interval
 from heli_identifier.signatures import typed
 from heli_identifier.tracing import Diagnosis, DiagnosisFile, ErrorFigure, hold_to
 from heli_plant.effects import AXES
@@ -51,19 +51,16 @@ class Compared(NamedTuple):
 
 
 class ComparedError(NamedTuple):
-    """Errors 1 s ahead [rad] of both plants on one axis of one log."""
+    """Errors ahead [rad] of both plants on one axis of one log."""
 
     log: str
     axis: str
     first: ErrorFigure
     second: ErrorFigure
-    closed_loop: bool
 
     @property
     def outcome(self) -> str:
-        """Which plant is better: that whose interval lies below the other's. In closed loop nothing is said."""
-        if self.closed_loop:
-            return "decides nothing"
+        """Which plant is better: that whose interval lies below the other's."""
         if self.first.high < self.second.low:
             return "first is better"
         return "second is better" if self.second.high < self.first.low else "not told apart"
@@ -71,7 +68,7 @@ class ComparedError(NamedTuple):
     def to_dict(self) -> dict[str, Any]:
         """Give log, axis, outcome, and both errors with their intervals."""
         both = {"first": self.first, "second": self.second}
-        shown = {which: {"prediction_1s_rad": e.value, "interval": (e.low, e.high)} for which, e in both.items()}
+        shown = {which: {"error_rad": own.value, "interval": (own.low, own.high)} for which, own in both.items()}
         return {"log": self.log, "axis": self.axis, "outcome": self.outcome, **shown}
 
 
@@ -91,6 +88,8 @@ class Comparison(Tabular):
     """At which the gains are slopes [V]."""
     errors: tuple[ComparedError, ...] = ()
     """On the logs that were given."""
+    judged: str = "prediction_1s"
+    """Which error: 1 s ahead, or `ahead_200ms` where a controller flew."""
     shared: tuple[str, ...] = ()
     """Logs that both diagnoses were made of: with them the standard errors of a difference are too large or small."""
 
@@ -113,7 +112,7 @@ class Comparison(Tabular):
         for axis, two in self.uses.items():
             found.append((f"use of the {axis}", *two, "as before" if two[0] == two[1] else "differs"))
         for error in self.errors:
-            what = f"{error.log}, {error.axis} 1 s ahead [mrad]"
+            what = f"{error.log}, {error.axis} {AHEAD[self.judged]} [mrad]"
             found.append((what, angle_text(error.first), angle_text(error.second), error.outcome))
         return Table(title, ("what", *self.names, "outcome"), found)
 
@@ -129,11 +128,6 @@ class Comparison(Tabular):
                 f"Both diagnoses use {', '.join(self.shared)}: their estimates are not independent, and the intervals "
                 "of differences hold only roughly."
             )
-        if any(one.closed_loop for one in self.errors):
-            said.append(
-                "A controller flew the logs of a diagnosis. Voltages then answer the air, and errors 1 s ahead do not "
-                "say which plant is better."
-            )
         return tuple(said)
 
     def to_dict(self) -> dict[str, Any]:
@@ -141,7 +135,7 @@ class Comparison(Tabular):
         groups = {key: [one.to_dict() for one in getattr(self, key)] for key in ("parameters", "effects", "errors")}
         uses = {axis: dict(zip(("first", "second"), two, strict=True)) for axis, two in self.uses.items()}
         names = dict(zip(("first", "second"), self.names, strict=True))
-        return plain({**names, **groups, "use": uses, "notes": self.remarks})
+        return plain({**names, **groups, "judged": self.judged, "use": uses, "notes": self.remarks})
 
     def __repr__(self) -> str:
         return f"<Comparison: {self.table.title}>"
@@ -160,7 +154,8 @@ def compare(
     first, second : Diagnosis or path
         A diagnosis, or the folder that `heli diagnose` wrote.
     logs : Log, path, or sequence of them
-        Logs on which both plants are to predict 1 s ahead.
+        Logs on which both plants are to predict: 1 s ahead, or .2 s where a controller flew the logs of a diagnosis,
+        since voltages then answer the air.
 
     Returns
     -------
@@ -182,14 +177,16 @@ def compare(
         for one, two in zip(*mapped, strict=True)
     )
     files = [{entry.sha256: entry.file for entry in own.data if entry.sha256} for own in documents]
-    uses = {axis: (str(own.use), str(documents[1].axes[axis].use)) for axis, own in documents[0].axes.items()}
+    judged = "ahead_200ms" if any(own.closed_loop for own in documents) else "prediction_1s"
+    errors = [hold_to(own.plant(), dict.fromkeys(AXES, inf), read_logs(logs), judged) for own in plants if logs]
     return Comparison(
         names,
         parameters,
         effects,
-        uses,
+        {axis: (str(own.use), str(documents[1].axes[axis].use)) for axis, own in documents[0].axes.items()},
         [float(own.settings["operating_point"]) for own in documents],
-        tuple(_errors(plants, read_logs(logs), any(own.closed_loop for own in documents))),
+        tuple(ComparedError(one.log, one.axis, one.error, two.error) for one, two in zip(*errors, strict=True)),
+        judged,
         tuple(files[0][key] for key in files[0] if key in files[1]),
     )
 
@@ -216,10 +213,3 @@ def _in_plant(document: DiagnosisFile) -> Iterator[tuple[str, Estimate]]:
     for entry in (*document.effects, *document.possible):
         if entry.in_plant and entry.coefficient is not None:
             yield effect_name(entry.name, entry.axis), entry.coefficient
-
-
-def _errors(plants: Sequence[ParameterSet], logs: Sequence[Log], closed_loop: bool) -> Iterator[ComparedError]:
-    if logs:
-        limits = dict.fromkeys(AXES, inf)
-        for one, two in zip(*(hold_to(own.plant(), limits, logs) for own in plants), strict=True):
-            yield ComparedError(one.log, one.axis, one.error, two.error, closed_loop)
