@@ -21,7 +21,7 @@ function ticks(low, high, count) {
   const step = power * [1, 2, 5, 10].find((m) => m * power >= raw);
   const digits = Math.max(0, -Math.floor(Math.log10(step)));
   const found = [];
-  for (let k = Math.ceil(low / step); k * step <= high; k++) found.push([k * step, (k * step).toFixed(digits)]);
+  for (let k = Math.ceil(low / step); k * step <= high; k++) found.push([k * step, (k * step).toFixed(digits).replace("-", "−")]);
   return found;
 }
 
@@ -41,7 +41,7 @@ function chart(parent, title, series) {
     let low = Math.min(...all), high = Math.max(...all);
     const margin = 0.06 * (high - low) || 0.01;
     low = title.includes("mrad") ? 0 : low - margin;
-    high += margin;
+    high += 3 * margin; // room for the title
     const x = (t) => frame.x + (frame.width * (t - begin)) / (end - begin);
     const y = (v) => frame.y + (frame.height * (high - v)) / (high - low);
     columns.forEach((column, k) => {
@@ -84,7 +84,7 @@ const draw = AXES.flatMap((axis, k) => [
 ]);
 
 function shown(value) {
-  return value === null || value === undefined ? "" : value === 0 ? "0" : Number(value.toPrecision(4)).toString();
+  return value === null || value === undefined ? "" : value === 0 ? "0" : Number(value.toPrecision(4)).toString().replace("-", "−");
 }
 
 function within(value, half) { // as many digits as half of the interval leaves
@@ -121,7 +121,7 @@ function table(values) {
     const estimate = value.estimate === null ? "" : within(value.estimate, value.band);
     row.append(cell(value.name), cell(shown(value.start), "", "at the start"),
       cell(shown(value.used), value.used !== value.start ? "changed" : "", "in use"),
-      cell(estimate, "", "estimate"), band(value), cell(value.unit));
+      cell(estimate, "", "estimate"), cell(value.unit), band(value));
     return row;
   }));
 }
