@@ -11,10 +11,10 @@ import io
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import typer
 
@@ -129,7 +129,7 @@ UNBOUNDED = 10_000
 
 
 def print_table(table: "results.Table", intervals: bool = True) -> None:
-    """Print a table; a column of figures stands at the right.
+    """Print a table with what there is to say of it; a column of figures stands at the right.
 
     On a terminal too narrow for it, figures stand without their intervals, unless these are asked for; then heads and
     prose break at spaces; then columns stand in parts, each behind the first ones, by which rows are told apart.
@@ -139,37 +139,41 @@ def print_table(table: "results.Table", intervals: bool = True) -> None:
     from rich.table import Table as Printed
 
     console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else UNBOUNDED)
-    title, figures, columns = table.title, table.figures, list(zip(table.columns, *table.rows, strict=True))
-    whole = [max(map(len, own)) for own in columns]
-    if _width(whole) > console.width and not intervals:
+    title, columns = table.title, list(zip(table.columns, *table.rows, strict=True))
+    if not intervals and _width([max(map(len, own)) for own in columns]) > console.width:
         title, columns = _INTERVAL.sub("", title), [tuple(_INTERVAL.sub("", cell) for cell in own) for own in columns]
-        whole = [max(map(len, own)) for own in columns]
-    least, blocks = whole, [[*range(len(columns))]]
-    if _width(whole) > console.width:
-        words = ([*own[0].split(), *(own[1:] if figure else " ".join(own[1:]).split())]
-                 for own, figure in zip(columns, figures, strict=True))  # fmt: skip
-        least = [min(max(map(len, own), default=0), console.width // 2) for own in words]
-        first = next((n for n in (1, 2) if len({row[:n] for row in map(tuple, table.rows)}) == len(table.rows)), 1)
-        blocks = [[*range(first)]]
-        for k in range(first, len(columns)):
-            if len(blocks[-1]) > first and _width([least[own] for own in (*blocks[-1], k)]) > console.width:
-                blocks.append([*range(first)])
-            blocks[-1].append(k)
+    least = []  # widths at which no figure and no word is broken
+    for (head, *cells), figure in zip(columns, table.figures, strict=True):
+        words = [*head.split(), *(cells if figure else " ".join(cells).split())]
+        least.append(min(max(map(len, words), default=0), console.width // 2))
+    first = 1 if len(set(columns[0][1:])) == len(table.rows) else 2
     console.print(results.typeset(title), style="bold")
-    for block in blocks:
-        made = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
-        widths, spare = {k: least[k] for k in block}, console.width - _width([least[k] for k in block])
-        for left, k in enumerate(sorted(block, key=lambda own: whole[own] - least[own]), -len(block)):
-            widths[k] += max(0, min(spare // -left, whole[k] - least[k]))
-            spare -= widths[k] - least[k]
+    for part in _parts(least, first, console.width):
+        printed = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
+        widths = {k: max(map(len, columns[k])) for k in part}
+        while _width(widths.values()) > console.width and (wide := [k for k in part if widths[k] > least[k]]):
+            widths[max(wide, key=widths.__getitem__)] -= 1
         for k, width in widths.items():
-            made.add_column(columns[k][0], justify="right" if figures[k] else "left", width=width, overflow="fold")
-        for row in zip(*(columns[k][1:] for k in block), strict=True):
-            made.add_row(*row)
-        console.print(made)
+            justify: Literal["right", "left"] = "right" if table.figures[k] else "left"
+            printed.add_column(columns[k][0], justify=justify, width=width, overflow="fold")
+        for row in zip(*(columns[k][1:] for k in part), strict=True):
+            printed.add_row(*row)
+        console.print(printed)
+    for text in table.remarks:
+        typer.echo(results.typeset(text))
 
 
-def _width(columns: Sequence[int]) -> int:
+def _parts(widths: Sequence[int], first: int, room: int) -> list[list[int]]:
+    """Divide columns into parts that are at most ``room`` wide; each has the ``first`` columns in front."""
+    parts = [[*range(first)]]
+    for k in range(first, len(widths)):
+        if len(parts[-1]) > first and _width([widths[own] for own in (*parts[-1], k)]) > room:
+            parts.append([*range(first)])
+        parts[-1].append(k)
+    return parts
+
+
+def _width(columns: Collection[int]) -> int:
     """Width of a printed table whose columns have these widths."""
     return sum(columns) + 3 * (len(columns) - 1) + 2
 
@@ -224,10 +228,7 @@ def progress_bar() -> Iterator[Progress]:
 
 def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False) -> None:
     """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue and intervals."""
-    typer.secho(results.verdict_line(diagnosis), bold=True)
-    for table, remarks in results.diagnosis_tables(diagnosis, reasons):
-        print_table(table, reasons)
-        for text in remarks:
-            typer.echo(results.typeset(text))
+    tables, verdict = results.diagnosis_tables(diagnosis, reasons), results.verdict_line(diagnosis)
+    answer(False, None, tables, heading=verdict, intervals=reasons)
     for text in results.remarks(diagnosis.notes):  # last, as what stands last on a terminal is seen
         warn(text)

@@ -75,7 +75,7 @@ def event_line(event: Any) -> str:
 def _table(*columns: str) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for number, name in enumerate(columns):
-        table.add_column(name, justify="left" if number == 0 or name == "unit" else "right")
+        table.add_column(Text(name), justify="left" if number == 0 or name == "unit" else "right")
     return table
 
 
@@ -88,7 +88,7 @@ def _axes(view: View) -> Table:
         last = view.past[-1]
         error = last["error"][i]
         worse = error is not None and declared is not None and error > 1.3 * declared
-        angles = [f"{last[which][i]:.4f}" for which in ("measured", "predicted")]
+        angles = [f"{last[which][i]:.4f}".replace("-", "−") for which in ("measured", "predicted")]
         shown = Text(_text(error, 1e3), style="yellow" if worse else "")
         table.add_row(axis, *angles, shown, _text(last["error_alone"][i], 1e3), _text(declared, 1e3))
     return table

@@ -2,7 +2,7 @@
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
@@ -17,11 +17,12 @@ _FIGURE = re.compile(r"[+−-]?\.?\d[\d., ]*(e[-+]?\d+)?( .*|%)?|–|")
 
 
 class Table(NamedTuple):
-    """A title, the heads of columns, and cells."""
+    """A title, the heads of columns, cells, and sentences below them."""
 
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
+    remarks: Sequence[str] = ()
 
     @property
     def figures(self) -> list[bool]:
@@ -241,18 +242,18 @@ def setting_table(diagnosis: Diagnosis) -> Table:
     return Table("Settings", ("setting", "value"), [*rows, *ran.get("versions", {}).items()])
 
 
-def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterable[tuple[Table, list[str]]]:
-    """Give the tables of a diagnosis with their remarks, with ``everything`` that of the catalogue as well."""
+def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterator[Table]:
+    """Give the tables of a diagnosis, with ``everything`` that of the catalogue as well."""
     found = effect_table(diagnosis)
     if found.rows:
-        told = "or: explains these logs about as well; the report says what to measure to decide"
-        yield found, [told] if any(row[-1] for row in found.rows) else []
-    yield gain_table(diagnosis), []
-    yield parameter_table(diagnosis), [words.held_out_sentence(diagnosis)]
-    yield error_table(diagnosis), []
+        rivals = ["or: explains these logs about as well; the report says what to measure to decide"]
+        yield found._replace(remarks=rivals if any(row[-1] for row in found.rows) else [])
+    yield gain_table(diagnosis)
+    yield parameter_table(diagnosis)._replace(remarks=[words.held_out_sentence(diagnosis)])
+    yield error_table(diagnosis)
     if everything:
         share = "visibility: share of an effect's signature that no change of the fitted parameters could imitate"
-        yield catalogue_table(diagnosis), [share, *untestable(diagnosis)]
+        yield catalogue_table(diagnosis)._replace(remarks=[share, *untestable(diagnosis)])
 
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
