@@ -6,7 +6,7 @@ shell gives it. An exception would not do. Python drops one that a signal raises
 or a ``__del__``, and a library may drop it or make another one of it.
 
 What differs between POSIX and Windows stands here; no other module asks which system this is. On Windows resource does
-not exist, nor do fork, SIGHUP and masks of signals, and an open file can be neither removed nor replaced.
+not exist, nor do fork and SIGHUP, and an open file can be neither removed nor replaced.
 """
 
 import os
@@ -90,17 +90,6 @@ def _end(number: int, _frame: FrameType | None) -> None:
             with suppress(Exception):
                 undo()
     os._exit(128 + number)
-
-
-@contextmanager
-def unheard(number: signal.Signals) -> Iterator[None]:
-    """Hold a signal back in the block; processes that are started in it never hear it (Windows: see NEW_GROUP)."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [number]) if _IS_POSIX else set()
-    try:
-        yield
-    finally:
-        if _IS_POSIX:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def python_command(code: str, *arguments: str) -> list[str]:

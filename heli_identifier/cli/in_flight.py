@@ -3,32 +3,29 @@
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 import heli_identifier as hi
-from heli_identifier import online, records, results, tools, tracing
+from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
-from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
 from heli_identifier.cli.guard import refuse
-from heli_identifier.cli.terminal import note, note_written, progress_bar, warn
-from heli_identifier.errors import ConfigurationError, IdentifierError
-from heli_identifier.files import write_atomically
-from heli_identifier.processes import end_with_parent, undone, unheard
+from heli_identifier.cli.terminal import note, progress_bar, warn
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.processes import undone
 from heli_identifier.provenance import from_command_line
 
 if TYPE_CHECKING:
-    from concurrent.futures import Future, ProcessPoolExecutor
+    from concurrent.futures import Future
 
     from heli_identifier.live.listening import Listening
-    from heli_identifier.live.session import Session, Show, View
+    from heli_identifier.live.session import Show, View
     from heli_plant.parameters import PlantParameters
 
 SERVED_AT = "127.0.0.1:8042"
@@ -71,10 +68,11 @@ def follow(
 
     Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies; then
     parameters.json and HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the
-    recording, in a folder of its own. The twin is replaced by that if the recording says that it is better. After an
+    recording, in a folder of its own. The twin is replaced by that if it is better in every respect. After an
     adoption the controller's margins are computed again: control_advice.json, and controller.json with gains that are
     offered, not applied.
     """
+    from heli_identifier.cli.after_flight import conclude
     from heli_identifier.live.screen import event_line
     from heli_identifier.live.session import Session, check_unused
     from heli_identifier.live.sources import Player
@@ -120,7 +118,7 @@ def follow(
         typer.echo(session.notice)
     if interrupted:
         note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
-    _conclude(session, output, configuration)
+    conclude(session, output, configuration)
     if interrupted:
         raise typer.Exit(INTERRUPTED)
 
@@ -210,160 +208,41 @@ def first_interrupt() -> Iterator[Callable[[], bool]]:
 
 
 class Adviser:
-    """Judges the controller of a parameters.json, by default the project's PID, in a process of its own; writes it."""
+    """Judges the controller of a parameters.json, by default the project's PID, in a thread of its own; writes it."""
 
     def __init__(self, folder: Path, controller: Path | None) -> None:
+        from concurrent.futures import ThreadPoolExecutor
+
         from heli_plant.control import PidSettings
 
         self.folder = folder
         self.settings = args.controller_of(PidSettings(), controller) if controller else None
-        self.pool: ProcessPoolExecutor | None = None
+        self.thread = ThreadPoolExecutor(1)
         self.asked: Future[tuple[dict[str, Any], hi.ParameterSet | None]] | None = None
         self.sentence = ""
 
     def ask(self, plant: "PlantParameters", errors: Mapping[str, float], elevation: float) -> None:
-        """Have the controller judged around a plant; what was asked before is left."""
-        from concurrent.futures import ProcessPoolExecutor
-        from multiprocessing import get_context
-
-        self.close()
-        with unheard(signal.SIGINT):  # Ctrl-C is for the command
-            self.pool = ProcessPoolExecutor(1, get_context("spawn"), end_with_parent, (os.getpid(),))
-            self.asked = self.pool.submit(tools.control_advice, plant, dict(errors), elevation, self.settings)
+        """Have the controller judged around a plant; what was asked before, and has not begun, is left."""
+        if self.asked is not None:
+            self.asked.cancel()
+        self.asked = self.thread.submit(tools.control_advice, plant, dict(errors), elevation, self.settings)
 
     def look(self, wait: bool = False) -> str:
         """Return what is to be said about the controller now, after a wait for it if asked for; write what is new."""
-        from concurrent.futures import BrokenExecutor
-
         if self.asked is not None and (wait or self.asked.done()):
             asked, self.asked = self.asked, None
             try:
                 document, gains = asked.result()
             except ConfigurationError as error:
                 self.sentence = f"The controller cannot be judged around the changed plant: {error}"
-            except BrokenExecutor:
-                self.sentence = (
-                    "The controller was not judged around the changed plant: the process that does so was ended from "
-                    "outside, for want of memory perhaps. `heli linearise` does it afterwards."
-                )
             else:
                 self.sentence = document["sentence"]
-                write_atomically(self.folder / ADVICE, results.document_text(document))
+                files: dict[str, Any] = {ADVICE: document}
                 if gains is not None:
-                    replace(gains, provenance=from_command_line()).write(self.folder / GAINS)
+                    files[GAINS] = replace(gains, provenance=from_command_line())
+                results.write_files(self.folder, files)
         return self.sentence
 
     def close(self) -> None:
-        """Let the process end, at once or with the question that it is at."""
-        if self.pool is not None:
-            self.pool.shutdown(wait=False, cancel_futures=True)
-
-
-# --- the end of a flight: its recording is diagnosed -----------------------------------------------------------------
-
-LONGEST = 600.0
-"""The end of a recording that is diagnosed [s]; more takes long and adds little."""
-
-DIAGNOSIS = "diagnosis"
-"""Folder of the recording's diagnosis."""
-
-LEAST_AFTER_CHANGE = 30.0
-"""Time after the last change from which on only that is diagnosed [s]: the rig before was another one."""
-
-
-def _conclude(session: "Session", folder: Path, configuration: "hi.RigConfiguration") -> None:
-    """Diagnose the recording; leave parameters and unit of the twin, or of the recording's plant if that is better."""
-    import numpy as np
-
-    from heli_identifier.live.session import EVENTS, IN_USE, PREDICTIONS, RECORDED
-
-    twin, path, better = session.in_use(), folder / RECORDED, None
-    twin.write(folder / IN_USE)
-    _deliver(twin, folder)
-    few = path.read_bytes().count(b"\n", 0, 4096) < 2
-    times = np.zeros(0) if few else np.loadtxt(path, delimiter=",", skiprows=1, usecols=0, ndmin=1)
-    begin, end, why = part(times, session.events)
-    if end - begin < tools.SHORTEST_TO_SPLIT:
-        note(f"{end - begin:.3g} s without a gap are too short for a diagnosis")
-    else:
-        note(f"diagnosed: {begin:.4g} s to {end:.4g} s of {path}{why}")
-        try:
-            better = _diagnosed_plant(path, folder, begin, end, configuration, twin)
-        except IdentifierError as error:
-            warn(f"the recording cannot be diagnosed: {error}")
-    names = [name for name in (EVENTS, RECORDED, PREDICTIONS, IN_USE, ADVICE, GAINS) if (folder / name).is_file()]
-    names += ["parameters.json", f"{twin.unit}.fmu"]
-    if better is None:
-        note_written(folder, names, ", as the twin flew last")
-    else:
-        _deliver(better, folder)
-        note_written(folder, (*names, *(f"{DIAGNOSIS}/{name}" for name in results.RESULTS)))
-
-
-def _deliver(plant: "hi.ParameterSet", folder: Path) -> None:
-    """Write the parameters and the unit of a plant."""
-    with results.whole_folder(folder) as draft:
-        plant.write(draft / "parameters.json")
-        hi.build(plant.unit, draft, plant)
-
-
-def _diagnosed_plant(
-    path: Path, folder: Path, begin: float, end: float, configuration: "hi.RigConfiguration", twin: "hi.ParameterSet"
-) -> "hi.ParameterSet | None":
-    """Diagnose a part of the recording, print the result, and give its plant if it is better than the twin."""
-    from heli_identifier.cli.on_logs import diagnosed
-
-    # The recording has the contract's columns, signs and units; what is left of the rig's own are its limits.
-    own = configuration.format
-    limits = hi.LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts)
-    rig = replace(configuration, format=limits)
-    diagnosis, _, held_out = diagnosed((path,), (), rig, folder / DIAGNOSIS, begin, end)
-    terminal.print_diagnosis(diagnosis)
-    gain = tracing.log_likelihood(diagnosis.plant_after, held_out) - tracing.log_likelihood(twin.plant(), held_out)
-    seconds = sum(log.duration for log in held_out)
-    compared = f"makes the last {seconds:.3g} s of the recording likelier by {abs(gain):.3g} nats than the"
-    if gain <= 0.0:
-        note(f"the twin {compared} diagnosis of the recording, and stays")
-        return None
-    note(f"the diagnosis of the recording {compared} twin, and replaces it")
-    better = results.corrected_parameters(diagnosis)
-    for text in (*better.doubts, *_drawbacks(diagnosis, better, twin, held_out)):
-        warn(f"although it replaces the twin, {text}")
-    return better
-
-
-def _drawbacks(
-    diagnosis: "hi.Diagnosis", better: "hi.ParameterSet", twin: "hi.ParameterSet", logs: "Sequence[hi.Log]"
-) -> Iterator[str]:
-    """Say which gains the diagnosis does not determine, and on which axes it predicts worse than the twin."""
-    for name, own in diagnosis.parameters.items():
-        if name in online.GAINS and own.determination is tracing.Determination.NOT_DETERMINED:
-            yield f"it does not determine {name}: {own.why}"
-    limits = dict.fromkeys(better.expected, inf)
-    both = (tracing.hold_to(own.plant(), limits, logs, better.judged) for own in (twin, better))
-    for old, new in zip(*both, strict=True):
-        if new.error.value > old.error.high:
-            worse, than = (results.angle_text(own.error) for own in (new, old))
-            yield f"the {new.axis}'s error {results.AHEAD[better.judged]} is {worse} mrad, the twin's {than} mrad"
-
-
-def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:
-    """Return begin and end [s] of what is diagnosed, and the reason in words.
-
-    It is the longest stretch without a gap, after the last change that was noticed if enough flight follows it.
-    """
-    import numpy as np
-
-    if len(times) < 2:
-        return 0.0, 0.0, ""
-    changes = [event["since_s"] for event in events if event["what"] in ("alarm", "adopted", "rolled back")]
-    first, why = times[0], ""
-    if changes and times[-1] - changes[-1] >= LEAST_AFTER_CHANGE:
-        first, why = changes[-1], f", after the last change at {changes[-1]:.4g} s"
-    elif changes:
-        why = f"; the rig may have changed within it, at {changes[-1]:.4g} s"
-    kept = times[times >= max(first, times[-1] - LONGEST)]
-    cuts = np.flatnonzero(np.diff(kept) > (records.GAP_STEPS + 0.5) * np.median(np.diff(times)))
-    begins, ends = kept[np.append(0, cuts + 1)], kept[np.append(cuts, len(kept) - 1)]
-    longest = int((ends - begins).argmax())
-    return float(begins[longest]), float(ends[longest]), why
+        """Leave what has not begun."""
+        self.thread.shutdown(wait=False, cancel_futures=True)

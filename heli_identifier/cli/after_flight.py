@@ -1,0 +1,117 @@
+"""The end of a flight: its recording is diagnosed, and the plant to go on with is written."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import heli_identifier as hi
+from heli_identifier import online, records, results, tools, tracing
+from heli_identifier.cli import terminal
+from heli_identifier.cli.in_flight import ADVICE, GAINS
+from heli_identifier.cli.on_logs import diagnosed
+from heli_identifier.cli.terminal import note, note_written, warn
+from heli_identifier.errors import IdentifierError
+from heli_identifier.live.session import EVENTS, IN_USE, PREDICTIONS, RECORDED, Session
+
+LONGEST = 600.0
+"""The end of a recording that is diagnosed [s]; more takes long and adds little."""
+
+DIAGNOSIS = "diagnosis"
+"""Folder of the recording's diagnosis."""
+
+LEAST_AFTER_CHANGE = 30.0
+"""Time after the last change from which on only that is diagnosed [s]: the rig before was another one."""
+
+
+def conclude(session: Session, folder: Path, configuration: hi.RigConfiguration) -> None:
+    """Diagnose the recording; leave parameters and unit of the twin, or of the recording's plant if that is better."""
+    twin, path, better = session.in_use(), folder / RECORDED, None
+    twin.write(folder / IN_USE)
+    _deliver(twin, folder)
+    times = np.loadtxt(path, delimiter=",", skiprows=1, usecols=0, ndmin=1) if session.recorded.rows else np.zeros(0)
+    begin, end, why = part(times, session.events)
+    if end - begin < tools.SHORTEST_TO_SPLIT:
+        note(f"{end - begin:.3g} s without a gap are too short for a diagnosis")
+    else:
+        note(f"diagnosed: {begin:.4g} s to {end:.4g} s of {path}{why}")
+        try:
+            better = _diagnosed_plant(path, folder / DIAGNOSIS, begin, end, configuration, twin)
+        except IdentifierError as error:
+            warn(f"the recording cannot be diagnosed: {error}")
+    if better is not None:
+        _deliver(better, folder)
+    names = [EVENTS, RECORDED, PREDICTIONS, IN_USE, ADVICE, GAINS, "parameters.json", f"{twin.unit}.fmu"]
+    names += [f"{DIAGNOSIS}/{name}" for name in results.RESULTS]
+    there = [name for name in names if (folder / name).is_file()]
+    note_written(folder, there, ", as the twin flew last" if better is None else "")
+
+
+def _deliver(plant: hi.ParameterSet, folder: Path) -> None:
+    """Write the parameters and the unit of a plant."""
+    with results.whole_folder(folder) as draft:
+        plant.write(draft / "parameters.json")
+        hi.build(plant.unit, draft, plant)
+
+
+def _diagnosed_plant(
+    path: Path, output: Path, begin: float, end: float, configuration: hi.RigConfiguration, twin: hi.ParameterSet
+) -> hi.ParameterSet | None:
+    """Diagnose a part of the recording, print the result, and give its plant if it is better than the twin."""
+    # The recording has the contract's columns, signs and units; what is left of the rig's own are its limits.
+    own = configuration.format
+    limits = hi.LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts)
+    diagnosis, _, held_out = diagnosed((path,), (), replace(configuration, format=limits), output, begin, end)
+    terminal.print_diagnosis(diagnosis)
+    better = results.corrected_parameters(diagnosis)
+    gain = tracing.log_likelihood(diagnosis.plant_after, held_out) - tracing.log_likelihood(twin.plant(), held_out)
+    seconds = sum(log.duration for log in held_out)
+    compared = f"makes the last {seconds:.3g} s of the recording likelier by {abs(gain):.3g} nats than the"
+    if gain <= 0.0:
+        note(f"the twin {compared} diagnosis of the recording, and stays")
+        return None
+    if drawbacks := [*_drawbacks(diagnosis, better, twin, held_out)]:
+        warn(f"the diagnosis of the recording {compared} twin, which stays nevertheless: {'; '.join(drawbacks)}")
+        return None
+    note(f"the diagnosis of the recording {compared} twin, and replaces it")
+    for text in better.doubts:
+        warn(text)
+    return better
+
+
+def _drawbacks(
+    diagnosis: hi.Diagnosis, better: hi.ParameterSet, twin: hi.ParameterSet, logs: Sequence[hi.Log]
+) -> Iterator[str]:
+    """Say which gains the diagnosis does not determine, and on which axes it predicts worse than the twin."""
+    for name, own in diagnosis.parameters.items():
+        if name in online.GAINS and own.determination is tracing.Determination.NOT_DETERMINED:
+            yield f"it does not determine {name} ({own.why})"
+    limits = dict.fromkeys(better.expected, inf)
+    both = (tracing.hold_to(own.plant(), limits, logs, better.judged) for own in (twin, better))
+    for old, new in zip(*both, strict=True):
+        if new.error.value > old.error.high:
+            worse, than = (results.angle_text(own.error) for own in (new, old))
+            yield f"its error {results.AHEAD[better.judged]} on the {new.axis} is {worse} mrad, the twin's {than} mrad"
+
+
+def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:
+    """Return begin and end [s] of what is diagnosed, and the reason in words.
+
+    It is the longest stretch without a gap, after the last change that was noticed if enough flight follows it.
+    """
+    if len(times) < 2:
+        return 0.0, 0.0, ""
+    changes = [event["since_s"] for event in events if event["what"] in ("alarm", "adopted", "rolled back")]
+    first, why = times[0], ""
+    if changes and times[-1] - changes[-1] >= LEAST_AFTER_CHANGE:
+        first, why = changes[-1], f", after the last change at {changes[-1]:.4g} s"
+    elif changes:
+        why = f"; the rig may have changed within it, at {changes[-1]:.4g} s"
+    kept = times[times >= max(first, times[-1] - LONGEST)]
+    cuts = np.flatnonzero(np.diff(kept) > (records.GAP_STEPS + 0.5) * np.median(np.diff(times)))
+    begins, ends = kept[np.append(0, cuts + 1)], kept[np.append(cuts, len(kept) - 1)]
+    longest = int((ends - begins).argmax())
+    return float(begins[longest]), float(ends[longest]), why
