@@ -11,11 +11,10 @@ import numpy as np
 import heli_identifier as hi
 from heli_identifier import online, records, results, tools, tracing
 from heli_identifier.cli import terminal
-from heli_identifier.cli.in_flight import ADVICE, GAINS
 from heli_identifier.cli.on_logs import diagnosed
 from heli_identifier.cli.terminal import note, note_written, warn
 from heli_identifier.errors import IdentifierError
-from heli_identifier.live.session import EVENTS, IN_USE, PREDICTIONS, RECORDED, Session
+from heli_identifier.live.session import ADVICE, EVENTS, GAINS, IN_USE, PREDICTIONS, RECORDED, Session
 
 LONGEST = 600.0
 """The end of a recording that is diagnosed [s]; more takes long and adds little."""

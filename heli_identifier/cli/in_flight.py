@@ -34,9 +34,6 @@ SERVED_AT = "127.0.0.1:8042"
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as that of every other command."""
 
-ADVICE, GAINS = "control_advice.json", "controller.json"
-"""Files: how the margins stand, and the gains that are offered, as parameters of the PidController."""
-
 RATE = "The rig's sampling rate; by default, found from its time stamps."
 
 
@@ -229,6 +226,8 @@ class Adviser:
 
     def look(self, wait: bool = False) -> str:
         """Return what is to be said about the controller now, after a wait for it if asked for; write what is new."""
+        from heli_identifier.live.session import ADVICE, GAINS
+
         if self.asked is not None and (wait or self.asked.done()):
             asked, self.asked = self.asked, None
             try:

@@ -26,6 +26,9 @@ from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
 """Files of a flight: what came in, predictions, events, and the parameters that the twin uses."""
 
+ADVICE, GAINS = "control_advice.json", "controller.json"
+"""Files: how the margins stand, and the gains that are offered, as parameters of the PidController."""
+
 DIAGNOSED = "diagnosis.json"
 """File of a diagnosis, which a flight ends with."""
 
