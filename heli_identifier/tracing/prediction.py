@@ -218,8 +218,7 @@ class Run:
                 rows = slice(first + done, min(first + done + block, free))
                 for _ in range(block + 1):
                     after, e[done : done + block] = self.model.run(flown, rig.still, calm, rows.start, rows.stop, state)
-                    answer = answered(laws, -e[: done + block], record.step, rig.axes)[done:]
-                    asked = record.inputs[rows] - answer
+                    asked = record.inputs[rows] + answered(laws, -e[: done + block], record.step)[done:]
                     moved = float(np.abs(asked - flown.inputs[rows]).max())
                     flown.inputs[rows] = asked
                     if not moved > SETTLED:
@@ -235,19 +234,12 @@ def counted(fitted: Fit) -> Array:
     return np.asarray(sum(record.weights.sum(0) for record in fitted.likelihood.records) > 0.0)
 
 
-def answered(laws: Sequence[Controller], delta: Array, h: float, axes: Sequence[str]) -> Array:
-    """Voltages (n, 2) [V] that laws take away for angles that differ by ``delta`` (n, a) [rad]."""
-    channels = np.zeros((len(delta), 2))
+def answered(laws: Sequence[Controller], delta: Array, h: float) -> Array:
+    """Voltages (n, 2) [V] with which laws answer angles that differ by ``delta`` (n, a) [rad]."""
+    volts = np.zeros((len(delta), 2))
     for law in laws:
-        sign, named, _ = CHANNELS[law.channel]
-        late = np.vstack((np.zeros((round(law.delay / h), delta.shape[1])), delta))[: len(delta)]
-        for axis, pole in zip(named, law.poles, strict=True):
-            y, a = late[:, axes.index(axis)], float(np.exp(-pole * h))
-            rate = lfilter([1.0, -1.0], [1.0, -a], y) * (1.0 - a) / h
-            channels[:, int(sign < 0.0)] += law.gains[axis] * y + law.gains[f"{axis} rate"] * rate
-            channels[:, int(sign < 0.0)] += law.gains.get(f"{axis} integral", 0.0) * h * np.cumsum(y)
-    total, difference = channels.T
-    return 0.5 * np.column_stack((total + difference, total - difference))
+        volts += 0.5 * law.answer(delta, h)[:, None] * np.array([1.0, CHANNELS[law.channel][0]])
+    return volts
 
 
 def made_by_itself(run: Run, seed: int = 0) -> Run | None:

@@ -38,18 +38,28 @@ CHANNELS: Mapping[str, tuple[float, tuple[str, ...], tuple[int, ...]]] = {
 """Each channel of the voltages: sign of the rear one, the axes it answers, their columns among the angles."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Controller:
     """The law of one channel as recovered from one log."""
 
     channel: str
     """Sum or difference of the voltages."""
-    gains: Mapping[str, float]
-    """Voltage taken away for one unit of an angle [V/rad], a rate [V s/rad] and, if any, an integral [V/(rad s)]."""
-    poles: tuple[float, ...]
-    """Rate q of each angle's derivative filter [1/s]."""
+    gains: Array
+    """Those of the regression, -(k, k') and with an integral term -k'', n angles each [V/rad, V s/rad, V/rad]."""
+    rates: Array
+    """Ln of (q of each of n angles, c), and with an integral term beta behind them."""
     delay: float
     """From reading the angles to their voltages [s]: 0, or one period of the controller."""
+
+    def answer(self, angles: Array, h: float) -> Array:
+        """Give the voltage (N,) [V] with which the law answers angles (N, 3) [rad]."""
+        y = angles[:, CHANNELS[self.channel][2]].T
+        late = round(self.delay / h)
+        read = np.pad(y, ((0, 0), (late, 0)))[:, : len(angles)]
+        answer = self.gains @ law_terms(np.vstack([read[:1], read]), self.rates, h)[1:]
+        if len(self.rates) == len(y) + 1:
+            return answer
+        return lfilter([1.0, -np.exp(-np.exp(self.rates[-1]) * h)], [1.0, -1.0], answer)
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,24 +209,13 @@ class _Law:
         self.shape: _Shape | None = None
         self.least = np.inf
 
-    def terms(self, signals: Array, rates: Array) -> Array:
-        """F v and the regressors of C, one row each."""
-        kept = np.exp(-np.exp(rates) * self.h)
-        slopes = [
-            lfilter([1.0, -1.0], [1.0, -a], y) * (1.0 - a) / self.h for a, y in zip(kept, signals[1:], strict=False)
-        ]
-        rows = np.vstack([signals, *slopes])
-        if len(rates) == self.n + 1:
-            return rows
-        return np.vstack([lfilter([1.0, -1.0], [1.0, -kept[-1]], rows), signals[1:]])
-
     def gains(self, shape: _Shape, rounds: int = 15) -> tuple[float, Array]:
         """Ln of the mean absolute innovation but for the largest tenth, and L1 gains by iteratively reweighted LS."""
         periods, rates = shape
         low, high = self.bounds[:, : len(rates)]
         if np.any(rates < low) or np.any(rates > high):
             return np.inf, np.array([])
-        rows = self.terms(self.steps[periods], rates)
+        rows = law_terms(self.steps[periods], rates, self.h)
         rows = rows[:, self.usable + 1] - np.exp(-np.exp(rates[self.n]) * self.h) * rows[:, self.usable]
         scale = np.abs(rows[1:]).mean(axis=1) + 1e-12
         target, bank = rows[0], rows[1:] / scale[:, None]
@@ -284,22 +283,28 @@ class _Law:
         if self.shape is None:
             clipped = f"{100.0 * self.clipped.mean():.0f} % of the samples are at the limit of {self.limit:.2f} V"
             return None, None, clipped if self.clipped.any() else "the log is too short or the voltages rest"
-        (periods, rates), n = self.shape, self.n
-        gains, rows = self.gains(self.shape)[1], self.terms(self.signals[periods], rates)
+        periods, rates = self.shape
+        gains, rows = self.gains(self.shape)[1], law_terms(self.signals[periods], rates, self.h)
         answer = gains @ rows[1:]
         free = np.flatnonzero(~self.clipped)
         outside = np.interp(np.arange(len(answer)), free, (rows[0] - answer)[free])
         share = float(outside.var() / (outside.var() + answer.var() + 1e-30))
-        slow, beta = (gains[2 * n :], float(np.exp(rates[-1]))) if len(rates) > n + 1 else (np.zeros(n), 0.0)
-        named = {axis: -float(gains[i] + slow[i]) for i, axis in enumerate(self.axes)}
-        named |= {f"{axis} rate": -float(gains[n + i]) for i, axis in enumerate(self.axes)}
-        named |= {f"{axis} integral": -beta * float(slow[i]) for i, axis in enumerate(self.axes) if beta}
-        law = Controller(self.channel, named, tuple(np.exp(rates[:n]).tolist()), periods * self.h)
+        law = Controller(self.channel, gains, rates, periods * self.h)
         if share < OUTSIDE_SHARE:
             return law, None, f"the outside has a share of {share:.2f} ({OUTSIDE_SHARE:g} is needed)"
         if reason := refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False):
             return None, None, f"no usual law fits and {reason.replace('it', 'what remains', 1)}"
         return law, np.interp(np.arange(len(self.log.angles)), self.rows, outside), ""
+
+
+def law_terms(signals: Array, rates: Array, h: float) -> Array:
+    """F v and the regressors of C, one row each, of a voltage and n angles (1 + n, N); ``rates`` as a controller's."""
+    kept, n = np.exp(-np.exp(rates) * h), len(signals) - 1
+    slopes = [lfilter([1.0, -1.0], [1.0, -a], y) * (1.0 - a) / h for a, y in zip(kept, signals[1:], strict=False)]
+    rows = np.vstack([signals, *slopes])
+    if len(rates) == n + 1:
+        return rows
+    return np.vstack([lfilter([1.0, -1.0], [1.0, -kept[-1]], rows), signals[1:]])
 
 
 def _with_rate(shape: _Shape, index: int, rate: float) -> _Shape:
