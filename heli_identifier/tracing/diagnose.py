@@ -89,7 +89,7 @@ def diagnose(
     labels, matrix = correlation(found.selection, [effect.field for effect in rig.effects])
     slopes = np.array([after.slope(name) for name in after.fields])
     joint = slopes[:, None] * found.covariance * slopes
-    before_values, after_values = _base(before, covariance(before)), _base(after, found.covariance)
+    before_values, after_values = base_estimates(before, covariance(before)), base_estimates(after, found.covariance)
     return Diagnosis(
         verdict=_verdict(effects),
         faults=faults,
@@ -208,7 +208,7 @@ def _verdict(effects: Sequence[FoundEffect]) -> RigVerdict:
     return RigVerdict.EFFECTS_SHOWN if effects else RigVerdict.MODEL_ADEQUATE
 
 
-def _base(fitted: Fit, C: Array) -> dict[str, Estimate]:
+def base_estimates(fitted: Fit, C: Array) -> dict[str, Estimate]:
     """Parameters of the simplified model by the paper's symbols; T_m with the lag that was fitted beside it."""
     rig = fitted.likelihood.rig
     effects = {effect.field for effect in rig.effects}
