@@ -161,7 +161,7 @@ def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_th
     ("kind", "parameters", "said"),
     [
         (AdaptiveIdentifier, {"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
-        (RigLink, {"link.address": "0.0.0.0"}, "would hear every network"),
+        (RigLink, {"link.address": "0.0.0.0"}, "stands for many machines or networks"),
         (RigLink, {"link.address": "192.0.2.1"}, "cannot be listened on"),  # TEST-NET-1, no machine's own
         (RigLink, {"link.address": "rig.example.org"}, "numeric address"),
         (RigLink, {"link.layout": "pitch"}, "lacks v_front"),

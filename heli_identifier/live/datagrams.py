@@ -152,8 +152,8 @@ def encode(sample: Datagram, layout: Layout) -> bytes:
 def read_address(text: str, what: str, least: int = -1) -> tuple[str, int]:
     """Return the numeric address and port of ``HOST:PORT``; an IPv6 address stands in brackets, a missing port is -1.
 
-    Names are not looked up, because that may wait for the network; ``localhost`` is known. A port below ``least`` is a
-    ConfigurationError, as is all that is no address.
+    Names are not looked up, because that may wait for the network; ``localhost`` is known. An address that stands for
+    many, a port below ``least`` and all that is no address are a ConfigurationError.
     """
     host, port = text.strip(), ""
     if host.startswith("["):
@@ -161,23 +161,18 @@ def read_address(text: str, what: str, least: int = -1) -> tuple[str, int]:
         port = port.removeprefix(":") if port else ""
     elif host.count(":") == 1:
         host, _, port = host.partition(":")
-    host = "127.0.0.1" if host == "localhost" else host
     try:
-        address = str(ip_address(host))
+        address = ip_address("127.0.0.1" if host == "localhost" else host)
     except ValueError:
-        address = ""
+        address = None
     # int() would also take +1_0 and the digits of other scripts
     number = int(port[:6]) if port.isascii() and port.isdigit() else -1
-    if not address or not least <= number <= 65535 or (port and number < 0):
+    if address is None or not least <= number <= 65535 or (port and number < 0):
         raise ConfigurationError(f"{what} = {text!r} must be a numeric address and a port, as 127.0.0.1:25000")
-    return address, number
-
-
-def is_every(host: str) -> bool:
-    """Whether a numeric address stands for all addresses of a machine: 0.0.0.0, ::, or ::ffff:0.0.0.0."""
-    address = ip_address(host)
-    mapped = getattr(address, "ipv4_mapped", None)
-    return address.is_unspecified or (mapped is not None and mapped.is_unspecified)
+    own = getattr(address, "ipv4_mapped", None) or address
+    if own.is_unspecified or own.is_multicast or str(own) == "255.255.255.255":
+        raise ConfigurationError(f"{what} = {text!r} stands for many machines or networks; name one address")
+    return str(address), number
 
 
 class Port:
@@ -190,16 +185,9 @@ class Port:
     """
 
     def __init__(self, address: str, number: int, sender: str, layout: Layout) -> None:
-        what = "the address to listen on"
-        host, _ = read_address(address, what)
-        if is_every(host):
-            raise ConfigurationError(f"{what} = {address!r} would hear every network; name one address of this machine")
-        if ip_address(host).is_multicast or host == "255.255.255.255":
-            raise ConfigurationError(f"{what} = {address!r} is a group's; name one address of this machine")
+        host, _ = read_address(address, "the address to listen on")
         self.layout = layout
         self.sender: tuple[str, int] | None = read_address(sender, "the sender") if sender else None
-        if self.sender is not None and (is_every(self.sender[0]) or self.sender[1] == 0):
-            raise ConfigurationError(f"the sender = {sender!r}: no datagram comes from there; name the rig's address")
         self.refused = self.foreign = self.elections = 0
         self.reason = self.note = ""
         self._named, self._any_port = bool(sender), self.sender is not None and self.sender[1] < 0

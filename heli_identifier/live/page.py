@@ -18,7 +18,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.live.datagrams import is_every, read_address
+from heli_identifier.live.datagrams import read_address
 from heli_identifier.live.session import Show, View
 from heli_identifier.results import plain
 
@@ -96,11 +96,9 @@ class _Handler(BaseHTTPRequestHandler):
 def served(address: str, title: str) -> Iterator[tuple[str, Show]]:
     """Serve the page while the block runs; give its address and what shows a view on it.
 
-    An address that is none or stands for all, and a port that is taken, are a ConfigurationError.
+    An address that is none or stands for many, and a port that is taken, are a ConfigurationError.
     """
     place = read_address(address, "--serve-at", 0)
-    if is_every(place[0]):
-        raise ConfigurationError(f"--serve-at {address} would show it to every network; name one address.")
     try:
         server = _Server(place, title)
     except OSError as error:
