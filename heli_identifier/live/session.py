@@ -19,7 +19,7 @@ from heli_identifier.live.listening import Listening, Status
 from heli_identifier.live.sources import Player
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
-from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text
+from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text, whole_folder
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters
 
@@ -133,16 +133,11 @@ class Session:
         declared = {axis: expected.prediction_1s_rad.value for axis, expected in parameters.expected.items()}
         self.declared = tuple(declared.get(axis) for axis in AXES)
         self.errors = {name: value.standard_error or 0.0 for name, value in parameters.values.items()}
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            is_file = isinstance(error, FileExistsError | NotADirectoryError)
-            fault = "is a file, a folder is needed there" if is_file else f"cannot be made: {error.strerror}"
-            raise ConfigurationError(f"{folder} {fault}; name another output folder.") from error
+        with whole_folder(folder):  # it is made, or said why not
+            check_unused(folder)
         self.events: list[dict[str, Any]] = []  # as they stand in their file
-        angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
-        check_unused(folder)
         self._write_events()
+        angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
         self.predictions = Journal(folder / PREDICTIONS, ["time [s]", *angles])
         self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
         self.twin: tuple[Follower, FollowState] | None = None  # from the first instant on
@@ -269,20 +264,17 @@ class Session:
 def _values(state: FollowState, plan: Follower) -> list[dict[str, Any]]:
     """Return the identified parameters, and whatever else the twin has changed."""
     names, estimates, start = plan.corrector.changeable, state.estimates, plan.corrector.settings.parameters
-    changed = zip(names, plan.corrector.alone.values, state.corrector.values.now.values, strict=True)
-    values = {name: (first, used) for name, first, used in changed}
+    pairs = zip(plan.corrector.alone.values, state.corrector.values.now.values, strict=True)
+    values = dict(zip(names, pairs, strict=True))
     found = []
     for field, estimate in estimates.parameters._asdict().items():
-        row = BY_FIELD[field]
+        row, band = BY_FIELD[field], 1.96 * getattr(estimates.standard_errors, field)
         first, used = values.pop(row.name, (getattr(start, field),) * 2)
-        error = getattr(estimates.standard_errors, field)
-        found.append((row.name, first, used, *((estimate, 1.96 * error) if estimates.adapting else (None, None))))
+        found.append((row.name, first, used, *((estimate, band) if estimates.adapting else (None, None))))
     if values["rotor.front"] == values["rotor.rear"]:  # as an event calls it
         values["rotor.both"] = values.pop("rotor.front")
         del values["rotor.rear"]
     found += [(name, first, used, None, None) for name, (first, used) in values.items() if used != first]
     units = {row.name: unit_text(row.unit) or "1" for row in PARAMETERS}
-    return [
-        {"name": name, "unit": units.get(name, "1"), "start": first, "used": used, "estimate": estimate, "band": band}
-        for name, first, used, estimate, band in found
-    ]
+    keys = ("name", "start", "used", "estimate", "band", "unit")
+    return [dict(zip(keys, (*row, units.get(row[0], "1")), strict=True)) for row in found]
