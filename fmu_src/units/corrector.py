@@ -96,15 +96,15 @@ class Corrector(SlaveBase):
             self.first = time
             self.state = following.start_correcting(self.plan, now)
             return
-        check_due(time - self.first - (self.state.samples + 1) * period, period, time)
+        check_due(time - self.first - (self.state.instants + 1) * period, period, time)
         report = self._report_of_the_identifier()
         state = self.state
-        while self.first + (state.samples + 1) * period <= time + _EARLY * period:
-            due_again = self.first + (state.samples + 2) * period <= time + _EARLY * period
+        while self.first + (state.instants + 1) * period <= time + _EARLY * period:
+            due_again = self.first + (state.instants + 2) * period <= time + _EARLY * period
             state, events = following.correct(state, now._replace(fresh=0.0) if due_again else now, report, self.plan)
             self.reports += len(events)
             self.last = events[-1] if events else self.last
-        if state.samples > self.state.samples:
+        if state.instants > self.state.instants:
             self.state = state
             self._show(state)
 

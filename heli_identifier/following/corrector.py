@@ -36,7 +36,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     instant = start_instant(start_state(*angles, *voltages), twin.parameters, plan)
     return CorrectorState(
         settled=plan.settling,
-        observer=Observer(instant, instant, voltages, Roughness(0.0, 0.0, 0, voltages, voltages, 1)),
+        observer=Observer(instant, voltages, Roughness(0.0, 0.0, 0, voltages, voltages, 1)),
         encoders=tuple([Encoder(angle) for angle in angles]),
         values=Values(twin, twin.values, twin.values, (0.0,) * len(twin.values)),
         predictions=Predictions((Copies(predicted=angles),) * 2),
@@ -51,17 +51,35 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
 def correct(
     state: CorrectorState, now: Sample, report: IdentifierReport, plan: FollowPlan
 ) -> tuple[CorrectorState, tuple[Event, ...]]:
-    """Take in the sample ``now`` of k = ``state.samples`` + 1, and what the identifier last said.
+    """Take in the sample ``now`` of the next instant, and what the identifier last said.
 
-    Returns the state after it, and the events that there are to report.
+    Returns the state after it, and the events that there are to report. Without a sample the instant waits for the next
+    one, until the stream counts as stopped.
     """
+    came_in, n = now.fresh > 0.5, state.waiting + 1
+    if not came_in and state.mode != "suspended" and n < plan.stop:
+        return state._replace(waiting=n, predictions=state.predictions._replace(compared=False)), ()
+    state, events = state._replace(waiting=0), list[Event]()
+    begin, end = state.observer.voltages, now[:2] if came_in else state.observer.voltages
+    for j in range(1, n):
+        front, rear = [a + j / n * (b - a) for a, b in zip(begin, end, strict=True)]
+        state, said = _pass_instant(state, now._replace(v_front=front, v_rear=rear, fresh=0.0), False, report, plan)
+        events += said
+    state, said = _pass_instant(state, now, not came_in, report, plan)
+    return state, (*events, *said)
+
+
+def _pass_instant(
+    state: CorrectorState, now: Sample, stopped: bool, report: IdentifierReport, plan: FollowPlan
+) -> tuple[CorrectorState, list[Event]]:
+    """Take in sample k = ``state.samples`` + 1, or an instant without one, at which the stream may have ``stopped``."""
     k, suspended, voltages, angles = state.samples + 1, state.mode == "suspended", now[:2], now[2:5]
     values, noise, came_in = state.values.at(k, plan), state.noise, now.fresh > 0.5
-    unseen = 0 if suspended else state.observer.unseen
-    observer, arrived = state.observer.advance(voltages, k, came_in and unseen > 0, values.now, plan)
-    weight, encoders, broken = Weight(()), state.encoders, suspended or unseen + 1 >= plan.stop
+    time = (k - 1) * plan.settings.sample_time
+    observer, arrived = state.observer.advance(voltages, time, came_in or suspended, noise, values.now, plan)
+    weight, encoders, broken = Weight(()), state.encoders, suspended or stopped
     if came_in:
-        weight = observer.weigh(unseen, noise, values.now.parameters, plan)
+        weight = observer.weigh(plan)
         scatter = tuple([a * b for a, b in zip(weight.deviations, noise, strict=True)])
         encoders, broken = read_encoders(encoders, angles, observer.instant, scatter, plan)
     fresh = came_in and not broken
@@ -76,19 +94,14 @@ def correct(
     elif k % plan.block < plan.stuck and any(one.still == plan.stuck for one in encoders):
         state = _withdraw_block(state, plan)
     sums = _take_innovations(state, angles, fresh, weight, noise, plan)
-    if fresh:
-        observer = state.observer.correct(angles, weight, plan)
-    else:
-        front, rear = state.observer.arrived
-        passed = (front + arrived[0], rear + arrived[1])
-        observer = state.observer._replace(unseen=state.observer.unseen + 1, arrived=passed)
+    observer = state.observer.correct(angles, weight, plan) if fresh else state.observer._replace(missing=True)
     state = state._replace(sums=sums, observer=observer)
     if k % plan.coarse == 0:
         state = _coarse_step(state, angles, fresh, plan)
     if k % plan.block == 0:
         state, said = judge_block(_close_block(state, plan), report, plan)
         events = events + said
-    return state, tuple(events)
+    return state, events
 
 
 def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:

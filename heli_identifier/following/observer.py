@@ -9,14 +9,13 @@ With (x, w, d) what g makes of them per unit, and the axis' own stiffness a and 
 
 so that e = delta psi + white noise for a change of size delta along g. psi is known before the sample is.
 
-**Gaps.** Under the last voltages the twin errs along with the rate, as a friction does. With the next sample it goes
-back to the gap's begin and through it once more, under voltages on a straight line between both ends,
+**Gaps.** Instants without a sample wait for the next one, and then pass under voltages on a straight line,
 
     V_j = V_0 + (V_n - V_0) j/n,     j = 0 .. n - 1  of  n  sampling intervals
 
-The state is then known less well, and the sample is weighed by the covariance (:mod:`.covariance`), with
-q_w = (k h sigma)^2/r for each lost voltage, k the gain of the axis. sigma is by how much the line misses, learned where
-no sample is missing, over two minutes:
+Under the last voltages the twin would err along with the rate, as a friction does. The state is known less well after a
+gap, and the sample is weighed by the covariance (:mod:`.covariance`), with q_w = (k h sigma)^2/r for each lost voltage,
+k the gain of the axis. sigma is by how much the line misses, learned where no sample is missing, over two minutes:
 
     sigma^2 = mean of (V_(k-1) - (V_(k-2) + V_k)/2)^2    for difference (front - rear) and sum of the voltages
 """
@@ -126,74 +125,59 @@ class Weight(NamedTuple):
 class Observer(NamedTuple):
     """What the observer remembers.
 
-    The twin now and at the last sample that came in (``begin``); ``voltages`` held since the last instant [V];
-    ``roughness`` of the voltages, which knows those of the last sample; P of the axes then (``covariances``, as in
-    Weight); instants ``unseen`` since, and the sum of the voltages that have ``arrived`` at the motors in them [V].
+    The twin now; ``voltages`` held from now on [V]; their ``roughness``; P of the axes (``covariances``), empty in the
+    steady state; whether the last instant was ``missing``, without a sample.
     """
 
     instant: Instant
-    begin: Instant
     voltages: Voltages
     roughness: Roughness
     covariances: tuple[Matrix, ...] = ()
-    unseen: int = 0
-    arrived: Voltages = (0.0, 0.0)
+    missing: bool = False
 
     def advance(
-        self, voltages: Voltages, k: int, crosses: bool, twin: Twin, plan: FollowPlan
+        self, now: Voltages, time: float, seen: bool, noise: Vector, twin: Twin, plan: FollowPlan
     ) -> "tuple[Observer, Voltages]":
-        """Return the observer at sample ``k``, before its correction, and the voltages that arrived since [V].
+        """Return the observer one sampling interval after ``time`` [s], and the voltages that arrived meanwhile [V].
 
-        ``voltages`` [V] are held from sample ``k`` on. Where ``k`` is the first sample after a gap it ``crosses`` the
-        gap once more; what arrived is then less by what the twin had taken for it before.
+        The voltages ``now`` [V] are held from then on; it is before the correction by a sample, if one is ``seen``.
+        ``noise``: standard deviations of the innovations of the axes in the steady state [rad].
         """
-        n, instant, first, front, rear = 1, self.instant, self.voltages, 0.0, 0.0
-        if crosses:
-            n, instant, first = self.unseen + 1, self.begin, self.roughness.last
-            front, rear = -self.arrived[0], -self.arrived[1]
-        for j in range(n):
-            held = first[0] + j / n * (voltages[0] - first[0]), first[1] + j / n * (voltages[1] - first[1])
-            instant, arrived = instant.advance(held, (k - n + j) * plan.settings.sample_time, twin, plan)
-            front, rear = front + arrived[0], rear + arrived[1]
-        return self._replace(instant=instant, voltages=voltages), (front, rear)
+        instant, arrived = self.instant.advance(self.voltages, time, twin, plan)
+        known, p, h = self.covariances, twin.parameters, plan.settings.sample_time
+        if known or not seen:
+            known, rough = known or tuple([one.covariance for one in plan.steady]), self.roughness
+            gains = p.k_x, p.k_z, p.k_y * sin(instant.memory.state.pitch)
+            missed = rough.difference, rough.total, rough.total
+            found = []
+            for P, one, k, square, deviation in zip(known, plan.steady, gains, missed, noise, strict=True):
+                of_rate = (k * h / deviation) ** 2 * square * one.variance if self.missing else 0.0
+                found.append(predict_covariance(P, h, one.gains.kept, of_rate, one.drive))
+            known = tuple(found)
+        return self._replace(instant=instant, voltages=now, covariances=known), arrived
+
+    def weigh(self, plan: FollowPlan) -> Weight:
+        """Return how much a sample counts that has come in."""
+        if not self.covariances:
+            return Weight(tuple([one.gains for one in plan.steady]))
+        found = []
+        for P, one in zip(self.covariances, plan.steady, strict=True):
+            gains, after = correct_covariance(P, one.gains.kept)
+            found.append((gains, sqrt((P[0][0] + 1.0) / one.variance), after))
+        return Weight(*zip(*found, strict=True))
 
     def correct(self, angles: Angles, weight: Weight, plan: FollowPlan) -> "Observer":
         """Return the observer after the correction by a sample of the ``angles`` [rad]."""
-        before, voltages, h = self.instant, self.voltages, plan.settings.sample_time
+        before, h = self.instant, plan.settings.sample_time
         kept, torque = measured_against(before.memory.state, before.torque, angles, weight.gains)
         rows = []
         for own, g in zip(before.sensitivities, weight.gains, strict=True):
             left = 1.0 - g.angle
             rows.append(tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in own]))
         instant = Instant(before.memory._replace(state=kept), torque, tuple(rows))
-        roughness = self.roughness.learn(voltages, self.unseen > 0, h)
+        roughness = self.roughness.learn(self.voltages, self.missing, h)
         recent = roughness.in_a_row < gap_memory(plan.settings.observer_bandwidth, h)
-        return Observer(instant, instant, voltages, roughness, weight.covariances if recent else ())
-
-    def weigh(self, unseen: int, noise: Vector, p: PlantParameters, plan: FollowPlan) -> Weight:
-        """Return how much a sample counts that came in after ``unseen`` instants without one.
-
-        ``noise``: standard deviations of the innovations of the axes in the steady state [rad].
-        """
-        known, rough, h = self.covariances, self.roughness, plan.settings.sample_time
-        if not known and unseen == 0:
-            return Weight(tuple([one.gains for one in plan.steady]))
-        of_travel = p.k_y * sin(self.instant.memory.state.pitch)
-        kicks = (
-            (p.k_x * h) ** 2 * rough.difference,
-            (p.k_z * h) ** 2 * rough.total,
-            (of_travel * h) ** 2 * rough.total,
-        )
-        found = []
-        for axis, steady in enumerate(plan.steady):
-            kept, P = steady.gains.kept, known[axis] if known else steady.covariance
-            P = predict_covariance(P, h, kept, 0.0, steady.drive)
-            of_rate = kicks[axis] * steady.variance / (noise[axis] * noise[axis])
-            for _ in range(unseen):
-                P = predict_covariance(P, h, kept, of_rate, steady.drive)
-            gains, after = correct_covariance(P, kept)
-            found.append((gains, sqrt((P[0][0] + 1.0) / steady.variance), after))
-        return Weight(*zip(*found, strict=True))
+        return Observer(instant, self.voltages, roughness, weight.covariances if recent else ())
 
 
 def start_instant(first: PlantState, p: PlantParameters, plan: FollowPlan) -> Instant:

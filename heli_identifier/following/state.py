@@ -134,11 +134,11 @@ class Values(NamedTuple):
 class CorrectorState(NamedTuple):
     """Everything remembered.
 
-    ``samples`` so far; ``mode``, and the sample ``since`` which it lasts; ``settled``: sample from which sums count.
-    ``blocks``: the last ones; ``tested``: D^T u and D^T W D of every change (:mod:`.evidence`) in those that the CUSUMs
-    take; the largest sum over its threshold (``alarm``), and ``run``: blocks for which the sum that gave it had been
-    above zero; ``scored``: blocks for which the score of each effect has been beyond its threshold; ``heard``: what the
-    identifier estimated after each block.
+    ``samples`` so far, after which instants without one are ``waiting`` for the next; ``mode``, and the sample
+    ``since`` which it lasts; ``settled``: sample from which sums count. ``blocks``: the last ones; ``tested``: D^T u
+    and D^T W D of every change (:mod:`.evidence`) in those that the CUSUMs take; the largest sum over its threshold
+    (``alarm``), and ``run``: blocks for which the sum that gave it had been above zero; ``scored``: blocks for which
+    the score of each effect has been beyond its threshold; ``heard``: what the identifier estimated after each block.
     """
 
     settled: int
@@ -152,6 +152,7 @@ class CorrectorState(NamedTuple):
     inflations: tuple[Inflation, ...]
     scored: tuple[int, ...]
     samples: int = 0
+    waiting: int = 0
     mode: str = "starting"
     since: int = 0
     blocks: tuple[Block, ...] = ()
@@ -160,6 +161,11 @@ class CorrectorState(NamedTuple):
     run: int = 0
     finding: Finding = NOTHING
     heard: tuple[Vector, ...] = ()
+
+    @property
+    def instants(self) -> int:
+        """Instants that have passed, with a sample or without one."""
+        return self.samples + self.waiting
 
     @property
     def noise(self) -> Vector:

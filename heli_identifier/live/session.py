@@ -188,7 +188,7 @@ class Session:
         plan, state = self.twin
         state, events = following.follow(state, sample, plan)
         self.twin, self._elevation = (plan, state), sample.elevation
-        self._time = state.corrector.samples * plan.corrector.settings.sample_time
+        self._time = state.corrector.instants * plan.corrector.settings.sample_time
         twins, window = state.corrector.predictions, plan.corrector.window
         if twins.compared:
             used, alone = twins.used, twins.alone
