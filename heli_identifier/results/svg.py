@@ -87,18 +87,29 @@ def figure(
     """Give axes from top to bottom, over one x, as an ``<svg>`` element described for those who hear it."""
     x_ends = x_limits or _range(np.concatenate([x for panel in panels for _, x, *_ in panel.marks]), log_x)
     margin = max(LEFT, *(LETTER * len(name) + 16.0 for panel in panels for name in panel.names), 0.0)
-    height = TOP + sum(panel.height + GAP for panel in panels) - GAP + BOTTOM
-    parts = [f'<svg class="figure" role="img" viewBox="0 0 {width:g} {height:g}" aria-label="{escape(description)}">']
-    inner, top, place = width - margin - RIGHT, TOP, margin
-    for label, role in dict.fromkeys(entry for panel in panels for entry in panel.labels):
-        parts.append(f'<rect x="{place:.0f}" y="6" width="14" height="6" fill="var(--{role})"/>')
-        parts.append(_text(place + 19.0, 13.0, label, "start"))
-        place += 34.0 + LETTER * len(label)
+    legend, top = _legend([entry for panel in panels for entry in panel.labels], margin, width)
+    height, inner = top + sum(panel.height + GAP for panel in panels) - GAP + BOTTOM, width - margin - RIGHT
+    parts = [
+        f'<svg class="figure" role="img" viewBox="0 0 {width:g} {height:g}" aria-label="{escape(description)}">{legend}'
+    ]
     for panel in panels:
         parts.append(_panel(panel, top, margin, inner, x_ends, log_x, panel is panels[-1]))
         top += panel.height + GAP
     parts.append(_text(margin + 0.5 * inner, height - 6.0, x_label, "middle"))
     return "".join([*parts, "</svg>"])
+
+
+def _legend(labels: Sequence[tuple[str, str]], left: float, width: float) -> tuple[str, float]:
+    """Give words with their roles as rows above the axes, and where the axes begin [px]."""
+    parts, place, row = [], left, 0.0
+    for label, role in dict.fromkeys(labels):
+        length = 34.0 + LETTER * len(label)
+        if place > left and place + length > width:
+            place, row = left, row + 16.0
+        parts.append(f'<rect x="{place:.0f}" y="{row + 6.0:g}" width="14" height="6" fill="var(--{role})"/>')
+        parts.append(_text(place + 19.0, row + 13.0, label, "start"))
+        place += length
+    return "".join(parts), row + TOP
 
 
 def _panel(
@@ -141,17 +152,21 @@ def _scale(ends: tuple[float, float], start: float, end: float, logarithmic: boo
     return place
 
 
-def side_by_side(figures: Sequence[str], columns: int, size: tuple[float, float], description: str) -> str:
-    """Give figures of one ``size`` [px] as one, row by row in some ``columns``."""
+def side_by_side(
+    figures: Sequence[str], columns: int, size: tuple[float, float], description: str,
+    labels: Sequence[tuple[str, str]],
+) -> str:  # fmt: skip
+    """Give figures of one ``size`` [px] as one, row by row in some ``columns``, below words with their roles."""
     width, height = size
-    whole = f"{columns * width:g} {-(-len(figures) // columns) * height:g}"
+    legend, top = _legend(labels, LEFT, columns * width)
+    whole = f"{columns * width:g} {top + -(-len(figures) // columns) * height:g}"
     placed = (
-        one.replace("<svg ", f'<svg x="{k % columns * width:g}" y="{k // columns * height:g}" width="{width:g}" '
+        one.replace("<svg ", f'<svg x="{k % columns * width:g}" y="{top + k // columns * height:g}" width="{width:g}" '
                     f'height="{height:g}" ', 1)
         for k, one in enumerate(figures)
     )  # fmt: skip
     head = f'<svg class="figure" role="img" viewBox="0 0 {whole}" aria-label="{escape(description)}">'
-    return "".join([head, *placed, "</svg>"])
+    return "".join([head, legend, *placed, "</svg>"])
 
 
 def figure_file(svg: str) -> str:

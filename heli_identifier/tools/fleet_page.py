@@ -19,6 +19,7 @@ def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
         sentence=fleet_sentence(fleet),
         fleet=fleet,
         effects=effect_table(fleet.effects),
+        parameters=parameter_table(fleet.parameters),
         rigs=rig_table(fleet),
         rate=f"{100.0 * FALSE_DISCOVERY_RATE:g} %",
         name_of=title,
@@ -49,9 +50,14 @@ def effect_table(effects: Sequence[Coefficient]) -> Table:
 def fleet_tables(fleet: Fleet) -> list[Table]:
     """Give the tables of a terminal: effects that were found, if any, and parameters."""
     shown = [effect for effect in fleet.effects if effect.finding not in (Finding.NOT_SHOWN, Finding.NOT_TESTABLE)]
-    rows = [(own.name, title(own), *_figures(own)) for own in fleet.parameters]
+    return [*([effect_table(shown)] if shown else []), parameter_table(fleet.parameters)]
+
+
+def parameter_table(parameters: Sequence[Coefficient]) -> Table:
+    """Give a row per parameter."""
     columns = ("parameter", "meaning", "rigs", "mean", "unit", "spread", "I²")
-    return [*([effect_table(shown)] if shown else []), Table("Parameters over the rigs", columns, rows)]
+    rows = [(own.name, title(own), *_figures(own)) for own in parameters]
+    return Table("Parameters over the rigs", columns, rows)
 
 
 def _figures(own: Coefficient) -> tuple[str, ...]:

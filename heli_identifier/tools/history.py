@@ -18,7 +18,7 @@ from heli_plant.parameters import BY_FIELD
 NAMES = ModelParameters._fields
 """The paper's symbols of the estimated parameters; fields of :class:`~heli_plant.parameters.PlantParameters`."""
 
-ROLES = ("after", "before", "third", "measured", "band")  # colours of the logs
+ROLES = ("after", "before", "third", "measured")  # colours of the logs; of more logs all have the last one
 
 
 class EstimateHistory(NamedTuple):
@@ -89,20 +89,22 @@ def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, 
     The ordinate ends where hardly any rig with this ``voltage_limit`` [V] has the parameter, unless the value of all
     logs lies beyond.
     """
-    drawn = []
+    drawn, roles = [], ROLES if len(histories) <= len(ROLES) else ROLES[-1:] * len(histories)
+    logs = [(one.name, role) for one, role in zip(histories, roles, strict=False)]
+    if len(histories) > len(ROLES):
+        logs = [(f"each of {len(histories)} logs", ROLES[-1])]
     for column, name in enumerate(NAMES):
         final, (low, high) = together[name].value, plausible_range(name, voltage_limit)
         panel, ends = Axes(labelled(name, BY_FIELD[name].unit), 130.0), [final]
-        for number, history in enumerate(histories):
+        for history, role in zip(histories, roles, strict=False):
             value, half = history.parameters[:, column], 1.96 * history.standard_errors[:, column]
-            role, label = ROLES[number % len(ROLES)], history.name if column == 0 else ""
             panel.band(history.time, value - half, value + half, role=role)
-            panel.line(history.time, value, role, label, 1.1)
+            panel.line(history.time, value, role, width=1.1)
             late = history.time >= 0.5 * history.time[-1]
             ends += [*(value - half)[late], *(value + half)[late]]
-        panel.level(final, "ink", "together" if column == 0 else "")
+        panel.level(final, "ink")
         bottom, top = min(final, max(min(ends), low)), max(final, min(max(ends), high))
         room = 0.25 * max(top - bottom, 1e-6)
         panel.limits = (bottom - room, top + room)
         drawn.append(figure([panel], f"time [s]: {meaning(name)}", meaning(name), 320.0))
-    return side_by_side(drawn, 3, (320.0, 194.0), "Estimates over time")
+    return side_by_side(drawn, 3, (320.0, 194.0), "Estimates over time", [*logs, ("together", "ink")])

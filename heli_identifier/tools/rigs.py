@@ -22,7 +22,7 @@ from heli_identifier.records import Log, LogFormat, RigConfiguration
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, diagnose
 from heli_plant.effects import CATALOGUE
 
-ENDINGS = (".csv", ".mat")  # endings of logs; other files in a rig's folder are left alone
+ENDINGS = (".csv", ".mat")  # endings of logs, packed by gzip or not; other files in a rig's folder are left alone
 HELD_OUT = "held"  # a log whose name begins so is held out
 TRAINING_SHARE = 2.0 / 3.0  # share of a single log that is fitted to; the rest is held out
 
@@ -194,7 +194,8 @@ def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = Non
 
 
 def _logs(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.iterdir() if path.suffix.lower() in ENDINGS and path.is_file())
+    files = sorted(path for path in folder.iterdir() if path.is_file())
+    return [path for path in files if path.name.lower().removesuffix(".gz").endswith(ENDINGS)]
 
 
 def _read_rig(
