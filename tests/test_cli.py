@@ -96,7 +96,7 @@ UNFORESEEN = (
     (ImportError("No module named 'nonsense'"), 70, "No module named 'nonsense'"),
     (OSError(28, "No space left on device"), 2, "heli: No space left on device."),
     (OSError("timed out"), 2, "heli: timed out."),
-    (ImportError("_generator.so: failed to map segment from shared object"), 2, "heli: there is not enough memory"),
+    (MemoryError(), 2, "heli: there is not enough memory"),
 )
 
 
@@ -117,7 +117,7 @@ def test_a_command_that_could_not_do_its_work_has_another_exit_code_than_one_wit
 ENDED = """
 import pathlib, signal, sys, time, typer, weakref
 from heli_identifier.cli import app, main
-from heli_identifier.cli.guard import guarded, is_of_memory
+from heli_identifier.cli.guard import guarded
 from heli_identifier.files import draft_folder
 
 class Thing:

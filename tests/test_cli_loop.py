@@ -15,7 +15,8 @@ from fmu_src import UNITS, build
 from heli_identifier.cli.app import app
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import LogFormat, demo_files, write_log
-from heli_identifier.results.parameters import plant_values, read_parameters
+from heli_identifier.results.parameters import plant_values
+from heli_identifier.results.sources import read_parameters
 from heli_identifier.results.unit import check_free_run, unit_run
 from heli_identifier.tools import read_split
 from heli_plant.effects import CATALOGUE

@@ -26,7 +26,7 @@ from fmu_src.master.instance import unpack
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import LogFormat, guess, read_configuration, read_log
 from heli_identifier.records.heli_toml import template_text
-from heli_identifier.results.parameters import read_parameters
+from heli_identifier.results.sources import read_parameters
 from tests.faults.material import HEADER, ROWS, as_struct, columns, document, plant_unit
 
 LOG = "\n".join([HEADER, *ROWS[:540:2], ""]).encode()

@@ -13,13 +13,8 @@ from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.settings import Estimate
 from heli_identifier.results.documents import document_text
-from heli_identifier.results.parameters import (
-    Covariance,
-    ParameterSet,
-    corrected_parameters,
-    plant_values,
-    read_parameters,
-)
+from heli_identifier.results.parameters import Covariance, ParameterSet, corrected_parameters, plant_values
+from heli_identifier.results.sources import read_parameters
 from heli_identifier.tools.controller import control_advice, design_pid
 from heli_identifier.tools.judging import drawn_plants
 from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point

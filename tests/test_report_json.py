@@ -9,7 +9,8 @@ from docs.hooks.schema import reference_rows
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.settings import Estimate
 from heli_identifier.results.documents import document_text, plain, read_document
-from heli_identifier.results.parameters import corrected_parameters, read_parameters
+from heli_identifier.results.parameters import corrected_parameters
+from heli_identifier.results.sources import read_parameters
 from heli_identifier.tracing import DiagnosisFile
 from heli_plant.parameters import BY_NAME
 from heli_plant.tabulated_torque import KNOTS

@@ -55,10 +55,9 @@ def guarded(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def sentence_of(error: Exception) -> str | None:
     """Say what is wrong; None if the error is one of the program itself."""
-    on_purpose = isinstance(error, IdentifierError | PlantError | FmuError)
-    if not on_purpose and is_of_memory(error):
+    if isinstance(error, MemoryError):
         return "there is not enough memory for this; give less data or ask for less of it"
-    if not on_purpose and not isinstance(error, OSError):
+    if not isinstance(error, IdentifierError | PlantError | FmuError | OSError):
         return None
     try:
         os.getcwd()
@@ -114,19 +113,3 @@ def require_memory() -> None:
                 "raise the limit."
             )
         import scipy.linalg  # noqa: F401
-
-
-_NO_MEMORY = ("cannot allocate memory", "failed to map segment", "cannot map zero-fill", "libllvmlite")
-"""What the system's loader says where it gets no memory, in lower case; numba hides its words and names its library."""
-
-
-def is_of_memory(error: BaseException | None) -> bool:
-    """Whether an error, or one that it came from, says that the system gave no memory."""
-    seen: set[int] = set()  # errors may lead back to each other
-    while error is not None and id(error) not in seen:
-        seen.add(id(error))
-        loading = isinstance(error, ImportError | OSError) and any(words in str(error).lower() for words in _NO_MEMORY)
-        if loading or isinstance(error, MemoryError):
-            return True
-        error = error.__cause__ or error.__context__
-    return False

@@ -65,15 +65,13 @@ from .looking import Look, diagnosis_lines, look
 from .parameters import (
     PLANT,
     ParameterSet,
-    PlantSource,
     corrected_parameters,
     drawn_values,
-    plant_of,
     plant_values,
-    read_parameters,
 )
 from .report import RESULTS, notebook_view, rendered, write_results
 from .simulation import Simulation, simulate, started
+from .sources import PlantSource, plant_of, read_parameters
 from .svg import COLOURS, Axes, figure, figure_file, run_figure, side_by_side, thinned
 from .tables import (
     Table,

@@ -6,8 +6,8 @@ from typing import Any
 
 from heli_identifier.errors import LogError
 from heli_identifier.records import LogSource, read_logs
-from heli_identifier.results.parameters import ParameterSource, parameter_set
 from heli_identifier.results.report import rendered
+from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import angle_text, significant
 from heli_identifier.signatures import typed

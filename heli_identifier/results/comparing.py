@@ -15,7 +15,8 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.records import LogSource, read_logs
 from heli_identifier.results.documents import plain, read_document
-from heli_identifier.results.parameters import ParameterSet, corrected_parameters, read_parameters
+from heli_identifier.results.parameters import ParameterSet, corrected_parameters
+from heli_identifier.results.sources import read_parameters
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, effect_name, listed, with_interval
 from heli_identifier.signatures import typed

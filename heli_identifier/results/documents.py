@@ -52,8 +52,6 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
         raise ConfigurationError(f"{path} is a folder; name the {name} in it.")
     try:
         content = json.loads(regular_bytes(file, LARGEST_MB).decode("utf-8"), object_pairs_hook=_once)
-    except _Repeated as error:
-        raise ConfigurationError(f"{path} is damaged: the key {str(error)!r} stands there twice; keep one.") from error
     except FileNotFoundError:
         raise ConfigurationError(f"{path} does not exist; `heli diagnose` writes a {name}.") from None
     except OSError as error:
@@ -82,15 +80,12 @@ def damaged(path: str | PathLike[str], fault: str) -> ConfigurationError:
     return ConfigurationError(f"{path} is damaged: {fault}; write it again with `heli diagnose` or `heli identify`.")
 
 
-class _Repeated(Exception):
-    """A key stands twice in one object of the file; JSON would keep the last without a word."""
-
-
 def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Refuse a key that stands twice in one object; JSON would keep the last without a word."""
     found: dict[str, Any] = {}
     for key, value in pairs:
         if key in found:
-            raise _Repeated(key)
+            raise ValueError(f"the key {key!r} stands there twice; keep one")
         found[key] = value
     return found
 

@@ -4,7 +4,7 @@
 error with what is expected, and what draws plants draws them with the covariance.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import exp, inf
 from os import PathLike
@@ -18,10 +18,9 @@ from heli_identifier import tracing
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
-from heli_identifier.results.documents import damaged, document_text, numbers_of, plain, read_document
+from heli_identifier.results.documents import document_text, plain
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import listed, unit_text, with_interval
-from heli_identifier.signatures import typed
 from heli_identifier.tracing import Diagnosis, ErrorFigure, Use
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
@@ -153,11 +152,9 @@ class ParameterSet(Tabular):
         """Give the largest error [rad] of the prediction :attr:`judged` that every usable axis may have.
 
         It is ``factor`` times the error on the held-out logs, or 1 s ahead times the noise floor if that is larger.
-        ConfigurationError if no usable axis has such an error, or an axis none.
+        ConfigurationError if an axis has no such error, or no axis is usable.
         """
         require_positive("factor", factor, "1")
-        if not self.expected:
-            raise ConfigurationError("these parameters come with no error on held-out logs; take those of a diagnosis.")
         if missing := ", ".join(axis for axis in AXES if axis not in self.expected):
             raise ConfigurationError(
                 f"these parameters state no expected error of {missing}, so nothing can be held to it; take the "
@@ -173,9 +170,7 @@ class ParameterSet(Tabular):
             if expected.use is not Use.NOTHING
         }
         if not found:
-            raise ConfigurationError(
-                "the diagnosis calls no axis of these parameters usable, so nothing is held to it."
-            )
+            raise ConfigurationError("the diagnosis calls no axis of these parameters usable: nothing is held to it.")
         return found
 
     @property
@@ -258,95 +253,6 @@ def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covaria
 def _is_open(diagnosis: Diagnosis, field_: str) -> bool:
     report = diagnosis.parameters.get(field_)
     return report is not None and report.determination is tracing.Determination.NOT_DETERMINED
-
-
-ParameterSource = ParameterSet | Diagnosis | str | PathLike[str]
-PlantSource = ParameterSource | PlantParameters
-"""What every function takes as the parameters of a plant; a path is that of a parameters.json."""
-
-
-@typed
-def parameter_set(parameters: ParameterSource) -> ParameterSet:
-    """Give the parameters in a diagnosis, in a parameters.json, or themselves; else a ConfigurationError."""
-    if isinstance(parameters, str | PathLike):
-        return read_parameters(parameters)
-    if isinstance(parameters, Diagnosis):
-        return corrected_parameters(parameters)
-    return parameters
-
-
-def plant_of(source: PlantSource) -> PlantParameters:
-    """Give the plant of parameters in any form; raises as :func:`parameter_set` and :meth:`ParameterSet.plant` do."""
-    return source if isinstance(source, PlantParameters) else parameter_set(source).plant()
-
-
-@typed
-def read_parameters(path: str | PathLike[str]) -> ParameterSet:
-    """Read a parameters.json, and check that its values are parameters of the unit that it names.
-
-    Parameters
-    ----------
-    path : path
-        As `heli diagnose`, `heli identify` or `heli linearise` writes it.
-
-    Raises
-    ------
-    ConfigurationError
-        The file cannot be read, is no JSON or not of the schema, an entry is missing, there twice, of the wrong type or
-        not finite, a plant's parameter is missing, or the unit has no such parameter, states it in another unit or does
-        not take its value; file and entry are named.
-    """
-    found = read_document(path, ParameterSet)
-    if fault := next(_inconsistent(found), None):
-        raise damaged(path, fault)
-    _check_unit(Path(path), found)
-    return found
-
-
-def _inconsistent(found: ParameterSet) -> Iterator[str]:
-    """Name what is of the right type, but is no parameter's or does not fit the rest of the file."""
-    for axis in found.expected:
-        if axis not in AXES:
-            yield f"expected.{axis} is of no axis; there are {', '.join(AXES)}"
-    for name, value in numbers_of(plain({"values": found.values, "expected": found.expected})):
-        if value < 0.0 and (name.startswith("expected.") or name.endswith(".standard_error")):
-            yield f"{name} = {value}: expected `float` >= 0.0"
-    if joint := found.covariance:
-        for name in (*joint.names, *joint.not_determined):
-            if name not in found.values:
-                yield f"covariance.names has {name!r}, which is none of the values"
-        for name in joint.logarithms:
-            if name not in joint.names or found.values[name].value == 0.0:
-                yield f"covariance.logarithms has {name!r}, which is none of the names or zero"
-        count = len(joint.names)
-        if joint.matrix.shape != (count, count):
-            yield f"covariance.matrix must have {count} rows of {count} numbers"
-
-
-def _check_unit(file: Path, found: ParameterSet) -> None:
-    """Refuse values that are not parameters of the unit that the file names, or that the unit does not take."""
-    from fmu_src import UNITS, parameters_of, problem_with, unit_class
-
-    if found.unit not in UNITS:
-        raise ConfigurationError(f"{file} names the unit {found.unit!r}; there are {', '.join(UNITS)}.")
-    own = parameters_of(unit_class(found.unit))
-    if foreign := [name for name in found.values if name not in own]:
-        owners = [unit for unit in UNITS if found.values.keys() <= parameters_of(unit_class(unit)).keys()]
-        whose = f"; its values are of the {owners[0]}, name that as its unit" if owners else ""
-        raise ConfigurationError(f"{file} is of the unit {found.unit}, which has no parameter {foreign[0]!r}{whose}.")
-    for name, value in found.values.items():
-        unit = own[name].unit or "1"
-        if (value.unit or "1") != unit:
-            raise ConfigurationError(
-                f"{file}: {name} is stated in {value.unit!r}, the {found.unit} takes it in {unit!r}; convert value and "
-                "standard error."
-            )
-        if problem := problem_with(own[name], value.value):
-            raise ConfigurationError(f"{file}: {problem}.")
-    try:
-        found.check_complete()
-    except ConfigurationError as error:
-        raise ConfigurationError(f"{file}: {error}") from error
 
 
 def drawn_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dict[str, float]]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.records import Log, LogSource, read_logs
 from heli_identifier.results.documents import plain
-from heli_identifier.results.parameters import PlantSource, plant_of
+from heli_identifier.results.sources import PlantSource, plant_of
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import significant
 from heli_identifier.signatures import typed

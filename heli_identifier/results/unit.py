@@ -12,7 +12,7 @@ import numpy as np
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.files import draft_folder
 from heli_identifier.records import Log, write_log
-from heli_identifier.results.parameters import ParameterSource, parameter_set
+from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.signatures import typed
 from heli_identifier.tracing import Diagnosis, HeldOutSeries
 from heli_plant.effects import AXES

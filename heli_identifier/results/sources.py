@@ -1,0 +1,101 @@
+"""Parameters as functions take them: a parameters.json, which is checked, a parameter set, or a diagnosis."""
+
+from collections.abc import Iterator
+from os import PathLike
+from pathlib import Path
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.results.documents import damaged, numbers_of, plain, read_document
+from heli_identifier.results.parameters import ParameterSet, corrected_parameters
+from heli_identifier.signatures import typed
+from heli_identifier.tracing import Diagnosis
+from heli_plant.effects import AXES
+from heli_plant.parameters import PlantParameters
+
+ParameterSource = ParameterSet | Diagnosis | str | PathLike[str]
+PlantSource = ParameterSource | PlantParameters
+"""What every function takes as the parameters of a plant; a path is that of a parameters.json."""
+
+
+@typed
+def parameter_set(parameters: ParameterSource) -> ParameterSet:
+    """Give the parameters in a diagnosis, in a parameters.json, or themselves; else a ConfigurationError."""
+    if isinstance(parameters, str | PathLike):
+        return read_parameters(parameters)
+    if isinstance(parameters, Diagnosis):
+        return corrected_parameters(parameters)
+    return parameters
+
+
+def plant_of(source: PlantSource) -> PlantParameters:
+    """Give the plant of parameters in any form; raises as :func:`parameter_set` and :meth:`ParameterSet.plant` do."""
+    return source if isinstance(source, PlantParameters) else parameter_set(source).plant()
+
+
+@typed
+def read_parameters(path: str | PathLike[str]) -> ParameterSet:
+    """Read a parameters.json, and check that its values are parameters of the unit that it names.
+
+    Parameters
+    ----------
+    path : path
+        As `heli diagnose`, `heli identify` or `heli linearise` writes it.
+
+    Raises
+    ------
+    ConfigurationError
+        The file cannot be read, is no JSON or not of the schema, an entry is missing, there twice, of the wrong type or
+        not finite, a plant's parameter is missing, or the unit has no such parameter, states it in another unit or does
+        not take its value; file and entry are named.
+    """
+    found = read_document(path, ParameterSet)
+    if fault := next(_inconsistent(found), None):
+        raise damaged(path, fault)
+    _check_unit(Path(path), found)
+    return found
+
+
+def _inconsistent(found: ParameterSet) -> Iterator[str]:
+    """Name what is of the right type, but is no parameter's or does not fit the rest of the file."""
+    for axis in found.expected:
+        if axis not in AXES:
+            yield f"expected.{axis} is of no axis; there are {', '.join(AXES)}"
+    for name, value in numbers_of(plain({"values": found.values, "expected": found.expected})):
+        if value < 0.0 and (name.startswith("expected.") or name.endswith(".standard_error")):
+            yield f"{name} = {value}: expected `float` >= 0.0"
+    if joint := found.covariance:
+        for name in (*joint.names, *joint.not_determined):
+            if name not in found.values:
+                yield f"covariance.names has {name!r}, which is none of the values"
+        for name in joint.logarithms:
+            if name not in joint.names or found.values[name].value == 0.0:
+                yield f"covariance.logarithms has {name!r}, which is none of the names or zero"
+        count = len(joint.names)
+        if joint.matrix.shape != (count, count):
+            yield f"covariance.matrix must have {count} rows of {count} numbers"
+
+
+def _check_unit(file: Path, found: ParameterSet) -> None:
+    """Refuse values that are not parameters of the unit that the file names, or that the unit does not take."""
+    from fmu_src import UNITS, parameters_of, problem_with, unit_class
+
+    if found.unit not in UNITS:
+        raise ConfigurationError(f"{file} names the unit {found.unit!r}; there are {', '.join(UNITS)}.")
+    own = parameters_of(unit_class(found.unit))
+    if foreign := [name for name in found.values if name not in own]:
+        owners = [unit for unit in UNITS if found.values.keys() <= parameters_of(unit_class(unit)).keys()]
+        whose = f"; its values are of the {owners[0]}, name that as its unit" if owners else ""
+        raise ConfigurationError(f"{file} is of the unit {found.unit}, which has no parameter {foreign[0]!r}{whose}.")
+    for name, value in found.values.items():
+        unit = own[name].unit or "1"
+        if (value.unit or "1") != unit:
+            raise ConfigurationError(
+                f"{file}: {name} is stated in {value.unit!r}, the {found.unit} takes it in {unit!r}; convert value and "
+                "standard error."
+            )
+        if problem := problem_with(own[name], value.value):
+            raise ConfigurationError(f"{file}: {problem}.")
+    try:
+        found.check_complete()
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{file}: {error}") from error
