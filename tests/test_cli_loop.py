@@ -16,7 +16,6 @@ from heli_identifier.cli.app import app
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import LogFormat, demo_files, write_log
 from heli_identifier.results.parameters import plant_values
-from heli_identifier.results.sources import read_parameters
 from heli_identifier.results.unit import check_free_run, unit_run
 from heli_identifier.tools import read_split
 from heli_plant.effects import CATALOGUE
@@ -124,14 +123,6 @@ def test_a_unit_that_does_not_reach_the_reported_free_run_is_not_delivered(corre
     other = build("HelicopterPlant", tmp_path, {"pitch.damping": BEFORE.a_wx})
     with pytest.raises(IdentifierError, match="free run of the pitch"):
         check_free_run(other, example())
-
-
-def test_the_files_of_a_diagnosis_agree_with_each_other(tmp_path):
-    diagnosis = replace(example(), effects=example().effects[:1])
-    assert diagnosis.write(tmp_path) == tmp_path
-    assert json.loads((tmp_path / "diagnosis.json").read_text(encoding="utf-8")) == diagnosis.to_dict()
-    assert read_parameters(tmp_path / "parameters.json").plant() == AFTER
-    assert {path.name for path in tmp_path.iterdir()} == RESULTS
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ import sys
 from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
 
-import control
 import numpy as np
 import pytest
 from fmpy import read_model_description
@@ -87,19 +86,6 @@ def test_the_plant_under_a_log_repeats_the_free_run_that_the_diagnosis_reports(p
 def test_voltages_of_another_shape_are_refused_with_it(voltages):
     with pytest.raises(ConfigurationError, match=r"must be finite and of shape \(N, 2\)"):
         hi.simulate(TABLE_2, voltages)
-
-
-def test_a_linear_model_has_named_signals_and_the_eigenvalues_of_the_pitch():
-    system = hi.linearise(TABLE_2)
-    assert isinstance(system, control.StateSpace)
-    assert system.input_labels == ["v_front", "v_rear"]
-    assert system.output_labels == ["pitch", "elevation", "travel"]
-    # at pitch 0 the pitch obeys s^2 + a_wx s + a_th cos(theta0) = 0
-    own = np.roots([1.0, TABLE_2.a_wx, TABLE_2.a_th * np.cos(TABLE_2.theta0)])
-    nearest = np.abs(system.poles()[:, None] - own).min(axis=0)
-    # differences of the plant's step are good to some 1e-6
-    assert nearest.max() < 1e-5
-    assert hi.linearise(TABLE_2, period=0.02).dt == 0.02
 
 
 def test_a_unit_is_built_from_the_parameters_of_its_own(parameters, tmp_path):
