@@ -55,7 +55,6 @@ def test_a_log_is_a_value_that_derives_step_samples_and_duration_from_its_rate()
         ({"angles": np.full((600, 3), -1e6)}, r"angles reach 1e\+06 rad, which no rig can \(at most 10000\)"),
         ({"rate_hz": 0.0}, "rate_hz = 0.0 Hz must be positive"),
         ({"voltages": np.zeros((1, 2)), "angles": np.zeros((1, 3))}, "it has 1 sample, 2 are needed"),
-        ({"extra": {"current [A]": np.zeros(3)}}, r"'current \[A\]' has shape \(3,\)"),
         ({"references": {"yaw": np.zeros(600)}}, "'yaw' is no axis"),
     ],
 )
@@ -66,15 +65,13 @@ def test_a_log_that_contradicts_itself_is_refused(change, words):
 
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), rate_hz=st.sampled_from([50.0, 62.5, 100.0, 300.0, 500.0, 2000.0]))
-def test_a_written_log_reads_back_as_it_was_with_what_was_kept_aside(tmp_path_factory, seed, rate_hz):
+def test_a_written_log_reads_back_as_it_was(tmp_path_factory, seed, rate_hz):
     log = some_log(samples=int(6 * rate_hz), rate_hz=rate_hz, seed=seed)
-    current = np.where(np.arange(log.samples) == 7, np.nan, log.time)
-    log = replace(log, extra={"current, total [A]": current}, references={"pitch": 0.1 * log.time})
+    log = replace(log, references={"pitch": 0.1 * log.time})
     twin = read_log(write_log(log, tmp_path_factory.mktemp("log") / "log.csv"))
     assert np.array_equal(twin.voltages, log.voltages)
     assert np.array_equal(twin.angles, log.angles)
     assert np.array_equal(twin.references["pitch"], log.references["pitch"])
-    assert np.array_equal(twin.extra["current, total [A]"], current, equal_nan=True)
     assert twin.rate_hz == pytest.approx(rate_hz, rel=1e-12)
     assert twin.notes == ()
 

@@ -158,7 +158,7 @@ def _reduced(log: Log, limit: float) -> Log:
     count = log.samples // factor
     voltages = log.voltages[: count * factor].clip(-limit, limit).reshape(count, factor, 2).mean(axis=1)
     angles = log.angles[: count * factor : factor]
-    return replace(log, rate_hz=log.rate_hz / factor, voltages=voltages, angles=angles, extra={}, references={})
+    return replace(log, rate_hz=log.rate_hz / factor, voltages=voltages, angles=angles, references={})
 
 
 def local_cubic(values: Array, step: float, window: float, order: int = 0) -> Array:

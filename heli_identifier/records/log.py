@@ -40,8 +40,6 @@ class Log:
     path: str = ""
     sha256: str = ""
     """File that the log came from, and the hash of its bytes; empty if it was computed."""
-    extra: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
-    """Further numeric columns, shape (N,) each, under their own header and in their own unit."""
     notes: tuple[str, ...] = ()
     """All that was converted or repaired on reading, one sentence each."""
     start: float = 0.0
@@ -55,25 +53,22 @@ class Log:
         object.__setattr__(self, "rate_hz", float(self.rate_hz))
         for name in ("voltages", "angles"):
             object.__setattr__(self, name, _frozen(getattr(self, name)))
-        object.__setattr__(self, "extra", {name: _frozen(values) for name, values in self.extra.items()})
         object.__setattr__(self, "references", {axis: _frozen(values) for axis, values in self.references.items()})
         object.__setattr__(self, "notes", tuple(self.notes))
         count, inf = len(self.angles), float("inf")
-        parts: list[tuple[str, NDArray[np.float64], tuple[int, ...], float | None, str]] = [
+        parts: list[tuple[str, NDArray[np.float64], tuple[int, ...], float, str]] = [
             ("voltages", self.voltages, (count, 2), HIGHEST_VOLTAGE, "V"),
             ("angles", self.angles, (count, 3), FARTHEST_TRAVEL, "rad"),
         ]
         parts += [(f"the {axis} reference", values, (count,), inf, "rad") for axis, values in self.references.items()]
-        parts += [(f"column {name!r}", values, (count,), None, "") for name, values in self.extra.items()]
         for what, values, shape, most, unit in parts:
             self._require(values.shape == shape, f"{what} has shape {values.shape}, {shape} is needed")
-            if most is not None:
-                bad = ~np.isfinite(values)
-                row = int(np.argwhere(bad)[0][0]) if bad.any() else 0
-                self._require(not bad.any(), f"{what} is not finite at sample {row}; leave that out")
-                reached = float(np.abs(values).max(initial=0.0))
-                beyond = f"{what} reach {reached:.4g} {unit}, which no rig can (at most {most:g}); give them in {unit}"
-                self._require(reached <= most, beyond)
+            bad = ~np.isfinite(values)
+            row = int(np.argwhere(bad)[0][0]) if bad.any() else 0
+            self._require(not bad.any(), f"{what} is not finite at sample {row}; leave that out")
+            reached = float(np.abs(values).max(initial=0.0))
+            beyond = f"{what} reach {reached:.4g} {unit}, which no rig can (at most {most:g}); give them in {unit}"
+            self._require(reached <= most, beyond)
         wrong = next((axis for axis in self.references if axis not in ANGLES), None)
         self._require(wrong is None, f"{wrong!r} is no axis; choose one of {', '.join(ANGLES)}")
         self._require(0.0 < self.rate_hz < inf, f"rate_hz = {self.rate_hz} Hz must be positive")
@@ -127,7 +122,7 @@ class Log:
 
 
 def write_log(log: Log, path: str | PathLike[str]) -> Path:
-    """Write a log with the contract's header; further columns follow under their own.
+    """Write a log with the contract's header.
 
     Numbers are printed with enough digits to read the same double back.
 
@@ -136,8 +131,7 @@ def write_log(log: Log, path: str | PathLike[str]) -> Path:
     import pandas
 
     references = {f"{axis}_reference [rad]": values for axis, values in log.references.items()}
-    # A missing value (NaN) of a further column becomes an empty cell, which reads back as NaN.
-    text = pandas.DataFrame({**log.columns, **references, **log.extra}).to_csv(index=False, lineterminator="\n")
+    text = pandas.DataFrame({**log.columns, **references}).to_csv(index=False, lineterminator="\n")
     try:
         return write_atomically(path, text)
     except OSError as error:

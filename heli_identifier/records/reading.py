@@ -58,7 +58,6 @@ def read_log(
     kept, notes = _cut(table, columns[0], format.start if start is None else start, format.end if end is None else end)
     values = {column.signal: table.numbers(column, kept) for column in columns}
     time = values.pop("time")
-    extra, left_out = _further_columns(table, columns, kept)
     notes = [*table.notes, *notes]
     file, place = table.file, table.places(kept.start)
     del table  # a large one is let go of when its columns have been taken over
@@ -70,7 +69,7 @@ def read_log(
         turns += note
     if time[0] != 0.0:
         notes.append(f"time counts from 0, which the file calls {time[0]:g} s")
-    notes += [*_in_project_signs(values, columns, format), *left_out, *turns, *sampling.notes]
+    notes += [*_in_project_signs(values, columns, format), *turns, *sampling.notes]
     check_plausible(columns[1:6], values, sampling.rate_hz, file)
     uniform = {signal: sampling.resampled(time, own, signal not in ANGLES) for signal, own in values.items()}
     voltages, angles = (np.stack([uniform[signal] for signal in signals], axis=1) for signals in (VOLTAGES, ANGLES))
@@ -81,7 +80,6 @@ def read_log(
         rate_hz=sampling.rate_hz,
         voltages=voltages,
         angles=angles,
-        extra={header: sampling.resampled(time, column) for header, column in extra.items()},
         references={axis: uniform[name] for axis, name in zip(ANGLES, REFERENCES, strict=True) if name in uniform},
         notes=(*notes, *describe_values(voltages, angles, format.voltage_limit)),
         start=float(time[0]),
@@ -113,16 +111,6 @@ def _cut(table: Table, column: Column, start: float | None, end: float | None) -
         raise LogError(f"{table.file}: end = {end:g} s lies before the log's start at {time[first]:g} s.")
     stretch = f"{time[first]:g} s to {time[last - 1]:g} s"
     return slice(first, last), [f"kept {stretch} of the file ({last - first} of {count} rows)"]
-
-
-def _further_columns(table: Table, columns: Sequence[Column], kept: slice) -> tuple[_Signals, list[str]]:
-    """Keep further numeric columns, and name those that could not be kept."""
-    taken = {column.index for column in columns}
-    others = [(header, table.columns[i]) for i, header in enumerate(table.headers) if i not in taken]
-    count = len(table.columns[columns[0].index])
-    extra = {name: values[kept] for name, values in others if values.dtype.kind == "f" and len(values) == count}
-    dropped = ", ".join(repr(name) for name, _ in others if name not in extra)
-    return extra, [f"left out {dropped}: not one number per sample"] if dropped else []
 
 
 def _in_project_signs(values: _Signals, columns: Sequence[Column], format: LogFormat) -> list[str]:

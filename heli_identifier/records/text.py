@@ -8,10 +8,8 @@ Above the data a file may hold
 * the header: the last line above the data that has as many cells as it and holds names,
 * below it a row of units, which has a unit in some cells and no number in any.
 
-A logger that is stopped, or a full disk, may cut the last line anywhere. A line that ends in a line break is whole. Of
-one that does not the cells decide: with too few cells, no number in the last one, or fewer decimals there than all
-other rows have, it was cut and is left out. With as many decimals it is whole. Otherwise nobody can know: the line is
-kept and a note says so.
+A logger that is stopped, or a full disk, may cut the last line anywhere, also within a number. So a last line without a
+line break is left out.
 """
 
 import codecs
@@ -37,7 +35,6 @@ _COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
 _DECLARED = re.compile(r"^\s*\"?sep=(.)\"?\s*$", re.IGNORECASE)
 _LABVIEW_UNITS = "Y_Unit_Label"
 _LOOKED_AT = 400  # lines from the beginning among which the table has to begin
-_COMPARED = 100  # lines before the last whose last cells are compared with it
 
 
 class _Layout(NamedTuple):
@@ -55,15 +52,15 @@ def read_text(data: bytes, file: str, format: LogFormat) -> Table:
     longer than the header.
     """
     text = _decoded(data, file)
-    ended, text = text.endswith("\n"), text.rstrip()  # blank lines at the end are not rows, elsewhere they are
+    ended, text = "\n" in text[len(text.rstrip()) :], text.rstrip()  # blank lines are rows but for those at the end
     layout = _find_layout(text, file, format)
     notes = []
     if layout.left_out:
         lines = f"the first {layout.left_out} lines are" if layout.left_out > 1 else "line 1 is"
         notes.append(f"{lines} no part of the table")
     if not ended:
-        text, note = _without_cut_line(text, layout.separator, format.decimal)
-        notes += note
+        text, _, last = text.rpartition("\n")
+        notes.append(f"row {text.count(chr(10)) + 2} is left out: the file ends within it, after {last[-40:]!r}")
     columns = _parse(text, layout, file, format.decimal)
     return Table(file, tuple(layout.headers), columns, layout.above + 1, tuple(notes), text, layout.separator)
 
@@ -93,7 +90,7 @@ def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray
 
     separator, count, above = layout.separator, len(layout.headers), layout.above
     rows = text.count("\n") + 1 - above
-    if rows <= 0:
+    if rows <= 0 or not text:
         raise LogError(f"{file} holds a header but no rows; log at least 5 s.")
     if rows * count > len(text):
         raise LogError(f"{file}: its {rows} rows have fewer cells than its {count} headers; save it again.")
@@ -126,27 +123,6 @@ def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray
         wrong = f"{cells} cells stand under {count} headers; look for a decimal comma or a separator too many"
         raise LogError(f"{file}, row {row}: {wrong}.")
     return tuple(as_numbers(frame[name].to_numpy()) for name in frame)
-
-
-def _without_cut_line(text: str, separator: str, decimal: str) -> tuple[str, list[str]]:
-    """Leave out a last line that was cut; give the rest, and a note if there is one."""
-    lines = text.rsplit("\n", _COMPARED + 1)
-    *others, last = [cells_of(line, separator) for line in lines[1:]] or [[]]
-    if not others or len(last) > len(others[-1]):
-        return text, []
-    if len(last) == len(others[-1]):
-        ends = [cells[-1].strip() if cells else "" for cells in others]
-        decimals = {len(end.partition(decimal)[2]) for end in ends}
-        if not last or not all(map(_is_number, ends)):
-            return text, []  # a column of texts, or the empty cells behind a separator at the line's end: not a signal
-        if _is_number(last[-1]):
-            if len(decimals) > 1 or decimals == {0}:
-                whole = f"whether its last cell, {last[-1]!r}, is whole cannot be known"
-                return text, [f"the file ends without a line break: {whole}"]
-            if len(last[-1].strip().partition(decimal)[2]) >= decimals.pop():
-                return text, []
-    note = f"row {text.count(chr(10)) + 1} is left out: the file ends within it, after {lines[-1][-40:]!r}"
-    return text[: text.rindex("\n")].rstrip(), [note]
 
 
 def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:

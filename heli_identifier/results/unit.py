@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -119,7 +118,7 @@ def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
     """Angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
     from fmu_src.master import run_apart
 
-    log = replace(series.log, extra={})
+    log = series.log
     with played(log, series.start) as values:
         values["plant.solver.step"] = log.step
         result = run_apart("plant_beside_log", (log.samples - 1) * log.step, log.step, values, {"plant": unit})

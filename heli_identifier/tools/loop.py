@@ -288,7 +288,6 @@ def _at_samples(log: Log, settings: Settings) -> Log:
         voltages=log.voltages[: count * every].reshape(count, every, 2).mean(axis=1),
         angles=log.angles[::every][:count],
         references={axis: values[::every][:count] for axis, values in log.references.items()},
-        extra={},
     )
 
 
