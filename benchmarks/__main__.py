@@ -6,7 +6,6 @@ known, or by measured rigs; they take options (``NAME --help``) and print tables
 """
 
 import sys
-from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
@@ -15,35 +14,17 @@ import typer
 from benchmarks.harness import write_section
 
 SECTIONS = {
-    "commands": "commands",
-    "loop": "masters",
-    "native": "masters",
-    "fit": "fit",
-    "memory": "units",
-    "runs": "units",
+    "commands": "commands", "loop": "masters", "native": "masters", "fit": "fit", "memory": "units", "runs": "units",
     "soak": "soak",
-}
+}  # fmt: skip
 """Module of each section of docs/benchmarks.md; its function of the section's name gives the text."""
 
 PRINTED = {
-    "blind": "blind",
-    "windy": "halves",
-    "measured": "halves",
-    "outside": "outside",
-    "damage": "damage",
-    "controllers": "controllers",
-    "follow": "follow",
-    "closed_loop": "closed_loop",
-    "quiet": "closed_loop",
-    "watched": "closed_loop",
-    "rough_air": "closed_loop",
-    "suspicion": "reading",
-    "large_logs": "reading",
-    "paper": "paper",
-    "figures": "figures",
-    "freeze": "freeze",
-    "mutants": "mutants",
-}
+    "blind": "blind", "windy": "halves", "measured": "halves", "outside": "outside", "damage": "damage",
+    "controllers": "controllers", "follow": "follow", "closed_loop": "closed_loop", "quiet": "closed_loop",
+    "watched": "closed_loop", "rough_air": "closed_loop", "suspicion": "reading", "large_logs": "reading",
+    "paper": "paper", "figures": "figures", "freeze": "freeze", "mutants": "mutants",
+}  # fmt: skip
 """Module of each benchmark that prints; its function of the benchmark's name has the options as its parameters."""
 
 
@@ -55,18 +36,13 @@ def main(name: str = "", *options: str) -> None:
         app.command(help="\b\n" + module.__doc__.replace("\n\n", "\n\n\b\n"))(getattr(module, name))
         app(options, prog_name=f"python -m benchmarks {name}")
     elif name in ("all", *SECTIONS):
-        measure(SECTIONS if name == "all" else (name, *options))
+        for section in SECTIONS if name == "all" else (name, *options):
+            print(f"{section} ...", file=sys.stderr, flush=True)
+            text = getattr(import_module(f"benchmarks.{SECTIONS[section]}"), section)()
+            write_section(section, f"{text}\n\n`python -m benchmarks {section}`")
     else:
         told = f"{name} is no benchmark.\n" if name else ""
         sys.exit(f"{told}{__doc__}\nall, or {', '.join(SECTIONS)}\n{', '.join(PRINTED)}")
-
-
-def measure(sections: Iterable[str]) -> None:
-    """Write sections of the page."""
-    for name in sections:
-        print(f"{name} ...", file=sys.stderr, flush=True)
-        text = getattr(import_module(f"benchmarks.{SECTIONS[name]}"), name)()
-        write_section(name, f"{text}\n\n`python -m benchmarks {name}`")
 
 
 if __name__ == "__main__":

@@ -49,8 +49,12 @@ class Verdict(NamedTuple):
     stable: bool = False
     margin: bool = False
     settling: bool = False
-    holds: bool = False
     transfer: float = float("nan")
+
+    @property
+    def holds(self) -> bool:
+        """Whether it keeps both."""
+        return self.margin and self.settling
 
 
 def judged_on(truth: PlantParameters, design: Design, judged: Judged, transfer: float) -> Verdict:
@@ -61,15 +65,11 @@ def judged_on(truth: PlantParameters, design: Design, judged: Judged, transfer: 
     found = judge(Plants(model, (model,), omega, responses, ()), judged.settings, design.axes)
     if not found.is_stable:
         return Verdict(transfer=transfer)
-
-    def both(name: str) -> tuple[float, float]:
-        return found.figures[name].value, judged.figures[name].promised
-
-    disk, promised_disk = both("disk")
-    times = [both(f"{axis}.settling") for axis in design.axes]
-    margin = disk >= promised_disk - 1e-3
-    settles = all(time <= promised * (1.0 + CHANCE) + AIM.period for time, promised in times)
-    return Verdict("", True, margin, settles, margin and settles, transfer)
+    names = [f"{axis}.settling" for axis in design.axes]
+    margin = found.figures["disk"].value >= judged.figures["disk"].promised - 1e-3
+    settles = all(found.figures[name].value <= judged.figures[name].promised * (1.0 + CHANCE) + AIM.period
+                  for name in names)  # fmt: skip
+    return Verdict("", True, margin, settles, transfer)
 
 
 def predicted_steps(plant: PlantParameters, judged: Judged, design: Design) -> np.ndarray:
@@ -94,15 +94,14 @@ def of_rig(plants: int, job: tuple[str, int]) -> dict[str, Verdict]:
         "published": ParameterSet(PLANT, plant_values(TABLE_2, {})),
     }
     found: dict[str, Verdict] = {}
-    flown: tuple[Design, np.ndarray] | None = None
+    first: Design | None = None
     for name, parameters in sets.items():
         count = 2 if name == "published" else plants
         try:
             design = design_controller(parameters, "lqi", "pitch", 0.0, aim=AIM, draws=count)
-            if flown is None:
-                flown = design, predicted_steps(truth, design.robust, design)
-            first, rig_steps = flown
-            transfer = float(np.linalg.norm(predicted_steps(parameters.plant(), first.robust, first) - rig_steps))
+            first = first or design
+            expected, true = (predicted_steps(plant, first.robust, first) for plant in (parameters.plant(), truth))
+            transfer = float(np.linalg.norm(expected - true))
             for ending, own in (("", design.robust), (", nominal", design.baseline)):
                 found[name + ending] = judged_on(truth, design, own, transfer)
         except ConfigurationError as problem:

@@ -3,14 +3,12 @@
     python -m benchmarks windy [--seeds 0:16] [--choose] [--colours ou,slow,swirl] [--quiet] [--unlogged] [--rate 100]
                                [--effects KIND] [--finer N] [--workers N] [--csv FILE] [--strength FILE]
     python -m benchmarks measured RIG... [--from SECONDS] [--workers N] [--download FOLDER] [--csv FILE]
-                                  [--online]
 
 *windy*: generated rigs in the air of measured ones, by its colour, under students' controllers. The odd seeds report;
 rules are chosen on the even ones, ``--choose``. ``--quiet`` and ``--unlogged`` add rigs whose references are a fifth as
 large, or are not logged; the controller's rate is 100 or 500 Hz; KIND is bare, coupled or effects of the generator,
 drawn if not given. *measured*: a folder of logs each, ``RIG:-pitch`` if its pitch counts down; every second log makes a
-half, and ``--download`` first fetches public logs of three rigs into a folder. ``--online`` compares the 95 % intervals
-of `heli identify` with those of the diagnosis' plant, all logs together (9 of 10 overlap).
+half, and ``--download`` first fetches public logs of three rigs into a folder.
 
 Printed is a line for each half, then for each kind of rig a table with its bars:
 
@@ -28,11 +26,11 @@ Printed is a line for each half, then for each kind of rig a table with its bars
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise, product
 from pathlib import Path
 from time import process_time
+from types import MappingProxyType
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -44,10 +42,9 @@ from benchmarks.measured import DownloadError
 from benchmarks.measured import download as download_logs
 from benchmarks.rigs import DETECTABLE, told_scores, windy_logs, windy_plant
 from heli_identifier.errors import IdentifierError
-from heli_identifier.online import GAINS, PREDICTION_ERROR
+from heli_identifier.online import GAINS
 from heli_identifier.records import Log, LogFormat, read_logs
-from heli_identifier.tools.identification import identify
-from heli_identifier.tracing import Determination, Diagnosis, diagnose, identify_plant
+from heli_identifier.tracing import Determination, Diagnosis, diagnose
 from heli_identifier.tracing.held_out import log_likelihood
 from heli_identifier.tracing.helicopter import family_of
 from heli_plant.effects import AXES
@@ -68,35 +65,23 @@ FIGURES = {"ahead_200ms": ".2 s ahead", "prediction_1s": "1 s ahead", "closed_lo
 """Errors that are printed of measured rigs, by their names in a diagnosis."""
 
 
-class Known(NamedTuple):
-    """What is known of a half of a windy rig.
+class Half(NamedTuple):
+    """One half of a rig's logs: what was found in it, or why it was refused.
 
-    Families of its effects; the scores [nats] of those in a fit that is told the structure; slopes of the gains; the
-    log-likelihood that a second controller's logs lose under the delivered plant [nats].
+    Of a windy rig the truth is known: families of its effects; the scores [nats] of those in a fit that is told the
+    structure; slopes of the gains; the log-likelihood that a second controller's logs lose under the delivered plant.
     """
-
-    families: set[str]
-    told: Mapping[str, float]
-    slopes: Mapping[str, float]
-    loss: float
-
-    @property
-    def detectable(self) -> set[str]:
-        """Families that the logs show to a fit that is told the structure."""
-        return {family for family, score in self.told.items() if score > DETECTABLE}
-
-
-@dataclass(frozen=True)
-class Half:
-    """One half of a rig's logs, diagnosed; ``found`` is None where it was refused."""
 
     kind: str
     rig: str
     name: str
     found: Diagnosis | None
     refused: str = ""
-    truth: Known | None = None
     seconds: float = 0.0
+    true: frozenset[str] = frozenset()
+    told: Mapping[str, float] = MappingProxyType({})
+    slopes: Mapping[str, float] = MappingProxyType({})
+    loss: float = float("nan")
 
     @property
     def shown(self) -> set[str]:
@@ -104,15 +89,19 @@ class Half:
         return {effect.family for effect in self.found.effects} if self.found else set()
 
     @property
+    def detectable(self) -> set[str]:
+        """Families that the logs show to a fit that is told the structure."""
+        return {family for family, score in self.told.items() if score > DETECTABLE}
+
+    @property
     def gains(self) -> list[tuple[str, float, float, Determination]]:
         """Each gain and half its 95 % interval, over the size of a known truth, and what it rests on."""
-        slopes = self.truth.slopes if self.truth else dict.fromkeys(GAINS, 1.0)
-        reports = [(name, self.found.parameters[name], slopes[name]) for name in GAINS] if self.found else []
-        return [
-            (name, own.estimate.value / slope, 1.96 * (own.estimate.standard_error or 0.0) / abs(slope),
-             own.determination)
-            for name, own, slope in reports
-        ]  # fmt: skip
+        rows = []
+        for name, own in {name: self.found.parameters[name] for name in GAINS}.items() if self.found else ():
+            slope = self.slopes.get(name, 1.0)
+            half = 1.96 * (own.estimate.standard_error or 0.0) / abs(slope)
+            rows.append((name, own.estimate.value / slope, half, own.determination))
+        return rows
 
     def line(self) -> str:
         """Say it in a line; ``*`` behind a gain that rests on the noise model, ``?`` behind one not determined."""
@@ -120,10 +109,9 @@ class Half:
             return f"{self.rig} {self.name}: refused: {self.refused}"
         words = [f"{name} {value:.3g}±{half:.2g}{MARKS[rests]}" for name, value, half, rests in self.gains]
         words.append(f"shown {', '.join(sorted(self.shown)) or 'nothing'}")
-        if known := self.truth:
-            for word, families in (("FALSE", self.shown - known.families), ("missed", known.detectable - self.shown)):
-                words += [f"{word} {', '.join(sorted(families))}"] if families else []
-            words.append(f"loss {known.loss:.1f}")
+        if self.slopes:
+            false, missed = self.shown - self.true, self.detectable - self.shown
+            words.append(f"FALSE {sorted(false)}; missed {sorted(missed)}; loss {self.loss:.1f}")
         words += [f"held out {self.found.held_out.gain.value:.0f} nats", f"{self.seconds:.1f} s"]
         return f"{self.rig} {self.name}: {'; '.join(words)}"
 
@@ -158,8 +146,7 @@ def windy_halves(
             for field, score in told_scores(training, fields).items():
                 told[family_of(field)] = max(score, told.get(family_of(field), score))
             loss = log_likelihood(plant, other) - log_likelihood(half.found.plant_after, other)
-            known = Known(set(map(family_of, fields)), told, slopes, loss)
-            half = replace(half, truth=known)
+            half = half._replace(true=frozenset(map(family_of, fields)), told=told, slopes=slopes, loss=loss)
         halves.append(half)
     return halves
 
@@ -177,20 +164,6 @@ def measured_halves(rig: str, start: float) -> list[Half]:
     return [half_of("measured", name, "ab"[k], logs[k::2], logs[1 - k :: 2]) for k in (0, 1)]
 
 
-def overlap(rig: str, start: float) -> str:
-    """Count the parameters whose intervals overlap on line and off line, and name the others."""
-    logs = rig_logs(rig, start)
-    found = identify(logs, method=PREDICTION_ERROR).estimates
-    plant = {name: report.estimate for name, report in identify_plant(logs).parameters.items() if name in found}
-    apart = [
-        f"{name} {found[name].value:.3g} for {own.value:.3g}"
-        for name, own in plant.items()
-        if max(own.interval[0], found[name].interval[0]) > min(own.interval[1], found[name].interval[1])
-    ]
-    overlapping = f"{len(plant) - len(apart)} of {len(plant)} intervals on line and off line overlap"
-    return f"{Path(rig).name}: {overlapping}; not {'; '.join(apart) or 'one'}"
-
-
 # --- tables ------------------------------------------------------------------------------------------------------
 
 
@@ -198,14 +171,6 @@ def gains_of(halves: Sequence[Half]) -> pandas.DataFrame:
     """Give a row per half and gain, over the truth where that is known."""
     rows = [(half.kind, half.rig, half.name, *gain[:-1], gain[-1].value) for half in halves for gain in half.gains]
     return pandas.DataFrame(rows, columns=["kind", "rig", "half", "gain", "ratio", "half_width", "rests"])
-
-
-def strength_of(halves: Sequence[Half]) -> list[Strength]:
-    """Give a row per half and family of its effects."""
-    return [
-        Strength("windy", f"{half.kind} {half.rig} {half.name}", family, score, int(family in half.shown))
-        for half in halves if half.truth for family, score in half.truth.told.items()
-    ]  # fmt: skip
 
 
 def errors_of(halves: Sequence[Half]) -> pandas.DataFrame:
@@ -225,10 +190,23 @@ def summary(halves: Sequence[Half]) -> str:
     """Give the table of one kind of rig."""
     done, gains = [half for half in halves if half.found], gains_of(halves)
     rows = [("diagnosed, s each", f"{len(done)} of {len(halves)}, {np.median([half.seconds for half in done]):.1f}")]
-    if done and done[0].truth:
-        rows += _against_the_truth(done, gains)
-    pairs = [(a, b) for a, b in pairwise(done) if a.rig == b.rig and a.shown | b.shown]
-    if pairs:
+    if done and done[0].slopes:
+        off, missed = (gains.ratio - 1.0).abs(), (gains.ratio - 1.0).abs() > gains.half_width
+        medians = gains.groupby("gain", sort=False)[["ratio", "half_width"]].median().map("{:.3f}".format)
+        wrong = (missed & (off > FAR)).groupby(gains.rests, sort=False).agg(["sum", "size"])
+        loss, false = [half.loss for half in done], sum(bool(half.shown - half.true) for half in done)
+        found = sum(len(half.shown & half.detectable) for half in done)
+        told = sum(len(half.detectable) for half in done)
+        widths = " ".join(medians.half_width)
+        rows += [
+            ("gains over the truth", f"{' '.join(medians.ratio)}; {gains.ratio.min():.2f} to {gains.ratio.max():.2f}"),
+            ("intervals cover; half-widths", f"{1.0 - missed.mean():.3f} of {missed.size}; {widths}"),
+            ("wrong gains", "; ".join(f"{own['sum']} of {own['size']} {rests}" for rests, own in wrong.iterrows())),
+            ("loss, median; largest [nats]", f"{np.median(loss):.1f}; {np.max(loss):.1f}"),
+            ("halves with something false", f"{false} of {len(done)}"),
+            ("detectable effects shown", f"{found} of {told}"),
+        ]
+    if pairs := [(a, b) for a, b in pairwise(done) if a.rig == b.rig and a.shown | b.shown]:
         index = np.mean([len(a.shown & b.shown) / len(a.shown | b.shown) for a, b in pairs])
         expected = [half.found.agreement.expected for half in done if half.found and half.found.agreement]
         said = f"{index:.2f}; {np.mean(expected or [np.nan]):.2f} ({len(pairs)} rigs)"
@@ -241,26 +219,6 @@ def summary(halves: Sequence[Half]) -> str:
     count = f"{sum(n > -3.0 for n in nats)} of {len(nats)}; {np.median(nats):.0f}"
     rows.append(("held-out gain above -3 nats; median", count))
     return table(("what", halves[0].kind), rows)
-
-
-def _against_the_truth(halves: Sequence[Half], gains: pandas.DataFrame) -> list[tuple[str, str]]:
-    """Give the rows of gains over the truth and of effects shown."""
-    off, lowest, highest = (gains.ratio - 1.0).abs(), gains.ratio.min(), gains.ratio.max()
-    missed, rests = off > gains.half_width, gains.rests
-    wrong = missed & (off > FAR)
-    medians = gains.groupby("gain", sort=False)[["ratio", "half_width"]].median().map("{:.3f}".format)
-    stated = [f"{wrong[rests == d.value].sum()} of {(rests == d.value).sum()} {d.value}" for d in Determination]
-    known = [(half.shown, half.truth) for half in halves if half.truth]
-    loss, false = [truth.loss for _, truth in known], sum(bool(shown - truth.families) for shown, truth in known)
-    found = sum(len(shown & truth.detectable) for shown, truth in known)
-    return [
-        ("gains over the truth; range", f"{' '.join(medians.ratio)}; {lowest:.2f} to {highest:.2f}"),
-        ("intervals cover; half-widths", f"{1.0 - missed.mean():.3f} of {missed.size}; {' '.join(medians.half_width)}"),
-        ("wrong gains", "; ".join(stated)),
-        ("loss, median; largest [nats]", f"{np.median(loss):.1f}; {np.max(loss):.1f}"),
-        ("halves with something false", f"{false} of {len(halves)}"),
-        ("detectable effects shown", f"{found} of {sum(len(truth.detectable) for _, truth in known)}"),
-    ]
 
 
 def diagnosed(jobs: Sequence[partial[list[Half]]], workers: int) -> list[Half]:
@@ -291,13 +249,15 @@ def windy(
     if csv:
         gains_of(done).to_csv(csv, index=False, float_format="%.4f")
     if strength:
-        write_strength(strength_of(done), strength)
+        rows = (Strength("windy", f"{half.kind} {half.rig} {half.name}", family, score, int(family in half.shown))
+                for half in done for family, score in half.told.items())  # fmt: skip
+        write_strength(rows, strength)
 
 
 def measured(
     rigs: Words,
     start: Annotated[float, typer.Option("--from")] = 6.0, workers: int = 1, csv: Path | None = None,
-    online: bool = False, download: Path | None = None,
+    download: Path | None = None,
 ) -> None:  # fmt: skip
     """Diagnose measured rigs; write the errors to the file ``csv``."""
     try:
@@ -310,5 +270,3 @@ def measured(
     print(table([*errors.columns], rows.to_numpy().tolist()))
     if csv:
         errors.to_csv(csv, index=False, float_format="%.4g", na_rep="nan")
-    if online:
-        print(*in_parallel(partial(overlap, start=start), rigs, workers), sep="\n")

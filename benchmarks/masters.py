@@ -98,72 +98,67 @@ def alone(order: Order, steps: int, unit: str, parameters: dict[str, Any]) -> fl
 
 EVERY_EFFECT = {f"effects.{e.name}.{e.axis}": 1e-3 * min(e.upper, 1.0) for e in CATALOGUE}
 EVERY_EFFECT["effects.input_delay.rotors"] = 0.034
+OURS, FMPY, LIBCOSIM, ECOS = (
+    "closed loop of four units with our master", "the same, fmpy, one call per connection", "the same, libcosim",
+    "the same, Ecos",
+)  # fmt: skip
+ALONE: dict[str, tuple[str, dict[str, Any]]] = {
+    "HelicopterPlant, all effects off": ("HelicopterPlant", {}),
+    "HelicopterPlant, every effect on": ("HelicopterPlant", EVERY_EFFECT),
+    "AdaptiveIdentifier, three axes": ("AdaptiveIdentifier", {"adaptation.hold_time": 0.0}),
+    "AdaptiveIdentifier, prediction errors with the lag estimated": (
+        "AdaptiveIdentifier", {"method": "prediction_error", "adaptation.hold_time": 0.0},
+    ),
+}  # fmt: skip
 CASES: dict[str, Callable[[Order, int], float]] = {
-    "closed loop of four units with our master": ours,
-    "the same, fmpy, one call per connection": fmpy_calls,
-    "the same, libcosim": libcosim,
-    "the same, Ecos": ecos,
-    "HelicopterPlant, all effects off": partial(alone, unit="HelicopterPlant", parameters={}),
-    "HelicopterPlant, every effect on": partial(alone, unit="HelicopterPlant", parameters=EVERY_EFFECT),
-    "AdaptiveIdentifier, three axes": partial(
-        alone, unit="AdaptiveIdentifier", parameters={"adaptation.hold_time": 0.0}
-    ),
-    "AdaptiveIdentifier, prediction errors with the lag estimated": partial(
-        alone, unit="AdaptiveIdentifier", parameters={"method": "prediction_error", "adaptation.hold_time": 0.0}
-    ),
-}
-OURS, FMPY, LIBCOSIM, ECOS, *ALONE = CASES
+    OURS: ours, FMPY: fmpy_calls, LIBCOSIM: libcosim, ECOS: ecos,
+    **{name: partial(alone, unit=unit, parameters=given) for name, (unit, given) in ALONE.items()},
+}  # fmt: skip
 FASTER = {FMPY: 3.0, LIBCOSIM: 1.0, ECOS: 1.0}
 """How many times as fast as other masters ours has to be."""
 
 
 def timed(
-    title: str, files: dict[str, Path], folder: Path, bounds: Iterable[float], realtime: float,
-    steps: int, rounds: int, packages: tuple[str, ...], without: tuple[str, ...] = (),
+    title: str, build: Callable[[Path], dict[str, Path]], bounds: Iterable[float], realtime: float, steps: int,
+    rounds: int, without: tuple[str, ...] = (),
 ) -> str:  # fmt: skip
-    """Give the section of built units.
+    """Give the section of the units that are built.
 
     ``bounds`` are of the loop and the units alone [us a step], ``realtime`` is the speed against real time. Masters
     whose package is missing are left out.
     """
-    fmus = {name: str(files[unit]) for name, unit in CLOSED_LOOP.units}
-    ssp = write_ssp(CLOSED_LOOP, folder / "closed_loop.ssp", GIVEN, fmus)
-    order = {"units": {unit: str(path) for unit, path in files.items()}, "fmus": fmus, "ssp": str(ssp)}
     times: dict[str, list[float]] = {}
-    for _ in range(rounds):
-        for name in (name for name in CASES if name not in without):
-            with suppress(ModuleNotFoundError):
-                times.setdefault(name, []).append(1e6 * apart(CASES[name], order, steps) / steps)
-    times = {name: own for name, own in times.items() if own}
+    with TemporaryDirectory(prefix="heli-bench-") as folder:
+        files = build(Path(folder))
+        fmus = {name: str(files[unit]) for name, unit in CLOSED_LOOP.units}
+        ssp = write_ssp(CLOSED_LOOP, Path(folder, "closed_loop.ssp"), GIVEN, fmus)
+        order = {"units": {unit: str(path) for unit, path in files.items()}, "fmus": fmus, "ssp": str(ssp)}
+        for _ in range(rounds):
+            for name in (name for name in CASES if name not in without):
+                with suppress(ModuleNotFoundError):
+                    micro = 1e6 * apart(CASES[name], order, steps) / steps
+                    times.setdefault(name, []).append(micro)
     bars = [
         *(Bar(name, min(times[name]), bound, "us a step") for name, bound in zip((OURS, *ALONE), bounds, strict=True)),
         Bar("speed against real time, 10 ms a step", 1e6 * STEP / min(times[OURS]), realtime, "times", True),
         *(Bar(f"against {name.removeprefix('the same, ')}", median(times[name]) / median(times[OURS]), bound,
               "times faster", True) for name, bound in FASTER.items() if name in times),
     ]  # fmt: skip
-    return section(
-        title,
-        bar_table(bars),
-        table(
-            ("what", "median [us]", "least [us]"),
-            [(name, significant(median(own)), significant(min(own))) for name, own in times.items()],
-        ),
-        f"{steps} steps of {1000 * STEP:g} ms a round, {rounds} rounds in turn, each case in its own process.",
-        packages=("fmpy", "libcosimpy", "ecospy", *packages),
-    )
+    rows = [(name, significant(median(own)), significant(min(own))) for name, own in times.items()]
+    said = f"{steps} steps of {1000 * STEP:g} ms a round, {rounds} rounds in turn, each case in its own process."
+    packages = ("fmpy", "pythonfmu", "libcosimpy", "ecospy", "ziglang", "numba")
+    return section(title, bar_table(bars), table(("what", "median [us]", "least [us]"), rows), said, packages=packages)
 
 
 def loop() -> str:
     """Measure pythonfmu units."""
-    with TemporaryDirectory(prefix="heli-bench-") as name:
-        bounds = (100.0, 15.0, 30.0, 40.0, 80.0)
-        title = "The four-unit loop and its units"
-        return timed(title, build_all(name), Path(name), bounds, 100.0, 1500, 12, ("pythonfmu",))
+    return timed("The four-unit loop and its units", build_all, (100.0, 15.0, 30.0, 40.0, 80.0), 100.0, 1500, 12)
 
 
 def native() -> str:
     """Measure native units."""
-    with TemporaryDirectory(prefix="heli-bench-") as name:
-        files = {unit: build_native(unit, Path(name)) for unit in NATIVE_UNITS}
-        bounds, packages = (5.0, 0.3, 1.0, 1.0, 3.0), ("ziglang", "numba")
-        return timed("Native units", files, Path(name), bounds, 2000.0, 100_000, 5, packages, (FMPY,))
+
+    def build(folder: Path) -> dict[str, Path]:
+        return {unit: build_native(unit, folder) for unit in NATIVE_UNITS}
+
+    return timed("Native units", build, (5.0, 0.3, 1.0, 1.0, 3.0), 2000.0, 100_000, 5, (FMPY,))

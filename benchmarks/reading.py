@@ -80,8 +80,8 @@ def suspicion(logs: list[Path]) -> None:
     found: Counter[str] = Counter()
     mirrored, lowered = np.array([-1.0, 1.0, 1.0]), np.array([1.0, -1.0, 1.0])
 
-    def said(log: Log, word: str) -> bool:
-        return any(word in text for text in suspicions(log))
+    def is_wrong(log: Log) -> bool:
+        return any("WRONG" in text for text in suspicions(log))
 
     for path in logs:
         try:
@@ -90,10 +90,10 @@ def suspicion(logs: list[Path]) -> None:
             print(f"left out: {error}")
             continue
         found["logs"] += 1
-        if said(log, "WRONG"):
+        if is_wrong(log):
             log = replace(log, angles=log.angles * mirrored)
-            found["suspected either way" if said(log, "WRONG") else "pitch of the other sign"] += 1
-        found["too calm to show it"] += said(log, "too calm")
+            found["suspected either way" if is_wrong(log) else "pitch of the other sign"] += 1
+        found["too calm to show it"] += any("too calm" in text for text in suspicions(log))
         for mistake, changed in {
             "rotors exchanged": replace(log, voltages=log.voltages[:, ::-1]),
             "pitch mirrored": replace(log, angles=log.angles * mirrored),

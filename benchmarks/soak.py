@@ -7,20 +7,22 @@ positive definite and at most 1 % above its limit, no sample lost, 5 MB of memor
 60 s.
 """
 
+import struct
+import types
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.harness import Bar, apart, bar_table, resident_memory, section, table
-from benchmarks.native_unit import identifier_state
 from fmu_src import CLOSED_LOOP
 from fmu_src.master.instance import Instance
 from fmu_src.master.loop import Wired
 from fmu_src.native import build_native
+from heli_identifier.online import IdentifierState, Sampled
 from heli_identifier.online.adaptation import gain_matrix
 from heli_identifier.results import significant
 
@@ -162,6 +164,46 @@ def run_day(case: str) -> dict[str, Any]:
         "growth": resident[-1] - resident[0],
         "least": float(np.min(eigenvalues)), "largest": float(np.max(eigenvalues)),
     }  # fmt: skip
+
+
+def identifier_state(unit: Instance) -> IdentifierState:
+    """Return what a native AdaptiveIdentifier remembers; it has taken at least one sample.
+
+    Its serialised state holds its variables, then its memory: the fields of the identifier's NamedTuples in their
+    order, a float as a C double, an int as eight bytes, a list behind its length, an optional value behind a flag.
+    """
+    state = unit.slave.getFMUState()
+    data = bytes(unit.slave.serializeFMUstate(state))
+    unit.slave.freeFMUState(state)
+    # token, sum, whether it has Model Exchange, phase, failure, whether initialised, two times
+    at = data.index(b"\0") + 1 + 8 + 1 + 8 + 8 + 1 + 1 + 8 + 8
+
+    def take(kind: str) -> Any:
+        nonlocal at
+        at += struct.calcsize(f"<{kind}")
+        return struct.unpack_from(f"<{kind}", data, at - struct.calcsize(f"<{kind}"))[0]
+
+    def value(kind: Any) -> Any:
+        if kind in (float, int, bool):
+            return take({float: "d", int: "q", bool: "?"}[kind])
+        if get_origin(kind) in (Union, types.UnionType):
+            (inner,) = [one for one in get_args(kind) if one is not type(None)]
+            return value(inner) if take("?") else None
+        if get_origin(kind) is tuple:
+            kinds = get_args(kind)
+            return tuple(value(one) for one in (kinds[:1] * take("q") if kinds[-1] is Ellipsis else kinds))
+        return kind(*(value(inner) for inner in get_type_hints(kind).values()))
+
+    for variable in unit.description.modelVariables:
+        at += 8 + 1 + 8
+        if variable.type == "String":
+            length = take("q")
+            at += length
+    take("?")  # whether it has warned
+    sampled: Sampled | None = value(Sampled | None)
+    if sampled is None or at != len(data):
+        raise ValueError(f"{len(data) - at} bytes are left of the state")
+    return sampled.state
 
 
 def jump(old: float, new: float, estimate: NDArray[np.float64]) -> tuple[float, float]:
