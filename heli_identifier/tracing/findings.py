@@ -51,14 +51,13 @@ def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimat
     return found
 
 
-def lag_score(fitted: Fit) -> float:
-    """Give what the likelihood loses with the motors' lag as it was given, without its prior [nats]."""
-    if LAG_FIELD not in fitted.fields:
-        return 0.0
-    j = fitted.fields.index(LAG_FIELD)
-    H, _ = fitted.quadratic.total
+def lag_score(fitted: Fit, C: Array) -> Score:
+    """Score the motors' lag by what the likelihood loses with the lag as it was given, without its prior."""
+    j, (H, _) = fitted.fields.index(LAG_FIELD), fitted.quadratic.total
     information = 1.0 / np.linalg.inv(H)[j, j] - 1.0
-    return float(0.5 * fitted.x[j] ** 2 * max(information, 0.0))
+    lag = estimates(fitted, C, [LAG_FIELD])[LAG_FIELD]
+    nats = float(0.5 * fitted.x[j] ** 2 * max(information, 0.0))
+    return Score(LAG_FIELD, nats, lag.value, lag.standard_error or 0.0, 1.0, {}, 0)
 
 
 def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float | None = None) -> FoundEffect:
@@ -107,61 +106,55 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
 
     A delay of the voltages, in the rig or in its log, may explain the timing about as well.
     """
-    score, value = lag_score(fitted), estimates(fitted, C, [LAG_FIELD])[LAG_FIELD]
-    if score <= selection.last.needed() or abs(value.value) < TIMED:
+    own = lag_score(fitted, C)
+    if own.score <= selection.last.needed() or abs(own.value) < TIMED:
         return None
     around = selection.last.of_pinned(fitted.fields.index(LAG_FIELD))
     rivals = [e for e in around.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
     scores = around.scores([f.effect.field for f in selection.findings], among=[e.field for e in rivals])
-    alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > score - KEPT)
+    alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > own.score - KEPT)
     effect = next(e for e in fitted.likelihood.rig.effects if e.field == LAG_FIELD)
-    own = Score(LAG_FIELD, score, value.value, value.standard_error or 0.0, 1.0, {}, 0)
-    return found_effect(Finding(effect, own, score, alternatives), fitted, C)
+    return found_effect(Finding(effect, own, own.score, alternatives), fitted, C)
 
 
 def catalogue_verdicts(
     selection: Selection, effects: Sequence[FoundEffect], possible: Sequence[FoundEffect]
 ) -> tuple[CatalogueVerdict, ...]:
     """One verdict for every entry of the catalogue, those of the plant first."""
-    stated = {(e.name, e.axis): e for e in (*effects, *possible)}
+    fitted, stated = selection.fit, {(own.name, own.axis): own for own in (*effects, *possible)}
+    scores = {LAG_FIELD: lag_score(fitted, covariance(fitted)), **selection.scores}
     rows = {
-        (e.name, e.axis): _verdict(selection, e, stated.get((e.name, e.axis)))
-        for e in selection.null.likelihood.rig.effects
+        (e.name, e.axis): _verdict(
+            e, scores.get(e.field), stated.get((e.name, e.axis)), selection.last.needed(e.certain)
+        )
+        for e in fitted.likelihood.rig.effects
     }
     return tuple(rows[entry] for entry in dict.fromkeys((*stated, *rows)) if entry in rows)
 
 
-def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -> CatalogueVerdict:
+def _verdict(effect: Effect, found: Score | None, stated: FoundEffect | None, needed: float) -> CatalogueVerdict:
     """Give the verdict on an entry, which ``stated`` has where it is an effect of the diagnosis."""
-    found, fitted = selection.scores.get(effect.field), selection.fit
-    estimate, score, visibility, experiment = Estimate(0.0, None, effect.unit), 0.0, 0.0, ""
-    if effect.field == LAG_FIELD and (found is None or stated is not None):
-        estimate = estimates(fitted, covariance(fitted), [LAG_FIELD])[LAG_FIELD]
-        score, visibility = lag_score(fitted), 1.0
-    elif found is not None:
-        estimate = Estimate(found.value, found.standard_error, effect.unit)
-        score, visibility = found.score, found.visibility
-    error, largest = estimate.standard_error or 0.0, max(abs(effect.lower), abs(effect.upper))
-    verdict, needed = Verdict.NOT_TESTABLE, selection.last.needed(effect.certain)
-    if found is None and effect.field != LAG_FIELD:
-        why = "a defect of the logs looks like it"
-    elif stated is not None:
+    if found is None:
+        blind, why = Estimate(0.0, None, effect.unit), "a defect of the logs looks like it"
+        return CatalogueVerdict(effect.name, effect.axis, Verdict.NOT_TESTABLE, blind, 0.0, 0.0, None, why, "")
+    verdict, estimate = Verdict.NOT_SHOWN, Estimate(found.value, found.standard_error, effect.unit)
+    score, experiment, unit = found.score, "", _behind(effect.unit)
+    error, largest = found.standard_error, max(abs(effect.lower), abs(effect.upper))
+    if stated is not None:
         verdict, estimate, experiment = stated.verdict, stated.coefficient or estimate, stated.experiment
         score, why = stated.score, f"score {stated.score:.1f} nats"
     elif score > needed:
-        verdict = Verdict.NOT_SHOWN
         why = f"score {score:.1f} nats beside what is in the plant, of which a fit with it keeps too little"
-    elif visibility < LEAST_VISIBILITY:
-        why = f"only {100.0 * visibility:.2g} % of its signature is left beside the fitted parameters"
-        experiment = effect.experiment
+    elif found.visibility < LEAST_VISIBILITY:
+        verdict, experiment = Verdict.NOT_TESTABLE, effect.experiment
+        why = f"only {100.0 * found.visibility:.2g} % of its signature is left beside the fitted parameters"
     elif 0.5 * (largest / max(error, 1e-300)) ** 2 < NAMED:
-        unit = _behind(effect.unit)
+        verdict, experiment = Verdict.NOT_TESTABLE, effect.experiment
         why = f"its standard error of {error:.2g}{unit} could not show even {largest:g}{unit}"
-        experiment = effect.experiment
     else:
-        verdict, why = Verdict.NOT_SHOWN, f"score {score:.1f} nats, {needed:.3g} needed"
-    bound = None if verdict is Verdict.NOT_TESTABLE else _bound(effect, estimate)
-    return CatalogueVerdict(effect.name, effect.axis, verdict, estimate, score, visibility, bound, why, experiment)
+        why = f"score {score:.1f} nats, {needed:.3g} needed"
+    bound, share = None if verdict is Verdict.NOT_TESTABLE else _bound(effect, estimate), found.visibility
+    return CatalogueVerdict(effect.name, effect.axis, verdict, estimate, score, share, bound, why, experiment)
 
 
 def _behind(unit: str) -> str:
