@@ -106,15 +106,16 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
 
     A delay of the voltages, in the rig or in its log, may explain the timing about as well.
     """
-    own = lag_score(fitted, C)
+    own, effects = lag_score(fitted, C), {effect.field: effect for effect in fitted.likelihood.rig.effects}
+    if LAG_FIELD not in effects:  # the configuration gives it: it is part of the model before
+        return None
     if own.score <= selection.last.needed() or abs(own.value) < TIMED:
         return None
     around = selection.last.of_pinned(fitted.fields.index(LAG_FIELD))
     rivals = [e for e in around.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
     scores = around.scores([f.effect.field for f in selection.findings], among=[e.field for e in rivals])
     alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > own.score - KEPT)
-    effect = next(e for e in fitted.likelihood.rig.effects if e.field == LAG_FIELD)
-    return found_effect(Finding(effect, own, own.score, alternatives), fitted, C)
+    return found_effect(Finding(effects[LAG_FIELD], own, own.score, alternatives), fitted, C)
 
 
 def catalogue_verdicts(
