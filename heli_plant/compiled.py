@@ -50,13 +50,13 @@ def read_only(values: ArrayLike) -> NDArray[np.float64]:
     return view
 
 
-def compiled(function: Callable, parameters: PlantParameters | None = None) -> Callable:
+def compiled(function: Callable, *parameters: PlantParameters) -> Callable:
     """Return ``function``, with every function of the plant that it calls, compiled by numba and kept on disk.
 
     It releases the interpreter's lock, and divides by zero as IEEE 754 does. If the general model and tables are off in
     the ``parameters`` that it will be called with, it is compiled without them, in half of the time.
     """
-    return _entry(function, parameters is not None and parameters.general_model <= 0.5 and not has_tables(parameters))
+    return _entry(function, bool(parameters) and not any(p.general_model > 0.5 or has_tables(p) for p in parameters))
 
 
 _PLAIN: dict[Any, Any] = {

@@ -11,6 +11,7 @@ A record has ``time`` (N,) [s], ``inputs`` (N, 2) [V], ``angles`` (N, 3) [rad], 
 state at its first sample.
 """
 
+from collections.abc import Sequence
 from math import cos, sin
 from types import SimpleNamespace
 from typing import Any
@@ -18,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .compiled import compiled, parameter_record, read_only
+from .compiled import PARAMETER_DTYPE, compiled, parameter_record, read_only
 from .laws import motor_input, motor_time_constant, switched_on, thrust_voltages
 from .motor import kept, toward
 from .parameters import PlantParameters
@@ -80,28 +81,28 @@ def _filter(
         carry[i] = state[i]
 
 
-def _accelerations(time: Any, inputs: Any, motion: Any, first: int, carry: Any, h: float, p: Any, out: Any) -> None:
-    """Fill ``out`` (n, 3): accelerations at the middle of each step along ``motion`` (n, 6).
+def _accelerations(time: Any, inputs: Any, motion: Any, first: int, carry: Any, h: float, plants: Any, out: Any) -> None:
+    """Fill ``out`` (3, m, n): accelerations of m plants at the middle of each step along ``motion`` (n, 6).
 
-    ``carry`` (3) holds the lagged voltages before the first of them and the cable's rest.
+    ``carry`` (m, 3) holds the lagged voltages before the first of them and the cable's rest.
     """
-    switches = switched_on(p)
     half = 0.5 * h
-    share = kept(half, motor_time_constant(p))
-    front, rear = carry[0], carry[1]
-    for i in range(len(motion)):
-        k = first + i
-        v_front, v_rear = arriving(time, inputs, k, time[k], h, p)
-        u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
-        front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
-        mu_diff, mu_sum = thrust_voltages(front, rear, time[k] + half, p)
-        w1, w2, w3 = motion[i, 3], motion[i, 4], motion[i, 5]
-        out[i, 0], out[i, 1], out[i, 2] = accelerations(
-            time[k] + half, motion[i, 0] + half * w1, motion[i, 1] + half * w2, motion[i, 2] + half * w3, w1, w2, w3,
-            mu_diff, mu_sum, 0.0, carry[2], switches, p,
-        )  # fmt: skip
-        front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
-    carry[0], carry[1] = front, rear
+    for j in range(len(plants)):
+        p, front, rear = plants[j], carry[j, 0], carry[j, 1]
+        switches, share = switched_on(p), kept(half, motor_time_constant(p))
+        for i in range(len(motion)):
+            k = first + i
+            v_front, v_rear = arriving(time, inputs, k, time[k], h, p)
+            u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
+            front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
+            mu_diff, mu_sum = thrust_voltages(front, rear, time[k] + half, p)
+            w1, w2, w3 = motion[i, 3], motion[i, 4], motion[i, 5]
+            out[0, j, i], out[1, j, i], out[2, j, i] = accelerations(
+                time[k] + half, motion[i, 0] + half * w1, motion[i, 1] + half * w2, motion[i, 2] + half * w3,
+                w1, w2, w3, mu_diff, mu_sum, 0.0, carry[j, 2], switches, p,
+            )  # fmt: skip
+            front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
+        carry[j, 0], carry[j, 1] = front, rear
 
 
 def run_filter(
@@ -154,13 +155,17 @@ def run_alone(
 
 
 def run_accelerations(
-    record: Any, parameters: PlantParameters, motion: Array, first: int, carry: Array | None, out: Array
-) -> Array:
-    """Accelerations along a motion; as :func:`run_filter`, ``carry`` is None at the record's beginning."""
+    record: Any, plants: Sequence[PlantParameters], motion: Array, first: int = 0, carry: Array | None = None
+) -> tuple[Array, Array]:
+    """Accelerations (3, m, n) [rad/s^2] of m plants along a motion (n, 6), and ``carry`` (m, 3).
+
+    ``carry`` is changed in place; None at the record's beginning. Accelerations are those at the middle of each step.
+    """
     if carry is None:
-        carry = np.array([record.start[6], record.start[7], record.start[11]])
-    compiled(_accelerations, parameters)(
-        read_only(record.time), read_only(record.inputs), motion, first, carry, record.step,
-        parameter_record(parameters), out,
+        carry = np.tile([record.start[6], record.start[7], record.start[11]], (len(plants), 1))
+    out = np.empty((3, len(plants), len(motion)))
+    compiled(_accelerations, *plants)(
+        read_only(record.time), read_only(record.inputs), read_only(motion), first, carry, record.step,
+        np.array([tuple(p) for p in plants], dtype=PARAMETER_DTYPE), out,
     )  # fmt: skip
-    return carry
+    return out, carry

@@ -57,7 +57,7 @@ def test_sensitivities_agree_with_runs_of_the_filter(clean):
         exact = 0.0
         for n, own in enumerate(likelihood.records):
             e = np.empty_like(own.angles)
-            likelihood.run(n, point, 0, own.samples, None, e, parameters=p)
+            likelihood.run(n, point, e, parameters=p)
             column = own.weights * (e - fitted.e[n]) / step / fitted.sigma
             exact += (column**2).sum()
         assert quadratic.information.sum(0)[i] == pytest.approx(exact, rel=0.04), coordinate.field

@@ -87,7 +87,7 @@ def test_another_filter_is_a_linear_filter_of_the_innovations():
     torque, noise = rng.standard_normal(3000), 0.01 * rng.standard_normal(3000)
     one, other = (80.0, 2.5, 200.0, 0.0, 300.0), (30.0, 5.0, 2.0, 0.8, 20.0)
     first, second = _linear_run(torque, noise, one), _linear_run(torque, noise, other)
-    found = recoloured(first, solved(*one), solved(*other))
+    found = recoloured(first, solved(*one), [solved(*other)])[0]
     np.testing.assert_allclose(found, second, atol=1e-9 * np.abs(second).max())
 
 
@@ -102,7 +102,7 @@ def test_slopes_of_the_colour_are_those_of_recoloured():
         sum(w[i, :].mean() * np.concatenate((np.zeros(i + 1), x[: -i - 1])) for i in range(len(w)))
         for w, x in ((of_g, g), (of_m, m))
     ]
-    up, down = (recoloured(e, own, other) for other, _ in steps)
+    up, down = recoloured(e, own, [other for other, _ in steps])
     slope = (up - down) / (2.0 * d)
     np.testing.assert_allclose(past[0] + past[1], slope, atol=1e-6 * np.abs(slope).max())
 

@@ -129,17 +129,24 @@ class Fit:
         own = self.likelihood.filters(self.likelihood.records[0], self.point)
         return np.asarray(self.sigma / np.sqrt([axis.S for axis in own]))
 
-    def stepped(self, s: Array) -> "Fit | None":
-        """Go a step ``s`` (n,), halved until F falls; None if it does not."""
+    def stepped(self, s: Array, least: float) -> "tuple[Fit, float] | None":
+        """Go a step ``s`` (n,), halved until F falls, and give the share of it; None if less than ``least`` is left.
+
+        Where F rises it is about a parabola along the step, which tells its lowest value.
+        """
         P, shape = len(self.x), self.point.z.shape
         share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
+        slope = float(self.quadratic.total[1] @ s) - 2.0 * self.quadratic.by_own
         for _ in range(HALVINGS):
             taken = share * s
             own = self.point.own + np.array([share * c - D @ taken for c, D in self.quadratic.back])
             point = replace(self.point, z=self.point.z + taken[P:].reshape(shape), own=own)
             there = self.at(self.likelihood, self.coordinates, np.clip(self.x + taken[:P], *self.bounds), point)
             if there.value < self.value:
-                return there
+                return there, share
+            bend = there.value - self.value - share * slope
+            if -slope * share > 0.1 * bend and (share * slope) ** 2 < 4.0 * bend * least:
+                return None
             share *= 0.5
         return None
 
@@ -149,8 +156,9 @@ class Fit:
         e, chosen = self.e[: len(few)], self.point.z.copy()
         best = self.likelihood.of_axes(e, few)[0] + 0.5 * (z**2).sum(0)
         airs = [np.clip(z + np.array(move)[:, None], -FARTHEST, FARTHEST) for move in AIR_SCAN]
-        for tried, other in zip(airs, self.likelihood.recoloured(self.point, e, airs), strict=True):
-            F = self.likelihood.of_axes(other, few)[0] + 0.5 * (tried**2).sum(0)
+        under = self.likelihood.recoloured(self.point, e, airs)
+        for k, tried in enumerate(airs):
+            F = self.likelihood.of_axes([own[k] for own in under], few)[0] + 0.5 * (tried**2).sum(0)
             better = F < best
             best = np.where(better, F, best)
             chosen[:, better] = tried[:, better]
@@ -191,8 +199,12 @@ def fit(
         start = _joined([_searched(beginning, fields, first, point, ROUGHLY, False) for point in begun])
         own = np.vstack((start.point.own, np.zeros((count - len(some), 4 * a))))
         start = replace(start, point=replace(start.point, own=own))
+        known = frozenset(fields)
+    else:
+        known = frozenset(start.names)
     point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
-    return _searched(likelihood, fields, point.parameters, point, ROUGHLY if value_only else CONVERGED, not value_only)
+    scan = not (value_only or known >= set(fields))
+    return _searched(likelihood, fields, point.parameters, point, ROUGHLY if value_only else CONVERGED, scan)
 
 
 def _joined(begun: Sequence[Fit]) -> Fit:
@@ -233,17 +245,19 @@ def _searched(
     low, high = now.bounds
     reach, moved = np.ones(point.z.size), np.zeros(point.z.size)  # of the air: shorter where it swings
     for _ in range(ITERATIONS):
-        before, z, (H, g) = now, now.point.z.ravel(), now.quadratic.total
+        z, (H, g) = now.point.z.ravel(), now.quadratic.total
         s = bounded_step(
             H, g, np.concatenate((low - now.x, np.maximum(-reach, -FARTHEST - z))),
             np.concatenate((high - now.x, np.minimum(reach, FARTHEST - z))),
         )  # fmt: skip
         promised = -(g @ s + 0.5 * s @ H @ s) + now.quadratic.by_own
-        if promised >= least and (there := now.stepped(s)) is not None:
-            now, last, moved = there, moved, there.point.z.ravel() - z
+        step = now.stepped(s, least) if promised >= least else None
+        if step is not None:
+            fall, far = now.value - step[0].value, promised > 1.0 or step[1] < 1.0
+            now, last, moved = step[0], moved, step[0].point.z.ravel() - z
             reach = np.where(moved * last < 0.0, 0.5 * reach, np.minimum(1.5 * reach, 1.0))
-        if before.value - now.value > least:
-            continue
+            if fall > least and (far or abs(promised - fall) > least):  # else the quadratic form is F's own
+                continue
         better = now.in_better_air() if scan else None
         if better is None:
             break

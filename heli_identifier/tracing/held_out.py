@@ -267,7 +267,7 @@ def _standardised(run: Run, model: Model) -> Array:
     """Innovations (N, a) of a run under the air and over the scales of another model."""
     step, own = run.record.step, run.model
     old, new = (filters(step, own.rig.linear(own.parameters), physical(z)) for z in (own.z, model.z))
-    columns = [recoloured(e, was, now) for e, was, now in zip(run.innovations.T, old, new, strict=True)]
+    columns = [recoloured(e, was, [now])[0] for e, was, now in zip(run.innovations.T, old, new, strict=True)]
     return np.column_stack(columns) / model.scales(step)
 
 

@@ -18,7 +18,7 @@ from heli_identifier.chain import local_cubic
 from heli_identifier.online import ModelParameters
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
 from heli_plant.effects import Effect as Law
-from heli_plant.laws import motor_input, thrust_voltage
+from heli_plant.laws import bending_acceleration, motor_input, thrust_voltage
 from heli_plant.motor import kept
 from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.simulation import ALONE, run_accelerations, run_alone, run_filter
@@ -348,7 +348,7 @@ class Rig:
             owner, shape = found
             bends, centre = owner.place == BENDING, shape.default if field == HORIZONTAL else getattr(start, field)
             if shape.lower > 0.0:  # a scale: its logarithm moves
-                return Coordinate(field, centre, GAIN_WIDTH, shape.lower, shape.upper, 1.0, 0.05, in_output=bends)
+                return Coordinate(field, centre, GAIN_WIDTH, shape.lower, shape.upper, 1.0, 0.05, in_reading=bends)
             width = shape.difference_step or 0.1 * (shape.upper - shape.lower)
             step = 1.0 if shape.difference_step else DIFFERENCE
             return Coordinate(field, centre, width, shape.lower, shape.upper, step=step)
@@ -357,7 +357,18 @@ class Rig:
         usual = LAG_WIDTH if entry.place == LAG else entry.upper / CATALOGUE_WIDTHS
         centre, width = self.known.get(field, (0.0, usual))
         step = _DIFFERENCE.get(entry.name, DIFFERENCE * width) / width
-        return Coordinate(field, centre, width, lower, entry.upper, step=step, in_output=entry.place == BENDING)
+        return Coordinate(field, centre, width, lower, entry.upper, step=step, in_reading=entry.place == BENDING)
+
+    def bending(self, record: Record, p: PlantParameters) -> Array:
+        """What the encoders read (N, 3) [rad] beside the rigid angles, less that at the start.
+
+        q is linear in mu_s, which is taken without the curve of the thrust and straight between two samples.
+        """
+        read, (q, w, drive) = np.zeros((record.samples, 3)), (bending_acceleration(*u, p) for u in np.eye(3).tolist())
+        if drive:
+            mu_sum, poles = lagged(record, p).sum(1), np.poly(np.exp(record.step * np.roots([1.0, -w, -q]))).real
+            read[:, 1] = lfilter(np.array([1.0, 4.0, 1.0]) / 6.0 * poles.sum() * drive / -q, poles, mu_sum - mu_sum[0])
+        return read
 
     def estimate(self, records: Sequence[Record]) -> PlantParameters:
         """Least squares on smoothed derivatives; biased by the air, only the fit's start depends on it."""
@@ -380,8 +391,7 @@ class Rig:
     def measured(self, record: Record, parameters: PlantParameters, window: float = MOTION_WINDOW) -> Array:
         """Accelerations (N, 3) [rad/s^2] of a plant along the measured motion, smoothed over ``window`` [s]."""
         motion = _motion(record, window)
-        out = np.empty((record.samples, 3))
-        run_accelerations(record, parameters, motion, 0, None, out)
+        out = np.ascontiguousarray(run_accelerations(record, [parameters], motion)[0][:, 0].T)
         out[1:] = 0.5 * (out[1:] + out[:-1])  # from the middles of the steps to their ends
         return out
 

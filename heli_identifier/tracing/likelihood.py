@@ -12,7 +12,7 @@ everything that the tracer decides is a difference of F or its quadratic form (:
 Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 1964.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import exp
 from typing import NamedTuple
@@ -46,11 +46,11 @@ class Point:
 
 
 class Move(NamedTuple):
-    """A coordinate moved: the plant, the difference, whether it needs runs of the filter, and the logs' faults."""
+    """A coordinate moved: the plant, the difference, whether it acts on the reading alone, and the logs' faults."""
 
     parameters: Parameters
     step: float
-    in_output: bool
+    in_reading: bool
     faults: Mapping[Fault, float] | None = None
 
 
@@ -80,7 +80,7 @@ class Likelihood:
         found, motions = [], []
         for i, record in enumerate(self.records):
             e, motion = np.empty_like(record.angles), np.empty((record.samples, 2 * len(self.rig.axes)))
-            self.run(i, point, 0, record.samples, None, e, motion)
+            self.run(i, point, e, motion)
             found.append(e)
             motions.append(motion[:: record.held].copy())
         return found, motions
@@ -121,15 +121,13 @@ class Likelihood:
         some = airs or (point.z,)
         return filters(record.step, self.rig.linear(point.parameters) * len(some), np.hstack(list(map(physical, some))))
 
-    def recoloured(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> Iterator[list[Array]]:
-        """Give the innovations of the first ``len(e)`` records under other ``airs`` from those under the point's."""
-        records, a = self.records[: len(e)], len(self.rig.axes)
-        old, new = ([self.filters(record, point, some) for record in records] for some in ((), airs))
-        for k in range(0, a * len(airs), a):
-            yield [
-                np.column_stack([recoloured(of[:, i], was[i], now[k + i]) for i in range(a)])
-                for of, was, now in zip(e, old, new, strict=True)
-            ]
+    def recoloured(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> list[Array]:
+        """Give the innovations (J, N_i, a) of the first ``len(e)`` records under J airs from those under the point's."""
+        a, found = len(self.rig.axes), list[Array]()
+        for record, own in zip(self.records, e, strict=False):
+            old, new = self.filters(record, point), self.filters(record, point, airs)
+            found.append(np.stack([recoloured(own[:, i], old[i], new[i::a]) for i in range(a)], axis=2))
+        return found
 
     def priors(self, x: Array, point: Point) -> float:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
@@ -151,7 +149,7 @@ class Likelihood:
             faults = {**self.faults, coordinate.fault: coordinate.value(x + step)}
             return Move(point.parameters, step, False, faults)
         values = {**coordinate.beside, **coordinate.assigned(x + step)}
-        return Move(self.rig.assign(point.parameters, values), step, coordinate.in_output)
+        return Move(self.rig.assign(point.parameters, values), step, coordinate.in_reading)
 
     def of_log(self, i: int, point: Point, parameters: Parameters) -> Parameters:
         """Give the plant with the gains of log ``i``."""
@@ -161,22 +159,16 @@ class Likelihood:
         of_log = {n: getattr(parameters, n) * exp(d) for n, d in zip(self.rig.gains, drift, strict=True)}
         return parameters._replace(**of_log)
 
-    def run(
-        self, i: int, point: Point, first: int, last: int, carry: Array | None, e: Array, motion: Array = NO_MOTION,
-        parameters: Parameters = None, record: Record | None = None,
-    ) -> Array:  # fmt: skip
-        """Run the filter over samples of record ``i``; fill ``e`` and ``motion``; give the state."""
-        record = record or self.records[i]
+    def run(self, i: int, point: Point, e: Array, motion: Array = NO_MOTION, parameters: Parameters = None) -> None:
+        """Run the filter over record ``i``; fill ``e`` and ``motion``."""
+        record, a = self.records[i], len(self.rig.axes)
         p = self.of_log(i, point, point.parameters if parameters is None else parameters)
         K = gains(filters(record.step, self.rig.linear(p), physical(point.z)))
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
-        a = len(self.rig.axes)
-        if carry is None:
-            start = record.start.copy()
-            start[: 2 * a] += point.own[i, a : 3 * a]
-            record = replace(record, start=start)
-        state: Array = self.rig.filter(record, p, K, point.own[i, :a], harmonics, first, last, carry, e, motion)
-        return state
+        start = record.start.copy()
+        start[: 2 * a] += point.own[i, a : 3 * a]
+        record = replace(record, start=start)
+        self.rig.filter(record, p, K, point.own[i, :a], harmonics, 0, record.samples, None, e, motion)
 
 
 def without(faults: Mapping[Fault, float], logged: Record) -> Record:

@@ -176,19 +176,20 @@ def gains(own: Sequence[AxisFilter]) -> Array:
     return np.array([np.concatenate(row) for row in rows])
 
 
-def recoloured(e: Array, old: AxisFilter, new: AxisFilter) -> Array:
-    """Innovations under another filter of one axis, from those under the present one.
+def recoloured(e: Array, old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
+    """Innovations (J, n) under J other filters of one axis, from those under the present one, ``e`` (n,) [rad].
 
     The filter's innovations e and what it measures are tied by y = det(zI - M)/det(zI - A) e, M = A (I - K C), so the
     innovations under another filter are
 
-        e' = det(zI - N')/det(zI - N) det(zI - M)/det(zI - M') e,    N the step of d, u and n,
+        e' = det(zI - N')/det(zI - M') det(zI - M)/det(zI - N) e,    N the step of d, u and n,
 
     as the plant's own poles in A, which are the same, cancel: M' has the old plant, whatever plant K' is made for. A
-    linear filter in place of a run of the plant. ``e`` has the shape (n,) [rad].
+    linear filter in place of a run of the plant.
     """
-    e = lfilter(old.errors, _errors_around(old, [new])[0], e)
-    return np.asarray(e if np.array_equal(old.noise, new.noise) else lfilter(new.noise, old.noise, e))
+    shared = lfilter(old.errors, old.noise, e)
+    around = zip(new, _errors_around(old, new), strict=True)
+    return np.array([lfilter(other.noise, poles, shared) for other, poles in around])
 
 
 def _errors_around(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:

@@ -37,9 +37,8 @@ class Coordinate:
     """Of a gain; 0 for a parameter whose coordinate is linear."""
     step: float = DIFFERENCE
     """Width of a finite difference, in x."""
-    in_output: bool = False
-    """Whether it acts on what is measured and not through a torque, so that its sensitivity needs runs of the
-    filter."""
+    in_reading: bool = False
+    """Whether it acts on what is measured and not through a torque."""
     beside: Mapping[str, float] = dataclasses.field(default_factory=dict)
     """Values that other parameters take while this one moves: the shapes of a law that is off."""
     tied: str = ""

@@ -18,7 +18,7 @@ Sources: Ljung, System Identification, 2nd ed., section 10.2 (Gauss-Newton); Hub
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ from .settings import DIFFERENCE, HUBER
 Rows = tuple[NDArray[np.intp], Array]
 """Coordinates (k,), and derivatives by them (k, n)."""
 
-CHUNK = 8000
+CHUNK = 30000
 """Samples that are read at a time."""
 
 @dataclass(frozen=True, eq=False)
@@ -122,10 +122,10 @@ def _normal_equations(
             w = record.weights[rows, axis] * np.minimum(1.0, HUBER / np.maximum(np.abs(u), 1e-12))
             wF, wS = F * w, S * _sums(w, held)
             cross = _sums(wF, held) @ S.T
-            H[axis][np.ix_(f, f)] += wF @ F.T
-            H[axis][np.ix_(f, s)] += cross
-            H[axis][np.ix_(s, f)] += cross.T
-            H[axis][np.ix_(s, s)] += wS @ S.T
+            H[axis][f[:, None], f] += wF @ F.T
+            H[axis][f[:, None], s] += cross
+            H[axis][s[:, None], f] += cross.T
+            H[axis][s[:, None], s] += wS @ S.T
             for own, values in ((f, _sums(wF * u, length)), (s, _sums(S * _sums(w * u, held), length // held))):
                 scores[block : block + values.shape[1], axis, own] -= values.T
     return H, scores
@@ -138,8 +138,8 @@ class _Axis(NamedTuple):
     transfer: tuple[Array, Array]
     moving: NDArray[np.intp]
     """Coordinates that move the filter itself."""
-    slopes: tuple[Array, Array]
-    """Of the colour, by these (:func:`.noise.slope_of_colour`)."""
+    slopes: Array
+    """Of the colour, by these (:func:`.noise.slope_of_colour`), shape (8, k)."""
 
 
 class Sensitivities:
@@ -167,58 +167,57 @@ class Sensitivities:
         if record.step not in self._at_rate:
             self._at_rate[record.step] = self._axes(record)
         axes = self._at_rate[record.step]
-        plant, *plants = (L.of_log(i, point, p) for p in (point.parameters, *(move.parameters for move in moves)))
-        starts = [start_response(axis.own, held, -(-record.samples // held)).T for axis in axes]
-        pasts = [_past(axis.own, e[:, k]) for k, axis in enumerate(axes)]
-        slower = _slower(record, held)
-        altered, read = dict[int, Record](), [dict[int, Array]() for _ in axes]
+        plants = [L.of_log(i, point, p) for p in (point.parameters, *(move.parameters for move in moves))]
+        pushing = [j for j, move in enumerate(moves) if not move.in_reading and move.faults is None]
+        acting, widths = [plants[0], *(plants[j + 1] for j in pushing)], np.array([move.step for move in moves])[:, None]
+        slower, altered, read = _slower(record, held), dict[int, Record](), [dict[int, Array]() for _ in axes]
         for j, move in enumerate(moves):
             if move.faults is not None:
-                altered[j] = without(move.faults, L.logged[i] if L.faults else record)
-                for k in np.flatnonzero((altered[j].angles != record.angles).any(0)).tolist():
-                    change = (altered.pop(j).angles[:, k] - record.angles[:, k]) / move.step
-                    read[k][j] = lfilter(*reading_dynamics(axes[k].own), change)
-        carried: list = [None] * (P + 1)
+                other = without(move.faults, L.logged[i] if L.faults else record)
+                change = other.angles - record.angles
+                if (other.inputs != record.inputs).any():
+                    altered[j] = _slower(other, held)
+            elif move.in_reading:
+                change = rig.bending(record, plants[0]) - rig.bending(record, plants[j + 1])
+            else:
+                continue
+            for k in np.flatnonzero(change.any(0)).tolist():
+                read[k][j] = lfilter(*reading_dynamics(axes[k].own), change[:, k] / move.step)
+        starts = [start_response(axis.own, held, -(-record.samples // held)).T for axis in axes]
+        pasts = [_past(axis.own, e[:, k]) for k, axis in enumerate(axes)]
+        lagging, behind = None, dict[int, Any]()
         memory = [np.zeros((P + 1, len(axis.transfer[1]) - 1)) for axis in axes]
         chunk = record.block * max(1, CHUNK // record.block)
         for first in range(0, record.samples, chunk):
             rows = slice(first, min(first + chunk, record.samples))
             blocks = slice(first // held, -(-rows.stop // held))
-            seen = motion[blocks]
-            torques, base = np.zeros((P + 1, len(seen), a)), np.empty((len(seen), a))
-            torques[P] = 1.0
-            carried[P] = rig.accelerations(slower, plant, seen, blocks.start, carried[P], base)
-            quick = [{j: change[rows] for j, change in own.items()} for own in read]
-            outputs = [dict[int, Array]() for _ in axes]
-            for j, move in enumerate(moves):
-                if move.in_output or j in altered:
-                    shown = np.empty_like(e[rows])
-                    carried[j] = L.run(
-                        i, point, rows.start, rows.stop, carried[j], shown, parameters=move.parameters,
-                        record=altered.get(j),
-                    )  # fmt: skip
-                    change = (shown - e[rows]).T / move.step
-                    for k in np.flatnonzero(change.any(1)).tolist():
-                        (quick if j in altered else outputs)[k][j] = change[k] if j in altered else change[k, ::held]
-                elif move.faults is None:
-                    carried[j] = rig.accelerations(slower, plants[j], seen, blocks.start, carried[j], torques[j])
-                    torques[j] = (torques[j] - base) / move.step
+            seen, torques = motion[blocks], np.zeros((a, P + 1, blocks.stop - blocks.start))
+            own, lagging = rig.accelerations(slower, acting, seen, blocks.start, lagging)
+            torques[:, pushing] = (own[:, 1:] - own[:, :1]) / widths[pushing]
+            for j, late in altered.items():
+                moved, behind[j] = rig.accelerations(late, plants[:1], seen, blocks.start, behind.get(j))
+                torques[:, j] = (moved[:, 0] - own[:, 0]) / widths[j]
+            torques[:, P] = 1.0
             fast, slow = [], []
             for k, axis in enumerate(axes):
-                of_axis = torques[:, :, k]
-                passed = of_axis.any(1) | memory[k].any(1)
-                through, memory[k][passed] = lfilter(*axis.transfer, of_axis[passed], axis=1, zi=memory[k][passed])
+                passed = torques[k].any(1) | memory[k].any(1)
+                through, memory[k][passed] = lfilter(*axis.transfer, torques[k][passed], axis=1, zi=memory[k][passed])
                 named = np.where(np.arange(P + 1) < P, np.arange(P + 1), self.own + k)[passed]
                 start = self.own + k + a * np.array([1, 2])
-                slow.append(_stacked(outputs[k], (named, through), (start, starts[k][:, blocks])))
-                coloured = axis.moving, _by_colour(axis, pasts[k], rows)
-                fast.append(_stacked(quick[k], coloured))
+                slow.append((np.concatenate((named, start)), np.vstack((through, starts[k][:, blocks]))))
+                named = np.concatenate((axis.moving, np.array(list(read[k]), dtype=int)))
+                coloured = axis.slopes.T @ pasts[k][:, rows]
+                fast.append((named, np.vstack((coloured, *(change[rows] for change in read[k].values())))))
             yield rows, fast, slow
 
     def _axes(self, record: Record) -> list[_Axis]:
         """Give the filters of the axes at the rate of a record, and how the coordinates move them."""
         return [
-            _Axis(own, error_dynamics(own, record.held), np.array(list(by)), slope_of_colour(own, tuple(by.values())))
+            _Axis(
+                own, error_dynamics(own, record.held), np.array(list(by)),
+                np.concatenate(slope_of_colour(own, tuple(by.values()))),
+            )  # fmt: skip
+           
             for own, by in zip(
                 self.likelihood.filters(record, self.point), self._other_filters(record.step), strict=True
             )
@@ -233,7 +232,7 @@ class Sensitivities:
         a, linear, air = len(rig.axes), rig.linear(point.parameters), physical(point.z)
         changed = [
             (i, j, own, air[:, i], move.step)
-            for j, move in enumerate(moves) if not move.in_output
+            for j, move in enumerate(moves) if not move.in_reading
             for i, own in enumerate(rig.linear(move.parameters)) if own != linear[i]
         ]  # fmt: skip
         for k in range(SHAPES):
@@ -246,17 +245,15 @@ class Sensitivities:
         return found
 
 
-def _past(own: AxisFilter, e: Array) -> list[Array]:
-    """Give innovations (N,) behind the poles of the filter's error and of the noise, zeros before their beginning."""
-    return [np.concatenate((np.zeros(5), lfilter([1.0], poles, e))) for poles in (own.errors, own.noise)]
-
-
-def _by_colour(axis: _Axis, past: Sequence[Array], rows: slice) -> Array:
-    """Give the derivatives of an axis's innovations by what moves its filter, one row each."""
-    found = np.zeros((len(axis.moving), rows.stop - rows.start))
-    for weights, known in zip(axis.slopes, past, strict=True):
-        lags = range(1, len(weights) + 1)
-        found += weights.T @ np.array([known[rows.start + 5 - d : rows.stop + 5 - d] for d in lags])
+def _past(own: AxisFilter, e: Array) -> Array:
+    """Give innovations (N,) behind the poles of the filter's error and of the noise, 1 to 5 and 1 to 3 samples ago."""
+    found = np.zeros((len(own.errors) + len(own.noise) - 2, len(e)))
+    row = 0
+    for poles in (own.errors, own.noise):
+        behind = lfilter([1.0], poles, e)
+        for lag in range(1, len(poles)):
+            found[row, lag:] = behind[:-lag]
+            row += 1
     return found
 
 
@@ -278,9 +275,3 @@ def _slower(record: Record, held: int) -> Record:
     """Record at a lower rate, its inputs averaged: what accelerations are computed from."""
     inputs = np.ascontiguousarray(means(record.inputs, held))
     return replace(record, step=held * record.step, time=np.ascontiguousarray(record.time[::held]), inputs=inputs)
-
-
-def _stacked(others: dict[int, Array], *rows: Rows) -> Rows:
-    """Join rows with their coordinates."""
-    named, found = zip(*rows, strict=True)
-    return np.concatenate((*named, np.array(list(others), dtype=int))), np.vstack((*found, *others.values()))
