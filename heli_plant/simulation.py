@@ -81,7 +81,9 @@ def _filter(
         carry[i] = state[i]
 
 
-def _accelerations(time: Any, inputs: Any, motion: Any, first: int, carry: Any, h: float, plants: Any, out: Any) -> None:
+def _accelerations(
+    time: Any, inputs: Any, motion: Any, first: int, carry: Any, h: float, plants: Any, out: Any
+) -> None:  # fmt: skip
     """Fill ``out`` (3, m, n): accelerations of m plants at the middle of each step along ``motion`` (n, 6).
 
     ``carry`` (m, 3) holds the lagged voltages before the first of them and the cable's rest.

@@ -129,8 +129,8 @@ class Fit:
         own = self.likelihood.filters(self.likelihood.records[0], self.point)
         return np.asarray(self.sigma / np.sqrt([axis.S for axis in own]))
 
-    def stepped(self, s: Array, least: float) -> "tuple[Fit, float] | None":
-        """Go a step ``s`` (n,), halved until F falls, and give the share of it; None if less than ``least`` is left.
+    def stepped(self, s: Array) -> "tuple[Fit, float] | None":
+        """Go a step ``s`` (n,), halved until F falls, and give the share of it; None if it does not fall by enough.
 
         Where F rises it is about a parabola along the step, which tells its lowest value.
         """
@@ -145,7 +145,7 @@ class Fit:
             if there.value < self.value:
                 return there, share
             bend = there.value - self.value - share * slope
-            if -slope * share > 0.1 * bend and (share * slope) ** 2 < 4.0 * bend * least:
+            if -slope * share > 0.1 * bend and (share * slope) ** 2 < 4.0 * bend * CONVERGED:
                 return None
             share *= 0.5
         return None
@@ -179,15 +179,16 @@ def bounded_step(H: Array, g: Array, low: Array, high: Array) -> Array:
 
 def fit(
     likelihood: Likelihood, fields: Sequence[str], start: Fit | None = None,
-    shapes: Mapping[str, float] | None = None, value_only: bool = False,
+    shapes: Mapping[str, float] | None = None, value_only: bool = False, other: Point | None = None,
 ) -> Fit:  # fmt: skip
     """Fit a plant to the records of a rig.
 
     Estimated are the parameters and faults ``fields``. Other parameters keep the values of ``start``, or what the rig
     is given as; other faults of the likelihood stay undone as they are. ``shapes`` are values of parameters to begin
-    from. With ``value_only`` F alone is asked for: the fit is a rough one, from the air of ``start``.
+    from. With ``value_only`` F alone is asked for: the fit is a rough one, from the air of ``start``. Where the
+    ``other`` point is likelier the fit begins there.
     """
-    rig = likelihood.rig
+    rig, new = likelihood.rig, start is None or not set(fields) <= set(start.names)
     if start is None:
         coordinates, x = _placed(likelihood, fields, rig.estimate(likelihood.records))
         within = np.clip(x, -FARTHEST, FARTHEST).tolist()  # a step is at most some widths of a prior
@@ -195,16 +196,11 @@ def fit(
         some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
         beginning = replace(likelihood, records=some)
         airs = (np.repeat(np.array(air)[:, None], a, axis=1) for air in AIRS)
-        begun = (beginning.resting(first, z) for z in airs)
-        start = _joined([_searched(beginning, fields, first, point, ROUGHLY, False) for point in begun])
+        start = _joined([_searched(beginning, fields, [beginning.resting(first, z)], ROUGHLY, False) for z in airs])
         own = np.vstack((start.point.own, np.zeros((count - len(some), 4 * a))))
         start = replace(start, point=replace(start.point, own=own))
-        known = frozenset(fields)
-    else:
-        known = frozenset(start.names)
-    point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
-    scan = not (value_only or known >= set(fields))
-    return _searched(likelihood, fields, point.parameters, point, ROUGHLY if value_only else CONVERGED, scan)
+    points = [replace(own, parameters=rig.assign(own.parameters, shapes or {})) for own in (start.point, other) if own]
+    return _searched(likelihood, fields, points, ROUGHLY if value_only else CONVERGED, new and not value_only)
 
 
 def _joined(begun: Sequence[Fit]) -> Fit:
@@ -234,14 +230,13 @@ def _placed(
 
 
 def _searched(
-    likelihood: Likelihood, fields: Sequence[str], at: Parameters, point: Point, least: float, scan: bool = True
+    likelihood: Likelihood, fields: Sequence[str], points: Sequence[Point], least: float, scan: bool = True
 ) -> Fit:
-    """Fit from a point until F falls by less than ``least`` by a step, and by no ``scan`` of the air.
-
-    ``at`` are the parameters that tell the signs of gains.
-    """
-    coordinates, x = _placed(likelihood, fields, at)
-    now = Fit.at(likelihood, coordinates, x, replace(point, z=np.clip(point.z, -FARTHEST, FARTHEST)))
+    """Fit from the likeliest of some points until F falls by less than ``least`` by a step, and by no ``scan``."""
+    starts = [replace(own, z=np.clip(own.z, -FARTHEST, FARTHEST)) for own in points]
+    begun = [Fit.at(likelihood, *_placed(likelihood, fields, own.parameters), own) for own in starts]
+    now = min(begun, key=lambda own: own.value)
+    point = now.point
     low, high = now.bounds
     reach, moved = np.ones(point.z.size), np.zeros(point.z.size)  # of the air: shorter where it swings
     for _ in range(ITERATIONS):
@@ -251,12 +246,12 @@ def _searched(
             np.concatenate((high - now.x, np.minimum(reach, FARTHEST - z))),
         )  # fmt: skip
         promised = -(g @ s + 0.5 * s @ H @ s) + now.quadratic.by_own
-        step = now.stepped(s, least) if promised >= least else None
+        step = now.stepped(s) if promised >= least else None
         if step is not None:
             fall, far = now.value - step[0].value, promised > 1.0 or step[1] < 1.0
             now, last, moved = step[0], moved, step[0].point.z.ravel() - z
             reach = np.where(moved * last < 0.0, 0.5 * reach, np.minimum(1.5 * reach, 1.0))
-            if fall > least and (far or abs(promised - fall) > least):  # else the quadratic form is F's own
+            if fall > least and (far or abs(promised - fall) > CONVERGED):  # else the quadratic form is F's own
                 continue
         better = now.in_better_air() if scan else None
         if better is None:

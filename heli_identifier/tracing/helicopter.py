@@ -360,7 +360,7 @@ class Rig:
         return Coordinate(field, centre, width, lower, entry.upper, step=step, in_reading=entry.place == BENDING)
 
     def bending(self, record: Record, p: PlantParameters) -> Array:
-        """What the encoders read (N, 3) [rad] beside the rigid angles, less that at the start.
+        """Give what the encoders read (N, 3) [rad] beside the rigid angles, less that at the start.
 
         q is linear in mu_s, which is taken without the curve of the thrust and straight between two samples.
         """

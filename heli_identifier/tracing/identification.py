@@ -24,7 +24,7 @@ from .references import References, find_references
 from .result import Agreement, FoundEffect, ParameterReport
 from .rig import Effect
 from .select import Selection, halves_agree, left_out_gain, refitted, select
-from .settings import CATALOGUE_WIDTHS, KEPT, MISTAKE, SETTLING, DiagnosisSettings
+from .settings import CATALOGUE_WIDTHS, KEPT, MISTAKE, ROUGHLY, SETTLING, DiagnosisSettings
 from .strangers import aligned
 from .unknown import search_unknown
 
@@ -198,8 +198,11 @@ def delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     begun = {name: 1.0 for name in mechanics if name not in kept}
     start = replace(alone, likelihood=replace(likelihood, rig=rig))
     proven = any(f.established and f.effect.certain for f in selection.findings)
-    rough = refitted(start, candidates, [*kept, *begun], begun, True)
-    return alone if rough.value > alone.value + proven * KEPT else refitted(rough, candidates, [*kept, *begun])
+    least = alone.value + proven * KEPT
+    whole = refitted(start, candidates, [*kept, *begun], begun, value_only=True)
+    if whole.value < least + 2.0 * ROUGHLY:
+        whole = refitted(whole, candidates, [*kept, *begun])
+    return alone if whole.value > least else whole
 
 
 def _outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:

@@ -103,16 +103,13 @@ class Likelihood:
             count = float(sum(r.weights[:, axis].sum() for r in used))
             if count == 0.0:
                 continue
-            squares = size**2
-            sigma = np.sqrt(squares.sum() / count)
+            sigma = np.sqrt(size @ size / count)
             for _ in range(30):
-                far = size > HUBER * sigma
-                total = squares.sum() - squares[far].sum() + HUBER * sigma * size[far].sum()
-                last, sigma = sigma, max(float(np.sqrt(total / count)), 1e-12)
+                near = np.minimum(size, HUBER * sigma)
+                last, sigma = sigma, max(float(np.sqrt(size @ near / count)), 1e-12)
                 if abs(sigma - last) <= 1e-6 * last:
                     break
-            loss = 0.5 * (squares.sum() - squares[far].sum()) / sigma**2
-            loss += HUBER * size[far].sum() / sigma - 0.5 * HUBER**2 * far.sum()
+            loss = (size @ near - 0.5 * near @ near) / sigma**2
             F[axis], scales[axis] = count * (np.log(sigma) - 0.5) + loss, sigma
         return F, scales
 
@@ -122,7 +119,7 @@ class Likelihood:
         return filters(record.step, self.rig.linear(point.parameters) * len(some), np.hstack(list(map(physical, some))))
 
     def recoloured(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> list[Array]:
-        """Give the innovations (J, N_i, a) of the first ``len(e)`` records under J airs from those under the point's."""
+        """Give the innovations (J, N_i, a) of the first records under J airs, from ``e`` under the point's."""
         a, found = len(self.rig.axes), list[Array]()
         for record, own in zip(self.records, e, strict=False):
             old, new = self.filters(record, point), self.filters(record, point, airs)

@@ -22,6 +22,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from .fit import Fit, bounded_step
+from .likelihood import Point
 from .noise import error_dynamics
 from .rig import Array, Coordinate, Effect
 from .sensitivity import linearise
@@ -205,6 +206,16 @@ class Scores:
                 d[j] = self.coordinates[j].coordinate(0.0) - self.x[j]
         d[i] = bounded_step(self.H[np.ix_(i, i)], (self.g + self.H @ d)[i], self.low[i], self.high[i])
         return d, i
+
+    def point(self, selected: Collection[str]) -> Point:
+        """Give the point at which the quadratic form has that minimum."""
+        (d, i), fitted, values = self.minimum(selected), self.fitted, dict[str, float]()
+        for j in i:
+            if j < self.P:
+                values |= {**self.coordinates[j].beside, **self.coordinates[j].assigned(float(self.x[j] + d[j]))}
+        parameters, z = fitted.likelihood.rig.assign(fitted.parameters, values), fitted.point.z
+        own = fitted.point.own + np.array([c - D @ d for c, D in self.quadratic.back])
+        return replace(fitted.point, parameters=parameters, z=z + d[self.P :].reshape(z.shape), own=own)
 
     def scores(self, selected: Collection[str], among: Collection[str] | None = None) -> dict[str, Score]:
         """Score every candidate: outside of ``selected`` what it would add, inside what would be lost without it."""

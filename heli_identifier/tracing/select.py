@@ -20,6 +20,7 @@ from itertools import combinations
 import numpy as np
 
 from .fit import Fit, fit
+from .likelihood import Point
 from .result import Agreement
 from .rig import Array, Effect
 from .score import Score, Scores
@@ -89,7 +90,7 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
         if set(chosen) == set(selected):
             chosen = _simpler(around, selected, left)
         if set(chosen) == set(selected):
-            findings = _weighed(around, lost)
+            findings = _weighed(around, null, lost)
             asked = {name: around.asked(name) for name in selected}
             needless = [n for f in findings if f.stated < asked[n := f.effect.field] <= f.score.score]
             if not needless:
@@ -99,11 +100,11 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
         fitted = _entered(around, chosen)
     else:
         around = Scores(fitted, candidates)
-        findings = _weighed(around, lost)
+        findings = _weighed(around, null, lost)
         if any(f.effect.fault and not f.established for f in findings):  # what is no fault is not undone
             kept = [name for name in around.selected if around.effects[name].fault is None]
             around = Scores(refitted(fitted, candidates, kept), candidates)
-            findings = _weighed(around, lost)
+            findings = _weighed(around, null, lost)
     findings.sort(key=lambda f: -f.stated)
     return Selection(null, around.fitted, tuple(findings), around.scores(around.selected), around)
 
@@ -121,14 +122,15 @@ def _entered(around: Scores, chosen: Sequence[str]) -> Fit:
     for name in new:
         shapes |= dict(around.coordinates[around.chosen_column(name)].beside)
     kept = [name for name in chosen if name in around.selected]
-    return refitted(around.fitted, list(around.effects.values()), [*kept, *new], shapes)
+    other = around.point([*kept, *new]) if len(kept) < len(around.selected) else None
+    return refitted(around.fitted, list(around.effects.values()), [*kept, *new], shapes, other=other)
 
 
 def refitted(
     fitted: Fit, candidates: Sequence[Effect], chosen: Sequence[str], values: Mapping[str, float] = _NOT,
-    value_only: bool = False,
+    value_only: bool = False, other: Point | None = None,
 ) -> Fit:  # fmt: skip
-    """Fit with other effects and faults of the candidates, from ``values`` of parameters."""
+    """Fit with other effects and faults of the candidates, from ``values`` of parameters or from an ``other`` point."""
     by_field, likelihood = {effect.field: effect for effect in candidates}, fitted.likelihood
     gone = by_field.keys() - set(chosen)
     kept = {fault: size for fault, size in likelihood.faults.items() if fault.field not in gone}
@@ -138,18 +140,21 @@ def refitted(
     off = {name: 0.0 for name in fitted.fields if name in gone}
     return fit(
         likelihood if kept == likelihood.faults else likelihood.undoing(kept), list(dict.fromkeys(names)), fitted,
-        {**values, **off}, value_only,
+        {**values, **off}, value_only, other,
     )  # fmt: skip
 
 
-def _weighed(around: Scores, lost: Mapping[tuple[str, ...], float]) -> list[Finding]:
+def _weighed(around: Scores, null: Fit, lost: Mapping[tuple[str, ...], float]) -> list[Finding]:
     """Weigh the effects of the set; each family is refitted without it once, where F without it is not ``lost``."""
-    known, selected = dict(lost), around.selected
+    known, selected, fitted, rig = dict(lost), around.selected, around.fitted, null.likelihood.rig
+    values = {name: null.estimate(name) for name in null.fields}
+    bare = replace(null.point, parameters=rig.assign(fitted.parameters, values), harmonics=fitted.point.harmonics)
 
     def without(gone: Sequence[str]) -> float:
         rest = tuple(name for name in selected if name not in gone)
         if rest not in known:
-            known[rest] = refitted(around.fitted, list(around.effects.values()), rest, value_only=True).value
+            effects = list(around.effects.values())
+            known[rest] = refitted(fitted, effects, rest, value_only=True, other=bare).value
         return known[rest]
 
     scores = around.scores(selected)

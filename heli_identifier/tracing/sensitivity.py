@@ -169,7 +169,8 @@ class Sensitivities:
         axes = self._at_rate[record.step]
         plants = [L.of_log(i, point, p) for p in (point.parameters, *(move.parameters for move in moves))]
         pushing = [j for j, move in enumerate(moves) if not move.in_reading and move.faults is None]
-        acting, widths = [plants[0], *(plants[j + 1] for j in pushing)], np.array([move.step for move in moves])[:, None]
+        acting = [plants[0], *(plants[j + 1] for j in pushing)]
+        widths = np.array([move.step for move in moves])[:, None]
         slower, altered, read = _slower(record, held), dict[int, Record](), [dict[int, Array]() for _ in axes]
         for j, move in enumerate(moves):
             if move.faults is not None:
@@ -212,16 +213,11 @@ class Sensitivities:
 
     def _axes(self, record: Record) -> list[_Axis]:
         """Give the filters of the axes at the rate of a record, and how the coordinates move them."""
-        return [
-            _Axis(
-                own, error_dynamics(own, record.held), np.array(list(by)),
-                np.concatenate(slope_of_colour(own, tuple(by.values()))),
-            )  # fmt: skip
-           
-            for own, by in zip(
-                self.likelihood.filters(record, self.point), self._other_filters(record.step), strict=True
-            )
-        ]
+        found = []
+        for own, by in zip(self.likelihood.filters(record, self.point), self._other_filters(record.step), strict=True):
+            slopes = np.concatenate(slope_of_colour(own, tuple(by.values())))
+            found.append(_Axis(own, error_dynamics(own, record.held), np.array(list(by)), slopes))
+        return found
 
     def _other_filters(self, h: float) -> list[dict[int, tuple[AxisFilter, float]]]:
         """Give by axis and coordinate the filters beside those of the point, and the differences they stand for.

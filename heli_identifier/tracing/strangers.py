@@ -122,7 +122,7 @@ def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
             continue
         c = lfilter(*error_dynamics(own[axis]), np.ones(record.samples))
         b[axis], huber = 0.0, w
-        for _ in range(10):
+        for _ in range(4):  # from least squares on
             b[axis] = -(huber * c * e[:, axis]).sum() / (huber * c * c).sum()
             left = np.abs(e[:, axis] + c * b[axis])
             scale = np.median(left[w > 0]) / 0.6745

@@ -24,6 +24,7 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
+from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 from scipy.special import chdtrc, chdtri, gammaln
 
@@ -154,21 +155,23 @@ class _Seen:
 
     def refined(self, a: int, frequency: float) -> Unknown:
         """Period that explains most within a bin of ``frequency`` [Hz], to .02 of a bin."""
-        for width in np.array([0.25, 0.07, 0.02]) / max(t[-1] for t in self.times):
-            best = max((self.waves(a, frequency + float(k * width)) for k in range(-4, 5)), key=lambda u: u.nats)
-            frequency = best.spacing
-        return best
+        bin_width = 1.0 / max(float(t[-1]) for t in self.times)
+        best = minimize_scalar(
+            lambda f: -self.waves(a, float(f)).nats, bounds=(frequency - bin_width, frequency + bin_width),
+            method="bounded", options={"xatol": 0.02 * bin_width},
+        )  # fmt: skip
+        return self.waves(a, float(best.x))
 
     def period(self, a: int) -> Unknown:
         """Period where the periodogram, summed over the logs, stands out most."""
         longest, step = max(float(t[-1]) for t in self.times), self.steps[0]
-        size = 2 ** int(np.ceil(np.log2(longest / step) + 2))
+        size = 2 ** int(np.ceil(np.log2(longest / step) + 3))  # a line between two bins loses 1 %
         f, power = np.fft.rfftfreq(size, step), np.zeros(size // 2 + 1)
         for h, first, last in zip(self.steps, self.ends, self.ends[1:], strict=False):
             own = np.abs(np.fft.rfft(self.e[a][first:last], size)) ** 2 / (last - first)
             power += np.interp(f, np.fft.rfftfreq(size, h), own)
         power[(f < max(PERIODIC_BAND[0], PERIODS / longest)) | (f > PERIODIC_BAND[1])] = 0.0
-        return self.refined(a, float(f[power.argmax()]))
+        return self.waves(a, float(f[power.argmax()]))
 
 
 def _basis(tables: type[Tables], variable: str, first: float, spacing: float, x: Array) -> Array:
@@ -294,12 +297,12 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     half = 1.96 * CURVE_WIDTH * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
     there = visits > 0.0
     x, y, half, unit = x[there], y[there], half[there], tables.variables[u.variable]
-    said = _words(u, turning and bool(there.all()), unit, x, y, half)
+    said = _words(turning and bool(there.all()), unit, x, y, half)
     words = f"a torque by the {_spoken(u.variable)}, {said}"
     return CurveShape(u.variable, unit, words, np.column_stack((x, y)), np.column_stack((x, y - half, y + half)))
 
 
-def _words(u: Unknown, closed: bool, unit: str, x: Array, y: Array, half: Array) -> str:
+def _words(closed: bool, unit: str, x: Array, y: Array, half: Array) -> str:
     """Describe what of a curve is determined: where its band is narrow beside its range."""
     known = np.ones(len(y), dtype=bool)
     while (less := known & (half < 0.25 * np.ptp(y[known]))).sum() > max(10, 0.1 * len(y)) and (less != known).any():
@@ -314,15 +317,8 @@ def _words(u: Unknown, closed: bool, unit: str, x: Array, y: Array, half: Array)
         return f"{words}, periodic with {n} wave{'s'[: n > 1]} per turn" if power[n] > 0.5 * power.sum() else words
     if len(X) < 10:
         return words
-    away, line = np.abs(Y - np.median(Y)), np.polyfit(X, Y, 1)
+    away = np.abs(Y - np.median(Y))
     wide = X[away > 0.5 * away.max()]
     if wide[0] > X[0] and wide[-1] < X[-1] and len(wide) < 0.35 * len(X):  # large at an end, it may go on there
         return f"{words}, a notch near {0.5 * (wide[0] + wide[-1]):.3g} {unit}, {np.ptp(wide):.2g} {unit} wide"
-    if np.var(Y - np.polyval(line, X)) < 0.1 * np.var(Y):
-        return f"{words}, {('straight', 'like a spring')[bool(line[0] < 0.0 and u.variable == u.axis)]}"
-    if len(inner := X[np.abs(X) <= min(-X[0], X[-1])]) > 0.5 * len(X):
-        own, mirrored = np.interp(inner, X, Y), np.interp(-inner, X, Y)
-        odd = float(np.var(own - mirrored) / (4.0 * np.var(own)))
-        words += ", odd" if odd > 0.8 else ", even" if odd < 0.2 else ""
-    slope = np.abs(np.gradient(Y, X))
-    return words + ", saturating" * bool(slope[[0, 1, -2, -1]].mean() < 0.3 * slope[len(X) // 3 : -len(X) // 3].mean())
+    return words
