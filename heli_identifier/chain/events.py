@@ -137,10 +137,10 @@ def seconds_used(log: Log, left_out: Mapping[str, Sequence[tuple[float, float]]]
     return float(counts.sum() * log.step)
 
 
-def event_notes(logs: Sequence[Log], events: Sequence[Event], keep: bool = False) -> tuple[str, ...]:
-    """Say what was left out of each log and how much of it is used, one sentence a log; nothing if all is kept."""
+def event_notes(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, ...]:
+    """Say what was left out of each log and how much of it is used, one sentence a log."""
     notes = []
-    for log in () if keep else logs:
+    for log in logs:
         own = sorted((event for event in events if event.log == log.name), key=lambda event: event.start)
         if own:
             said = ", ".join(f"{e.axis} {e.start_in_file:.1f} to {e.end_in_file:.1f} s" for e in own)
@@ -278,7 +278,7 @@ def _slips(records: Sequence[Log]) -> list[list[list[tuple[float, float]]]]:
     curvatures = [
         abs(local_cubic(r.angles, r.step, WINDOW, 2)).max(axis=0)
         for r in records
-        if r.samples > max(4 * _width(r), _length(r.step))
+        if r.samples > 2 * _length(r.step)
     ]
     largest = np.max(curvatures, axis=0) if curvatures else np.inf
     return [[[((int(i) + 1) * record.step, float(e[i])) for i in np.flatnonzero(abs(e) > allowed)]
@@ -286,14 +286,9 @@ def _slips(records: Sequence[Log]) -> list[list[list[tuple[float, float]]]]:
             for record, excess in zip(records, excesses, strict=True)]  # fmt: skip
 
 
-def _width(record: Log) -> int:
-    """Count the samples, an odd number, of the median that a rate is taken by."""
-    return max(int(RATE_WINDOW / record.step), 1) | 1
-
-
 def _beyond_neighbours(record: Log) -> Array:
     """Differences of successive angles [rad] less the nearest of what lies between the rates before and after."""
-    width, difference = _width(record), np.diff(record.angles, axis=0)
+    width, difference = int(RATE_WINDOW / record.step) | 1, np.diff(record.angles, axis=0)
     excess = np.zeros_like(difference)
     if len(difference) > 2 * width:
         rate, by = median_filter(difference, (width, 1)), width // 2 + 1  # to the medians' centres on either side

@@ -35,8 +35,9 @@ SHIFT = 1e-4
 """Difference of delays [s] at which a signature is taken: a small part of a sample, so that it is the parabola's slope
 and not the difference of two samples, whose noise a mean of both would lessen."""
 
-DITHER = 6.0
-"""Standard deviations of a reading's noise, some two counts of an encoder, that are no push of a backlash."""
+DITHER = 5.0
+"""Standard deviations of a reading's noise that are no push of a backlash: one more than its peaks lie apart, which an
+encoder's counts and a shake make."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,8 @@ def _of_backlash(logged: Array, h: float, size: float) -> Array:
     after = np.searchsorted(at, time)
     before, after = np.clip(after - 1, 0, None), np.clip(after, None, len(at) - 1)
     share = np.clip((time - at[before]) / np.maximum(at[after] - at[before], 1), 0.0, 1.0)
-    return np.asarray(logged + 0.5 * size * (way[before] + (way[after] - way[before]) * share**2))
+    turned = np.minimum((size + noise) * share**2, size)  # a push is seen once the reading has left its peaks by that
+    return np.asarray(logged + 0.5 * (size * way[before] + (way[after] - way[before]) * turned))
 
 
 def _played(x: Array, gap: float) -> Array:

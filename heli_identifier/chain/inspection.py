@@ -33,7 +33,8 @@ OTHER_COUNTS = 1.5
 """Ratio of steps from which an encoder is another one: the next common make has twice the counts."""
 
 COARSE = 4.0
-"""Ratio of steps beyond which the reading of an encoder sticks and jumps as an axis with friction does."""
+"""Ratio of steps beyond which the reading of an encoder stays and jumps, as that of an axis with friction or of an
+encoder with backlash does, and is held for long enough to pass for late."""
 
 FLAT_SHARE = 0.02
 """Share of the samples at the largest value that no excitation has by chance."""
@@ -70,7 +71,7 @@ class Defect:
     words: str
     """What was seen and what to do, in a sentence."""
     imitates: tuple[str, ...] = ()
-    """Families of effects that it looks like: they are not testable on these logs."""
+    """Families of effects and faults that it looks like: they are not testable on these logs."""
     ratio: float = 1.0
     """Step of the encoder over that of the configuration [1]."""
 
@@ -207,8 +208,8 @@ def _of_counts(axis: str, step: float, counts: int) -> list[Defect]:
         f"{counts}: mend encoder_counts, or take an encoder that is finer; or mend the factor of the {axis}, if it is "
         f"{ratio:.3g} times too large"
     )
-    stuck = (f"friction of the {axis}",) if ratio > COARSE else ()  # a reading that stays and jumps
-    return [Defect("counts", axis, words, stuck, ratio)]
+    imitates = (f"friction of the {axis}", f"backlash of {axis}", f"timing of {axis}") if ratio > COARSE else ()
+    return [Defect("counts", axis, words, imitates, ratio)]
 
 
 def _flat_top(log: Log, limit: float) -> float:

@@ -27,6 +27,8 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
     A target that is no folder, or cannot be written to, is a ConfigurationError before the block runs, so that no long
     computation ends in vain. A file that cannot be written in it is an OSError that names the file in the target.
     """
+    if not os.fspath(target):
+        raise ConfigurationError("the output folder has no name; name one, or '.' for the working folder.")
     folder = Path(os.path.realpath(target))
     # what is still a link after realpath is a link to itself
     existing = next(path for path in (folder, *folder.parents) if path.exists() or path.is_symlink())

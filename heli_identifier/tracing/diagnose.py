@@ -126,7 +126,7 @@ def diagnose(
         notes=(
             *data_notes,
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
-            *event_notes((*training, *kept), found.events, settings.keep_events),
+            *event_notes((*training, *kept), () if settings.keep_events else found.events),
             *found.notes,
             *sign_notes(before_values),
             *stranger_notes(after, (*found.logs, *found.beside), found.left_out),
