@@ -283,7 +283,7 @@ def effects(
     document, rows = [], []
     for entry in (own for own in CATALOGUE if axis in ("", own.axis)):
         law, unit = results.law_text(entry.law), results.unit_text(entry.unit)
-        row = (entry.name, entry.axis, law, unit, f"{entry.lower:g} to {entry.upper:g}")
+        row = (entry.name, entry.axis, law, unit, results.typeset(f" {entry.lower:g} to {entry.upper:g}").strip())
         shapes = ", ".join(results.labelled(shape.name, shape.unit) for shape in entry.shapes)
         rows.append((*row, shapes, entry.source) if verbose else row)
         document.append(

@@ -85,11 +85,12 @@ class Look(Tabular):
         for word, wanted in (("established", True), ("possible, no finding", False)):
             named = [f"{n.replace('_', ' ')} ({a}, {s:.0f} nats)" for n, a, s, yes in self.effects if yes is wanted]
             lines += [f"{word}: {', '.join(named)}"] if named else []
-        lines += [
+        of_logs = [
             f"{e.log}: left out {e.start:.1f} to {e.end:.1f} s, something other than the plant acts on the {e.axis}"
             for e in self.identification.events
         ]
-        return (*lines, *remarks(self.identification.references.notes), self.lines[2].partition("; ")[2])
+        of_logs += self.identification.references.notes
+        return (*lines, *remarks(of_logs), self.lines[2].partition("; ")[2])
 
     def to_dict(self) -> dict[str, Any]:
         """Give the same as values for JSON, the gains as `parameters` in diagnosis.json."""
