@@ -35,6 +35,9 @@ NEW_GROUP: dict[str, Any] = (
 )
 """Options of Popen for a process that does not hear Ctrl-C."""
 
+LONGEST_WAIT = None if _IS_POSIX else 0.5
+"""Longest wait for another process at a time [s]: on Windows Ctrl-C is not heard before a wait is over."""
+
 NO_WAIT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
 """Flags to open a pipe without a wait for its other end, and a terminal without becoming its process."""
 

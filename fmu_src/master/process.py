@@ -15,12 +15,13 @@ import signal
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
 from heli_identifier.files import draft_folder
-from heli_identifier.processes import NEW_GROUP, end_process, end_with_parent, python_command, undone
+from heli_identifier.processes import LONGEST_WAIT, NEW_GROUP, end_process, end_with_parent, python_command, undone
 
 from ..errors import FmuError, MasterError
 from ..variables import Value
@@ -55,7 +56,11 @@ def run_apart(
             ) as process,
             undone(partial(end_process, process)),
         ):
-            said = process.communicate(pickle.dumps(order | {"fmus": fmus}))[1]
+            said, message = None, pickle.dumps(order | {"fmus": fmus})
+            while process.returncode is None:
+                with suppress(subprocess.TimeoutExpired):
+                    said = process.communicate(message, timeout=LONGEST_WAIT)[1]
+                message = b""  # sent by the first call
         if (folder / "answer").is_file():
             answer = pickle.loads((folder / "answer").read_bytes())
             if isinstance(answer, FmuError):
