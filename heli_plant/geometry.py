@@ -6,7 +6,6 @@ elevation's; the counterweight m_c hangs l_c behind it. About the horizontal arm
     J_p = 2 m_p l_p^2,    J_e = m_c l_c^2 + 2 m_p l_h^2,    J_lambda = m_c l_c^2 + 2 m_p (l_h^2 + l_p^2)
     K_f V_s l_h = g (2 m_p l_h - m_c l_c)                                 force per volt K_f from the hover V_s
     k_x = n l_p K_f / J_p,    k_z = n l_h K_f / J_e,    k_y = -l_h K_f / J_lambda
-    a_e = -g (2 m_p l_h - m_c l_c) sin(eps_h) / J_e                      eps_h: elevation from the horizontal
 
 with n the slope of the thrust over thrust per volt: 1 where the thrust is proportional to the voltage, 2 where it is to
 its square. K_f hangs on the small difference of two large torques: one per cent of the counterweight moves it by more
@@ -16,7 +15,7 @@ Source: laboratory of TTK4115 Linear System Theory, NTNU, "Helicopter lab assign
 """
 
 from dataclasses import dataclass
-from math import hypot, log, sin, sqrt
+from math import hypot, log, sqrt
 
 from .models import GRAVITY
 
@@ -50,19 +49,13 @@ class Geometry:
         return {"J_p": 2.0 * m_p * l_p**2, "J_e": weight + head, "J_lambda": weight + head + 2.0 * m_p * l_p**2}
 
     @property
-    def gravity_torque(self) -> float | None:
-        """Torque [N m] g (2 m_p l_h - m_c l_c) by which the head outweighs the counterweight of the horizontal arm."""
-        if self.m_p is None or self.m_c is None or self.l_c is None or self.l_h is None:
-            return None
-        return GRAVITY * (2.0 * self.m_p * self.l_h - self.m_c * self.l_c)
-
-    @property
     def force_per_volt(self) -> float | None:
         """K_f [N/V]; None where it does not follow, or the counterweight lifts the head."""
-        torque = self.gravity_torque
-        if torque is None or self.hover_voltage is None or self.l_h is None or torque <= 0.0:
+        m_p, m_c, l_c, l_h, hover = self.m_p, self.m_c, self.l_c, self.l_h, self.hover_voltage
+        if m_p is None or m_c is None or l_c is None or l_h is None or hover is None:
             return None
-        return torque / (self.l_h * self.hover_voltage)
+        torque = GRAVITY * (2.0 * m_p * l_h - m_c * l_c)
+        return torque / (l_h * hover) if torque > 0.0 else None
 
     @property
     def ratios(self) -> dict[str, tuple[float, float]]:
@@ -80,16 +73,11 @@ class Geometry:
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """Gains [rad/s^2/V] with the standard deviation of their logarithm; empty where K_f does not follow."""
-        J, K_f, torque = self.inertias, self.force_per_volt, self.gravity_torque
-        if J is None or K_f is None or torque is None or self.l_h is None:
+        J, K_f = self.inertias, self.force_per_volt
+        if J is None or K_f is None or self.m_p is None or self.m_c is None or self.l_h is None or self.l_c is None:
             return {}
-        head = torque + GRAVITY * float(self.m_c or 0.0) * float(self.l_c or 0.0)
-        by_weight = hypot(MASS_ERROR, LENGTH_ERROR) * hypot(head, head - torque) / torque
+        head, weight = 2.0 * self.m_p * self.l_h, self.m_c * self.l_c  # masses times levers [kg m]
+        by_weight = hypot(MASS_ERROR, LENGTH_ERROR) * hypot(head, weight) / (head - weight)
         k_y, by_slope = self.l_h * K_f / J["J_lambda"], 0.5 * log(STEEPER)
         middles = {field: sqrt(low * high) * k_y for field, (low, high) in self.ratios.items()}
         return {**{field: (k, hypot(by_weight, by_slope)) for field, k in middles.items()}, "k_y": (-k_y, by_weight)}
-
-    def stiffness(self, elevation: float) -> float | None:
-        """Stiffness a_e [1/s^2] of gravity, of masses on the arm's line, at ``elevation`` [rad] from the horizontal."""
-        J, torque = self.inertias, self.gravity_torque
-        return None if J is None or torque is None else -torque * sin(elevation) / J["J_e"]

@@ -5,7 +5,6 @@ Each value checks its own bounds when it is made; messages name the keys of the 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from itertools import combinations
 from typing import Any
 
 from heli_identifier.errors import ConfigurationError, require_range
@@ -86,9 +85,6 @@ class LogFormat:
         for signal, unit in self.units.items():
             said = f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}"
             _require(understood(signal, unit), said)
-        for (one, column), (other, same) in combinations(self.columns.items(), 2):
-            both = f"log.columns.{one} and log.columns.{other} both name the column {column!r}"
-            _require(column != same, f"{both}; give each signal a column of its own")
         for signal, sign in self.signs.items():
             refused = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign"
             _require(signal != "time" and sign in (-1, 1), refused)

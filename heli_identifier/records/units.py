@@ -46,16 +46,10 @@ _UNDERSTOOD = {
     si: {name: unit for unit, (_, names) in units.items() for name in (unit.lower(), *names.split())}
     for si, units in _UNITS.items()
 }
-_RATE = "a rate and no angle: name the column of the angle"
 _PROBABLY = {
     "grad": 'probably degrees, "deg": so German calls them; in English a grad is a 400th of a turn',
-    "gon": "a 400th of a turn, which is not read: convert the column",
     "%": "probably a share of some full scale: convert the column",
-    **dict.fromkeys(("rad/s", "deg/s", "°/s", "rpm"), _RATE),
-    "a": "probably ampere, a current and no voltage: name the column of the voltage",
-    "mv": 'millivolts are written "mV"',
-    "h": "probably hours: convert the column",
-    "hz": "a rate: name the column of the instants",
+    **dict.fromkeys(("rad/s", "deg/s", "°/s", "rpm"), "a rate and no angle: name the column of the angle"),
 }
 
 

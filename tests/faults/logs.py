@@ -72,7 +72,6 @@ VALUES = (
 TWO = matlab(monday=as_struct(), tuesday=as_struct())
 COLUMNS = (
     Fault("a .mat with two structs of six signals", TWO, "heli identify log.mat -o out", "'monday.time_s', 'tuesday.time_s'"),
-    Fault("one column mapped to two signals", configured('[log.columns]\nv_front = "u"\nv_rear = "u"\n'), IDENTIFY, "log.columns.v_front and log.columns.v_rear both name the column 'u'"),
     Fault("one column taken for two signals", configured('[log.columns]\nv_rear = "v_front [V]"\n'), IDENTIFY, "is taken for v_front and for v_rear"),
     Fault("a unit `Grad`", headed(pitch="pitch [Grad]"), IDENTIFY, "unit 'Grad' is unknown, probably degrees"),
     Fault("a rate where an angle is wanted", headed(pitch="pitch [deg/s]"), IDENTIFY, "a rate and no angle"),
