@@ -17,7 +17,6 @@ from heli_identifier.tools.experiment import (
     outlook,
     proposals,
     ranked,
-    rehearsed,
     separation_warning,
 )
 from heli_identifier.tools.flight import additions, flight_outlooks
@@ -90,12 +89,6 @@ def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
     # relative to the smallest errors .5 and 1: 4, 2 and, with .9 / sqrt(1 - .81) = 2.06, 4.1
     assert ranked([alike, lopsided, fair]) == [fair, lopsided, alike]
     assert ranked([]) == []
-
-
-def test_a_rehearsal_is_on_the_encoders_grid():
-    counts = rehearsed(PLANT, multisines(1.0, 0.3).voltages(20.0))[:, 0] / (2.0 * np.pi / 4096)
-    # rounding of a double at a few hundred counts is far below this
-    assert np.abs(counts - np.round(counts)).max() < 1e-9
 
 
 @pytest.mark.parametrize(

@@ -159,7 +159,7 @@ def synthesised(
     if not stable or not np.isfinite(found).all():
         raise ConfigurationError(
             "the design is unstable on its own model: a mode is hardly weighted or hardly controlled; raise the "
-            "weights of the angles, or choose a point with more lift."
+            "weights of the angles and of their integrals, or choose a point with more lift."
         )
     feedback, K_z = np.asarray(found)[:, :n], np.zeros((2, 2))
     N = steady[n:] + feedback @ steady[:n]
