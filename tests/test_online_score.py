@@ -27,9 +27,7 @@ from heli_plant.effects import effect
 from heli_plant.laws import thrust_voltages
 from heli_plant.parameters import TABLE_2
 from heli_plant.plant import accelerations
-from heli_plant.simulation import simulate
-from heli_plant.state import PlantState
-from tests.simulated import identified, multisines, read, record
+from tests.simulated import identified, multisines, record
 
 INTERVAL = 0.2
 LOGS = Path(heli_identifier.__file__).parent / "demo_logs"
@@ -134,19 +132,6 @@ def test_an_effect_in_the_plant_shows_with_its_sign_and_size(field, strength, pa
     # Rates are smoothed before the law sees them, which costs a sharp law some of its corners; effects of the rotors
     # are divided by a gain that was fitted without them and has taken up a share, 2 c mu of some 10 %.
     assert found.coefficient == pytest.approx(strength, rel=tolerance)
-
-
-def test_the_score_is_low_on_a_healthy_rig_and_grows_once_an_effect_sets_in():
-    pair = ("dry_friction", "pitch")
-    signal = multisines(seed=12, period=300.0)
-    held, angles, states = record(300.0, signal)
-    at = 12_000
-    _, ill = simulate(held[at:], 0.01, PlantState(*states[at]), TABLE_2._replace(dry_friction_pitch=0.03))
-    angles[at:] = read(ill)
-    early, later, end = (watched(held[:n], angles[:n], (pair,))[pair].score for n in (at, 16_000, 30_000))
-    assert abs(early) < 4.0
-    assert abs(early) < later < end
-    assert end > 5.0
 
 
 @pytest.mark.parametrize(
