@@ -28,7 +28,7 @@ from heli_identifier.following import (
 from heli_identifier.following.covariance import correct_covariance, find_steady_state, predict_covariance
 from heli_identifier.following.cusum import Inflation, Projection, cusum, siegmund_threshold
 from heli_identifier.following.encoders import Encoder, read_encoders
-from heli_identifier.following.evidence import Coefficients, Evidence, shift_block, start_sums
+from heli_identifier.following.evidence import Coefficients, shift_block, start_sums
 from heli_identifier.following.observer import Roughness, start_instant
 from heli_identifier.following.prediction import compare_errors
 from heli_identifier.following.trial import watch_change
@@ -79,11 +79,11 @@ def test_blocks_after_an_adoption_are_those_of_a_twin_that_had_the_change(seed):
     def block(errors):
         sums = start_sums(3)
         for row, error in zip(psi, errors, strict=True):
-            sums = sums.with_sample(tuple(row), float(error)).with_products()
+            sums = sums.with_sample((*row, error)).with_products()
         return (sums.evidence(1.0),)
 
     moved = shift_block(block(e), tuple((0, i, x) for i, x in enumerate(theta)), 2.0)
-    assert np.allclose(moved[0].response, block(e - 2.0 * psi @ theta)[0].response, rtol=1e-9, atol=1e-9)
+    assert np.allclose(moved[0], block(e - 2.0 * psi @ theta)[0], rtol=1e-9, atol=1e-9)
 
 
 def test_the_variance_inflation_of_correlated_blocks_is_their_long_run_variance():
@@ -140,7 +140,8 @@ def test_a_block_as_the_tests_see_it_has_the_likelihood_of_a_twin_whose_values_e
     r, b = psi.T @ psi, rng.standard_normal(4)
     a = rng.standard_normal((4, 4))
     p, m, d = a @ a.T, rng.standard_normal(4), rng.standard_normal(4)
-    w, u = Coefficients(tuple(m), rows_of(p)).discount(Evidence(rows_of(r), tuple(b)))
+    found = np.array(Coefficients(tuple(m), rows_of(p)).discount(rows_of(np.column_stack((r, b)))))
+    w, u = found[:, :4], found[:, 4]
     inverse = np.linalg.inv(r + r @ p @ r)
     rest, moved = b - r @ m, b - r @ (m + 0.3 * d)
     wanted = 0.5 * (rest @ inverse @ rest - moved @ inverse @ moved)
@@ -157,7 +158,7 @@ def test_the_baseline_is_bayes_estimate_and_wanders_within_its_prior():
     for _ in range(3):
         psi = rng.standard_normal((20, 3))
         r, b = psi.T @ psi, psi.T @ (psi @ theta + rng.standard_normal(20))
-        own = own.learn(own.discount(Evidence(rows_of(r), tuple(b))), deviation)
+        own = own.learn(own.discount(rows_of(np.column_stack((r, b)))), deviation)
         after = np.linalg.inv(np.linalg.inv(p) + r)
         m = kept * after @ (np.linalg.solve(p, m) + b)
         p = kept**2 * after + (1.0 - kept**2) * prior
@@ -421,7 +422,7 @@ def test_what_came_in_from_an_encoder_before_it_had_stood_for_half_a_second_is_w
     assert before != counted and any(u != 0.0 for u, _ in counted) and set(withdrawn) == {(0.0, 0.0)}
     block = states[-1].blocks[-1]
     assert len(states[after].blocks) == len(states[3100].blocks)
-    assert {x for axis in block for row in (*axis.information, axis.response) for x in row} == {0.0}
+    assert {x for axis in block for row in axis for x in row} == {0.0}
     assert [sums.spoiled for sums in states[after].sums] == [False, False, True]
 
 

@@ -16,7 +16,7 @@ from ..online import step as step_identifier
 from .changes import HEARD, Vector
 from .cusum import PROVED, Inflation, Projection
 from .encoders import Encoder, read_encoders
-from .evidence import Evidence, Noise, Sums, project_block, settled_baseline, start_baseline
+from .evidence import Noise, Sums, project_block, settled_baseline, start_baseline
 from .naming import make_event
 from .observer import Angles, Observer, Roughness, Weight, start_instant
 from .plan import FollowPlan, FollowSettings, prepare_following
@@ -137,7 +137,7 @@ def _withdraw_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
 
     An encoder has just stood for half a second, and in the last block too, which is seen only now.
     """
-    nothing = tuple([Evidence(one.information, one.response) for one in plan.no_sums])
+    nothing = tuple([one.products for one in plan.no_sums])
     return state._replace(
         blocks=(*state.blocks[:-1], *[nothing for _ in state.blocks[-1:]]),
         tested=(*state.tested[:-1], *[(Projection(0.0, 0.0, 1.0),) * len(plan.changes) for _ in state.tested[-1:]]),
@@ -160,7 +160,7 @@ def _take_innovations(
             innovation = share * (angles[axis] - predicted[axis])
             if state.mode != "starting":
                 innovation = saturate(innovation, _LARGEST_INNOVATION * noise[axis])
-            total = total.with_sample(tuple([share * x for x, _, _ in instant.sensitivities[axis]]), innovation)
+            total = total.with_sample((*[share * x for x, _, _ in instant.sensitivities[axis]], innovation))
         result.append(total)
     return tuple(result)
 

@@ -27,6 +27,7 @@ while the twin follows. A change is far larger than P_0 allows, so that little o
 """
 
 from math import exp
+from operator import add
 from typing import NamedTuple
 
 from ..online.linear_algebra import dot
@@ -42,12 +43,8 @@ _AGE = 20  # blocks after which what was learned counts as learned without a cha
 _ADOPTED = 0.1  # standard deviation of what was adopted as a share of the smallest change that matters
 
 
-class Evidence(NamedTuple):
-    """R (``information``) and b (``response``) of one axis in a block; zero where it is not to be used."""
-
-    information: Matrix
-    response: Vector
-
+Evidence = Matrix
+"""[R | b] of one axis in a block, n rows of n + 1; zero where it is not to be used."""
 
 Block = tuple[Evidence, ...]
 """Of pitch, elevation and travel."""
@@ -56,45 +53,40 @@ Block = tuple[Evidence, ...]
 class Sums(NamedTuple):
     """Sums of one axis.
 
-    Since the last product was taken: ``psi`` and ``e`` over ``taken`` samples. In this block: R (``information``) and b
-    (``response``), and the ``squares`` of e over ``seen`` samples; ``spoiled``: it is not to be used.
+    ``z``: of (psi, e) over ``taken`` samples since the last products; in this block: their ``products`` [R | b], and
+    the ``squares`` of e over ``seen`` samples; ``spoiled``: it is not to be used.
     """
 
-    psi: Vector
-    information: Matrix
-    response: Vector
-    e: float = 0.0
+    z: Vector
+    products: Evidence
     taken: int = 0
     squares: float = 0.0
     seen: int = 0
     spoiled: bool = False
 
-    def with_sample(self, psi: Vector, e: float) -> "Sums":
-        """Return the sums with a sample."""
-        total, squares = tuple([a + b for a, b in zip(self.psi, psi, strict=True)]), self.squares + e * e
-        return self._replace(psi=total, e=self.e + e, taken=self.taken + 1, squares=squares, seen=self.seen + 1)
+    def with_sample(self, z: Vector) -> "Sums":
+        """Return the sums with a sample of (psi, e)."""
+        squares = self.squares + z[-1] * z[-1]
+        return self._replace(z=tuple(map(add, self.z, z)), taken=self.taken + 1, squares=squares, seen=self.seen + 1)
 
     def with_products(self) -> "Sums":
         """Return the sums with the products of what came in since the last ones."""
         if self.taken == 0:
             return self
-        mean = [1.0 / self.taken * x for x in self.psi]
-        rows = zip(self.information, mean, strict=True)
-        information = tuple([tuple([r + x * y for r, y in zip(row, self.psi, strict=True)]) for row, x in rows])
-        response = tuple([b + x * self.e for b, x in zip(self.response, mean, strict=True)])
-        return self._replace(psi=(0.0,) * len(mean), e=0.0, taken=0, information=information, response=response)
+        rows = zip(self.products, self.z[:-1], strict=True)
+        products = tuple([tuple([m + x / self.taken * y for m, y in zip(row, self.z, strict=True)]) for row, x in rows])
+        return self._replace(z=(0.0,) * len(self.z), taken=0, products=products)
 
     def evidence(self, variance: float) -> Evidence:
         """Return the complete block, scaled by the ``variance`` lambda."""
         scale = 0.0 if self.spoiled else 1.0 / variance
-        rows = [tuple([scale * x for x in row]) for row in self.information]
-        return Evidence(tuple(rows), tuple([scale * x for x in self.response]))
+        return tuple([tuple([scale * x for x in row]) for row in self.products])
 
 
 def start_sums(size: int) -> Sums:
     """Return the sums before the first sample of ``size`` regressors."""
-    zero = (0.0,) * size
-    return Sums(zero, (zero,) * size, zero)
+    zero = (0.0,) * (size + 1)
+    return Sums(zero, (zero,) * size)
 
 
 class Noise(NamedTuple):
@@ -118,10 +110,10 @@ def project_block(block: Block, direction: Direction) -> tuple[float, float]:
     """Return D^T b and D^T R D of a block."""
     response = information = 0.0
     for axis, i, x in direction:
-        response += x * block[axis].response[i]
+        response += x * block[axis][i][-1]
         for other, j, y in direction:
             if other == axis:
-                information += x * y * block[axis].information[i][j]
+                information += x * y * block[axis][i][j]
     return response, information
 
 
@@ -129,9 +121,7 @@ def shift_block(block: Block, direction: Direction, size: float) -> Block:
     """Return ``block`` for a twin in which a change of ``size`` along ``direction`` is in use: b - R D size."""
     shifted = list(block)
     for axis, i, x in direction:
-        rows, response = shifted[axis]
-        moved = [b - size * x * row[i] for b, row in zip(response, rows, strict=True)]
-        shifted[axis] = Evidence(rows, tuple(moved))
+        shifted[axis] = tuple([(*row[:-1], row[-1] - size * x * row[i]) for row in shifted[axis]])
     return tuple(shifted)
 
 
@@ -143,9 +133,13 @@ class Coefficients(NamedTuple):
 
     def discount(self, seen: Evidence) -> Evidence:
         """Return a block as the tests see it: W and u in place of R and b."""
-        (r, b), (m, p), n = seen, self, len(self.mean)
-        # [I + R P | R | b - R m], solved by Gauss and Jordan; I + R P has eigenvalues of 1 and more, no pivot is zero
-        table = [[*[(i == j) + dot(r[i], p[j]) for j in range(n)], *r[i], b[i] - dot(r[i], m)] for i in range(n)]
+        m, p, n = self.mean, self.covariance, len(self.mean)
+        # [I + R P | R | b - R m], solved by Gauss and Jordan; I + R P has eigenvalues of 1 and more, no pivot is zero.
+        # An inner product with a row of [R | b] ends with the shorter vector, so that it is one with R.
+        table = [
+            [*[(i == j) + dot(row, p[j]) for j in range(n)], *row[:n], row[n] - dot(row, m)]
+            for i, row in enumerate(seen)
+        ]
         for i in range(n):
             pivot = 1.0 / table[i][i]
             table[i] = [pivot * x for x in table[i]]
@@ -153,16 +147,16 @@ class Coefficients(NamedTuple):
                 factor = table[k][i]
                 if k != i and factor != 0.0:
                     table[k] = [x - factor * y for x, y in zip(table[k], table[i], strict=True)]
-        w = [tuple([0.5 * (table[i][n + j] + table[j][n + i]) for j in range(n)]) for i in range(n)]
-        return Evidence(tuple(w), tuple([row[-1] for row in table]))
+        w = [[0.5 * (table[i][n + j] + table[j][n + i]) for j in range(n)] for i in range(n)]
+        return tuple([(*row, own[-1]) for row, own in zip(w, table, strict=True)])
 
     def learn(self, tested: Evidence, deviation: Vector) -> "Coefficients":
         """Return theta after a block with W and u; ``deviation``: square roots of P_0's diagonal."""
-        (w, u), (m, p), n = tested, self, len(self.mean)
-        kept = exp(-1.0 / _WANDERING)
+        m, p, n = self.mean, self.covariance, len(self.mean)
+        u, kept = [row[n] for row in tested], exp(-1.0 / _WANDERING)
         covariance = []
         for i in range(n):
-            seen = [dot(p[i], row) for row in w]
+            seen = [dot(p[i], row) for row in tested]
             row = [kept * kept * (p[i][j] - dot(seen, p[j])) for j in range(n)]
             row[i] += (1.0 - kept * kept) * deviation[i] ** 2
             covariance.append(tuple(row))
