@@ -24,7 +24,7 @@ from .units import ANGLES, COMBINED, NAMED, REFERENCES, STAMP, VOLTAGES, factor_
 _LONGEST = 60  # characters of a cell that a message shows
 _WHOLE = 1e-6  # what a whole number may be off, as a print or an interpolation leaves it
 _BLANKS = re.compile(r"\s+(?![\[(])")  # a unit in brackets belongs to the name before it
-_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
+DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]$")
 _UNDERSCORED = re.compile(rf"^(?P<name>{'|'.join(NAMED)})_(?P<unit>[A-Za-z]+)_?$", re.IGNORECASE)
 _INDEX = re.compile(r"\((\d+,:|:,\d+)\)$")
@@ -80,7 +80,7 @@ class Table:
             is_not = "no time stamp like 2026-03-01T12:00:00.010" if is_stamp else "not a finite number"
             what = f"the cell holds {shown}, which is {is_not}" if text else "the cell is empty"
             advice = "correct the cell, or cut the stretch away with --from and --to"
-            if _DECIMAL_COMMA.fullmatch(text):
+            if DECIMAL_COMMA.fullmatch(text):
                 advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
             raise LogError(f"{self.places(kept.start)(sample)}, column {header}: {what}; {advice}.")
         counts = values / column.factor

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 
-from .columns import Table, name_and_unit, plain, read_stamps
+from .columns import DECIMAL_COMMA, Table, name_and_unit, plain, read_stamps
 from .configuration import CONTRACT, LogFormat
 from .opening import open_table
 from .plausibility import encoder_step
@@ -49,7 +49,6 @@ _NAMES = {
 _ASKED = r"ref(erence)?|set_?point|desired|command(ed)?|cmd|target|demand|soll"
 """Words for what a pilot or a plan asked of an axis."""
 _REFERENCES = {axis: rf"({_ASKED})_?({_NAMES[axis]})|({_NAMES[axis]})_?({_ASKED})" for axis in ANGLES}
-_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)
 _COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 10000, 16384, 20000)
 """Counts a turn that encoders have."""
 _TRAVEL_SURE = 4.0  # score from which the sign of the travel's gain is known
@@ -141,7 +140,7 @@ def _table(path: Path) -> tuple[Table, str]:
     form = LogFormat(columns={"time": NUMBERED.format(1)})  # a file without headers is looked into as well
     table, _ = open_table(path, form)
     texts = [v for v in table.columns if v.dtype.kind == "O" and len(v)]
-    if sum(bool(_DECIMAL_COMMA.fullmatch(str(v[len(v) // 2]))) for v in texts) < 3:
+    if sum(bool(DECIMAL_COMMA.fullmatch(str(v[len(v) // 2]).strip())) for v in texts) < 3:
         return table, "."
     return open_table(path, replace(form, decimal=","))[0], ","
 
