@@ -10,6 +10,7 @@ from heli_identifier.tracing.noise import (
     AxisFilter,
     axis_filters,
     error_dynamics,
+    past,
     recoloured,
     slope_of_colour,
 )
@@ -96,15 +97,10 @@ def test_slopes_of_the_colour_are_those_of_recoloured():
     e, air, d = np.random.default_rng(4).standard_normal(1000), np.array((80.0, 2.5, 15.0, 0.4, 40.0)), 1e-4
     own = solved(*air)
     steps = tuple((solved(*(air * (1.0 + d * sign))), d * sign) for sign in (1.0, -1.0))
-    of_g, of_m = slope_of_colour(own, steps)
-    g, m = lfilter([1.0], own.errors, e), lfilter([1.0], own.noise, e)
-    past = [
-        sum(w[i, :].mean() * np.concatenate((np.zeros(i + 1), x[: -i - 1])) for i in range(len(w)))
-        for w, x in ((of_g, g), (of_m, m))
-    ]
+    found = slope_of_colour(own, steps).mean(1) @ past(own, e)
     up, down = recoloured(e, own, [other for other, _ in steps])
     slope = (up - down) / (2.0 * d)
-    np.testing.assert_allclose(past[0] + past[1], slope, atol=1e-6 * np.abs(slope).max())
+    np.testing.assert_allclose(found, slope, atol=1e-6 * np.abs(slope).max())
 
 
 def test_a_further_acceleration_passes_the_error_dynamics():

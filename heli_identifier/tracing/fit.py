@@ -29,11 +29,11 @@ from .settings import (
     COARSE,
     CONVERGED,
     FARTHEST,
-    HALVINGS,
     ITERATIONS,
     LARGEST_STEP,
     OWN_PRIOR,
     ROUGHLY,
+    ROUNDS,
 )
 
 
@@ -137,7 +137,7 @@ class Fit:
         P, shape = len(self.x), self.point.z.shape
         share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
         slope = float(self.quadratic.total[1] @ s) - 2.0 * self.quadratic.by_own
-        for _ in range(HALVINGS):
+        for _ in range(ROUNDS):
             taken = share * s
             own = self.point.own + np.array([share * c - D @ taken for c, D in self.quadratic.back])
             point = replace(self.point, z=self.point.z + taken[P:].reshape(shape), own=own)

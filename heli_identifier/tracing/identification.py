@@ -24,7 +24,7 @@ from .references import References, find_references
 from .result import Agreement, FoundEffect, ParameterReport
 from .rig import Effect
 from .select import Selection, halves_agree, left_out_gain, refitted, select
-from .settings import CATALOGUE_WIDTHS, KEPT, MISTAKE, ROUGHLY, SETTLING, DiagnosisSettings
+from .settings import CATALOGUE_WIDTHS, KEPT, ROUGHLY, SETTLING, UNKNOWN, DiagnosisSettings
 from .strangers import aligned
 from .unknown import search_unknown
 
@@ -149,7 +149,7 @@ def _refuse_scaled(null: Fit, defects: Sequence[Defect]) -> None:
     Raises
     ------
     LogError
-        Divided by that, the logs are likelier by more than :data:`.settings.MISTAKE` nats, the change of unit allowed.
+        Divided by that, the logs are likelier by more than :data:`.settings.UNKNOWN` nats, the change of unit allowed.
     """
     axes = null.likelihood.rig.axes
     for defect in defects:
@@ -163,7 +163,7 @@ def _refuse_scaled(null: Fit, defects: Sequence[Defect]) -> None:
         )
         counted = sum(float(own.weights[:, axes.index(defect.channel)].sum()) for own in records)
         other = fit(replace(null.likelihood, records=records), null.fields, null)
-        if other.value + counted * np.log(defect.ratio) < null.value - MISTAKE:
+        if other.value + counted * np.log(defect.ratio) < null.value - UNKNOWN:
             raise LogError(
                 f"the {defect.channel} is {defect.ratio:.3g} times too large: its steps say so, and so do the other "
                 "axes. Mend its unit or its factor."

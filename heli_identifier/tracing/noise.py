@@ -108,7 +108,6 @@ def _solved(h: float, linear: tuple[tuple[float, float], ...], air: tuple[tuple[
 def axis_filters(rows: Array) -> list[AxisFilter]:
     """Solve the filters of rows (n, 8): h [s], damping [1/s], stiffness [1/s^2], then what ``air`` has."""
     h, damping, stiffness, rho, c, f, psi, k = rows.T
-    h, damping, stiffness, rho, c, f, psi, k = rows.T
     w, cosine, sine = np.sqrt(c * f), np.cos(psi), np.sin(psi)
     R = np.moveaxis(np.array([[cosine, sine], [-sine, cosine]]), 2, 0)
     flow, drive = np.zeros((2, len(rows), 4, 4))
@@ -199,21 +198,31 @@ def _errors_around(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
     return polynomial(A - (A @ K[:, :, None]) * C)
 
 
-@lru_cache(maxsize=64)
-def slope_of_colour(own: AxisFilter, others: tuple[tuple[AxisFilter, float], ...]) -> tuple[Array, Array]:
+def slope_of_colour(own: AxisFilter, others: Sequence[tuple[AxisFilter, float]]) -> Array:
     """Give the derivatives of the innovations to what moves a filter, as combinations of their past.
 
     With g = e / det(zI - M) and m = e / det(zI - N), :func:`recoloured` has the differential
 
         de' = d det(zI - N') m - d det(zI - M') g.
 
-    ``others`` are J filters beside it with the differences of a parameter that they stand for; the weights of g (5, J)
-    and of m (3, J) are those of 1, 2, ... samples ago.
+    ``others`` are J filters beside it with the differences of a parameter that they stand for; the weights (8, J) are
+    those of g 1 to 5 samples ago and of m 1 to 3 samples ago, as in :func:`past`.
     """
     new, steps = [other for other, _ in others], np.array([step for _, step in others])
     of_g = (own.errors - _errors_around(own, new)).T / steps
     of_m = (np.array([other.noise for other in new]) - own.noise).T / steps
-    return of_g[1:], of_m[1:]
+    return np.concatenate((of_g[1:], of_m[1:]))
+
+
+def past(own: AxisFilter, e: Array) -> Array:
+    """Give g 1 to 5 and m 1 to 3 samples ago, shape (8, n), of innovations ``e`` (n,)."""
+    found, row = np.zeros((8, len(e))), 0
+    for poles in (own.errors, own.noise):
+        behind = lfilter([1.0], poles, e)
+        for lag in range(1, len(poles)):
+            found[row, lag:] = behind[:-lag]
+            row += 1
+    return found
 
 
 @lru_cache(maxsize=64)

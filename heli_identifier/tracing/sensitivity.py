@@ -4,9 +4,9 @@ A further acceleration a_k of an axis along the filter's own motion changes its 
 of the filter, a linear filter. No torque of a bench changes much within 40 ms, so these sensitivities are taken at
 :data:`.settings.SEEN_AT` and held over a block of samples. They have to be those at the block's beginning: a later one
 knows the controller's answer to the innovations that it is multiplied by, and the gradient would be biased. Those to
-the air's parameters are finite differences of the filter at the record's rate; a reading that is wrong passes the same
-linear filter as one that is right. Records are read in chunks, so memory
-grows with the log alone. With J the derivatives of e and Huber's weights w, every axis of every log adds
+the air's parameters are finite differences of the filter at the record's rate. What changes the reading alone, a fault
+of an encoder or the bending of the arm, passes the same linear filter as the reading. Records are read in chunks, so
+memory grows with the log alone. With J the derivatives of e and Huber's weights w, every axis of every log adds
 
     H += sum_k w_k J_k J_k' / sigma^2,    g += sum_k w_k J_k e_k / sigma^2,
 
@@ -30,6 +30,7 @@ from .noise import (
     AxisFilter,
     error_dynamics,
     filters,
+    past,
     physical,
     reading_dynamics,
     slope_of_colour,
@@ -185,7 +186,7 @@ class Sensitivities:
             for k in np.flatnonzero(change.any(0)).tolist():
                 read[k][j] = lfilter(*reading_dynamics(axes[k].own), change[:, k] / move.step)
         starts = [start_response(axis.own, held, -(-record.samples // held)).T for axis in axes]
-        pasts = [_past(axis.own, e[:, k]) for k, axis in enumerate(axes)]
+        pasts = [past(axis.own, e[:, k]) for k, axis in enumerate(axes)]
         lagging, behind = None, dict[int, Any]()
         memory = [np.zeros((P + 1, len(axis.transfer[1]) - 1)) for axis in axes]
         chunk = record.block * max(1, CHUNK // record.block)
@@ -215,7 +216,7 @@ class Sensitivities:
         """Give the filters of the axes at the rate of a record, and how the coordinates move them."""
         found = []
         for own, by in zip(self.likelihood.filters(record, self.point), self._other_filters(record.step), strict=True):
-            slopes = np.concatenate(slope_of_colour(own, tuple(by.values())))
+            slopes = slope_of_colour(own, list(by.values()))
             found.append(_Axis(own, error_dynamics(own, record.held), np.array(list(by)), slopes))
         return found
 
@@ -239,18 +240,6 @@ class Sensitivities:
         for (i, j, _, _, width), other in zip(changed, solved, strict=True):
             found[i][j] = other, width
         return found
-
-
-def _past(own: AxisFilter, e: Array) -> Array:
-    """Give innovations (N,) behind the poles of the filter's error and of the noise, 1 to 5 and 1 to 3 samples ago."""
-    found = np.zeros((len(own.errors) + len(own.noise) - 2, len(e)))
-    row = 0
-    for poles in (own.errors, own.noise):
-        behind = lfilter([1.0], poles, e)
-        for lag in range(1, len(poles)):
-            found[row, lag:] = behind[:-lag]
-            row += 1
-    return found
 
 
 def means(values: Array, held: int) -> Array:

@@ -79,8 +79,8 @@ CONVERGED, ROUGHLY = 0.01, 0.5
 """Fall of the objective [nats] below which a fit has converged, a seventh of a standard error; and its beginning,
 and one of which the value alone is asked for."""
 
-ITERATIONS, HALVINGS, ROUNDS = 30, 6, 8
-"""Most Gauss-Newton steps of a fit, halvings of one step, and times that a selected set is refitted and scored again:
+ITERATIONS, ROUNDS = 30, 8
+"""Most Gauss-Newton steps of a fit; halvings of one step, and times that a selected set is refitted and scored again:
 twice what was ever needed."""
 
 AIRS = ((0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.5, -2.2, 0.0, 0.0), (0.0, 0.5, -2.2, FARTHEST, 0.0))
@@ -150,8 +150,8 @@ what the filter needs to tell two steps apart."""
 
 # --- what the catalogue cannot name (unknown.py) ---
 
-CURVE_WIDTH = 0.1
-"""Width [rad/s^2] of the prior of a torque in the table of an unknown curve: what stops an arm .1 m beside rest."""
+CURVE_WIDTH = OWN[0]
+"""Width [rad/s^2] of the prior of a torque in the table of an unknown curve: tape and cables again."""
 
 PERIODIC_BAND, PERIODS = (0.06, 3.0), 4.0
 """Frequencies [Hz] of a periodic torque, and its least periods in the longest log: fewer are not told from a drift, and
@@ -159,9 +159,10 @@ above an encoder's counts under steady motion look like one."""
 
 UNKNOWN = 22.0
 """Nats of an unknown torque, as of one degree of freedom: the search looks at some 24 curves and, on every axis, 600
-frequencies. Chance reaches it on one of 100 000 rigs; what is less is a ripple."""
+frequencies. Chance reaches it on one of 100 000 rigs; what is less is a ripple. By as much a log has to be likelier
+that is read otherwise, as a mirror image or in another unit."""
 
-UNKNOWN_TRIED = 12.0
+UNKNOWN_TRIED = 0.5 * UNKNOWN
 """The same from which it is fitted: beside air that follows it, it looks smaller than it is."""
 
 UNKNOWN_SHARE = 0.25
@@ -201,7 +202,7 @@ CORNER = 20.0
 LAGUERRE_POLE, LAGUERRE_ORDER = 3.0, 8
 """Pole [rad/s] and outputs of the bank: memory up to 5 s, a closed loop's."""
 
-AR_ORDER = 12
+AR_ORDER = int(0.5 * SEEN_AT)
 """Order of the whitening model, half a second: the correlation time of measured air."""
 
 WHITE_FLOOR = 1e-2
@@ -235,9 +236,9 @@ LEAST_ZERO = 0.2
 """Zero of an elevation [rad] from which on it is another position: half of what an arm on the table lies below the
 horizontal."""
 
-MISTAKE, ALIEN = 20.0, 2.5
-"""Nats by which a mirror image has to be likelier; ratio of a log's innovations to the others' beyond which it is of
-another rig: the air of one room hardly makes a ratio of two."""
+ALIEN = 2.5
+"""Ratio of a log's innovations to the others' beyond which it is of another rig: the air of one room hardly makes a
+ratio of two."""
 
 OUTLYING, FEWEST = 3.5, 3
 """Robust standard deviations from the median that make an outlier, the bound of Iglewicz and Hoaglin; logs of which one

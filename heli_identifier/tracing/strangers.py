@@ -10,7 +10,7 @@ that reads z less than the others needs the voltages of another height:
 
 Small zeros are offsets of a log, which the fits allow for. An arm that was balanced otherwise looks the same.
 
-**Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.MISTAKE` nats with
+**Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.UNKNOWN` nats with
 the sign of an axis changed or the rotors swapped, its own offsets and scale of the noise allowed.
 
 **Gains.** A log of another rig has gains of its own, which the likelihood estimates beside those that the logs share.
@@ -44,7 +44,7 @@ from .helicopter import Rig
 from .noise import error_dynamics
 from .records import LeftOut, record_of
 from .rig import Array, Record
-from .settings import ALIEN, FEWEST, HUBER, LEAST_STIFFNESS, LEAST_ZERO, MISTAKE, OTHER_GAIN, OUTLYING, ROUNDS, SURE
+from .settings import ALIEN, FEWEST, HUBER, LEAST_STIFFNESS, LEAST_ZERO, OTHER_GAIN, OUTLYING, ROUNDS, SURE, UNKNOWN
 
 ELEVATION = 1
 
@@ -54,12 +54,7 @@ def aligned(
 ) -> tuple[Fit, tuple[Log, ...], tuple[Log, ...], tuple[str, ...]]:
     """Shift the logs whose elevation was zeroed in another position, and fit the model before.
 
-    Returns
-    -------
-    null : Fit
-    training, held_out : tuple of Log
-    notes : tuple of str
-        What was shifted, one sentence a log.
+    Give that fit, the logs as they are used, and one sentence a log that was shifted.
     """
     count, given = len(training), (*training, *held_out)
     logs, zero = given, np.zeros(len(given))
@@ -141,7 +136,7 @@ def stranger_notes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple
     for log, record, (F, _), scale in zip(logs, records, as_read, scales, strict=True):
         mirrored = {what: F - _misfit(fitted, other)[0] for what, other in _mirrors(rig, record)}
         what = max(mirrored, key=lambda name: mirrored[name])
-        if mirrored[what] > MISTAKE:
+        if mirrored[what] > UNKNOWN:
             notes.append(f"the log {log.name} does not belong to the others: it fits with {what}")
         elif scale > ALIEN * usual:
             notes.append(
@@ -194,13 +189,7 @@ _PITCH: Mapping[int, tuple[str, str]] = {
 
 
 def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
-    """Warn of gains that are significantly negative, and name what to change in the rig's configuration.
-
-    Parameters
-    ----------
-    estimates : mapping of str to Estimate
-        Of the model before, by the paper's symbols.
-    """
+    """Warn of gains, by the paper's symbols, that are significantly negative, and say what mends them."""
     pitch, elevation, travel = (_sign(estimates[name]) for name in ("k_x", "k_z", "k_y"))
     negative = [name for name, sign in (("k_x", pitch), ("k_z", elevation)) if sign < 0]
     if not negative:

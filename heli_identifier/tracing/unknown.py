@@ -195,21 +195,9 @@ def scan(fitted: Fit) -> list[Unknown]:
 
 
 def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[Selection, tuple[FoundEffect, ...]]:
-    """Search what the catalogue cannot name beside what it names.
+    """Search what the ``candidates`` of the catalogue cannot name beside what a ``selection`` of them does.
 
-    Parameters
-    ----------
-    selection : Selection
-        What the catalogue explains.
-    candidates : sequence of Effect
-        The catalogue.
-
-    Returns
-    -------
-    selection : Selection
-        With curves as tables of the plant and periods as harmonics of the fit, and what is named beside them.
-    effects : tuple of FoundEffect
-        The unknown torques.
+    Give the selection with curves as tables of the plant and periods as harmonics of the fit, and the unknown torques.
     """
     found: list[Unknown] = []
     tried = scan(selection.fit)[:2]
