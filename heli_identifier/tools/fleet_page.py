@@ -84,17 +84,21 @@ def rig_table(fleet: Fleet) -> Table:
     rows = []
     for rig, own in fleet.diagnoses.items():
         found = ([effect_name(one.name, one.axis) for one in of] for of in (own.effects, own.possible))
+        ahead = "ahead_200ms" if own.closed_loop else "prediction_1s"
         errors = (
-            " to ".join(significant(1e3 * error.prediction_1s.value) for error in (report.before, report.after))
+            " to ".join(significant(1e3 * getattr(error, ahead).value) for error in (report.before, report.after))
             for report in own.axes.values()
         )
+        uses: dict[str, list[str]] = {}
+        for axis, report in own.axes.items():
+            uses.setdefault(report.use, []).append(axis)
         rows.append(
             (
                 rig,
                 str(own.verdict),
                 *(listed(names) or "nothing" for names in found),
-                "; ".join(f"{axis}: {report.use}" for axis, report in own.axes.items()),
-                f"{own.held_out.gain.value:+.0f}",
+                "; ".join(f"{listed(axes)}: {use}" for use, axes in uses.items()),
+                f"{own.held_out.gain.value:+.0f}".replace("-", "−"),
                 "; ".join(f"{axis} {both}" for axis, both in zip(own.axes, errors, strict=True)),
                 ", ".join(f"{entry.file} ({entry.used_for})" for entry in own.data),
             )
@@ -102,7 +106,7 @@ def rig_table(fleet: Fleet) -> Table:
     rows += [(rig, f"left out: {error}", *[""] * 6) for rig, error in fleet.failures.items()]
     columns = (
         "rig", "verdict", "named", "possible, no finding", "use of the axes", "held-out logs gain [nats]",
-        "error of the 1 s prediction, before to after [mrad]", "logs",
+        "error 1 s ahead, under a controller .2 s, before to after [mrad]", "logs",
     )  # fmt: skip
     return Table("Rigs", columns, rows)
 
