@@ -165,7 +165,9 @@ class SlaveBase(Fmi2Slave):
 
     # From instantiation to the first step, and the end
 
-    def setup_experiment(self, start_time: float, stop_time: float | None = None, tolerance: float | None = None):
+    def setup_experiment(
+        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
+    ) -> None:
         """Keep the start time [s]; once the initialisation has begun it stays what it is."""
         if self.phase == INSTANTIATED and isfinite(start_time):
             self.start_time = start_time

@@ -51,12 +51,17 @@ class Variable(NamedTuple):
         return low, high
 
 
-def real_input(name, unit, bound, nominal, description, start=0.0) -> Variable:
+def real_input(
+    name: str, unit: str, bound: float, nominal: float | None, description: str, start: float = 0.0
+) -> Variable:
     """Return a continuous Real input between minus and plus ``bound``."""
     return Variable(name, "input", description, "Real", unit, start, -bound, bound, nominal)
 
 
-def output(name, unit, description, depends_on=(), nominal=None, variability="discrete") -> Variable:
+def output(
+    name: str, unit: str | None, description: str, depends_on: Iterable[str] = (), nominal: float | None = None,
+    variability: str = "discrete",
+) -> Variable:  # fmt: skip
     """Return a Real output; outputs are calculated and have no start value."""
     return Variable(
         name, "output", description, "Real", unit, nominal=nominal, variability=variability,
@@ -64,14 +69,20 @@ def output(name, unit, description, depends_on=(), nominal=None, variability="di
     )  # fmt: skip
 
 
-def parameter(name, start, description, unit=None, low=None, high=None, tunable=False, field="") -> Variable:
+def parameter(
+    name: str, start: Value, description: str, unit: str | None = None, low: float | None = None,
+    high: float | None = None, tunable: bool = False, field: str = "",
+) -> Variable:  # fmt: skip
     """Return a parameter of the type of ``start``: fixed after initialisation, or tunable."""
     kind = next(kind for kind, python in TYPES.items() if type(start) is python)
     variability = "tunable" if tunable else "fixed"
     return Variable(name, "parameter", description, kind, unit, start, low, high, None, variability, (), field)
 
 
-def setting(defaults, name, field, description, unit=None, low=None, high=None) -> Variable:
+def setting(
+    defaults: Any, name: str, field: str, description: str, unit: str | None = None, low: float | None = None,
+    high: float | None = None,
+) -> Variable:  # fmt: skip
     """Return a parameter that sets a field of ``defaults`` and starts from its value there."""
     return parameter(name, field_of(defaults, field), description, unit, low, high, field=field)
 

@@ -245,7 +245,7 @@ COMPONENT, STEP, PUT, GET = 0, 1, 2, 6
 
 
 @numba.njit
-def transfer(unit, at):
+def transfer(unit: Any, at: int) -> Any:
     """Set (PUT) or get (GET) the values of a unit; return the status."""
     if unit[at + 2] == 0:
         return np.int32(0)
@@ -253,7 +253,9 @@ def transfer(unit, at):
 
 
 @numba.njit
-def step_all(units, sources, fed, shown, worst, record, step, first):
+def step_all(
+    units: Any, sources: Any, fed: Any, shown: Any, worst: Any, record: Any, step: float, first: int
+) -> tuple[int, int, int, int]:
     """Take len(record) steps from ``first`` on; return (step, unit, call, status) of the first refusal, or -1, zeros.
 
     ``units`` has the row of each unit, ``worst`` the worst status that each has logged.

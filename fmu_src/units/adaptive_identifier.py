@@ -68,7 +68,8 @@ _SETTINGS = (
 )
 
 
-def shown(estimate: online.IdentifierOutput, is_in_closed_loop: bool):
+# no return type: with one of any length the translator would make a list of what it counts here
+def shown(estimate: online.IdentifierOutput, is_in_closed_loop: bool):  # type: ignore[no-untyped-def]
     """Return the outputs in their order, but for the scores."""
     triples = zip(estimate.parameters, estimate.standard_errors, _UNITS, strict=True)
     return (
