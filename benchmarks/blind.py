@@ -16,7 +16,7 @@ from scipy.stats import binomtest
 
 from benchmarks.harness import ROOT, Strength, measured_at, table, write_strength
 from benchmarks.rigs import DETECTABLE, GROUPS, TOLD, blind_sources, measured_rig
-from heli_identifier.cli.on_logs import rigs_done
+from heli_identifier.cli.on_rigs import rigs_done
 from heli_identifier.online import ModelParameters
 from heli_identifier.tools.campaign import run_campaign
 from heli_identifier.tools.campaign_rows import UNKNOWN, Judgement, Row, campaign_tables, judged, summarised

@@ -9,8 +9,10 @@ import heli_identifier
 from heli_identifier.cli.arguments import Command
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.in_flight import follow, stream
-from heli_identifier.cli.on_logs import campaign, check, compare, demo, diagnose, fleet, identify, init, look
-from heli_identifier.cli.on_units import build, design, design_controller, effects, linearise, simulate, ssp
+from heli_identifier.cli.on_logs import check, compare, diagnose, identify, look
+from heli_identifier.cli.on_plants import design, design_controller, effects, linearise
+from heli_identifier.cli.on_rigs import campaign, demo, fleet, init
+from heli_identifier.cli.on_units import build, simulate, ssp
 
 app = typer.Typer(
     name="heli",

@@ -1,25 +1,20 @@
-"""Commands on measured logs: diagnose, look, identify, check, compare, campaign, fleet; init and demo to begin with."""
+"""Commands on the logs of one rig: diagnose, look, identify, check, compare."""
 
-import os
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from time import perf_counter
 from typing import Annotated
 
 import typer
 
-import fmu_src
 import heli_identifier as hi
-from heli_identifier import records, results, tools
+from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
 from heli_identifier.cli.guard import refuse
-from heli_identifier.cli.terminal import answer, note, print_notes, progress_bar, warn
-from heli_identifier.errors import ConfigurationError, IdentifierError, LogError, require_positive
+from heli_identifier.cli.terminal import note, print_notes, progress_bar, warn
+from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.provenance import from_command_line
 
@@ -231,179 +226,3 @@ def compare(
     """
     recorded = args.logs_of(log, config, start, end)[0] if log else ()
     terminal.show(hi.compare(first, second, recorded), json, verbose)
-
-
-# --- many rigs -------------------------------------------------------------------------------------------------------
-
-RIG_FOLDER = (
-    "Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins with held is "
-    "held out, else the last one."
-)
-
-
-def fleet(
-    folders: Annotated[list[Path], argument(RIG_FOLDER, "RIG_FOLDER")],
-    output: args.Folder = Path("fleet"),
-    start: args.From = None,
-    end: args.To = None,
-    config: args.Config = None,
-    json: args.Json = False,
-) -> None:
-    """Diagnose several rigs of one make, and say which effects repeat and which are one rig's own.
-
-    Writes fleet.json and fleet.html, with a forest plot of every effect. All logs are read before the first diagnosis;
-    a log that cannot be used is left out and named, and so is a rig without others. Exit 1 if there was such a rig.
-    """
-    rigs, failures = {}, {}
-    with results.whole_folder(output) as draft:
-        for folder in tools.rig_folders(folders, args.configuration_file(config)):
-            try:
-                rig = rigs[folder.rig] = folder.load(start, end)
-            except IdentifierError as error:
-                failures[folder.rig] = str(error)
-                continue
-            for text in rig.left_out:
-                warn(f"rig {folder.rig}: {text}")
-            if rig.note:
-                note(f"{rig.note} (a name that begins with held says which)")
-            print_notes((*rig.training, *rig.held_out))
-        with progress_bar() as progress:
-            found = tools.diagnose_rigs(rigs, failures, progress)
-        ran = from_command_line()
-        document = found.document(ran)
-        written = results.write_files(draft, {"fleet.json": document, "fleet.html": tools.fleet_html(found, ran)})
-    for name, why in found.failures.items():
-        warn(f"rig {name} is left out: {why}")
-    answer(json, document, tools.fleet_tables(found), (), (output, written), tools.fleet_sentence(found))
-    if found.failures:
-        raise typer.Exit(FAILED)
-
-
-GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
-
-
-def campaign(
-    folder: Annotated[
-        Path | None, argument("Folder with a sub-folder for each rig, with its logs as for `heli fleet`.", "FOLDER")
-    ] = None,
-    output: args.Folder = Path("campaign"),
-    generator: Annotated[str, option(GENERATOR, metavar="MODULE:FUNCTION")] = "",
-    rigs: Annotated[int | None, option("Rigs that the generator makes.", metavar="N")] = None,
-    first_seed: Annotated[int | None, option("Seed of the first of them; 0 by default.", metavar="SEED")] = None,
-    workers: Annotated[int | None, option("Processes on this machine; one per core by default.", metavar="N")] = None,
-    scheduler: Annotated[
-        str | None, option("Dask scheduler of a cluster of machines, tcp://host:8786.", metavar="ADDRESS")
-    ] = None,
-    config: args.Config = None,
-    json: args.Json = False,
-) -> None:
-    """Diagnose many rigs, on all cores of this machine or on a cluster; started again, it continues where it stopped.
-
-    Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
-    """
-    configuration = args.found_configuration(config)
-    sources = _sources(folder, config, generator, rigs, first_seed)
-    settings = hi.DiagnosisSettings.from_rig(configuration)
-    with rigs_done() as progress:
-        rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
-    summary = tools.summarised(rows)
-    answer(json, summary, *tools.campaign_tables(summary), (output, [tools.CONSOLIDATED]))
-    if summary["failures"]:
-        raise typer.Exit(FAILED)
-
-
-@contextmanager
-def rigs_done() -> "Iterator[tools.Progress]":
-    """Show how many rigs are done on the error stream: a bar on a terminal, some twenty lines elsewhere."""
-    failed = 0
-    with progress_bar() as bar:
-
-        def count(done: int, total: int, row: "tools.Row | None") -> None:
-            nonlocal failed
-            failed += bool(row and row.get("error"))
-            bar(f"{done} of {total} rigs done" + (f", {failed} failed" if failed else ""), done / total)
-            if not sys.stderr.isatty() and (row is None or done == total or done % max(1, total // 20) == 0):
-                typer.echo(f"{done} of {total} rigs done", err=True)
-
-        yield count
-
-
-def _sources(
-    folder: Path | None, config: Path | None, generator: str, rigs: int | None, first_seed: int | None
-) -> "list[tools.Source]":
-    """Give the rigs of a folder or of a generator, whichever was named."""
-    refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
-    if folder is not None:
-        refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
-        said = f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none."
-        refuse(first_seed is not None, said)
-        return [*tools.rigs_below(folder, args.configuration_file(config))]
-    if rigs is None:
-        raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
-    # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
-    sys.path.insert(0, os.getcwd())
-    return [*tools.generated_rigs(generator, rigs, first_seed or 0)]
-
-
-# --- to begin with ---------------------------------------------------------------------------------------------------
-
-TO_INIT = "Configuration to write (.toml), or a log to look into."
-HERE = Path(records.CONFIGURATION_NAME)
-
-
-def init(
-    file: Annotated[Path, argument(TO_INIT, "FILE|LOG", show_default=False)] = HERE,
-    output: Annotated[Path, option("Configuration to write for a log.", "--output", "-o", metavar="FILE")] = HERE,
-) -> None:
-    """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag.
-
-    With a log it is the configuration that reads this log: columns, units and signs are guessed by their names and by
-    physics, each with its reason, to be confirmed.
-    """
-    path = records.write_template(file) if file.suffix == ".toml" else _guess_configuration(file, output)
-    typer.echo(f"written: {path}; commands read it as heli.toml of their folder, or with --config {path}")
-
-
-def _guess_configuration(log: Path, output: Path) -> Path:
-    """Guess the configuration that reads a log, write it, and print the guesses."""
-    there = output.is_file() or output.is_dir()
-    refuse(there, f"{output} exists already; delete it or name another file with --output.")
-    found = records.guess(log)
-    path = records.write_template(output, found)
-    form, reasons = found.format, found.reasons
-    rows = []
-    for signal, header in form.columns.items():
-        because = [reasons.get(f"{part}.{signal}", "") for part in ("columns", "units", "signs")]
-        sign = str(form.sign(signal)) if signal != "time" else ""
-        rows.append((signal, header, form.units[signal], sign, "; ".join(filter(None, because))))
-    columns = ("signal", "column", "unit", "sign", "because")
-    terminal.print_table(results.Table(f"Guessed from {log}; confirm each", columns, rows))
-    for key in ("swap_rotors", "clip", "start", "decimal"):
-        if key in reasons:
-            note(f"{key}: {reasons[key]}")
-    doubts = list(found.doubts)
-    try:
-        doubts += records.suspicions(hi.read_log(log, form))
-    except LogError as error:
-        doubts.append(f"with these guesses the log is refused: {error}")
-    for text in doubts:
-        warn(text)
-    return path
-
-
-def demo(output: args.Folder = Path("build")) -> None:
-    """Build the units, then diagnose two rigs whose logs come with the package."""
-    began, rigs = perf_counter(), ("rig-a", "rig-b")
-    with progress_bar() as progress:
-        progress("building the units", 0.0)
-        with results.whole_folder(output) as draft:
-            fmu_src.build_all(draft)
-    typer.echo(f"{len(fmu_src.UNITS)} units in {output}: {', '.join(fmu_src.UNITS)}")
-    for rig in rigs:
-        typer.echo(f"\n{rig}: reading its logs and looking for what the model lacks")
-        folder = output / "demo" / rig
-        diagnosis, training, held_out = diagnosed(*records.demo_files(rig), hi.RigConfiguration(name=rig), folder)
-        typer.echo(f"{rig}: {len(training)} logs fitted, {len(held_out)} held out")
-        terminal.print_diagnosis(diagnosis)
-        typer.echo(f"report: {folder / 'report.html'}  corrected plant: {folder / 'HelicopterPlant.fmu'}")
-    typer.echo(f"\n{perf_counter() - began:.0f} s in all")

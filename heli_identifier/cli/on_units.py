@@ -1,9 +1,8 @@
-"""Commands on units and plants: build, ssp, simulate; effects, design, linearise."""
+"""Commands on units: build, ssp, simulate."""
 
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from math import floor, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,20 +12,16 @@ import typer
 import fmu_src
 import heli_identifier as hi
 from fmu_src import master
-from heli_identifier import results, tools
+from heli_identifier import results
 from heli_identifier.cli import arguments as args
-from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
 from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.terminal import answer, note, progress_bar, warn
-from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
-from heli_identifier.provenance import from_command_line
 
 if TYPE_CHECKING:
-    from heli_plant.parameters import PlantParameters
-
-PLANT = "HelicopterPlant"
+    pass
 
 
 def build(
@@ -56,7 +51,7 @@ def build(
     for asked, words in ((fmi != 2, f"--fmi {fmi}"), (all_platforms, "--all-platforms")):
         refuse(asked and not native, f"{words} belongs to native units; add --native.")
     refuse(
-        model_exchange and not (native and units == [PLANT]),
+        model_exchange and not (native and units == [results.PLANT]),
         "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange.",
     )
     names = units or list(NATIVE_UNITS if native else fmu_src.UNITS)
@@ -68,8 +63,8 @@ def build(
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
             taken = given.get(name)
+            whole = taken if taken and taken.unit == name and not own else None  # the unit then says its use
             values: dict[str, float | str] = {**(taken.start_values if taken else {}), **own}
-            whole = taken if taken and not own and taken.uses and taken.unit == name else None  # the unit says the use
             hi.build(name, draft, whole or values, native=native, fmi=fmi, **kind)
     if native:
         _warn_of_missing_compilers(all_platforms)
@@ -77,15 +72,11 @@ def build(
             others = ", ".join(name for name in fmu_src.UNITS if name not in names)
             warn(f"not made in C: {others}; build them without --native")
     files = [output / f"{name}.fmu" for name in names]
-    if json:
-        terminal.print_json([str(file) for file in files])
-    else:
-        _print_sizes(*files)
+    answer(json, [str(file) for file in files], [], map(_with_size, files))
 
 
-def _print_sizes(*files: Path) -> None:
-    for file in files:
-        typer.echo(f"{file}  {file.stat().st_size / 1000.0:.0f} kB")
+def _with_size(file: Path) -> str:
+    return f"{file}  {file.stat().st_size / 1000.0:.0f} kB"
 
 
 def _warn_of_missing_compilers(all_platforms: bool = False) -> None:
@@ -110,7 +101,7 @@ def ssp(
     path = write_ssp(scenario, output or Path(f"{scenario}.ssp"), values, duration=duration, native=native)
     if native:
         _warn_of_missing_compilers()
-    _print_sizes(path)
+    typer.echo(_with_size(path))
 
 
 # --- simulate --------------------------------------------------------------------------------------------------------
@@ -247,8 +238,8 @@ def _variations(
         raise ConfigurationError(
             "--runs varies parameters by their standard errors; name the parameters.json of a diagnosis: --parameters."
         )
-    plants = [name for name, unit in fmu_src.scenario(scenario).units if unit == PLANT]
-    refuse(not plants, f"--runs varies the {PLANT}, which scenario {scenario} does not have.")
+    plants = [name for name, unit in fmu_src.scenario(scenario).units if unit == results.PLANT]
+    refuse(not plants, f"--runs varies the {results.PLANT}, which scenario {scenario} does not have.")
     read = hi.read_parameters(file)
     drawn = [
         {f"{plant}.{name}": value for plant in plants for name, value in draw.items() if f"{plant}.{name}" not in given}
@@ -263,194 +254,5 @@ def _variations(
     note(f"{len(drawn[0])} parameters are drawn {how} (seed {seed}).")
     if read.drawn_from_prior:
         note(read.drawn_from_prior)
-    outputs = [own.name for own in fmu_src.unit_class(PLANT).variables if own.causality == "output"]
+    outputs = [own.name for own in fmu_src.unit_class(results.PLANT).variables if own.causality == "output"]
     return {"variations": drawn, "record": [f"{plant}.{name}" for plant in plants for name in outputs]}
-
-
-# --- the plant -------------------------------------------------------------------------------------------------------
-
-
-def effects(
-    axis: Annotated[str, option("Only effects on this axis: pitch, elevation, travel or rotors.", metavar="AXIS")] = "",
-    json: args.Json = False,
-    verbose: args.Verbose = False,
-) -> None:
-    """List every effect that a model may lack: its law, unit, plausible range and source."""
-    from heli_plant.effects import CATALOGUE
-
-    axes = sorted({entry.axis for entry in CATALOGUE})
-    refuse(axis not in ("", *axes), f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
-    document, rows = [], []
-    for entry in (own for own in CATALOGUE if axis in ("", own.axis)):
-        law, unit = results.law_text(entry.law), results.unit_text(entry.unit)
-        row = (entry.name, entry.axis, law, unit, results.typeset(f" {entry.lower:g} to {entry.upper:g}").strip())
-        shapes = ", ".join(results.labelled(shape.name, shape.unit) for shape in entry.shapes)
-        rows.append((*row, shapes, entry.source) if verbose else row)
-        document.append(
-            {
-                "name": entry.name,
-                "axis": entry.axis,
-                "parameter": f"effects.{entry.name}.{entry.axis}",
-                "law": entry.law,
-                "unit": entry.unit,
-                "range": [entry.lower, entry.upper],
-                "source": entry.source,
-                "shapes": [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in entry.shapes],
-            }
-        )
-    columns = ("effect", "axis", "law", "unit of c", "range of c", *(("shapes", "source") if verbose else ()))
-    answer(json, document, [results.Table("Effects", columns, rows)])
-
-
-SEPARATE = "Two effects to separate, each NAME or NAME:AXIS."
-CLOSED_LOOP = "What to add to a flight under the controller, for its parameters."
-
-READING = (
-    "error: standard error of the coefficient that the experiment would leave; the table is sorted by it",
-    "visibility: share of an effect's signature that no change of the fitted parameters could imitate",
-    "correlation: of the two signatures; near ±1 the logs cannot tell the effects apart",
-)
-"""How the table of experiments is read; the last line is of two effects."""
-
-DEFAULT_GAINS = "no --controller given: the PID of the units flies with its default gains"
-
-
-def design(
-    separate: Annotated[tuple[str, str] | None, option(SEPARATE, metavar="A B")] = None,
-    show: Annotated[str | None, option("One effect to make visible, NAME or NAME:AXIS.", metavar="A")] = None,
-    parameters: args.Parameters = None,
-    duration: Annotated[float, option("Length of the experiment, 20 to 3600.", metavar="SECONDS")] = 90.0,
-    pitch_limit: Annotated[float, option("Largest pitch either way.", metavar="RAD")] = 1.2,
-    elevation_limit: Annotated[float, option("Largest elevation either way.", metavar="RAD")] = 0.8,
-    voltage_limit: Annotated[float, option("Largest voltage either way.", metavar="VOLT")] = 5.0,
-    output: args.to_file("Write the best experiment's voltages as CSV.") = None,  # type: ignore[valid-type]
-    closed_loop: Annotated[bool, option(CLOSED_LOOP, "--closed-loop")] = False,
-    hover: Annotated[float, option("Elevation held, with --closed-loop.", metavar="RAD")] = 0.15,
-    controller: args.Controller = None,
-    settings: args.Settings = [],
-    json: args.Json = False,
-) -> None:
-    """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle.
-
-    With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
-    the controller come from --controller, as `heli linearise` writes it, or --set, as --set pitch.proportional=6.
-    """
-    from heli_plant.control import PidSettings
-
-    require_range("duration", duration, "s", 20.0, 3600.0)
-    one = [separate is not None, show is not None, closed_loop].count(True) == 1
-    refuse(not one, "give one of --separate A B, --show A, and --closed-loop.")
-    foreign = not closed_loop and (controller is not None or bool(settings))
-    refuse(foreign, "--controller and --set are the controller's; give them with --closed-loop.")
-    no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
-    if closed_loop:
-        refuse(output is not None, "--output writes voltages of an open loop; with --closed-loop there are none.")
-        plant = _plant(parameters)
-        pid = args.controller_of(PidSettings(voltage_limit=plant.v_max), controller, settings)
-        limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
-        require_range("hover", hover, "rad", -1.5, 1.5)
-        with progress_bar() as progress:
-            outlooks = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
-        refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
-        gains = [] if controller or settings else [DEFAULT_GAINS]
-        answer(json, results.plain(outlooks), [tools.flight_table(outlooks)], gains)
-        return
-    entries = tools.effects_named(separate if separate is not None else (show or "",))
-    plant, limits = _plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
-    with progress_bar() as progress:
-        ranked = tools.designs(plant, entries, duration, limits, progress=progress)
-    refuse(not ranked, f"no proposal {no_flight}; widen the limits.")
-    listed = ranked[: 10 if json else 5]
-    table, said = tools.experiment_table(listed, entries), READING if len(entries) > 1 else READING[:-1]
-    answer(json, results.plain([own.document(entries) for own in listed]), [table], said)
-    text = tools.separation_warning(listed, entries)
-    if text is not None:
-        warn(text)
-    if output is not None:
-        ranked[0].write_voltages(output)
-        note(f"voltages of the best: {output}")
-
-
-def _plant(file: Path | None) -> "PlantParameters":
-    """Give the plant of a parameters.json; without one the published model, and say so."""
-    from heli_plant.parameters import from_names
-
-    if file is None:
-        note("no --parameters given: the published model, Table 2, stands in for the rig")
-    return from_names(args.by_unit(file, [PLANT], f"those of the {PLANT} are needed").get(PLANT, {}))
-
-
-def linearise(
-    parameters: args.PlantArgument = args.PLANT_FILE,
-    pitch: Annotated[float, option("Pitch of the operating point.", metavar="RAD")] = 0.0,
-    elevation: Annotated[float, option("Elevation of the operating point.", metavar="RAD")] = 0.0,
-    output: args.Folder = Path("control"),
-    json: args.Json = False,
-) -> None:
-    """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
-
-    Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
-    """
-    with results.whole_folder(output) as draft:
-        given = args.read_with_doubts(parameters)
-        with progress_bar() as progress:
-            made = tools.design_pid(given, pitch, elevation, progress=progress)
-        origin = from_command_line()
-        document = made.linear_document(origin)
-        files = {
-            "linear_model.json": document,
-            "linear_model.mat": made.matlab_bytes(),
-            "controller.json": made.retuned_parameters(origin),
-            "steps.svg": results.figure_file(tools.step_figure(made)),
-        }
-        results.write_files(draft, files)
-    answer(json, document, [tools.margin_table(made)], made.notes, (output, files))
-
-
-COURSE = "The course's script with masses and lengths, to compare with."
-
-
-def design_controller(
-    parameters: args.PlantArgument = args.PLANT_FILE,
-    kind: Annotated[str, option("pid, lqr or lqi.", "--kind", "-k", metavar="KIND")] = "lqi",
-    axis: Annotated[
-        str, option("Angle controlled beside the elevation: pitch or travel.", "--axis", metavar="AXIS")
-    ] = "travel",
-    elevation: Annotated[float, option("Elevation of the operating point.", metavar="RAD")] = 0.1,
-    pitch: Annotated[float, option("Pitch of the operating point, with --axis pitch.", metavar="RAD")] = 0.0,
-    period: Annotated[float | None, option("Sampling period; heli.toml's or 0.01.", metavar="SECONDS")] = None,
-    plants: Annotated[int, option("Plants over which the designs are judged.", metavar="N", min=20, max=20_000)] = 1000,
-    init: Annotated[Path | None, option(COURSE, "--init", metavar="FILE.m")] = None,
-    config: args.Config = None,
-    output: args.Folder = Path("control"),
-    json: args.Json = False,
-) -> None:
-    """Design a controller whose margins hold over every plant that the data allow, as a unit, MATLAB code and C.
-
-    Writes design.json, design.html, controller.json (the robust design) and nominal.json for `heli build`,
-    controller.m, init_heli_corrected.m, and of LQR and LQI controller.c with its header.
-    """
-    from fmu_src.native import controller_sources
-    from heli_plant.state_feedback import FeedbackSettings
-
-    configuration = args.found_configuration(config)
-    aim = configuration.controller if period is None else replace(configuration.controller, period=period)
-    with results.whole_folder(output) as draft:
-        given = args.read_with_doubts(parameters)
-        with progress_bar() as progress:
-            made = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
-        origin = from_command_line()
-        document = made.document(origin)
-        model, course, name = made.plants.model, tools.course_values(init), init.name if init else None
-        files = {
-            "design.json": document,
-            "design.html": tools.controller_html(made, origin),
-            "controller.m": tools.controller_m(made),
-            "init_heli_corrected.m": tools.corrected_init(given, model, course, configuration.geometry, name),
-            "controller.json": tools.controller_parameters(made.robust.settings, model.point, origin),
-            "nominal.json": tools.controller_parameters(made.baseline.settings, model.point, origin),
-        }
-        if isinstance(made.robust.settings, FeedbackSettings):
-            files |= controller_sources(made.robust.settings)
-        results.write_files(draft, files)
-    answer(json, document, [tools.design_table(made)], made.notes, (output, files))

@@ -1,0 +1,195 @@
+"""Commands on a plant: effects, design, linearise, design-controller."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from heli_identifier import results, tools
+from heli_identifier.cli import arguments as args
+from heli_identifier.cli.arguments import option
+from heli_identifier.cli.guard import refuse
+from heli_identifier.cli.terminal import answer, note, progress_bar, warn
+from heli_identifier.errors import require_range
+from heli_identifier.provenance import from_command_line
+
+if TYPE_CHECKING:
+    from heli_plant.parameters import PlantParameters
+
+
+def effects(
+    axis: Annotated[str, option("Only effects on this axis: pitch, elevation, travel or rotors.", metavar="AXIS")] = "",
+    json: args.Json = False,
+    verbose: args.Verbose = False,
+) -> None:
+    """List every effect that a model may lack: its law, unit, plausible range and source."""
+    from heli_plant.effects import CATALOGUE
+
+    axes = sorted({entry.axis for entry in CATALOGUE})
+    refuse(axis not in ("", *axes), f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
+    document, rows = [], []
+    for own in (entry for entry in CATALOGUE if axis in ("", entry.axis)):
+        unit, span = results.unit_text(own.unit), results.typeset(f" {own.lower:g} to {own.upper:g}").strip()
+        shapes = ", ".join(results.labelled(shape.name, shape.unit) for shape in own.shapes)
+        row = (own.name, own.axis, results.law_text(own.law), unit, span)
+        rows.append((*row, shapes, own.source) if verbose else row)
+        known = {"name": own.name, "axis": own.axis, "parameter": f"effects.{own.name}.{own.axis}", "law": own.law}
+        parts = [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in own.shapes]
+        of_c = {"unit": own.unit, "range": [own.lower, own.upper], "source": own.source, "shapes": parts}
+        document.append(known | of_c)
+    columns = ("effect", "axis", "law", "unit of c", "range of c", *(("shapes", "source") if verbose else ()))
+    answer(json, document, [results.Table("Effects", columns, rows)])
+
+
+SEPARATE = "Two effects to separate, each NAME or NAME:AXIS."
+CLOSED_LOOP = "What to add to a flight under the controller, for its parameters."
+
+READING = (
+    "error: standard error of the coefficient that the experiment would leave; the table is sorted by it",
+    "visibility: share of an effect's signature that no change of the fitted parameters could imitate",
+    "correlation: of the two signatures; near ±1 the logs cannot tell the effects apart",
+)
+"""How the table of experiments is read; the last line is of two effects."""
+
+DEFAULT_GAINS = "no --controller given: the PID of the units flies with its default gains"
+
+
+def design(
+    separate: Annotated[tuple[str, str] | None, option(SEPARATE, metavar="A B")] = None,
+    show: Annotated[str | None, option("One effect to make visible, NAME or NAME:AXIS.", metavar="A")] = None,
+    parameters: args.Parameters = None,
+    duration: Annotated[float, option("Length of the experiment, 20 to 3600.", metavar="SECONDS")] = 90.0,
+    pitch_limit: Annotated[float, option("Largest pitch either way.", metavar="RAD")] = 1.2,
+    elevation_limit: Annotated[float, option("Largest elevation either way.", metavar="RAD")] = 0.8,
+    voltage_limit: Annotated[float, option("Largest voltage either way.", metavar="VOLT")] = 5.0,
+    output: args.to_file("Write the best experiment's voltages as CSV.") = None,  # type: ignore[valid-type]
+    closed_loop: Annotated[bool, option(CLOSED_LOOP, "--closed-loop")] = False,
+    hover: Annotated[float, option("Elevation held, with --closed-loop.", metavar="RAD")] = 0.15,
+    controller: args.Controller = None,
+    settings: args.Settings = [],
+    json: args.Json = False,
+) -> None:
+    """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle.
+
+    With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
+    the controller come from --controller, as `heli linearise` writes it, or --set, as --set pitch.proportional=6.
+    """
+    from heli_plant.control import PidSettings
+
+    require_range("duration", duration, "s", 20.0, 3600.0)
+    one = [separate is not None, show is not None, closed_loop].count(True) == 1
+    refuse(not one, "give one of --separate A B, --show A, and --closed-loop.")
+    foreign = not closed_loop and (controller is not None or bool(settings))
+    refuse(foreign, "--controller and --set are the controller's; give them with --closed-loop.")
+    no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
+    if closed_loop:
+        refuse(output is not None, "--output writes voltages of an open loop; with --closed-loop there are none.")
+        plant = _plant(parameters)
+        pid = args.controller_of(PidSettings(voltage_limit=plant.v_max), controller, settings)
+        limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
+        require_range("hover", hover, "rad", -1.5, 1.5)
+        with progress_bar() as progress:
+            outlooks = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
+        refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
+        gains = [] if controller or settings else [DEFAULT_GAINS]
+        answer(json, results.plain(outlooks), [tools.flight_table(outlooks)], gains)
+        return
+    entries = tools.effects_named(separate if separate is not None else (show or "",))
+    plant, limits = _plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
+    with progress_bar() as progress:
+        ranked = tools.designs(plant, entries, duration, limits, progress=progress)
+    refuse(not ranked, f"no proposal {no_flight}; widen the limits.")
+    listed = ranked[: 10 if json else 5]
+    table, said = tools.experiment_table(listed, entries), READING if len(entries) > 1 else READING[:-1]
+    answer(json, results.plain([own.document(entries) for own in listed]), [table], said)
+    text = tools.separation_warning(listed, entries)
+    if text is not None:
+        warn(text)
+    if output is not None:
+        ranked[0].write_voltages(output)
+        note(f"voltages of the best: {output}")
+
+
+def _plant(file: Path | None) -> "PlantParameters":
+    """Give the plant of a parameters.json; without one the published model, and say so."""
+    from heli_plant.parameters import from_names
+
+    if file is None:
+        note("no --parameters given: the published model, Table 2, stands in for the rig")
+    unit = results.PLANT
+    return from_names(args.by_unit(file, [unit], f"those of the {unit} are needed").get(unit, {}))
+
+
+def linearise(
+    parameters: args.PlantArgument = args.PLANT_FILE,
+    pitch: Annotated[float, option("Pitch of the operating point.", metavar="RAD")] = 0.0,
+    elevation: Annotated[float, option("Elevation of the operating point.", metavar="RAD")] = 0.0,
+    output: args.Folder = Path("control"),
+    json: args.Json = False,
+) -> None:
+    """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
+
+    Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
+    """
+    with results.whole_folder(output) as draft:
+        given = args.read_with_doubts(parameters)
+        with progress_bar() as progress:
+            made = tools.design_pid(given, pitch, elevation, progress=progress)
+        origin = from_command_line()
+        document = made.linear_document(origin)
+        files = {
+            "linear_model.json": document,
+            "linear_model.mat": made.matlab_bytes(),
+            "controller.json": made.retuned_parameters(origin),
+            "steps.svg": results.figure_file(tools.step_figure(made)),
+        }
+        results.write_files(draft, files)
+    answer(json, document, [tools.margin_table(made)], made.notes, (output, files))
+
+
+COURSE = "The course's script with masses and lengths, to compare with."
+
+
+def design_controller(
+    parameters: args.PlantArgument = args.PLANT_FILE,
+    kind: Annotated[str, option("pid, lqr or lqi.", "--kind", "-k", metavar="KIND")] = "lqi",
+    axis: Annotated[
+        str, option("Angle controlled beside the elevation: pitch or travel.", "--axis", metavar="AXIS")
+    ] = "travel",
+    elevation: Annotated[float, option("Elevation of the operating point.", metavar="RAD")] = 0.1,
+    pitch: Annotated[float, option("Pitch of the operating point, with --axis pitch.", metavar="RAD")] = 0.0,
+    period: Annotated[float | None, option("Sampling period; heli.toml's or 0.01.", metavar="SECONDS")] = None,
+    plants: Annotated[int, option("Plants over which the designs are judged.", metavar="N", min=20, max=20_000)] = 1000,
+    init: Annotated[Path | None, option(COURSE, "--init", metavar="FILE.m")] = None,
+    config: args.Config = None,
+    output: args.Folder = Path("control"),
+    json: args.Json = False,
+) -> None:
+    """Design a controller whose margins hold over every plant that the data allow, as a unit, MATLAB code and C.
+
+    Writes design.json, design.html, controller.json (the robust design) and nominal.json for `heli build`,
+    controller.m, init_heli_corrected.m, and of LQR and LQI controller.c with its header.
+    """
+    from fmu_src.native import controller_sources
+    from heli_plant.state_feedback import FeedbackSettings
+
+    configuration = args.found_configuration(config)
+    aim = configuration.controller if period is None else replace(configuration.controller, period=period)
+    with results.whole_folder(output) as draft:
+        given = args.read_with_doubts(parameters)
+        with progress_bar() as progress:
+            made = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
+        origin = from_command_line()
+        document = made.document(origin)
+        model, course, name = made.plants.model, tools.course_values(init), init.name if init else None
+        files = {
+            "design.json": document,
+            "design.html": tools.controller_html(made, origin),
+            "controller.m": tools.controller_m(made),
+            "init_heli_corrected.m": tools.corrected_init(given, model, course, configuration.geometry, name),
+            "controller.json": tools.controller_parameters(made.robust.settings, model.point, origin),
+            "nominal.json": tools.controller_parameters(made.baseline.settings, model.point, origin),
+        }
+        if isinstance(made.robust.settings, FeedbackSettings):
+            files |= controller_sources(made.robust.settings)
+        results.write_files(draft, files)
+    answer(json, document, [tools.design_table(made)], made.notes, (output, files))
