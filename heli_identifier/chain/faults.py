@@ -10,7 +10,8 @@ A channel is a voltage, both voltages, or an angle; x is an angle, v a voltage, 
 * **Drift.** The zero of an encoder drifts, a quarter turn an hour at most: the log has x + size t.
 * **Backlash** between an axis and its encoder: the log has the play operator of x with a gap of the given size. After
   each reversal of the axis the encoder stands still until the gap is crossed. Where it was last pushed one way and is
-  first pushed the other, the log shows of itself; between the two the axis turns back under an even acceleration.
+  first pushed the other, the log shows of itself; between the two the axis turns back under an even acceleration, by
+  the gap and by what its reading has to move until a push can be told from noise.
 * **Scale.** The column of a voltage has another scale than that of its twin: the log has v / (1 + size).
 
 Source: M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989, section 2 (play).
@@ -36,8 +37,8 @@ SHIFT = 1e-4
 and not the difference of two samples, whose noise a mean of both would lessen."""
 
 DITHER = 5.0
-"""Standard deviations of a reading's noise that are no push of a backlash: one more than its peaks lie apart, which an
-encoder's counts and a shake make."""
+"""Standard deviations of a reading's noise that are no push of a backlash: one more than the peaks of what counts and a
+shake of an encoder make lie apart, so that a push is seen once the reading has moved by one beyond the gap."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ def _of_backlash(logged: Array, h: float, size: float) -> Array:
     after = np.searchsorted(at, time)
     before, after = np.clip(after - 1, 0, None), np.clip(after, None, len(at) - 1)
     share = np.clip((time - at[before]) / np.maximum(at[after] - at[before], 1), 0.0, 1.0)
-    turned = np.minimum((size + noise) * share**2, size)  # a push is seen once the reading has left its peaks by that
+    turned = np.minimum((size + noise) * share**2, size)
     return np.asarray(logged + 0.5 * (size * way[before] + (way[after] - way[before]) * turned))
 
 
