@@ -87,10 +87,14 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float |
 
 
 def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFault, ...]:
-    """State what is wrong with the logs: faults that were undone, then defects that cannot be."""
+    """State what is wrong with the logs: faults that were undone, then defects that cannot be.
+
+    What a defect looks like is undone as well, so that no effect stands for it, but it is no fault of its own.
+    """
     found = [LogFault(defect.name, defect.channel, defect.words) for defect in defects]
+    imitated = {family for defect in defects for family in defect.imitates}
     for finding in selection.findings:
-        if (fault := finding.effect.fault) is not None:
+        if (fault := finding.effect.fault) is not None and fault.family not in imitated:
             size = Estimate(selection.fit.likelihood.faults[fault], finding.score.standard_error, fault.unit)
             words = (
                 f"In your log, not in your rig: {fault.channel} {fault.name}. The log holds {fault.law} with size "

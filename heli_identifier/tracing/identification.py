@@ -113,7 +113,7 @@ def identify_plant(
     )
     _refuse_scaled(null, defects)
     tell("searching the catalogue", 0.3)
-    candidates = tuple(e for e in (*rig.candidates, *FAULT_EFFECTS) if e.family not in imitated)
+    candidates = (*(e for e in rig.candidates if e.family not in imitated), *FAULT_EFFECTS)
     selection, unknown = select(null, candidates), tuple[FoundEffect, ...]()
     if not imitated:  # an error of the voltages that cannot be undone bends every curve
         undone = {fault.field for fault in selection.fit.likelihood.faults}
