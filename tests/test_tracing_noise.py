@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 from heli_identifier.tracing.noise import (
     AxisFilter,
     axis_filters,
+    behind,
     error_dynamics,
     past,
     recoloured,
@@ -97,7 +98,7 @@ def test_slopes_of_the_colour_are_those_of_recoloured():
     e, air, d = np.random.default_rng(4).standard_normal(1000), np.array((80.0, 2.5, 15.0, 0.4, 40.0)), 1e-4
     own = solved(*air)
     steps = tuple((solved(*(air * (1.0 + d * sign))), d * sign) for sign in (1.0, -1.0))
-    found = slope_of_colour(own, steps).mean(1) @ past(own, e)
+    found = slope_of_colour(own, steps).mean(1) @ past(*behind(own, e), slice(0, len(e)))
     up, down = recoloured(e, own, [other for other, _ in steps])
     slope = (up - down) / (2.0 * d)
     np.testing.assert_allclose(found, slope, atol=1e-6 * np.abs(slope).max())

@@ -214,14 +214,19 @@ def slope_of_colour(own: AxisFilter, others: Sequence[tuple[AxisFilter, float]])
     return np.concatenate((of_g[1:], of_m[1:]))
 
 
-def past(own: AxisFilter, e: Array) -> Array:
-    """Give g 1 to 5 and m 1 to 3 samples ago, shape (8, n), of innovations ``e`` (n,)."""
-    found, row = np.zeros((8, len(e))), 0
-    for poles in (own.errors, own.noise):
-        behind = lfilter([1.0], poles, e)
-        for lag in range(1, len(poles)):
-            found[row, lag:] = behind[:-lag]
-            row += 1
+def behind(own: AxisFilter, e: Array) -> tuple[Array, Array]:
+    """Give g and m of innovations ``e`` (n,)."""
+    g, m = (lfilter([1.0], poles, e) for poles in (own.errors, own.noise))
+    return g, m
+
+
+def past(g: Array, m: Array, rows: slice) -> Array:
+    """Give what g was 1 to 5 and m 1 to 3 samples ago, at the ``rows`` of a record, shape (8, rows)."""
+    found = np.zeros((8, rows.stop - rows.start))
+    lags = [(g, lag) for lag in range(1, 6)] + [(m, lag) for lag in range(1, 4)]
+    for row, (values, lag) in zip(found, lags, strict=True):
+        known = values[max(rows.start - lag, 0) : max(rows.stop - lag, 0)]
+        row[len(row) - len(known) :] = known
     return found
 
 

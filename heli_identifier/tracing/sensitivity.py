@@ -28,6 +28,7 @@ from .likelihood import Likelihood, Point, without
 from .noise import (
     SHAPES,
     AxisFilter,
+    behind,
     error_dynamics,
     filters,
     past,
@@ -186,8 +187,8 @@ class Sensitivities:
             for k in np.flatnonzero(change.any(0)).tolist():
                 read[k][j] = lfilter(*reading_dynamics(axes[k].own), change[:, k] / move.step)
         starts = [start_response(axis.own, held, -(-record.samples // held)).T for axis in axes]
-        pasts = [past(axis.own, e[:, k]) for k, axis in enumerate(axes)]
-        lagging, behind = None, dict[int, Any]()
+        gone = [behind(axis.own, e[:, k]) for k, axis in enumerate(axes)]
+        lagging, later = None, dict[int, Any]()
         memory = [np.zeros((P + 1, len(axis.transfer[1]) - 1)) for axis in axes]
         chunk = record.block * max(1, CHUNK // record.block)
         for first in range(0, record.samples, chunk):
@@ -197,7 +198,7 @@ class Sensitivities:
             own, lagging = rig.accelerations(slower, acting, seen, blocks.start, lagging)
             torques[:, pushing] = (own[:, 1:] - own[:, :1]) / widths[pushing]
             for j, late in altered.items():
-                moved, behind[j] = rig.accelerations(late, plants[:1], seen, blocks.start, behind.get(j))
+                moved, later[j] = rig.accelerations(late, plants[:1], seen, blocks.start, later.get(j))
                 torques[:, j] = (moved[:, 0] - own[:, 0]) / widths[j]
             torques[:, P] = 1.0
             fast, slow = [], []
@@ -208,7 +209,7 @@ class Sensitivities:
                 start = self.own + k + a * np.array([1, 2])
                 slow.append((np.concatenate((named, start)), np.vstack((through, starts[k][:, blocks]))))
                 named = np.concatenate((axis.moving, np.array(list(read[k]), dtype=int)))
-                coloured = axis.slopes.T @ pasts[k][:, rows]
+                coloured = axis.slopes.T @ past(*gone[k], rows)
                 fast.append((named, np.vstack((coloured, *(change[rows] for change in read[k].values())))))
             yield rows, fast, slow
 
