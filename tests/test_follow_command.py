@@ -7,21 +7,23 @@ import socket
 import subprocess
 import sys
 from contextlib import ExitStack
+from dataclasses import replace
 from time import monotonic, sleep
 
 import numpy as np
 import pytest
 
-from heli_identifier.cli.after_flight import part
+from heli_identifier.cli.after_flight import _drawbacks, part
 from heli_identifier.cli.arguments import controller_of
 from heli_identifier.cli.in_flight import Adviser
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live import USUAL_LAYOUT, Datagram, encode, read_layout
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_files, read_log, write_log
-from heli_identifier.results.parameters import PLANT, ParameterSet, plant_values
+from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters, plant_values
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
+from tests.diagnosis_example import AFTER, example, made_log
 
 H = 0.01
 LAYOUT = read_layout(USUAL_LAYOUT)
@@ -173,3 +175,14 @@ def test_the_controller_of_the_rig_is_taken_from_its_file(tmp_path, flight):
     assert found == PidSettings()._replace(pitch=PidSettings().pitch._replace(integral=1.25))
     with pytest.raises(ConfigurationError, match="those of the PidController are needed"):
         controller_of(PidSettings(), flight / "parameters.json")
+
+
+def test_a_diagnosis_that_predicts_worse_or_does_not_determine_a_gain_does_not_replace_the_twin():
+    diagnosis, good = example(), ParameterSet(PLANT, plant_values(AFTER, {}))
+    expected = corrected_parameters(diagnosis).expected
+    worse = ParameterSet(PLANT, plant_values(AFTER._replace(a_wx=AFTER.a_wx + 1.0), {}), expected)
+    said = [*_drawbacks(diagnosis, worse, good, [made_log()])]
+    assert said[0].startswith("it does not determine k_y (")
+    assert any("1 s ahead on the pitch is" in text for text in said)
+    same = replace(worse, values=good.values)
+    assert [*_drawbacks(replace(diagnosis, parameters={}), same, good, [made_log()])] == []
