@@ -23,7 +23,6 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path, PurePosixPath
-from time import time
 
 from heli_identifier.processes import NO_WAIT, undone
 
@@ -126,23 +125,26 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
     """
     # the place of temporary files is looked for by writing one, and in vain where the disk is full
     parent = Path(tempfile.gettempdir() if folder is None else folder)
-    sweep(parent)
     path = parent / f"{PREFIX}{secrets.token_hex(8)}"
     with undone(lambda: shutil.rmtree(path, ignore_errors=True)):
         try:
             path.mkdir(0o700)
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(parent)) from error
+        sweep(parent, path.stat().st_mtime)
         yield path
 
 
-def sweep(folder: Path) -> None:
-    """Remove the drafts in ``folder`` that ended processes have left behind."""
+def sweep(folder: Path, now: float) -> None:
+    """Remove the drafts in ``folder`` that ended processes have left behind.
+
+    ``now`` is when a file was written just now [s], since the clock of a process may be wrong by years.
+    """
     with suppress(OSError):  # it does not exist or cannot be listed; whoever writes there will say so
         for draft in folder.glob(f"{PREFIX}*"):
             with suppress(FileNotFoundError):  # its process ends at this moment
                 written = max(path.lstat().st_mtime for path in (draft, *draft.rglob("*")))
-                if time() - written > _ABANDONED:
+                if now - written > _ABANDONED:
                     shutil.rmtree(draft, ignore_errors=True)  # it may be somebody else's
 
 

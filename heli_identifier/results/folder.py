@@ -34,8 +34,6 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
     existing = next(path for path in (folder, *folder.parents) if path.exists() or path.is_symlink())
     if not existing.is_dir():
         raise ConfigurationError(f"{existing} is a file, a folder is needed there; name another output folder.")
-    for above in (folder, *folder.parents)[:_SWEPT]:
-        sweep(above)
     with ExitStack() as stack:
         try:
             draft = stack.enter_context(draft_folder(existing))
@@ -43,6 +41,8 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
             raise ConfigurationError(
                 f"{existing} cannot be written to: {error.strerror}; name another folder."
             ) from error
+        for above in (folder, *folder.parents)[:_SWEPT]:
+            sweep(above, draft.stat().st_mtime)
         try:
             yield draft
         except OSError as error:
