@@ -6,9 +6,9 @@ import pytest
 import heli_identifier as hi
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, IdentifierSettings, gain_matrix
-from heli_identifier.records import Log, RigConfiguration
+from heli_identifier.records import Log
 from heli_identifier.tools.history import identify_log
-from heli_identifier.tools.identification import LONGER, choose
+from heli_identifier.tools.identification import choose
 from heli_identifier.tools.joint import joint
 from heli_plant.parameters import TABLE_2
 from tests.simulated import closed_loop, drive, noisy
@@ -75,16 +75,9 @@ def test_logs_in_open_loop_are_identified_by_the_papers_adaptation(in_open_loop)
     assert "T_m" not in found.estimates
 
 
-def test_what_a_given_lag_means_for_the_parameters_is_said(in_open_loop, flown):
-    """A lag T in front of a motion of frequency w costs the gain a factor 1/sqrt(1 + (w T)^2); a longer one, more."""
-    found = in_open_loop
-    longer = RigConfiguration(motor_time_constant=found.parameters.values["motor.time_constant"].value + LONGER)
-    again = hi.identify(noisy(TABLE_2, drive(30.0), 1), configuration=longer, method=ADAPTATION)
-    for name, change in found.lag_changes.items():
-        assert again.estimates[name].value == pytest.approx(found.estimates[name].value * (1.0 + change), rel=1e-12)
-    assert found.lag_changes["k_x"] > 0.0
-    assert "the motors' lag was taken for 0.08 s" in " ".join(found.remarks)
-    assert not flown.lag_changes  # estimated along
+def test_a_lag_that_was_given_is_said(in_open_loop, flown):
+    assert "the motors' lag was taken for 0.08 s" in " ".join(in_open_loop.remarks)
+    assert "lag was taken" not in " ".join(flown.remarks)  # estimated along
 
 
 def test_the_adaptation_in_closed_loop_is_a_warning():

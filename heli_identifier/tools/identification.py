@@ -12,8 +12,7 @@ each axis (:mod:`heli_identifier.online.loop`), roughly normal in open loop. Wit
 of the 3 n scores is beyond the quantile that all of them together exceed in 1 % of the cases, or if on one axis the sum
 of the scores over sqrt(n) is beyond ``CLOSED``. One log in closed loop suffices: least squares would be wrong on it.
 
-The adaptation takes the motors' lag T_m for known, and no standard error covers a wrong one. The logs are therefore
-identified once more with T_m + :data:`LONGER`; the differences are the sensitivities.
+The adaptation takes the motors' lag T_m for known, and no standard error covers a wrong one.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -39,8 +38,6 @@ from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 
 FALSE_ALARMS = 0.01  # share of sets of logs in open loop in which one score is beyond the quantile by chance
-LONGER = 0.01  # by how much the lag is longer where its influence is computed [s]
-LEAST = 0.01  # relative change of a parameter from which on it is worth a word
 
 
 class Choice(NamedTuple):
@@ -64,8 +61,6 @@ class Identification(Tabular):
     """The plant with these estimates."""
     choice: Choice
     """The method that was taken, why, and whether a controller flew."""
-    lag_changes: Mapping[str, float]
-    """Relative changes of parameters by symbol with a motors' lag longer by `LONGER`; none where it was estimated."""
 
     files: ClassVar = ("parameters.json", "history.csv", "history.svg")
 
@@ -76,7 +71,7 @@ class Identification(Tabular):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """The method and why; what the logs do not determine; what a given lag changes; logs that disagree."""
+        """The method and why; what the logs do not determine; a lag that was given; logs that disagree."""
         said = [f"method {self.choice.reason}"]
         hidden = [name for name, estimate in self.estimates.items() if not estimate.is_determined]
         if hidden:
@@ -84,14 +79,11 @@ class Identification(Tabular):
                 "not determined by these logs, half the 95 % interval exceeds a tenth of the value: "
                 f"{', '.join(hidden)}; `heli design` says what to add to the voltages"
             )
-        if self.lag_changes:
-            large = [f"{name} by {100.0 * d:+.1f} %" for name, d in self.lag_changes.items() if abs(d) >= LEAST]
-            same = f"no estimate changes by {100.0 * LEAST:g} %"
-            moved = f"the estimates change, {', '.join(large)}" if large else same
+        if self.choice.method == ADAPTATION:
             lag = self.histories[0].plan.settings.motor_time_constant
             said.append(
-                f"the motors' lag was taken for {lag:g} s, which the intervals do not allow for: with a lag longer by "
-                f"{LONGER:g} s {moved}"
+                f"the motors' lag was taken for {lag:g} s, and no interval allows for another one; with --method "
+                f"{PREDICTION_ERROR} it is estimated"
             )
         return (*said, *self.together.notes)
 
@@ -194,10 +186,10 @@ def identify(
     records.check_apart(used)
 
     def histories_of(number: int, **changes: Any) -> list[EstimateHistory]:
-        """Pass all logs once with changed settings, as the last of three passes if ``number`` is 2."""
+        """Pass all logs once with changed settings, for the first or second time by ``number``."""
         histories = []
         for k, (log, one) in enumerate(zip(used, own, strict=True)):
-            progress(f"identifying from {log.name}", (number + k / len(used)) / 3.0)
+            progress(f"identifying from {log.name}", (number + k / len(used)) / 2.0)
             histories.append(identify_log(log, replace(one, **changes)))
         return histories
 
@@ -214,29 +206,22 @@ def identify(
         )
         for log in used
     ]
-    histories, changes, lag = histories_of(0), {}, rig.motor_time_constant
+    histories = histories_of(0)
     choice = choose([online.output_of(one.state, one.plan).feedback for one in histories], method)
     if choice.method == PREDICTION_ERROR:  # once more, with the noise models and the motors' lag of all logs together
         first = joint(histories)
-        if known := first.estimates.get("T_m"):
-            lag = max(known.value, 0.0)
-        histories = histories_of(2, noise=first.noise, motor_time_constant=lag)
+        known = first.estimates.get("T_m")
+        lag = max(known.value, 0.0) if known else rig.motor_time_constant
+        histories = histories_of(1, noise=first.noise, motor_time_constant=lag)
         together = joint(histories)
     else:
         histories = histories_of(1, method=ADAPTATION)
         together = weighted([history.last for history in histories])
-        longer = histories_of(2, method=ADAPTATION, motor_time_constant=lag + LONGER)
-        others = weighted([history.last for history in longer]).estimates
-        changes = {
-            name: others[name].value / estimate.value - 1.0
-            for name, estimate in together.estimates.items()
-            if estimate.is_determined and estimate.standard_error is not None and estimate.value != 0.0
-        }
     values = {"T_m": rig.motor_time_constant} | {name: one.value for name, one in together.estimates.items()}
     plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
     estimates = results.plant_values(plant, together.estimates)
     parameters = results.ParameterSet(results.PLANT, estimates, provenance=from_python("identify"))
-    return Identification(tuple(histories), together, parameters, choice, changes)
+    return Identification(tuple(histories), together, parameters, choice)
 
 
 def choose(scores: Sequence[Sequence[float]], wanted: str | None = None) -> Choice:
