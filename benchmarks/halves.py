@@ -110,8 +110,9 @@ class Half(NamedTuple):
         words = [f"{name} {value:.3g}±{half:.2g}{MARKS[rests]}" for name, value, half, rests in self.gains]
         words.append(f"shown {', '.join(sorted(self.shown)) or 'nothing'}")
         if self.slopes:
-            false, missed = self.shown - self.true, self.detectable - self.shown
-            words.append(f"FALSE {sorted(false)}; missed {sorted(missed)}; loss {self.loss:.1f}")
+            for word, families in (("FALSE", self.shown - self.true), ("missed", self.detectable - self.shown)):
+                words += [f"{word} {', '.join(sorted(families))}"] if families else []
+            words.append(f"loss {self.loss:.1f}")
         words += [f"held out {self.found.held_out.gain.value:.0f} nats", f"{self.seconds:.1f} s"]
         return f"{self.rig} {self.name}: {'; '.join(words)}"
 

@@ -20,7 +20,7 @@ from scipy.special import ndtri, stdtrit
 from heli_identifier.chain import FAULTS
 
 from .likelihood import Likelihood, Point
-from .noise import physical
+from .noise import SHAPES, physical
 from .rig import Array, Coordinate, Parameters
 from .sensitivity import Quadratic, linearise
 from .settings import (
@@ -204,16 +204,24 @@ def fit(
 
 
 def _joined(begun: Sequence[Fit]) -> Fit:
-    """Take from the fit that explains an axis best its air, and the coordinates that this axis tells most of."""
-    least = min(begun, key=lambda own: own.value)
-    F = [own.likelihood.of_axes(own.e)[0] + 0.5 * (own.point.z**2).sum(0) for own in begun]
-    best = np.argmin(F, axis=0)
-    telling = best[least.quadratic.information[:, : len(least.x)].argmax(0)]
-    x = np.choose(telling, [own.x for own in begun])
-    z = np.choose(best, [own.point.z for own in begun])
-    own = np.choose(np.tile(best, 4), [own.point.own for own in begun])
-    joined = Fit.at(least.likelihood, least.coordinates, x, replace(least.point, z=z, own=own))
-    return min(least, joined, key=lambda own: own.value)
+    """Take from the fit that explains an axis best its air, and the coordinates that this axis tells most of.
+
+    Fits are compared by their evidence F + ln det(H)/2 over the air of the axis (Laplace; MacKay 1992): air that swirls
+    fits chance as well, but only in a small part of what its prior allows.
+    """
+    least = min(begun, key=lambda fitted: fitted.value)
+    a, P, evidence = len(least.sigma), len(least.x), list[Array]()
+    for fitted in begun:
+        of_air = fitted.quadratic.total[0][P:, P:].reshape(SHAPES, a, SHAPES, a)
+        volume = np.linalg.slogdet(np.moveaxis(np.diagonal(of_air, axis1=1, axis2=3), 2, 0))[1]
+        F = fitted.likelihood.of_axes(fitted.e)[0] + 0.5 * (fitted.point.z**2).sum(0)
+        evidence.append(F + 0.5 * volume)
+    best = np.argmin(evidence, axis=0)
+    telling = best[least.quadratic.information[:, :P].argmax(0)]
+    x = np.choose(telling, [fitted.x for fitted in begun])
+    z = np.choose(best, [fitted.point.z for fitted in begun])
+    own = np.choose(np.tile(best, 4), [fitted.point.own for fitted in begun])
+    return Fit.at(least.likelihood, least.coordinates, x, replace(least.point, z=z, own=own))
 
 
 def _placed(

@@ -18,7 +18,7 @@ from heli_identifier.chain import local_cubic
 from heli_identifier.online import ModelParameters
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
 from heli_plant.effects import Effect as Law
-from heli_plant.laws import bending_acceleration, motor_input, thrust_voltage
+from heli_plant.laws import motor_input, thrust_voltage
 from heli_plant.motor import kept
 from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.simulation import ALONE, run_accelerations, run_alone, run_filter
@@ -358,17 +358,6 @@ class Rig:
         centre, width = self.known.get(field, (0.0, usual))
         step = _DIFFERENCE.get(entry.name, DIFFERENCE * width) / width
         return Coordinate(field, centre, width, lower, entry.upper, step=step, in_reading=entry.place == BENDING)
-
-    def bending(self, record: Record, p: PlantParameters) -> Array:
-        """Give what the encoders read (N, 3) [rad] beside the rigid angles, less that at the start.
-
-        q is linear in mu_s, which is taken without the curve of the thrust and straight between two samples.
-        """
-        read, (q, w, drive) = np.zeros((record.samples, 3)), (bending_acceleration(*u, p) for u in np.eye(3).tolist())
-        if drive:
-            mu_sum, poles = lagged(record, p).sum(1), np.poly(np.exp(record.step * np.roots([1.0, -w, -q]))).real
-            read[:, 1] = lfilter(np.array([1.0, 4.0, 1.0]) / 6.0 * poles.sum() * drive / -q, poles, mu_sum - mu_sum[0])
-        return read
 
     def estimate(self, records: Sequence[Record]) -> PlantParameters:
         """Least squares on smoothed derivatives; biased by the air, only the fit's start depends on it."""

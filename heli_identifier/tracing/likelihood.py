@@ -156,9 +156,12 @@ class Likelihood:
         of_log = {n: getattr(parameters, n) * exp(d) for n, d in zip(self.rig.gains, drift, strict=True)}
         return parameters._replace(**of_log)
 
-    def run(self, i: int, point: Point, e: Array, motion: Array = NO_MOTION, parameters: Parameters = None) -> None:
-        """Run the filter over record ``i``; fill ``e`` and ``motion``."""
-        record, a = self.records[i], len(self.rig.axes)
+    def run(
+        self, i: int, point: Point, e: Array, motion: Array = NO_MOTION, parameters: Parameters = None,
+        record: Record | None = None,
+    ) -> None:  # fmt: skip
+        """Run the filter over record ``i``, or over it as ``record``; fill ``e`` and ``motion``."""
+        record, a = record or self.records[i], len(self.rig.axes)
         p = self.of_log(i, point, point.parameters if parameters is None else parameters)
         K = gains(filters(record.step, self.rig.linear(p), physical(point.z)))
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS

@@ -4,9 +4,10 @@ A further acceleration a_k of an axis along the filter's own motion changes its 
 of the filter, a linear filter. No torque of a bench changes much within 40 ms, so these sensitivities are taken at
 :data:`.settings.SEEN_AT` and held over a block of samples. They have to be those at the block's beginning: a later one
 knows the controller's answer to the innovations that it is multiplied by, and the gradient would be biased. Those to
-the air's parameters are finite differences of the filter at the record's rate. What changes the reading alone, a fault
-of an encoder or the bending of the arm, passes the same linear filter as the reading. Records are read in chunks, so
-memory grows with the log alone. With J the derivatives of e and Huber's weights w, every axis of every log adds
+the air's parameters are finite differences of the filter at the record's rate. A fault of an encoder passes the same
+linear filter as the reading; a fault of the voltages and the bending of the arm, which has a state of its own, take a
+run of the filter. Records are read in chunks, so memory grows with the log alone. With J the derivatives of e and
+Huber's weights w, every axis of every log adds
 
     H += sum_k w_k J_k J_k' / sigma^2,    g += sum_k w_k J_k e_k / sigma^2,
 
@@ -18,7 +19,7 @@ Sources: Ljung, System Identification, 2nd ed., section 10.2 (Gauss-Newton); Hub
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -173,22 +174,24 @@ class Sensitivities:
         pushing = [j for j, move in enumerate(moves) if not move.in_reading and move.faults is None]
         acting = [plants[0], *(plants[j + 1] for j in pushing)]
         widths = np.array([move.step for move in moves])[:, None]
-        slower, altered, read = _slower(record, held), dict[int, Record](), [dict[int, Array]() for _ in axes]
+        slower, read = _slower(record, held), [dict[int, Array]() for _ in axes]
         for j, move in enumerate(moves):
-            if move.faults is not None:
-                other = without(move.faults, L.logged[i] if L.faults else record)
-                change = other.angles - record.angles
-                if (other.inputs != record.inputs).any():
-                    altered[j] = _slower(other, held)
-            elif move.in_reading:
-                change = rig.bending(record, plants[0]) - rig.bending(record, plants[j + 1])
-            else:
+            if j in pushing:
                 continue
-            for k in np.flatnonzero(change.any(0)).tolist():
-                read[k][j] = lfilter(*reading_dynamics(axes[k].own), change[:, k] / move.step)
+            other = record if move.faults is None else without(move.faults, L.logged[i] if L.faults else record)
+            if move.in_reading or (other.inputs != record.inputs).any():
+                run = np.empty_like(e)
+                L.run(i, point, run, parameters=move.parameters, record=other)
+                read_by = dict(enumerate((run - e).T))
+            else:
+                changed = enumerate((other.angles - record.angles).T)
+                read_by = {k: lfilter(*reading_dynamics(axes[k].own), change) for k, change in changed}
+            for k, change in read_by.items():
+                if change.any():
+                    read[k][j] = change / move.step
         starts = [start_response(axis.own, held, -(-record.samples // held)).T for axis in axes]
         gone = [behind(axis.own, e[:, k]) for k, axis in enumerate(axes)]
-        lagging, later = None, dict[int, Any]()
+        lagging = None
         memory = [np.zeros((P + 1, len(axis.transfer[1]) - 1)) for axis in axes]
         chunk = record.block * max(1, CHUNK // record.block)
         for first in range(0, record.samples, chunk):
@@ -197,9 +200,6 @@ class Sensitivities:
             seen, torques = motion[blocks], np.zeros((a, P + 1, blocks.stop - blocks.start))
             own, lagging = rig.accelerations(slower, acting, seen, blocks.start, lagging)
             torques[:, pushing] = (own[:, 1:] - own[:, :1]) / widths[pushing]
-            for j, late in altered.items():
-                moved, later[j] = rig.accelerations(late, plants[:1], seen, blocks.start, later.get(j))
-                torques[:, j] = (moved[:, 0] - own[:, 0]) / widths[j]
             torques[:, P] = 1.0
             fast, slow = [], []
             for k, axis in enumerate(axes):
