@@ -85,8 +85,8 @@ twice what was ever needed."""
 
 AIRS = ((0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.5, -2.2, 0.0, 0.0), (0.0, 0.5, -2.2, FARTHEST, 0.0))
 """Coordinates of the air from which a first fit begins: calm air, and air that swirls with torque at rest and without.
-Every axis goes on from the best. Begun in calm air alone, half of the fits in swirling air stop 15 to 100 nats too
-high: a gain that answers the swirl as if it were the voltages' doing, and no other air at that gain is better."""
+Every axis goes on from the likeliest. Begun in calm air alone, half of the fits in swirling air stop 15 to 100 nats too
+high: a gain is wrong as if the voltages made the swirl, and no other air at that gain is better."""
 
 AIR_SCAN = tuple(
     (level / 1.5, rate / 0.7, 0.0, 0.0, 0.0)
