@@ -179,16 +179,14 @@ class Sensitivities:
             if j in pushing:
                 continue
             other = record if move.faults is None else without(move.faults, L.logged[i] if L.faults else record)
-            if move.in_reading or (other.inputs != record.inputs).any():
-                run = np.empty_like(e)
-                L.run(i, point, run, parameters=move.parameters, record=other)
-                read_by = dict(enumerate((run - e).T))
-            else:
-                changed = enumerate((other.angles - record.angles).T)
-                read_by = {k: lfilter(*reading_dynamics(axes[k].own), change) for k, change in changed}
-            for k, change in read_by.items():
-                if change.any():
-                    read[k][j] = change / move.step
+            runs = move.in_reading or bool((other.inputs != record.inputs).any())
+            change = other.angles - record.angles
+            if runs:
+                L.run(i, point, change, parameters=move.parameters, record=other)
+                change -= e
+            for k in np.flatnonzero(change.any(0)).tolist():
+                slope = change[:, k] / move.step
+                read[k][j] = slope if runs else lfilter(*reading_dynamics(axes[k].own), slope)
         starts = [start_response(axis.own, held, -(-record.samples // held)).T for axis in axes]
         gone = [behind(axis.own, e[:, k]) for k, axis in enumerate(axes)]
         lagging = None
