@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Mapping
-from ctypes import byref, c_void_p, cast
+from ctypes import byref, c_double, c_size_t, c_void_p, cast
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote_to_bytes
@@ -192,22 +192,32 @@ class Instance:
             np.array([self.variable(name).valueReference for name in names], dtype=np.uint32)
             for names in (inputs, outputs)
         )
+        # fmpy's own methods copy every number twice
+        self._functions = {name: self.slave.dll[f"fmi2{name}"] for name in ("DoStep", "SetReal", "GetReal")}
+        self._component = c_void_p(self.slave.component)
+        self._input_arguments, self._output_arguments = (
+            (self._component, c_void_p(some.ctypes.data), c_size_t(some.size), c_void_p(values.ctypes.data))
+            for some, values in ((self._inputs, fed), (self._outputs, shown))
+        )
 
     def put(self, time: float) -> None:
         """Set the connected inputs at ``time`` [s]."""
         if len(self._fed):
-            self._call("setReal", time, self.slave.setReal, self._inputs.tolist(), self._fed.tolist())
+            self.check("setReal", time, self._functions["SetReal"](*self._input_arguments))
+
+    def advance(self, time: float, step: float) -> None:
+        """Take a step from ``time`` on, both in [s]."""
+        status = self._functions["DoStep"](self._component, c_double(time), c_double(step), 1)
+        self.check("doStep", time, status)
 
     def get(self, time: float) -> None:
         """Get the connected outputs at ``time`` [s]."""
         if len(self._shown):
-            self._shown[:] = self._call("getReal", time, self.slave.getReal, self._outputs.tolist())
+            self.check("getReal", time, self._functions["GetReal"](*self._output_arguments))
 
     def row(self) -> list[int]:
-        """Return what :func:`.loop.step_all` knows of the unit, which has to outlive it: addresses, and lengths."""
-        step, put, get = (
-            int(cast(self.slave.dll[f"fmi2{name}"], c_void_p).value or 0) for name in ("DoStep", "SetReal", "GetReal")
-        )
+        """Return what :func:`.machine_code.step_all` knows of the unit, which has to outlive it."""
+        step, put, get = (int(cast(call, c_void_p).value or 0) for call in self._functions.values())
         ins, outs, fed, shown = (one.ctypes.data for one in (self._inputs, self._outputs, self._fed, self._shown))
         return [int(self.slave.component), step, put, ins, len(self._fed), fed, get, outs, len(self._shown), shown]
 

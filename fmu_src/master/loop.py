@@ -12,16 +12,10 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from time import perf_counter, sleep
-from typing import Any
 
-import numba
 import numpy as np
-from llvmlite import ir
-from numba.core import cgutils, types
-from numba.extending import intrinsic
 
 from heli_identifier.files import draft_folder
-from heli_plant.compiled import kept_on_disk
 from heli_plant.errors import did_you_mean
 
 from ..builder import build, scenario_fmus
@@ -169,21 +163,20 @@ class Wired:
         sources = [place[f"{wire.source_unit}.{wire.source}"] for own in inputs.values() for wire in own]
         self.sources = np.array(sources, dtype=np.intp)
         self.shown, self.fed = np.zeros(len(self.names)), np.zeros(len(sources))
-        worst = np.zeros(len(units), dtype=np.int64)
         physical, first_in, first_out = [], 0, 0
-        for k, (name, unit) in enumerate(units.items()):
+        for name, unit in units.items():
             put = [unit.variable(wire.target, "input").name for wire in inputs[name]]
             get = [output for output in unit.outputs if f"{name}.{output}" in place]
             fed, shown = self.fed[first_in : first_in + len(put)], self.shown[first_out : first_out + len(get)]
             unit.connect(put, fed, get, shown)
-            worst[k], unit.worst = unit.worst[0], worst[k : k + 1]
             physical += [unit.variable(output).unit or "1" for output in get]
             first_in, first_out = first_in + len(put), first_out + len(get)
         self.physical_units = tuple(physical)
-        rows = np.array([unit.row() for unit in units.values()], dtype=np.int64)
-        self._arrays = rows, self.sources, self.fed, self.shown, worst
-        self._loop = kept_on_disk(step_all)
-        self.play(np.empty((0, len(self.names))), 0)  # compiled, or loaded, here
+        self._steps: Callable[[Array, float, int], None] = self._in_turn
+        if all(unit.is_native for unit in units.values()):
+            from .machine_code import Loop  # it costs half a second to load, which a unit in Python never wins back
+
+            self._steps = Loop(list(units.values()), self.sources, self.fed, self.shown)
 
     def start(self, given: Mapping[str, Mapping[str, Value]], stop: float) -> Array:
         """Initialise all units with the parameters of each at t = 0; return the outputs then."""
@@ -204,10 +197,16 @@ class Wired:
 
     def play(self, record: Array, first: int) -> None:
         """Take a step for each row of ``record``, from t = ``first`` H on; row k gets the outputs behind its step."""
-        k, u, call, status = self._loop(*self._arrays, record, self.step, first)
-        if k >= 0:
-            list(self.units.values())[u].check(("setReal", "doStep", "getReal")[call], k * self.step, status)
+        self._steps(record, self.step, first)
 
+    def _in_turn(self, record: Array, step: float, first: int) -> None:
+        for k, row in enumerate(record, first):
+            self.shown.take(self.sources, out=self.fed, mode="clip")
+            for unit in self.units.values():
+                unit.put(k * step)
+                unit.advance(k * step, step)
+                unit.get(k * step)
+            row[:] = self.shown
 
 
 def _wait_until(due: float) -> None:
@@ -225,54 +224,3 @@ def _counted(steps: range, progress: bool, title: str) -> Iterable[int]:
     from rich.progress import track
 
     return track(steps, title, console=Console(stderr=True))
-
-
-def _call(typing: Any, function: Any, arguments: Any) -> Any:
-    """Call the C function at the address ``function``; pointers are integers, as they are to the machine."""
-
-    def emit(context: Any, builder: Any, signature: Any, given: Any) -> Any:
-        values = cgutils.unpack_tuple(builder, given[1])
-        kind = ir.FunctionType(ir.IntType(32), [value.type for value in values])
-        return builder.call(builder.inttoptr(given[0], kind.as_pointer()), values)
-
-    return types.int32(function, arguments), emit
-
-
-call: Any = intrinsic(_call)
-
-COMPONENT, STEP, PUT, GET = 0, 1, 2, 6
-"""Places in a unit's row; behind the function at PUT or GET stand references, their number, and values."""
-
-
-@numba.njit
-def transfer(unit: Any, at: int) -> Any:
-    """Set (PUT) or get (GET) the values of a unit; return the status."""
-    if unit[at + 2] == 0:
-        return np.int32(0)
-    return call(unit[at], (unit[COMPONENT], unit[at + 1], unit[at + 2], unit[at + 3]))
-
-
-@numba.njit
-def step_all(
-    units: Any, sources: Any, fed: Any, shown: Any, worst: Any, record: Any, step: float, first: int
-) -> tuple[int, int, int, int]:
-    """Take len(record) steps from ``first`` on; return (step, unit, call, status) of the first refusal, or -1, zeros.
-
-    ``units`` has the row of each unit, ``worst`` the worst status that each has logged.
-    """
-    for k in range(len(record)):
-        for i in range(len(sources)):
-            fed[i] = shown[sources[i]]
-        for u in range(len(units)):
-            unit = units[u]
-            status = transfer(unit, PUT)
-            if status > 1 or worst[u] > 1:
-                return first + k, u, 0, status
-            status = call(unit[STEP], (unit[COMPONENT], (first + k) * step, step, np.int32(1)))
-            if status > 1 or worst[u] > 1:
-                return first + k, u, 1, status
-            status = transfer(unit, GET)
-            if status > 1 or worst[u] > 1:
-                return first + k, u, 2, status
-        record[k] = shown
-    return -1, 0, 0, 0
