@@ -6,6 +6,7 @@ of the order h, where it is not."""
 
 from collections.abc import Callable
 from math import cos, pi
+from random import Random
 
 import numpy as np
 from scipy.signal import lfilter
@@ -15,10 +16,12 @@ from heli_identifier.online.excitation import Excitation, Multisine, voltages
 from heli_identifier.records import Log
 from heli_plant.communication import EncoderCounts
 from heli_plant.control import PidSettings, pid_step, start_pid
+from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, rest_state, start_state
+from heli_plant.tabulated_torque import KNOTS
 from tests.blind.signals import multisines as blind_multisines
 
 H = 0.01
@@ -102,6 +105,17 @@ def closed_loop(parameters, seconds, seed, name="closed loop"):
 
     voltages, angles = pushed(parameters, np.full((count, 2), 0.5), process_noise(count, seed), None, controller)
     return Log(name, 1.0 / H, voltages, read(angles))
+
+
+def random_tables():
+    """Tables of torque over three different variables, which motions reach, and reach beyond, by field."""
+    out = {}
+    for axis, number in zip(AXES, (7, 2, 3), strict=True):
+        draw = Random(number)
+        out |= {f"table_torque_{k}_{axis}": draw.uniform(-0.3, 0.3) for k in range(1, KNOTS + 1)}
+        out |= {f"table_variable_{axis}": float(number), f"table_first_{axis}": draw.uniform(-1.5, -0.5)}
+        out |= {f"table_spacing_{axis}": draw.uniform(0.05, 0.2)}
+    return out
 
 
 UNSTABLE = TABLE_2._replace(a_th=-0.4, theta0=0.1)

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heli_plant.effects import ACCELERATION, AXES, CATALOGUE, DELAY, LAG, ROTORS
-from heli_plant.laws import motor_input, switched_on, thrust_voltage
+from heli_plant.effects import ACCELERATION, AXES, CATALOGUE, ROTORS
+from heli_plant.laws import switched_on
 from heli_plant.parameters import TABLE_2
 from heli_plant.plant import accelerations, advance, rigid_start, step
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
-from heli_plant.tabulated_torque import KNOTS, VARIABLES
+from tests.simulated import random_tables
 
 BY_AXIS = [e for e in CATALOGUE if e.place == ACCELERATION]
 OF_ROTORS = [e for e in CATALOGUE if e.axis == ROTORS]
@@ -48,15 +48,6 @@ def added(s, p):
 
 
 RATE = {"pitch": "w_th", "elevation": "w_ep", "travel": "w_la"}
-
-
-def test_input_delay_shifts_the_whole_response_in_time():
-    V = np.vstack([np.zeros((1, 2)), np.random.default_rng(3).uniform(-3, 3, (400, 2))])
-    rest = start_state(TABLE_2.theta0, -TABLE_2.a_1 / TABLE_2.a_e, 0.0)
-    prompt, _ = simulate(V, h, rest, TABLE_2)
-    late, _ = simulate(V, h, rest, TABLE_2._replace(input_delay_rotors=0.08))
-    # eight steps; the rest's balance holds to a rounding
-    np.testing.assert_allclose(late[8:, :6], prompt[:-8, :6], rtol=0, atol=1e-13)
 
 
 # --- off is off --------------------------------------------------------------------------------------------------
@@ -119,13 +110,6 @@ def test_friction_at_the_catalogues_bound_is_integrated_without_chatter():
     assert np.all(states[100:, 5] >= 0.0) and np.all(np.diff(states[:, 5]) <= 0.0)
 
 
-def test_rotor_that_stands_still_gives_no_thrust():
-    for e in OF_ROTORS:
-        if e.place not in (LAG, DELAY):
-            p = on(e, e.upper)
-            assert motor_input(0.0, p) == 0.0 and thrust_voltage(0.0, 50.0, p) == 0.0, e.field
-
-
 # --- both ways of running ----------------------------------------------------------------------------------------
 
 
@@ -139,18 +123,8 @@ def interpreted(V, start, p):
     return np.array(states)
 
 
-def tables():
-    """Random tables over the travel, the elevation's rate and the sum of the thrust voltages."""
-    out, draw = {}, np.random.default_rng(4)
-    for axis, name in zip(AXES, ("travel", "elevation_rate", "mu_sum"), strict=True):
-        out |= {f"table_variable_{axis}": list(VARIABLES).index(name) + 1.0, f"table_first_{axis}": -1.0}
-        out |= {f"table_spacing_{axis}": 0.1}
-        out |= {f"table_torque_{k}_{axis}": float(draw.uniform(-0.3, 0.3)) for k in range(1, KNOTS + 1)}
-    return out
-
-
 @pytest.mark.parametrize(
-    "p", [TABLE_2, TABLE_2._replace(general_model=1.0), ALL_ON, ALL_ON._replace(general_model=1.0, **tables())]
+    "p", [TABLE_2, TABLE_2._replace(general_model=1.0), ALL_ON, ALL_ON._replace(general_model=1.0, **random_tables())]
 )
 def test_compiled_record_moves_as_the_interpreted_steps(p):
     V = np.random.default_rng(7).uniform(-5.5, 5.5, (150, 2))

@@ -1,7 +1,6 @@
 """Every unit under real hosts, each in a process of its own: one with fmpy, a bare interpreter, a program in C."""
 
 import ast
-import json
 import os
 import shutil
 import socket
@@ -13,12 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from fmu_src import UNITS, build, unit_class
+from fmu_src import UNITS, build
 from fmu_src.native import NATIVE_UNITS
 from tests.units import HOSTS, compiled, described, host, written_log
-
-SAVED = [unit for unit in UNITS if unit_class(unit).saves_state]
-"""Units that depend on nothing outside; test_fmu_rig_link.py tests the life of the one that does."""
 
 
 @pytest.fixture(scope="module")
@@ -52,43 +48,6 @@ def parameters(unit, log):
         "RigLink": {"link.port": free_port()},  # a given one: with 0 every instance shows another
         "Corrector": {"window": 4.0, "keeping.bandwidth": 7.0},
     }[unit]  # fmt: skip
-
-
-DRIVE = """
-import json
-unit, parameters = Unit(sys.argv[1]), json.loads(sys.argv[2])
-inputs = [v.name for v in unit.description.modelVariables if v.causality == "input"]
-# a friction never pushes, and samples come in
-inputs = [name for name in inputs if not name.startswith("correction.effects.") and not name.endswith("fresh")]
-STEPS = (0.01, 0.013, 0.002, 0.025)
-
-def drive(first, last):
-    '''Step with inputs and steps that keep changing; returns what was shown.'''
-    seen = []
-    for k in range(first, last):
-        time = sum(STEPS[i % 4] for i in range(k))
-        for i, name in enumerate(inputs):
-            unit.set(name, 0.3 * ((k * (i + 2)) % 7 - 3) / 3)
-        assert unit.step(time, STEPS[k % 4]) == 0, unit.log
-        seen.append(unit.shown())
-    return seen
-"""
-
-
-@pytest.mark.parametrize(
-    "unit", [pytest.param(u, marks=[] if u == "HelicopterPlant" else [pytest.mark.slow]) for u in SAVED]
-)
-def test_a_hundred_instances_one_after_another_beside_a_lasting_one_give_the_same(fmus, in_host, log, unit):
-    script = """
-other, seen = Unit(sys.argv[1]).fresh(parameters), []
-for k in range(100):
-    unit.fresh(parameters)
-    seen.append(drive(0, 3))
-    other.step(0.01 * k, 0.01)
-    unit.free()
-answer([all(one == seen[0] for one in seen), other.log])
-"""
-    assert in_host(DRIVE + script, fmus[unit], json.dumps(parameters(unit, log))) == [True, []]
 
 
 def test_two_builds_of_the_plant_in_one_process_keep_their_own_parameters(fmus, in_host, tmp_path):

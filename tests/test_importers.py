@@ -110,13 +110,6 @@ def test_an_importer_agrees_with_the_master_over_10000_steps(units, host, packag
     assert largest < AGREEMENT
 
 
-@pytest.mark.parametrize("units", ["native"], indirect=True)
-def test_the_master_gets_the_same_bits_from_pythonfmu_and_native_units(units, ours, fmus):
-    theirs = run_apart(CLOSED_LOOP, STEPS * STEP, STEP, PARAMETERS, files_of(CLOSED_LOOP, fmus))
-    assert ours.names == theirs.names
-    assert np.array_equal(ours.values, theirs.values)
-
-
 def test_fmpy_ssp_reads_the_file_and_runs_it_but_for_its_first_step(fmus, tmp_path):
     """fmpy.ssp feeds zeros over the first step; apart from that its plant is ours under the same voltages."""
     ssp = write_ssp(OPEN_LOOP, tmp_path / "open_loop.ssp", {"plant.pitch.gain": 0.25}, files_of(OPEN_LOOP, fmus))

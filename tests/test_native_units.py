@@ -11,10 +11,10 @@ from fmpy.validation import validate_fmu
 from fmu_src import UNITS, BuildError, unit_class
 from fmu_src.native import NATIVE_UNITS, build_native
 from fmu_src.native.toolchain import PLATFORMS, compiler
-from heli_plant.effects import AXES, CATALOGUE
+from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
-from heli_plant.tabulated_torque import KNOTS
 from tests.fmi_rules import findings
+from tests.simulated import random_tables
 from tests.units import host, written_log
 
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
@@ -34,18 +34,6 @@ ALL_ON = {
 IN_TIME = {
     "effects.moving_mass.elevation": 0.1, "effects.moving_mass.step_time": 2.0, "effects.thrust_fade.rotors": 1e-3
 }  # fmt: skip
-
-
-def tables():
-    """Random tables of torque over three different variables, which the inputs reach, and reach beyond."""
-    out = {}
-    for axis, number in zip(AXES, (7, 2, 3), strict=True):
-        draw = Random(number)
-        values = {f"table_torque_{k}_{axis}": draw.uniform(-0.3, 0.3) for k in range(1, KNOTS + 1)}
-        values |= {f"table_variable_{axis}": float(number), f"table_first_{axis}": draw.uniform(-1.5, -0.5)}
-        values |= {f"table_spacing_{axis}": draw.uniform(0.05, 0.2)}
-        out |= {BY_FIELD[field].name: value for field, value in values.items()}
-    return out
 
 
 def matrices():
@@ -72,7 +60,7 @@ ORDERS = {
             {**ALL_ON, "encoder.enabled": True, "solver.step": 0.003},
             {**ALL_ON, "general.enabled": 1.0, "effects.input_delay.rotors": 0.07},
             {"effects.arm_bending.elevation": 0.02, "effects.input_delay.rotors": 0.013, "motor.time_constant": 0.0},
-            tables(),
+            {BY_FIELD[field].name: value for field, value in random_tables().items()},
             IN_TIME,
         )
     ],
