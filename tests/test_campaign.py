@@ -13,10 +13,8 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
 from heli_identifier import tools
-from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log, demo_files, read_log, write_log
 from heli_identifier.tools import (
@@ -36,6 +34,7 @@ from heli_identifier.tools.campaign import result_key
 from heli_identifier.tools.campaign_rows import complete, judged, parquet_bytes, read_row, summarised, truth_columns
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
+from tests.commands import heli
 
 SETTINGS = DiagnosisSettings()
 
@@ -359,10 +358,6 @@ def test_summary_counts_each_kind_for_itself_and_failures_apart():
 # --- the command -------------------------------------------------------------------------------------------------
 
 
-def heli(*words):
-    return CliRunner().invoke(app, ["campaign", *map(str, words)])
-
-
 @pytest.mark.slow
 def test_folder_of_rigs_is_diagnosed_from_the_command_line_and_a_bad_one_is_listed(tmp_path):
     training, held = demo_files("rig-a")
@@ -370,7 +365,7 @@ def test_folder_of_rigs_is_diagnosed_from_the_command_line_and_a_bad_one_is_list
     for path in (training[0], held[0]):
         # Half a minute of two logs is enough to see what a row holds, in a few seconds.
         write_log(read_log(path, end=30.0), tmp_path / "rigs" / "a" / path.name)
-    done = heli(tmp_path / "rigs", "--output", tmp_path / "out", "--workers", 1, "--json")
+    done = heli("campaign", tmp_path / "rigs", "--output", tmp_path / "out", "--workers", 1, "--json")
     assert done.exit_code == 1, done.stderr
     ((rig, error),) = json.loads(done.stdout)["failures"]
     assert rig == "b" and "train.csv" in error

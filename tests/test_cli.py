@@ -18,17 +18,14 @@ from heli_identifier.cli.arguments import in_scenario, spread
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.terminal import print_table
 from heli_identifier.results import Table
+from tests.commands import heli
 
 COMMANDS = sorted(get_command(app).commands)
 
 
-def run(*words, **options):
-    return CliRunner().invoke(app, list(map(str, words)), **options)
-
-
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_examples_whose_options_exist(command):
-    said = run(command, "--help")
+    said = heli(command, "--help")
     assert said.exit_code == 0
     known = get_command(app).commands[command]
     options = {word for parameter in known.params for word in (*parameter.opts, *parameter.secondary_opts)}
@@ -61,8 +58,8 @@ def test_validate_takes_all_files_up_to_the_next_option():
 
 def test_a_configuration_of_this_folder_is_taken_and_that_is_said(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert run("init").exit_code == 0
-    said = run("diagnose", "nothing.csv")
+    assert heli("init").exit_code == 0
+    said = heli("diagnose", "nothing.csv")
     assert said.exit_code == 2 and said.stdout == ""
     assert "configuration: heli.toml" in said.stderr and "does not exist" in said.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["heli.toml"]

@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import heli_identifier as hi
-from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import write_log
 from heli_identifier.results.comparing import Compared
+from tests.commands import heli
 from tests.diagnosis_example import AFTER, example, made_log
 
 
@@ -80,10 +79,10 @@ def test_the_command_prints_what_the_function_gives(tmp_path):
         replace(diagnosis(), parameters_after=moved).write(tmp_path / "june"),
     ]
     log = write_log(made_log(), tmp_path / "run.csv")
-    done = CliRunner().invoke(app, ["compare", *map(str, folders), "--log", str(log), "--json"])
+    done = heli("compare", *folders, "--log", log, "--json")
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout) == json.loads(json.dumps(hi.compare(*folders, log).to_dict()))
-    shown = CliRunner().invoke(app, ["compare", *map(str, folders)])
+    shown = heli("compare", *folders)
     assert "differ between may and june" in " ".join(shown.stdout.split())
 
 
@@ -136,13 +135,13 @@ def test_a_sequence_says_what_in_it_is_of_another_type_and_an_empty_one_is_no_lo
 def test_a_simulated_log_says_how_far_the_plant_is_off_it(written):
     """The unit's free run is that of the diagnosis, to the nanoradian; the terminal shows three digits of it."""
     folder, log = written
-    words = ["simulate", "plant_beside_log", "--log", str(log), "--parameters", str(folder / "parameters.json")]
-    done = CliRunner().invoke(app, [*words, "--json"])
+    words = ["simulate", "plant_beside_log", "--log", log, "--parameters", folder / "parameters.json"]
+    done = heli(*words, "--json")
     assert done.exit_code == 0, done.output
     found = {row["name"]: row["rms_error"] for row in json.loads(done.stdout) if "rms_error" in row}
     for axis, report in example().axes.items():
         if report.after.free_run:
             assert found[f"plant.{axis}"] == pytest.approx(report.after.free_run.value, abs=1e-9)
     assert set(found) == {"plant.pitch", "plant.elevation", "plant.travel"}
-    shown = CliRunner().invoke(app, words).stdout
+    shown = heli(*words).stdout
     assert f"pitch {1e3 * found['plant.pitch']:.3g} mrad" in " ".join(shown.split())

@@ -95,13 +95,3 @@ def test_a_folder_that_others_can_write_to_is_not_read(tmp_path, monkeypatch):
     monkeypatch.setenv("HELI_CACHE_DIR", str(tmp_path))
     with pytest.raises(PlantError, match="others can write to it"):
         cache_folder()
-
-
-def test_without_a_home_code_is_kept_until_the_process_ends(tmp_path):
-    environment = {name: value for name, value in os.environ.items() if name != "HELI_CACHE_DIR"}
-    environment |= {"TMPDIR": str(tmp_path), "HOME": "/proc/nowhere"}
-    script = [sys.executable, "-c", dedent(COUNTED)]
-    done = subprocess.run(script, capture_output=True, text=True, env=environment, check=True)
-    assert done.stdout.split() == ["5.0", "0"]
-    assert done.stderr == ""
-    assert list(tmp_path.iterdir()) == []

@@ -9,10 +9,8 @@ from pathlib import Path
 import control
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from fmu_src.native import controller_sources
-from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration, Log
@@ -35,6 +33,7 @@ from heli_plant.control import AxisGains, PidSettings
 from heli_plant.geometry import RATIO_ERROR, Geometry
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.state_feedback import FeedbackSettings, Rotors, feedback_step, start_feedback
+from tests.commands import heli
 from tests.units import c_compiler
 
 H, AIM = 0.01, ControllerConfiguration()
@@ -238,10 +237,7 @@ def test_a_flight_flown_again_by_its_own_plant_errs_by_its_start_alone():
 def test_the_command_writes_what_the_next_commands_read(tmp_path):
     file = tmp_path / "parameters.json"
     file.write_text(document_text(parameters().to_dict()))
-    run = CliRunner().invoke
-    made = run(
-        app, ["design-controller", str(file), "--axis", "pitch", "--plants", "20", "-o", str(tmp_path / "c"), "--json"]
-    )
+    made = heli("design-controller", file, "--axis", "pitch", "--plants", 20, "-o", tmp_path / "c", "--json")
     assert made.exit_code == 0, made.output
     assert json.loads(made.stdout)["robust"]["stable_share"] == 1.0
     kept = {p.name for p in (tmp_path / "c").iterdir()}
@@ -270,7 +266,7 @@ def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):
         gains = {axis: [factor * gain for gain in getattr(settings, axis)] for axis in ("pitch", "elevation")}
         rows = [f"{axis} = {own}" for axis, own in gains.items()]
         Path("heli.toml").write_text("\n".join(["[controller.pid]", *rows, f"trim = {settings.trim}", ""]))
-        said = CliRunner().invoke(app, ["check", "flight.csv", "--limit", "1000", "--json"])
+        said = heli("check", "flight.csv", "--limit", 1000, "--json")
         assert said.exit_code == 0, said.output
         differ.append(json.loads(said.stdout)["voltages_V"]["flight"])
     assert differ[0] < 1e-5 < 0.05 < differ[1]  # nine digits of the angles by 25 + 20/.05 V/rad

@@ -4,9 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.excitation import Excitation, Multisine
 from heli_identifier.tools.experiment import (
@@ -23,6 +21,7 @@ from heli_identifier.tools.flight import additions, flight_outlooks
 from heli_plant.control import PidSettings
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
+from tests.commands import heli
 
 PLANT = PlantParameters()
 WIDE = Limits(pitch=10.0, elevation=10.0)
@@ -106,8 +105,8 @@ def test_a_name_that_cannot_be_meant_is_refused_with_advice(words, part):
 
 def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_path):
     file = tmp_path / "best.csv"
-    words = ["design", "--show", "dry_friction:pitch", "--duration", "20", "--json", "--output", str(file)]
-    said = CliRunner().invoke(app, words)
+    words = ["design", "--show", "dry_friction:pitch", "--duration", "20", "--json", "--output", file]
+    said = heli(*words)
     assert said.exit_code == 0, said.stderr
     errors = [one["effects"][0]["standard_error_separated"] for one in json.loads(said.stdout)]
     assert errors == sorted(errors)

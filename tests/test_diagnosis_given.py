@@ -6,10 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from benchmarks.rigs import likelihood_of
-from heli_identifier.cli.app import app
 from heli_identifier.cli.terminal import print_diagnosis
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
@@ -20,6 +18,7 @@ from heli_identifier.tracing import DiagnosisSettings, diagnose, sign_notes
 from heli_identifier.tracing.diagnose import base_estimates
 from heli_identifier.tracing.fit import covariance, fit
 from heli_plant.parameters import TABLE_2
+from tests.commands import heli
 from tests.diagnosis_example import example
 
 TRAINING, HELD_OUT = demo_files("rig-a")
@@ -137,8 +136,8 @@ def test_identify_warns_of_a_wrong_sign_beside_its_table_and_beside_json(tmp_pat
     config = tmp_path / "rig.toml"
     config.write_text("[log]\nend = 30.0\n[log.signs]\nelevation = -1\n")
     for words in ([], ["--json"]):
-        words = ["identify", str(RIG_C[0]), "--config", str(config), "--output", str(tmp_path / "out"), *words]
-        said = CliRunner().invoke(app, words)
+        words = ["identify", RIG_C[0], "--config", config, "--output", tmp_path / "out", *words]
+        said = heli(*words)
         assert said.exit_code == 0
         assert "WRONG SIGN: k_z = -0.1" in said.stderr
         assert ELEVATION in said.stderr

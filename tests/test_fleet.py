@@ -7,9 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from statsmodels.stats.meta_analysis import combine_effects
-from typer.testing import CliRunner
 
-from heli_identifier.cli.app import app
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_files
 from heli_identifier.tools import Finding, fleet_html, fleet_of, fleet_sentence, rig_folders
@@ -17,6 +15,7 @@ from heli_identifier.tools.fleet_page import effect_table
 from heli_identifier.tools.meta_analysis import pooled
 from heli_identifier.tracing import Verdict
 from heli_plant.effects import CATALOGUE
+from tests.commands import heli
 from tests.diagnosis_example import adequate, found_effects
 
 VACCINE = np.array([
@@ -203,10 +202,6 @@ def test_page_and_document_hold_every_effect():
 # --- the command -------------------------------------------------------------------------------------------------
 
 
-def run(*words):
-    return CliRunner().invoke(app, ["fleet", *map(str, words)])
-
-
 def folder_of(place, *logs):
     place.mkdir()
     for log in logs:
@@ -238,7 +233,7 @@ def test_all_logs_are_read_first_and_a_bad_log_or_rig_is_lost_alone(tmp_path, mo
         return rig({FRICTION: 0.2}, [FRICTION])
 
     monkeypatch.setattr("heli_identifier.tools.rigs.diagnose", diagnose)
-    done = run(*folders, "--output", tmp_path / "out", "--json")
+    done = heli("fleet", *folders, "--output", tmp_path / "out", "--json")
     assert (done.exit_code, len(begun)) == (1, 3)
     document = json.loads(done.stdout)
     assert [found["rig"] for found in document["rigs"]] == ["one", "two"]
@@ -256,8 +251,8 @@ def test_a_configuration_of_this_folder_is_taken_for_rigs_without_one_and_that_i
     monkeypatch.chdir(tmp_path)
     (tmp_path / "heli.toml").write_text("[log]\nstart = 1e6\n")  # refused once it is applied
     (folders[0] / "heli.toml").write_text("[log]\nstart = 1e6\n")
-    done = run(*folders)
+    done = heli("fleet", *folders)
     assert (done.exit_code, done.stdout) == (2, "")
     assert "configuration: heli.toml of this folder, for rigs without one of their own" in done.stderr
-    named = run(*folders, "--config", "heli.toml")
+    named = heli("fleet", *folders, "--config", "heli.toml")
     assert "configuration:" not in named.stderr

@@ -153,22 +153,6 @@ def test_what_came_in_before_the_command_was_ended_is_on_disk(flight, tmp_path, 
     assert isinstance(json.loads((tmp_path / "out/events.json").read_text()), list)
 
 
-@pytest.mark.slow
-def test_a_log_is_followed_to_its_end_and_diagnosed(flight, tmp_path):
-    log = demo_files("rig-c")[1][0]
-    done = subprocess.run(
-        [*MAIN, "follow", str(log), "-p", str(flight / "parameters.json"), "--speed", "0", "-o", "out"],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    names = {"recorded.csv", "predictions.csv", "events.json", "following.json"}
-    names |= {"diagnosis", "parameters.json", f"{PLANT}.fmu"}
-    assert {path.name for path in (tmp_path / "out/diagnosis").iterdir()} >= {"diagnosis.json", "report.html"}
-    left = {path.name for path in (tmp_path / "out").iterdir()}
-    # the twin is of another rig, so that it may adopt a change, which brings advice on the controller
-    assert left - {"control_advice.json", "controller.json"} == names
-
-
 def test_the_controller_of_the_rig_is_taken_from_its_file(tmp_path, flight):
     gains = ParameterSet("PidController", {"pitch.integral": Estimate(1.25, None, "V/(rad s)")})
     found = controller_of(PidSettings(), gains.write(tmp_path / "controller.json"))

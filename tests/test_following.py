@@ -3,7 +3,6 @@
 import json
 import math
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -31,7 +30,6 @@ from heli_identifier.following.encoders import Encoder, read_encoders
 from heli_identifier.following.evidence import Coefficients, shift_block, start_sums
 from heli_identifier.following.observer import Roughness, start_instant
 from heli_identifier.following.prediction import compare_errors
-from heli_identifier.following.trial import watch_change
 from heli_plant.observer import observer_gains
 from heli_plant.parameters import TABLE_2
 from heli_plant.state import start_state
@@ -207,44 +205,6 @@ def test_a_rotor_that_lost_thrust_is_told_from_a_gain():
     assert p.rotor_mismatch_pitch == pytest.approx(0.5 * (front - rear) * TABLE_2.k_x)
 
 
-@pytest.mark.slow
-def test_a_change_that_went_on_trial_under_a_wrong_name_is_held_and_the_right_one_tried():
-    """Friction that was named damping: both brake, and only motions at different rates tell them apart."""
-    rows = changed_rows("effects.dry_friction.travel")
-    state, events, misnamed = start_correcting(PLAN, Sample(*rows[0])), [], False
-    for row in rows[1:]:
-        state, said = correct(state, Sample(*row), IdentifierReport(), PLAN)
-        events.extend(said)
-        if state.mode == "on trial" and not misnamed:
-            misnamed = True
-            damping = [change.name for change in PLAN.changes].index("travel.damping")
-            state = state._replace(finding=state.finding._replace(change=damping, size=0.2))
-    said = [(event.what, event.name) for event in events if event.time > 30.0][2:5]
-    friction = "effects.dry_friction.travel"
-    assert said == [("held", "travel.damping"), ("alarm", friction), ("adopted", friction)]
-
-
-@pytest.mark.slow
-def test_a_change_that_went_on_while_it_was_watched_is_put_on_trial_again():
-    """The last ten blocks alone tell of what is left: in the mean over all blocks since the change it is too little."""
-    states = followed(changed_rows("elevation.gain"))[2]
-    before = next(state for state, after in pairwise(states) if (state.mode, after.mode) == ("adopted", "following"))
-    used, alone, rival = before.predictions.copies  # the watch ends with the next comparison
-    rival = rival._replace(errors=rival.errors[-1:] + rival.errors)
-    before = before._replace(predictions=before.predictions._replace(copies=(used, alone, rival)))
-    change = PLAN.changes[before.finding.change]
-    assert change.name == "elevation.gain"
-    # what the last ten blocks would be had the gain gone on by a tenth of its smallest change that matters ...
-    for share, mode in ((0.1, "following"), (0.8, "on trial")):
-        along = change.direction(before.values.end)
-        late = tuple(shift_block(one, along, -share * change.size) for one in before.blocks[-10:])
-        ended, _ = watch_change(before._replace(blocks=(*before.blocks[:-10], *late)), PLAN)
-        assert ended.mode == mode
-    # ... and by most of it
-    assert 8 <= ended.finding.blocks <= 12
-    assert ended.finding.size == pytest.approx(0.8 * change.size, abs=4.0 * ended.finding.standard_error)
-
-
 def test_without_corrections_a_change_is_reported_and_held():
     state, events, _, plan = followed(changed_rows("elevation.gain")[:5000], correcting=False)
     assert {event.what for event in events} == {"alarm", "held"}
@@ -356,14 +316,6 @@ def test_voltages_on_a_straight_line_are_put_back_over_a_gap(delay):
         state, _ = correct(state, now, IdentifierReport(), plan)
         assert state.instants == 601 + j
     assert state.observer.instant.memory.state[6:8] == pytest.approx(whole.memory.state[6:8], abs=1e-12)
-
-
-@pytest.mark.slow
-def test_a_twentieth_of_the_samples_lost_hides_no_change():
-    rows = changed_rows("pitch.gain")
-    lost = np.random.default_rng(9).random(len(rows)) < 0.05
-    _, events, _, _ = followed(rows, lambda k: not lost[k])
-    assert [event.name for event in events if event.what == "adopted"][:1] == ["pitch.gain"]
 
 
 # --- stops, and encoders that stand still ----------------------------------------------------------------------------

@@ -9,16 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fmpy import read_model_description
-from typer.testing import CliRunner
 
 import heli_identifier as hi
 from heli_identifier import check
-from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.results import corrected_parameters
 from heli_identifier.tools import design_pid
 from heli_identifier.tracing import Use
 from heli_plant.parameters import TABLE_2
+from tests.commands import heli
 from tests.diagnosis_example import example, made_log
 from tests.test_report_page import Page
 
@@ -132,7 +131,7 @@ def test_a_command_warns_of_what_is_not_fit_for_control(tmp_path):
     given = used(elevation=Use.PREDICTION, travel=Use.NOTHING)
     assert len(given.doubts) == 2 and not used().doubts
     file = given.write(tmp_path / "parameters.json")
-    done = CliRunner().invoke(app, ["simulate", "open_loop", "-d", "0.1", "--parameters", str(file)])
+    done = heli("simulate", "open_loop", "-d", 0.1, "--parameters", file)
     said = " ".join(done.stderr.split())
     assert done.exit_code == 0
     assert "the elevation of this plant can be used for prediction only" in said

@@ -7,9 +7,7 @@ import control
 import numpy as np
 import pytest
 from scipy.io import loadmat
-from typer.testing import CliRunner
 
-from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.settings import Estimate
 from heli_identifier.results.documents import document_text
@@ -35,6 +33,7 @@ from heli_identifier.tools.synthesis import PEAK, retuned, weighted_error
 from heli_plant.control import AxisGains, PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
+from tests.commands import heli
 from tests.diagnosis_example import AFTER, example
 
 H = 0.01
@@ -79,24 +78,6 @@ def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
     assert np.abs(model.A - A).max() < 5e-6
     assert np.abs(model.B - B).max() < 5e-6
     assert np.abs(model.C - np.eye(3, 8)).max() < 1e-11
-
-
-def test_small_motion_of_the_plant_is_that_of_the_linear_model():
-    plant = TABLE_2._replace(arm_bending_elevation=0.01, quadratic_thrust_rotors=0.1)
-    point = operating_point(plant, 0.1, 0.2)
-    model = linear_system(plant, point, H)
-    assert model.nstates == 10
-    size = 1e-4
-    moves = size * np.random.default_rng(1).normal(size=(300, 2))
-    _, angles = simulate((point.v_front, point.v_rear) + moves, H, point.state(plant), plant)
-    time = np.arange(300) * H
-    still = np.column_stack((np.full(300, 0.1), np.full(300, 0.2), point.travel_rate * time))
-    x, path = np.zeros(model.nstates), []
-    for move in moves:
-        path.append(model.C @ x)
-        x = model.A @ x + model.B @ move
-    # second order in the motion, which stays below 1e-4 rad
-    assert np.abs(angles - still - path).max() < 1e-7
 
 
 def test_a_plant_without_motor_lag_is_refused():
@@ -175,13 +156,6 @@ def test_a_rig_that_the_present_pid_cannot_hold_gets_one_that_keeps_its_margins(
     made = design_pid(ParameterSet("HelicopterPlant", values), draws=2)
     assert not made.baseline.is_stable and made.robust.is_stable
     assert not made.refused
-
-
-def test_an_input_delay_takes_its_phase_off_the_margin():
-    bare, late = linear_model(TABLE_2), linear_model(TABLE_2._replace(input_delay_rotors=0.05))
-    before, after = margins(bare, PID)["pitch"], margins(late, PID)["pitch"]
-    # the gain does not change, so the crossover stays and the margin falls by its phase
-    assert before.phase - after.phase == pytest.approx(np.degrees(before.crossover * 0.05), abs=0.5)
 
 
 def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_more_noise():
@@ -278,7 +252,7 @@ def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_con
     file = tmp_path / "parameters.json"
     file.write_text(document_text(parameter_set().to_dict()), encoding="utf-8")
     out = tmp_path / "control"
-    said = CliRunner().invoke(app, ["linearise", str(file), "--elevation", "0.1", "--output", str(out), "--json"])
+    said = heli("linearise", file, "--elevation", 0.1, "--output", out, "--json")
     assert said.exit_code == 0, said.stderr
     assert {path.name for path in out.iterdir()} == {
         "linear_model.json", "linear_model.mat", "controller.json", "steps.svg",
@@ -294,5 +268,5 @@ def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_con
     assert document["loops"]["after"]["stable_share"] == 1.0
     gains = read_parameters(out / "controller.json").start_values
     assert gains["pitch.proportional"] == document["loops"]["after"]["gains"]["pitch"]["proportional"]
-    words = ["build", "PidController", "--parameters", str(out / "controller.json"), "--output", str(tmp_path)]
-    assert CliRunner().invoke(app, words).exit_code == 0
+    words = ("build", "PidController", "--parameters", out / "controller.json", "--output", tmp_path)
+    assert heli(*words).exit_code == 0

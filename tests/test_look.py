@@ -4,13 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import heli_identifier as hi
 from benchmarks.rigs import windy_logs
-from heli_identifier.cli.app import app
 from heli_identifier.records import write_log
 from tests.blind.windy import windy_rig
+from tests.commands import heli
 
 GAINS = ("k_x", "k_z", "k_y")
 
@@ -50,8 +49,8 @@ def test_three_lines_say_who_flew_what_moved_and_what_is_determined_and_the_comm
     assert flown.startswith("A controller flew; moved from outside: ")
     assert all(axis in moved for axis in ("pitch", "elevation", "travel"))
     assert all(name in gains for name in GAINS)  # each is either determined or named as missing
-    paths = [str(write_log(log, tmp_path / f"{log.name}.csv")) for log in windy[1][:2]]
-    done = CliRunner().invoke(app, ["look", *paths, "--json"])
+    paths = [write_log(log, tmp_path / f"{log.name}.csv") for log in windy[1][:2]]
+    done = heli("look", *paths, "--json")
     assert done.exit_code == 0, done.output
     found = json.loads(done.stdout)
     assert found["closed_loop"] and set(found["gains"]) == set(GAINS)

@@ -6,15 +6,14 @@ import zipfile
 import fmpy
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from fmu_src import OPEN_LOOP, MasterError
 from fmu_src.master import run_apart
-from heli_identifier.cli.app import app
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_files
 from heli_identifier.results.parameters import ParameterSet, plant_values
 from heli_plant.parameters import BY_FIELD, TABLE_2
+from tests.commands import heli
 from tests.units import needs_a_compiler
 
 RECORD = ["plant.pitch", "plant.elevation"]
@@ -63,17 +62,13 @@ def test_a_run_that_a_unit_refuses_is_counted_with_its_reason_and_units_in_pytho
         many({**files, "plant": str(fmus["HelicopterPlant"])}, [{}])
 
 
-def heli(*words):
-    return CliRunner().invoke(app, ["simulate", "open_loop", *map(str, words)])
-
-
 @pytest.mark.slow
 def test_the_command_repeats_with_its_seed_and_draws_figure_and_table(tmp_path, files):
     known = {field: getattr(TABLE_2, field) for field in ("a_wx", "k_x", "a_th")}
     estimates = {field: Estimate(value, 0.05 * abs(value), BY_FIELD[field].unit) for field, value in known.items()}
     file = ParameterSet("HelicopterPlant", plant_values(TABLE_2, estimates)).write(tmp_path / "parameters.json")
     given = [f"--fmu={name}={path}" for name, path in files.items()]
-    words = ("--native", "--runs", 20, "--duration", 2, "--parameters", file, "--json", *given)
+    words = ("simulate", "open_loop", "--native", "--runs", 20, "--duration", 2, "--parameters", file, "--json", *given)
     figure, table = tmp_path / "runs.svg", tmp_path / "runs.csv"
     first = heli(*words, "--plot", figure, "--output", table)
     assert first.exit_code == 0, first.output
@@ -91,14 +86,13 @@ def test_the_command_repeats_with_its_seed_and_draws_figure_and_table(tmp_path, 
 
 def test_build_and_ssp_write_native_units_of_either_version(tmp_path):
     needs_a_compiler()
-    run = CliRunner().invoke
     for fmi, folder in (("2", "linux64"), ("3", "x86_64-linux")):
-        words = ["build", "PidController", "--native", "--fmi", fmi, "--output", str(tmp_path), "--set", "trim=-1.25"]
-        assert run(app, words).exit_code == 0
+        words = ("build", "PidController", "--native", "--fmi", fmi, "--output", tmp_path, "--set", "trim=-1.25")
+        assert heli(*words).exit_code == 0
         with zipfile.ZipFile(tmp_path / "PidController.fmu") as archive:
             assert f"binaries/{folder}/PidController.so" in archive.namelist()
             assert "-1.25" in archive.read("sources/variables.c").decode()
-    assert run(app, ["ssp", "open_loop", "--native", "--output", str(tmp_path / "open.ssp")]).exit_code == 0
+    assert heli("ssp", "open_loop", "--native", "--output", tmp_path / "open.ssp").exit_code == 0
     with zipfile.ZipFile(tmp_path / "open.ssp") as archive:
         (tmp_path / "plant.fmu").write_bytes(archive.read("resources/plant.fmu"))
     with zipfile.ZipFile(tmp_path / "plant.fmu") as unit:
@@ -110,7 +104,7 @@ def test_diagnose_hands_back_both_units_with_the_same_start_values(tmp_path):
     needs_a_compiler()
     (first, second, _), (held,) = demo_files("rig-a")
     words = ["diagnose", first, second, "--validate", held, "--native", "--output", tmp_path / "result"]
-    done = CliRunner().invoke(app, list(map(str, words)))
+    done = heli(*words)
     assert done.exit_code == 0 and "HelicopterPlant-native.fmu" in done.stderr
     starts: list[dict] = []
     for name in ("HelicopterPlant.fmu", "HelicopterPlant-native.fmu"):

@@ -75,17 +75,6 @@ def test_without_excitation_the_gain_follows_the_logistic_curve_to_its_limit():
     np.testing.assert_allclose(np.diag(found), reference, rtol=0.011)
 
 
-def test_restoring_information_never_moves_the_estimate():
-    phi, y = data(3, 200, seed=6)
-    factor, omega = initial_factor([1e3] * 3), [0.0] * 3
-    for row, value in zip(phi.tolist(), y.tolist(), strict=True):
-        adapt(factor, omega, row, value, 500, 0.001, H, 1e3)
-    before = list(omega)
-    for k in range(20_000):
-        adapt(factor, omega, (0.0, 0.0, 0.0), 0.0, k, 0.001, H, 1e3)
-    assert omega == before
-
-
 def test_a_direction_without_excitation_rests_at_the_limit_while_the_others_go_on_forgetting():
     alpha, limit = 0.01, 1e3
     random = np.random.default_rng(7)

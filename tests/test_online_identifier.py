@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online import IdentifierSettings, ModelParameters, prepare, start, step
+from heli_identifier.online import IdentifierSettings, ModelParameters
 from heli_identifier.online.excitation import paper_excitation
 from heli_plant.parameters import TABLE_2
-from heli_plant.simulation import simulate
-from heli_plant.state import start_state
-from tests.simulated import identified, multisines, read, record
+from tests.simulated import identified, multisines, record
 
 TRUTH = ModelParameters(*(getattr(TABLE_2, name) for name in ModelParameters._fields))
 KNOWN = IdentifierSettings(rest_angle=TABLE_2.theta0)
@@ -67,35 +65,6 @@ def test_the_adaptation_rests_for_ten_filter_times(minute):
         _, after = identified(held[: samples + 1], angles[: samples + 1], settings)
         assert after.adapting
         assert after.parameters.a_th != 0.5
-
-
-def test_a_start_in_motion_biases_nothing_once_the_hold_is_over():
-    held, angles, _ = record(120.0, multisines(seed=4, period=120.0), encoders=False)
-    late = replace(KNOWN, hold_time=30.0)
-    # From the middle of the motion on: settled filters are wrong by up to .3 rad/s; after 10 s exp(-7) of it is left.
-    usual, longer = (identified(held[5000:], angles[5000:], own)[1].parameters for own in (KNOWN, late))
-    assert usual.a_wx == pytest.approx(longer.a_wx, rel=5e-3)
-    assert usual.a_th == pytest.approx(longer.a_th, rel=1e-3)
-
-
-@pytest.mark.slow
-def test_an_hour_at_rest_leaves_the_estimate_usable_and_recovers_within_a_minute():
-    h, plan = 0.05, prepare(replace(KNOWN, sample_time=0.05))
-    excited, _, _ = record(300.0, multisines(seed=5, period=300.0), h=h)
-    held = np.vstack([excited, np.tile([1.0, 1.0], (72_000, 1)), excited[:1200]])
-    _, angles = simulate(held, h, start_state(TABLE_2.theta0, 0.17, 0.0, *held[0]), TABLE_2)
-    rows, errors = np.hstack([held, read(angles)]).tolist(), {}
-    state = start(plan, rows[0])
-    for k, row in enumerate(rows[1:], 1):
-        state, estimate = step(state, row, plan)
-        if k in (5_999, 77_999, 79_199):
-            errors[k] = np.abs(relative(estimate.parameters))
-    before, at_end_of_pause, minute_later = errors.values()
-    # Counts that stand still for an hour ask for a_th sin(half a count) = 0 and the like. The bounded gain lets
-    # that move a parameter by some ten per cent where it would forget altogether, and new motion mends it at once.
-    assert before.max() < 0.02
-    assert at_end_of_pause.max() < 0.5
-    assert minute_later[[0, 1, 2, 5, 6, 8, 9, 10]].max() < 0.01
 
 
 def test_standard_errors_cover_the_error_that_encoders_cause():

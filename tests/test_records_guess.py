@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 from scipy.signal import lfilter
-from typer.testing import CliRunner
 
-from heli_identifier.cli.app import app
 from heli_identifier.errors import LogError
 from heli_identifier.records import demo_files, guess, read_configuration, read_log, suspicions
+from tests.commands import heli
 
 TRUE = read_log(demo_files("rig-b")[0][0], end=45.0)
 RNG = np.random.default_rng(7)
@@ -87,13 +86,13 @@ def test_the_configuration_that_init_writes_reads_the_log_and_gives_every_reason
     monkeypatch.chdir(tmp_path)
     rows, *_ = LAYOUTS["pitch and elevation that count the other way"]
     savemat("log.mat", {"ans": np.vstack([TRUE.time, *rows])})
-    said = CliRunner().invoke(app, ["init", "log.mat"])
+    said = heli("init", "log.mat")
     assert said.exit_code == 0, said.output
     text = (tmp_path / "heli.toml").read_text()
     assert 'pitch = "ans(4,:)"' in text
     assert "a larger front voltage lowers it in the file" in text
     assert suspicions(read_log("log.mat", read_configuration("heli.toml"))) == ()
-    again = CliRunner().invoke(app, ["init", "log.mat"])
+    again = heli("init", "log.mat")
     assert (again.exit_code, "exists already" in again.output) == (2, True)
 
 

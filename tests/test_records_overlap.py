@@ -5,10 +5,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from heli_identifier.errors import IdentifierError, LogError
+from heli_identifier.errors import IdentifierError
 from heli_identifier.records import (
     Log,
-    check_apart,
     counted_once,
     excitation_notes,
     shared_flight,
@@ -74,13 +73,6 @@ def test_flights_of_one_rig_under_its_controller_or_at_rest_are_not_one_flight()
     logs, rng = [Log(name, 100.0, own.voltages, own.angles) for name, own in flown.items()], np.random.default_rng(0)
     logs += [Log("rest", 100.0, np.zeros((6000, 2)), rng.normal(0.0, 3e-4, (6000, 3))) for _ in range(2)]
     assert not any(shared_flight(one, other) for one, other in combinations(logs, 2))
-
-
-def test_what_is_held_out_is_held_out():
-    training, copy = log_of(RIG.train[2], "train"), log_of(COPIES["cut to 20 s"](RIG.train[2]))
-    with pytest.raises(LogError, match="is held out for validation but shares samples with training log train"):
-        check_apart([training], [copy])
-    check_apart([training], [log_of(RIG.held)])
 
 
 def test_a_flight_that_is_given_twice_counts_once():

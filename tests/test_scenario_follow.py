@@ -60,21 +60,6 @@ def test_the_units_report_the_events_of_the_pure_follower(result, followed):
     assert shown(result, "corrector.event.value")[STEPS - 1] == events[-1].value
 
 
-def test_the_plant_in_the_units_is_where_the_observer_of_the_pure_follower_sees_it_until_something_is_adopted(
-    result, followed
-):
-    # Corrector and plant correct the same state with the same sample; the plant shows it one step ahead.
-    states = followed[0]
-    at = next(k for k, state in enumerate(states) if state.values.now != states[0].values.now)
-    angles = np.column_stack([shown(result, f"plant.{axis}") for axis in ("pitch", "elevation", "travel")])
-    rates = np.column_stack([shown(result, f"plant.{axis}_rate") for axis in ("pitch", "elevation", "travel")])
-    observed = np.array([state.observer.instant.memory.state[:6] for state in states[:at]])
-    ahead = observed[:, :3] + H * observed[:, 3:]
-    # what acceleration adds in a step: at most 2 rad/s^2 h^2/2 = 1e-4 rad, and 2e-2 rad/s on the rates
-    assert np.abs(angles[2 : at + 2] - ahead).max() < 2e-4
-    assert np.abs(rates[2 : at + 2] - observed[:, 3:]).max() < 4e-2
-
-
 def test_the_corrected_plant_predicts_the_sample_to_come(result, rows):
     """After the adoption the plant's error is that of the encoders: counts of 1.5e-3 rad, shaken by a quarter."""
     late = slice(STEPS - 600, STEPS - 1)

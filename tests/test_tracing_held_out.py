@@ -10,7 +10,6 @@ from benchmarks.rigs import likelihood_of as nothing_fitted
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
-from heli_identifier.tracing import prediction
 from heli_identifier.tracing.fit import fit
 from heli_identifier.tracing.held_out import compare, hold_to, likelihood_of, rms_figures, use_of
 from heli_identifier.tracing.helicopter import helicopter
@@ -241,15 +240,3 @@ def test_plant_and_recovered_controller_fly_a_log_again(monkeypatch):
         _, own = Run.along(model(plant), record, np.zeros(3)).flown_again(3.0, laws)
         errors[name] = np.sqrt(np.mean(own**2, axis=(0, 1)))[:2]
     assert np.all(errors["true"] < 0.5 * errors["wrong"]), errors
-
-
-@pytest.mark.slow
-def test_a_loop_closed_in_blocks_is_the_loop_closed_sample_by_sample(monkeypatch):
-    """Blocks of one sample need no turns; those of .2 s end when the voltages move by less than 1e-4 V."""
-    log = flown(4, monkeypatch, 30.0)
-    (laws,) = controllers_of([log])
-    run = Run.along(model(), record_of(log, RIG), np.zeros(3))
-    _, blocks = run.flown_again(3.0, laws)
-    monkeypatch.setattr(prediction, "ROUND", H)
-    # 1e-4 V for .2 s turn an axis of .3 rad/s^2/V by less than 1e-6 rad, and 3 s by less than 1e-4
-    np.testing.assert_allclose(run.flown_again(3.0, laws)[1], blocks, atol=1e-4)
