@@ -12,7 +12,7 @@ import numpy as np
 
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
-from heli_identifier.tools import Rig, Row, Source, TrueEffect, TrueUnknown, Truth, diagnosed, source_digest
+from heli_identifier.tools import Rig, Row, Source, diagnosed, source_digest
 from heli_identifier.tracing import DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
@@ -26,9 +26,6 @@ STATED_ELSEWHERE = {"ground_effect"}
 
 DETECTABLE = 8.0
 """Score from which on a test that is told the structure shows an effect [nats]."""
-
-TOLD = "told_score"
-"""Name of the measure in a campaign's rows."""
 
 Sources = dict[str, tuple[Any, Source]]
 """Case and source of each rig by its name, which no diagnosis sees."""
@@ -72,17 +69,15 @@ def blind_rig(kind: str, scale: float, index: int) -> Rig:
     """Make one rig of the blind battery."""
     made = Case("", kind, 0, scale).rig(index)
     training = tuple(log_of(f"train{number}", 100.0, samples) for number, samples in enumerate(made.train, 1))
-    return Rig(training, (log_of("held", 100.0, made.held),), true_structure(kind, made.truth))
+    return Rig(training, (log_of("held", 100.0, made.held),), true_structure(made.truth))
 
 
-def true_structure(kind: str, rig: Any) -> Truth:
-    """Translate the truth of a generator's rig into the names of the catalogue."""
-    parameters = {symbol: getattr(rig.base, symbol) for symbol in ModelParameters._fields}
-    effects = (
-        TrueEffect(own.name, own.axis, None if own.name in STATED_ELSEWHERE else own.coefficient) for own in rig.effects
-    )
-    unknown = TrueUnknown(rig.unknown.axis, rig.unknown.variable) if rig.unknown else None
-    return Truth(kind, parameters, tuple(effects), unknown)
+def true_structure(rig: Any) -> dict[str, float | None]:
+    """Translate the truth of a generator's rig into the names of a campaign."""
+    truth: dict[str, float | None] = {symbol: getattr(rig.base, symbol) for symbol in ModelParameters._fields}
+    for own in rig.effects:
+        truth[f"{own.name} {own.axis}"] = None if own.name in STATED_ELSEWHERE else own.coefficient
+    return truth | ({f"unknown {rig.unknown.axis}": None} if rig.unknown else {})
 
 
 def likelihood_of(logs: Sequence[Log]) -> Likelihood:
@@ -106,8 +101,8 @@ def told_scores(training: Sequence[Log], fields: Iterable[str]) -> dict[str, flo
 
 
 def measured_rig(source: Source, settings: DiagnosisSettings) -> Row:
-    """Diagnose a rig; its measure is the largest told score of its effects, and none for an unknown torque."""
+    """Diagnose a rig; beside its row stands the largest ``told`` score of its effects, where the catalogue has any."""
     row, rig = diagnosed(source, settings), source.load()
-    effects = rig.truth.effects if rig.truth else ()
-    scores = told_scores(rig.training, [effect(true.name, true.axis).field for true in effects])
-    return row | {"measures": {TOLD: max(scores.values())} if scores else {}}
+    entries = [name.split() for name in rig.truth or () if " " in name and not name.startswith("unknown")]
+    scores = told_scores(rig.training, [effect(name, axis).field for name, axis in entries])
+    return row | ({"told": max(scores.values())} if scores else {})

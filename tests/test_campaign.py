@@ -21,9 +21,6 @@ from heli_identifier.tools import (
     CONSOLIDATED,
     Rig,
     Source,
-    TrueEffect,
-    TrueUnknown,
-    Truth,
     campaign,
     diagnosed,
     generated_rigs,
@@ -31,7 +28,7 @@ from heli_identifier.tools import (
     run_campaign,
 )
 from heli_identifier.tools.campaign import result_key
-from heli_identifier.tools.campaign_rows import complete, judged, parquet_bytes, read_row, summarised, truth_columns
+from heli_identifier.tools.campaign_rows import complete, judged, parquet_bytes, read_row, summarised
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
 from tests.commands import heli
@@ -122,7 +119,7 @@ def test_rigs_that_are_none_are_refused(module):
     for wrong, said in (
         (generated_rigs(f"{module}:nothing", 1)[0].load, "NoneType"),
         (partial(Rig, (log,), ()), "held_out"),
-        (partial(TrueEffect, "dry_friction", "rotors", 0.02), "dry_friction.*rotors"),
+        (partial(Rig, (log,), (log,), {"dry_friction rotors": 0.02}), "dry_friction rotors"),
     ):
         with pytest.raises(ConfigurationError, match=said):
             wrong()
@@ -248,13 +245,9 @@ def test_missing_package_is_told_with_the_command_that_installs_it(monkeypatch):
 # --- the work and its rows ---------------------------------------------------------------------------------------
 
 
-FRICTION = Truth("dry_friction", {"a_wx": 0.060}, (TrueEffect("dry_friction", "pitch", 0.02),))
-AIRSPEED = Truth(
-    "airspeed",
-    {},
-    (TrueEffect("airspeed_thrust_loss", "pitch", 0.03), TrueEffect("airspeed_thrust_loss", "elevation", 0.03)),
-)
-DETENT = Truth("detent", unknown=TrueUnknown("pitch", "pitch"))
+FRICTION = {"a_wx": 0.060, "dry_friction pitch": 0.02}
+AIRSPEED = {"airspeed_thrust_loss pitch": 0.03, "airspeed_thrust_loss elevation": 0.03}
+DETENT = {"unknown pitch": None}
 
 
 def test_truth_stands_beside_a_failed_diagnosis_and_changes_nothing_of_it():
@@ -262,23 +255,18 @@ def test_truth_stands_beside_a_failed_diagnosis_and_changes_nothing_of_it():
     with_truth, without = (
         diagnosed(Source("given", partial(Rig, (train,), (held,), truth), str), SETTINGS) for truth in (FRICTION, None)
     )
-    assert (with_truth["true_kind"], with_truth["true_a_wx"]) == ("dry_friction", 0.06)
+    assert with_truth["truth"] == [{"name": name, "value": value} for name, value in FRICTION.items()]
     assert with_truth["error"] == without["error"] != ""
 
 
-def found(name, axis, coefficient=0.02, standard_error=0.001, variable=None):
-    return {
-        "name": name, "axis": axis, "coefficient": coefficient, "standard_error": standard_error, "score": 20.0,
-        "verdict": "shown", "alternatives": [], "variable": variable, "frequency_hz": None,
-    }  # fmt: skip
+def found(name, axis, coefficient=0.02, standard_error=0.001):
+    return {"name": name, "axis": axis, "coefficient": coefficient, "standard_error": standard_error}
 
 
-def row(truth=None, *effects, verdict="effects shown", **columns):
-    return complete(
-        {"rig": "r", "key": "k", "verdict": verdict, "effects": list(effects), "seconds": 2.0}
-        | truth_columns(truth)
-        | columns
-    )
+def row(truth, *effects, verdict="effects shown", **columns):
+    told = None if truth is None else [{"name": name, "value": value} for name, value in truth.items()]
+    known = {"rig": "r", "key": "k", "verdict": verdict, "effects": list(effects), "seconds": 2.0, "truth": told}
+    return complete(known | columns)
 
 
 def test_what_is_no_result_and_no_folder_for_results_is_named(tmp_path):
@@ -291,67 +279,53 @@ def test_what_is_no_result_and_no_folder_for_results_is_named(tmp_path):
 
 def test_the_table_has_every_column_whatever_the_rows_lack(tmp_path):
     rows = [row(FRICTION, found("dry_friction", "pitch"), a_wx=0.061), complete({"rig": "bad", "error": "unreadable"})]
+    rows += [row({}), row(DETENT)]
     (tmp_path / "all.parquet").write_bytes(parquet_bytes(rows))
     table = pd.read_parquet(tmp_path / "all.parquet")
     assert [*table.columns] == [*rows[1]]
-    assert table["a_wx"].tolist() == [0.061, pytest.approx(np.nan, nan_ok=True)]
+    assert table["a_wx"][0] == 0.061 and table["a_wx"].isna()[1]
     assert table["effects"][0][0]["name"] == "dry_friction"
 
 
 @pytest.mark.parametrize(
-    "truth, effects, first, every, false",
+    "truth, effects, every, false",
     [
-        (FRICTION, [("dry_friction", "travel")], False, False, [("dry_friction", "travel")]),
-        (FRICTION, [("motor_lag", "rotors"), ("dry_friction", "pitch")], False, True, [("motor_lag", "rotors")]),
+        (FRICTION, [("dry_friction", "travel")], False, ("dry_friction travel",)),
+        (FRICTION, [("motor_lag", "rotors"), ("dry_friction", "pitch")], True, ("motor_lag rotors",)),
         # an effect that acts on two axes is true on both and named by either
-        (AIRSPEED, [("airspeed_thrust_loss", "pitch")], True, True, []),
-        # an unknown effect is an accusation on a rig without one
-        (Truth("clean"), [("unknown", "pitch")], False, True, [("unknown", "pitch")]),
+        (AIRSPEED, [("airspeed_thrust_loss", "pitch")], True, ()),
+        # an unknown effect is an accusation on a rig without one, and true on its own axis alone
+        ({}, [("unknown", "pitch")], True, ("unknown pitch",)),
+        (DETENT, [("unknown", "pitch")], True, ()),
+        (DETENT, [("unknown", "travel")], False, ("unknown travel",)),
     ],
 )
-def test_entries_are_judged_against_the_truth(truth, effects, first, every, false):
-    whole = row(truth, *(found(*entry) for entry in effects))
-    own = judged(whole)
-    assert (own.named_first, own.all_named, own.false) == (first, every, tuple(false))
-    assert own.right is (every and not false)
-    assert not judged(whole | {"error": "unreadable"}).right
-
-
-def test_unknown_torque_is_recognised_by_axis_variable_and_verdict():
-    good = ("pitch", "pitch", "unknown effect")
-    others = (("travel", *good[1:]), ("pitch", "time", good[2]), (*good[:2], "effects shown"))
-    for axis, variable, verdict in (good, *others):
-        own = judged(row(DETENT, found("unknown", axis, None, None, variable), verdict=verdict))
-        assert own.recognised is own.right is ((axis, variable, verdict) == good)
-        assert own.false == ()
+def test_entries_are_judged_against_the_truth(truth, effects, every, false):
+    own = judged(row(truth, *(found(*entry) for entry in effects)))
+    assert (own.all_named, own.false) == (every, false)
 
 
 def test_interval_covers_what_lies_within_1_96_standard_errors_and_is_not_counted_where_nothing_is_known():
     near, far = found("dry_friction", "pitch", 0.02 + 1.9e-3, 1e-3), {"a_wx": 0.060 + 2.0e-3, "a_wx_se": 1e-3}
     assert judged(row(FRICTION, near, **far)).covered == {"dry_friction pitch": True, "a_wx": False}
-    truth = Truth("ground_effect", {}, (TrueEffect("ground_effect", "elevation", None),))
-    assert judged(row(truth, found("ground_effect", "elevation"), a_wx=0.06, a_wx_se=0.01)).covered == {}
+    unstated = {"ground_effect elevation": None}
+    assert judged(row(unstated, found("ground_effect", "elevation"), a_wx=0.06, a_wx_se=0.01)).covered == {}
 
 
-def test_summary_counts_each_kind_for_itself_and_failures_apart():
+def test_summary_counts_what_is_true_where_that_is_known_and_failures_apart():
     rows = [
         row(FRICTION, found("dry_friction", "pitch")),
         row(FRICTION, found("motor_lag", "rotors")),
-        row(Truth("clean"), verdict="model adequate", seconds=4.0),
+        row(None, found("motor_lag", "rotors")),
+        row({}, verdict="model adequate", seconds=4.0),
         complete({"rig": "bad", "error": "unreadable", "seconds": 0.1}),
     ]
     summary = summarised(rows)
-    friction, clean = summary["kinds"]
-    assert friction == {
-        "kind": "dry_friction", "rigs": 2, "shown": 2, "adequate": 0, "unknown": 0, "named_first": 1, "false": 1,
-        "recognised": 0, "right": 1,
-    }  # fmt: skip
-    assert (clean["kind"], clean["rigs"], clean["adequate"], clean["false"], clean["right"]) == ("clean", 1, 1, 0, 1)
-    assert summary["effects"] == [("dry_friction pitch", 1), ("motor_lag rotors", 1)]
+    assert summary["verdicts"] == {"effects shown": 3, "model adequate": 1, "unknown effect": 0}
+    assert [summary[name] for name in ("rigs", "known", "named", "false")] == [4, 3, 2, 1]
+    assert summary["effects"] == [("motor_lag rotors", 2), ("dry_friction pitch", 1)]
     assert (summary["failures"], summary["coverage"]) == ([("bad", "unreadable")], 1.0)
-    assert summary["seconds"] == [2.0, pytest.approx(3.8), 4.0]  # of 2, 2, 4: the 95 % quantile lies at 2 + .9 * 2
-    (kind,) = summarised([row(None, found("motor_lag", "rotors"))])["kinds"]
-    assert (kind["kind"], kind["rigs"], kind["shown"], kind["false"], kind["right"]) == ("", 1, 1, 0, 0)
+    assert summary["seconds"] == [2.0, pytest.approx(3.7), 4.0]  # of 2, 2, 2, 4: the 95 % quantile is 2 + .85 * 2
     assert summarised([])["seconds"] is None
 
 
@@ -375,4 +349,4 @@ def test_folder_of_rigs_is_diagnosed_from_the_command_line_and_a_bad_one_is_list
     assert good["a_th"] > 10.0 * good["a_th_se"] > 0.0
     # A second later the pitch is where the model says, to a small part of the .1 rad that it moves by.
     assert 0.0 < good["pitch_1s_noise_floor_rad"] <= 1.5 * good["pitch_1s_after_rad"] < 0.03
-    assert pd.isna(good["true_kind"])
+    assert good["truth"] is None

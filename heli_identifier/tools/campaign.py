@@ -67,7 +67,7 @@ def diagnosed(source: Source, settings: DiagnosisSettings) -> Row:
     row: Row = {"rig": source.rig}
     try:
         rig = source.load()
-        row |= campaign_rows.truth_columns(rig.truth)
+        row["truth"] = None if rig.truth is None else [{"name": n, "value": v} for n, v in rig.truth.items()]
         row |= campaign_rows.diagnosis_columns(rig.diagnose(settings))
     except Exception as error:
         row |= {"error": error_text(error), "seconds": perf_counter() - began}

@@ -9,7 +9,7 @@ import os
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from importlib import import_module
 from os import PathLike
@@ -18,55 +18,24 @@ from typing import Any, NamedTuple
 
 from heli_identifier import records
 from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
+from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log, LogFormat, RigConfiguration
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, diagnose
-from heli_plant.effects import CATALOGUE
+from heli_plant.effects import AXES, CATALOGUE
 
 ENDINGS = (".csv", ".mat")  # endings of logs, packed by gzip or not; other files in a rig's folder are left alone
 HELD_OUT = "held"  # a log whose name begins so is held out
 TRAINING_SHARE = 2.0 / 3.0  # share of a single log that is fitted to; the rest is held out
 
+TRUE = {
+    *ModelParameters._fields,
+    *(f"{effect.name} {effect.axis}" for effect in CATALOGUE),
+    *(f"unknown {axis}" for axis in AXES),
+}
+"""Names of what may be true of a generated rig."""
+
 SHORTEST_TO_SPLIT = 25.0
 """Length [s] from which a single log is split: its last third has the 8 s that a diagnosis needs."""
-
-
-@dataclass(frozen=True)
-class TrueEffect:
-    """An effect of the catalogue that a rig really has; ConfigurationError if the catalogue has no such entry.
-
-    ``coefficient`` is in the catalogue's unit, None where it cannot be compared with an estimate.
-    """
-
-    name: str
-    axis: str
-    coefficient: float | None
-
-    def __post_init__(self) -> None:
-        if (self.name, self.axis) not in {(entry.name, entry.axis) for entry in CATALOGUE}:
-            raise ConfigurationError(
-                f"truth names {self.name!r} on {self.axis!r}, which is not in the catalogue that `heli effects` "
-                "lists; a torque that is not in it is a TrueUnknown."
-            )
-
-
-class TrueUnknown(NamedTuple):
-    """A torque that is not in the catalogue: the axis it acts on and the variable it depends on."""
-
-    axis: str
-    variable: str
-
-
-@dataclass(frozen=True)
-class Truth:
-    """The true structure of a rig: the ``kind`` as which a summary counts it, effects with one entry per axis.
-
-    ``parameters`` are those of the simplified model by the paper's symbols, as far as they are known.
-    """
-
-    kind: str
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    effects: tuple[TrueEffect, ...] = ()
-    unknown: TrueUnknown | None = None
 
 
 @dataclass(frozen=True)
@@ -75,8 +44,9 @@ class Rig:
 
     training: tuple[Log, ...]
     held_out: tuple[Log, ...]
-    truth: Truth | None = None
-    """Not given to the diagnosis; a result row compares it with what was found."""
+    truth: Mapping[str, float | None] | None = None
+    """True values, which the diagnosis does not get: of parameters by the paper's symbol, of coefficients by effect and
+    axis, "dry_friction pitch". None for what cannot be compared, as "unknown pitch", a torque that no catalogue has."""
     configuration: RigConfiguration | None = None
     """What else is known of the rig; with None the settings of the campaign or the fleet apply."""
     note: str = ""
@@ -90,6 +60,11 @@ class Rig:
             if not logs or not all(isinstance(log, Log) for log in logs):
                 raise ConfigurationError(f"rig.{name} = {logs!r} must hold one or more logs.")
             object.__setattr__(self, name, logs)
+        if foreign := set(self.truth or ()) - TRUE:
+            raise ConfigurationError(
+                f"rig.truth names {foreign.pop()!r}, which is neither a parameter nor an effect on an axis as `heli "
+                "effects` lists them, such as 'dry_friction pitch'; a torque of no catalogue is 'unknown pitch'."
+            )
 
     def diagnose(self, settings: DiagnosisSettings | None = None, **options: Any) -> Diagnosis:
         """Diagnose it; its own configuration overrides the settings, and the notes say which logs are left out."""
