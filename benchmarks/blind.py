@@ -57,9 +57,9 @@ class Result(NamedTuple):
         """Whether everything that the rig has is found, and nothing else; of a torque its variable as well."""
         if self.case.group != "unknown":
             return self.row["error"] is None and self.own.all_named and not self.own.false
-        unknown = draw_rig(0, self.case.kind).unknown
-        named = {(one["name"], one["variable"]) for one in self.row["effects"] or ()}
-        return not self.own.false and ("unknown", unknown.variable) in named
+        torque = draw_rig(0, self.case.kind).unknown
+        named = {one["variable"] for one in self.row["effects"] or () if one["name"] == "unknown"}
+        return not self.own.false and torque is not None and torque.variable in named
 
     @property
     def missed(self) -> bool:

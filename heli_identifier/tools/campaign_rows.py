@@ -114,7 +114,7 @@ def judged(row: Row) -> Judgement:
     figures += [(entry, own["coefficient"], own["standard_error"]) for entry, own in effects]
     covered = {}
     for name, value, error in figures:
-        if None not in (value, error, truth := true.get(name)):
+        if value is not None and error is not None and (truth := true.get(name)) is not None:
             low, high = Estimate(value, error, "").interval
             covered[name] = low <= truth <= high
     named = {entry.partition(" ")[0] for entry in found if entry in true}
