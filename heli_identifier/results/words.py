@@ -99,13 +99,15 @@ def angle_value(figure: ErrorFigure | None) -> str:
 
 
 def angle_ends(figure: ErrorFigure | None) -> str:
-    """Give the interval of an angular error in mrad; a dash where there is none."""
-    return " to ".join(significant(1e3 * x) for x in (figure.low, figure.high)) if figure and figure.is_known else "–"
+    """Give the interval of an angular error in mrad; a dash where there is none, or a single segment to draw from."""
+    known = figure is not None and figure.low < figure.high
+    return " to ".join(significant(1e3 * x) for x in (figure.low, figure.high)) if figure and known else "–"
 
 
 def angle_text(figure: ErrorFigure | None) -> str:
     """Give an angular error in mrad with its interval; a dash where there is none."""
-    return f"{angle_value(figure)} ({angle_ends(figure)})" if figure and figure.is_known else "–"
+    ends = angle_ends(figure)
+    return angle_value(figure) if ends == "–" else f"{angle_value(figure)} ({ends})"
 
 
 VARIABLES = {

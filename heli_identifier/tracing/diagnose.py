@@ -244,7 +244,7 @@ def _plant_notes(found: Identification, expected: Mapping[str, Estimate]) -> Ite
         )
     at_bound = dict(zip(plant.names, plant.at_bound, strict=True))
     for effect in plant.likelihood.rig.candidates:
-        if at_bound.get(effect.field) and plant.estimate(effect.field):
+        if at_bound.get(effect.field) and plant.estimate(effect.field) and not effect.certain:
             yield (
                 f"the {effect.name.replace('_', ' ')} of the {effect.axis} comes out at "
                 f"{plant.estimate(effect.field):.3g}, the end of what is plausible: something else that this law "

@@ -337,7 +337,8 @@ class Rig:
             return Coordinate(field, abs(centre), width, sign=sign)
         if field in _LINEAR:
             width, lower = _LINEAR[field]
-            return Coordinate(field, 0.0, width, lower, BY_FIELD[field].maximum)
+            centre = self._lift(start) if field == "a_1" else 0.0
+            return Coordinate(field, centre, width, lower, BY_FIELD[field].maximum)
         if field.startswith("table_torque"):
             axis = field.rpartition("_")[2]
             travel = list(VARIABLES).index("travel") + 1.0
@@ -358,6 +359,15 @@ class Rig:
         centre, width = self.known.get(field, (0.0, usual))
         step = _DIFFERENCE.get(entry.name, DIFFERENCE * width) / width
         return Coordinate(field, centre, width, lower, entry.upper, step=step, in_reading=entry.place == BENDING)
+
+    def _lift(self, start: PlantParameters) -> float:
+        """Acceleration [rad/s^2] by which the mean voltages are expected to lift the arm: the weight that they carry.
+
+        An arm that rests in flight tells nothing else of itself. Without it the plant of such a rig would not hover.
+        """
+        lifting = self.coordinate("k_z", start) if "k_z" in self.base else None
+        k_z = lifting.value(0.0) if lifting else start.k_z
+        return 2.0 * self.operating_point * k_z
 
     def estimate(self, records: Sequence[Record]) -> PlantParameters:
         """Least squares on smoothed derivatives; biased by the air, only the fit's start depends on it."""

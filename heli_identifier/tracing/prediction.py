@@ -243,11 +243,11 @@ def answered(laws: Sequence[Controller], delta: Array, h: float) -> Array:
 
 
 def made_by_itself(run: Run, seed: int = 0) -> Run | None:
-    """Let a plant make a record of its own, and run its filter along it; None if it runs away everywhere.
+    """Let a plant make a record of its own, and run its filter along it; None if the record is too short.
 
     The record is made in pieces of SETTLING + BLOCK = 6 s under the measured inputs, each begun at the rig's own
     motion: in another air these inputs no longer hold the plant where it was, and the errors ahead depend on where it
-    is. Pieces that run away from the rig by half a turn are left out.
+    is. A piece ends where it runs away from the rig by half a turn.
     """
     model, record, settle = run.model, run.record, round(SETTLING / run.record.step)
     length = min(round((SETTLING + BLOCK) / record.step), record.samples - settle)
@@ -256,7 +256,8 @@ def made_by_itself(run: Run, seed: int = 0) -> Run | None:
     for k, state in zip(firsts, run.states(firsts), strict=True):
         state[-3 * len(run.offset) :] = 0.0  # the air is drawn
         _, minus = model.run(blank, model.rig.still, run.offset + torque, k, k + length, state)
-        if np.abs(minus + record.angles[k : k + length]).max() < np.pi:
-            made[k : k + length] = -minus
-            passages.append((k, k + length, state))
+        away = (np.abs(minus + record.angles[k : k + length]) >= np.pi).any(1)
+        count = int(away.argmax()) if away.any() else length
+        made[k : k + count] = -minus[:count]
+        passages.append((k, k + count, state))
     return Run(model, replace(record, angles=made + noise), run.offset, passages) if passages else None
