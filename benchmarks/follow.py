@@ -258,7 +258,7 @@ def flown(half: int, seed: int, kind: str) -> Row:
     false = sum("no longer" in event.why for event in alarms if event.time < first)
     row: Row = {"kind": kind, "hours": first / 3600.0, "false": false, "changes": [], "adoptions": []}
     row["events"] = [event.document() for event in events]
-    ends = [*(stage.start for stage in stages[2:]), math.inf]
+    ends = [*(stage.start for stage in stages[2:]), math.inf][: len(kinds)]
     for name, stage, until in zip(kinds, stages[1:], ends, strict=True):
         own = [event for event in alarms if stage.start <= event.time < until]
         tried = [event.name for event in own if not event.why.startswith("the inno")]
@@ -299,7 +299,7 @@ def followed(
     events, adoptions = list[Event](), list[tuple[Event, tuple[float, ...]]]()
     for k in range(first + 1, last):
         before, sample = state.values.end, Sample(*(*rows[k].tolist(), fresh[k]))
-        state, said = following.correct(state, sample, following.IdentifierReport(), plan)
+        state, said = following.correct(state, sample, plan)
         events += said
         adoptions += [(event, before) for event in said if event.what == "adopted"]
         twins = state.predictions

@@ -23,7 +23,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
-from heli_identifier.following import DEFAULT_EFFECTS, HEARD
 from heli_plant.errors import did_you_mean
 from heli_plant.observer import CORRECTED
 
@@ -138,13 +137,9 @@ PLANT_BESIDE_LOG = Scenario(
     (("player", "LogPlayer"), ("plant", "HelicopterPlant")),
     _wires("player", "plant", VOLTAGES),
 )
-_WATCHED = {axis: [name for name, own in DEFAULT_EFFECTS if own == axis] for axis in AXES}
-"""Effects that the following twin may switch on, in the order of the identifier's places."""
-_SCORES = [f"score.{axis}[{place}]" for axis, own in _WATCHED.items() for place, _ in enumerate(own, 1)]
-
 FOLLOW = Scenario(
     "follow",
-    "a twin that follows a rig: LogPlayer -> AdaptiveIdentifier -> Corrector -> FollowingPlant beside the measurement",
+    "a twin that follows a rig: LogPlayer -> Corrector -> FollowingPlant, and AdaptiveIdentifier beside them",
     (
         ("player", "LogPlayer"), ("identifier", "AdaptiveIdentifier"), ("corrector", "Corrector"),
         ("plant", "FollowingPlant"),
@@ -154,17 +149,12 @@ FOLLOW = Scenario(
         *_wires("player", "identifier", (*VOLTAGES, *AXES)),
         *_wires("player", "corrector", (*VOLTAGES, *AXES)),
         *_wires("player", "plant", AXES, into="measured.{}"),
-        *_wires("identifier", "corrector", AXES, "excitation.{}", "excitation.{}"),
-        *_wires("identifier", "corrector", _SCORES),
-        *_wires("identifier", "corrector", HEARD, into="estimate.{}"),
-        *_wires("identifier", "corrector", HEARD, "standard_error.{}", "estimate_error.{}"),
         *_wires("corrector", "plant", ("observer.bandwidth", *(f"correction.{name}" for name, _ in CORRECTED))),
     ),
     (
         ("identifier.method", "prediction_error"),
         ("identifier.adaptation.forgetting", 0.02),
         ("identifier.report.interval", 2.0),
-        *((f"identifier.watch.{axis}", ", ".join(names)) for axis, names in _WATCHED.items()),
     ),
 )
 LIVE = Scenario(

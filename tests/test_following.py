@@ -13,11 +13,9 @@ from scipy.linalg import solve_discrete_are
 from fmu_src.state import frozen_state, thawed_state
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.following import (
-    HEARD,
     REASONS,
     CorrectorState,
     FollowSettings,
-    IdentifierReport,
     Sample,
     correct,
     parameters_in_use,
@@ -55,12 +53,12 @@ def quiet_rows(seed):
     return record(50.0, seed=seed)
 
 
-def followed(rows, fresh=lambda k: 1.0, report=lambda k: IdentifierReport(), **settings):
+def followed(rows, fresh=lambda k: 1.0, **settings):
     """Return the corrector's last state, its events, its states from sample 0 on, and the plan."""
     plan = prepare_following(FollowSettings(**settings))
     states, events = [start_correcting(plan, Sample(*rows[0]))], []
     for k, row in enumerate(rows[1:], 1):
-        state, said = correct(states[-1], Sample(*row, float(fresh(k))), report(k), plan)
+        state, said = correct(states[-1], Sample(*row, float(fresh(k))), plan)
         states.append(state)
         events.extend(said)
     return states[-1], events, states, plan
@@ -211,20 +209,6 @@ def test_without_corrections_a_change_is_reported_and_held():
     assert parameters_in_use(state, plan)[0] == TABLE_2
 
 
-@pytest.mark.parametrize("moved, what", [(+0.02, "adopted"), (-0.02, "held")])
-def test_a_change_that_the_identifier_contradicts_is_held(moved, what):
-    """k_z rises by 20 %; the identifier, with a standard error of .002, says that it has moved by .02 either way."""
-
-    def report(k):
-        says = [getattr(TABLE_2, field) + (moved if field == "k_z" and k > 3100 else 0.0) for field in HEARD]
-        return IdentifierReport((1.0, 1.0, 1.0), (), tuple(says), (0.002,) * len(HEARD))
-
-    _, events, _, _ = followed(changed_rows("elevation.gain")[:6000], report=report)
-    event = next(one for one in events if one.what in ("adopted", "held"))
-    assert (event.name, event.what) == ("elevation.gain", what)
-    assert ("identifier" in event.why) == (what == "held")
-
-
 def test_bad_settings_are_refused():
     for settings in ({"sample_time": 0.5}, {"window": 1.0}, {"effects": (("dry_friction", "rotors"),)}):
         with pytest.raises(ConfigurationError):
@@ -242,7 +226,7 @@ def test_the_state_comes_back_from_json_to_the_bit_in_the_middle_of_a_trial_and_
     for k in range(2, 4800, 400):
         again = thawed_state(json.loads(json.dumps(frozen_state(states[k - 1]))), CorrectorState)
         assert again == states[k - 1]
-        assert correct(again, Sample(*rows[k], float(fresh(k))), IdentifierReport(), plan)[0] == states[k]
+        assert correct(again, Sample(*rows[k], float(fresh(k))), plan)[0] == states[k]
     assert {states[k].mode for k in range(2, 4800, 400)} >= {"following", "on trial"}
 
 
@@ -308,12 +292,12 @@ def test_voltages_on_a_straight_line_are_put_back_over_a_gap(delay):
     state, _, _, plan = followed(rows[:600], parameters=TABLE_2._replace(input_delay_rotors=delay))
     front, rear, *angles = rows[600]
     line = [(front + 0.05 * j, rear - 0.02 * j) for j in range(8)]
-    state, _ = correct(state, Sample(*line[0], *angles), IdentifierReport(), plan)
+    state, _ = correct(state, Sample(*line[0], *angles), plan)
     whole = state.observer.instant
     for j in range(7):
         whole, _ = whole.advance(line[j], (600 + j) * H, plan.alone, plan)
         now = Sample(*line[0], *angles, 0.0) if j < 6 else Sample(*line[7], *angles)
-        state, _ = correct(state, now, IdentifierReport(), plan)
+        state, _ = correct(state, now, plan)
         assert state.instants == 601 + j
     assert state.observer.instant.memory.state[6:8] == pytest.approx(whole.memory.state[6:8], abs=1e-12)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fmu_src.master import run
-from heli_identifier.following import FollowSettings, Sample, follow, prepare_follower, start_following
+from heli_identifier.following import FollowSettings, Sample, correct, prepare_following, start_correcting
 from heli_plant.parameters import TABLE_2
 from tests.following import H, record
 
@@ -31,13 +31,13 @@ def result(rows, tmp_path_factory):
 @pytest.fixture(scope="module")
 def followed(rows):
     """States of the pure follower after samples 1, 2, ..., and its events; the units show them one step later."""
-    plan = prepare_follower(FollowSettings())
-    state, found, events = start_following(plan, Sample(*rows[0])), [], []
+    plan = prepare_following(FollowSettings())
+    state, found, events = start_correcting(plan, Sample(*rows[0])), [], []
     for row in rows[1 : STEPS - 1]:
-        state, said = follow(state, Sample(*row), plan)
-        found.append(state.corrector)
+        state, said = correct(state, Sample(*row), plan)
+        found.append(state)
         events.extend(said)
-    return found, events, plan.corrector
+    return found, events, plan
 
 
 def shown(result, name):

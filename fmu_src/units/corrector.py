@@ -3,34 +3,21 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from heli_identifier import following
 from heli_plant.observer import CORRECTED
-from heli_plant.parameters import BY_FIELD, PARAMETERS, checked
+from heli_plant.parameters import PARAMETERS, checked
 
 from ..slave_base import SlaveBase, check_due
 from ..variables import Variable, for_each, output, parameter, real_input, setting
 from .signals import ANGLE_INPUTS, AXES, VOLTAGE_INPUTS
 
 _EARLY = 1e-6  # a sample is due this fraction of its period early: communication points k H have rounding errors
-_PLACES = {
-    effect: (axis, place)
-    for axis in AXES
-    for place, effect in enumerate([one for one in following.DEFAULT_EFFECTS if one[1] == axis], 1)
-}
-"""Axis of each effect and its place in the identifier's list ``watch.<axis>``, in the order of the inputs."""
-_HEARD = [(name, BY_FIELD[name].unit) for name in following.HEARD]
 _INPUTS = (
     *VOLTAGE_INPUTS,
     *ANGLE_INPUTS,
     real_input("fresh", "1", 1.0, 1.0, "1: the inputs are of this instant, 0: nothing came in", 1.0),
-    *for_each(AXES, real_input, "excitation.{}", "1", 1.0, 1.0, "excitation level of the {}", 1.0),
-    *for_each(
-        _PLACES.values(), real_input, "score.{0}[{1}]", "1", 1e9, 1.0, "score of the effect at place {1} of watch.{0}"
-    ),
-    *for_each(_HEARD, real_input, "estimate.{0}", "{1}", 1e9, 1.0, "the identifier's estimate of {0}"),
-    *for_each(_HEARD, real_input, "estimate_error.{0}", "{1}", 1e9, 1.0, "standard error of that of {0}, 0 if none"),
 )
 _OUTPUTS = (
     *for_each(CORRECTED, output, "correction.{0}", "{1}", "what is to be added to {0}"),
@@ -97,25 +84,15 @@ class Corrector(SlaveBase):
             self.state = following.start_correcting(self.plan, now)
             return
         check_due(time - self.first - (self.state.instants + 1) * period, period, time)
-        report = self._report_of_the_identifier()
         state = self.state
         while self.first + (state.instants + 1) * period <= time + _EARLY * period:
             due_again = self.first + (state.instants + 2) * period <= time + _EARLY * period
-            state, events = following.correct(state, now._replace(fresh=0.0) if due_again else now, report, self.plan)
+            state, events = following.correct(state, now._replace(fresh=0.0) if due_again else now, self.plan)
             self.reports += len(events)
             self.last = events[-1] if events else self.last
         if state.instants > self.state.instants:
             self.state = state
             self._show(state)
-
-    def _report_of_the_identifier(self) -> following.IdentifierReport:
-        excitation: Any = tuple([self.value(f"excitation.{axis}") for axis in AXES])
-        return following.IdentifierReport(
-            excitation,
-            tuple([self.value("score.{}[{}]".format(*_PLACES[effect])) for effect in following.DEFAULT_EFFECTS]),
-            tuple([self.value(f"estimate.{name}") for name in following.HEARD]),
-            tuple([self.value(f"estimate_error.{name}") for name in following.HEARD]),
-        )
 
     def _show(self, state: following.CorrectorState) -> None:
         twins, window = state.predictions, self.plan.window

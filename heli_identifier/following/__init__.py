@@ -3,15 +3,9 @@
 Pure steps, standard library only: units carry them (``Corrector``), and ``heli follow`` runs the same.
 """
 
-from .changes import HEARD as HEARD
-from .corrector import Follower as Follower
-from .corrector import FollowState as FollowState
 from .corrector import correct as correct
-from .corrector import follow as follow
 from .corrector import parameters_in_use as parameters_in_use
-from .corrector import prepare_follower as prepare_follower
 from .corrector import start_correcting as start_correcting
-from .corrector import start_following as start_following
 from .plan import DEFAULT_EFFECTS as DEFAULT_EFFECTS
 from .plan import FollowPlan as FollowPlan
 from .plan import FollowSettings as FollowSettings
@@ -21,5 +15,4 @@ from .state import REASONS as REASONS
 from .state import WHAT as WHAT
 from .state import CorrectorState as CorrectorState
 from .state import Event as Event
-from .state import IdentifierReport as IdentifierReport
 from .state import Sample as Sample

@@ -26,8 +26,6 @@ PITCH, ELEVATION, TRAVEL = range(3)
 """Numbers of the axes."""
 
 GAINS, DAMPINGS = ("k_x", "k_z", "k_y"), ("a_wx", "a_wz", "a_wy")
-HEARD = (*GAINS, "a_1", *DAMPINGS)
-"""Fields of the parameters that stand first in the values of a twin, and that the on-line identifier estimates."""
 
 Vector = tuple[float, ...]
 Matrix = tuple[Vector, ...]

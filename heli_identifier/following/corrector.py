@@ -1,6 +1,4 @@
-"""The corrector: one sample in, the values in use out. The follower: the same with the on-line identifier beside it."""
-
-from typing import NamedTuple
+"""The corrector: one sample in, the values in use out."""
 
 from heli_plant.communication import PlantMemory
 from heli_plant.motor import saturate
@@ -8,26 +6,20 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles
 from heli_plant.state import start_state
 
-from ..online import PREDICTION_ERROR, IdentifierOutput, IdentifierSettings, IdentifierState, Plan
-from ..online import before_samples as before_identifier
-from ..online import prepare as prepare_identifier
-from ..online import start as start_identifier
-from ..online import step as step_identifier
-from .changes import HEARD, Vector
+from .changes import Vector
 from .cusum import PROVED, Inflation, Projection
 from .encoders import Encoder, read_encoders
 from .evidence import Noise, Sums, project_block, settled_baseline, start_baseline
 from .naming import make_event
 from .observer import Angles, Observer, Roughness, Weight, start_instant
-from .plan import FollowPlan, FollowSettings, prepare_following
+from .plan import FollowPlan
 from .prediction import Copies, Predictions
-from .state import CorrectorState, Event, IdentifierReport, Sample, Values
+from .state import CorrectorState, Event, Sample, Values
 from .trial import judge_block
 
 _LARGEST_INNOVATION = 4.0  # innovations count with at most this many standard deviations
 _KEPT = 90  # blocks that are kept: a change is looked for in the last minute and a half
 _DROPPED = 2  # blocks before a fault of the stream that are dropped: it is seen only after a while
-_FORGETTING = 0.02  # of the identifier beside the twin [1/s]: what changed a minute ago is known
 
 
 def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
@@ -44,14 +36,11 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         noises=(Noise(),) * 3,
         baseline=start_baseline(plan.deviations),
         inflations=(Inflation(),) * changes,
-        scored=(0,) * len(plan.settings.effects),
     )
 
 
-def correct(
-    state: CorrectorState, now: Sample, report: IdentifierReport, plan: FollowPlan
-) -> tuple[CorrectorState, tuple[Event, ...]]:
-    """Take in the sample ``now`` of the next instant, and what the identifier last said.
+def correct(state: CorrectorState, now: Sample, plan: FollowPlan) -> tuple[CorrectorState, tuple[Event, ...]]:
+    """Take in the sample ``now`` of the next instant.
 
     Returns the state after it, and the events that there are to report. Without a sample the instant waits for the next
     one, until the stream counts as stopped.
@@ -63,14 +52,14 @@ def correct(
     begin, end = state.observer.voltages, now[:2] if came_in else state.observer.voltages
     for j in range(1, n):
         front, rear = [a + j / n * (b - a) for a, b in zip(begin, end, strict=True)]
-        state, said = _pass_instant(state, now._replace(v_front=front, v_rear=rear, fresh=0.0), False, report, plan)
+        state, said = _pass_instant(state, now._replace(v_front=front, v_rear=rear, fresh=0.0), False, plan)
         events += said
-    state, said = _pass_instant(state, now, not came_in, report, plan)
+    state, said = _pass_instant(state, now, not came_in, plan)
     return state, (*events, *said)
 
 
 def _pass_instant(
-    state: CorrectorState, now: Sample, stopped: bool, report: IdentifierReport, plan: FollowPlan
+    state: CorrectorState, now: Sample, stopped: bool, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Take in sample k = ``state.samples`` + 1, or an instant without one, at which the stream may have ``stopped``."""
     k, suspended, voltages, angles = state.samples + 1, state.mode == "suspended", now[:2], now[2:5]
@@ -99,7 +88,7 @@ def _pass_instant(
     if k % plan.coarse == 0:
         state = _coarse_step(state, angles, fresh, plan)
     if k % plan.block == 0:
-        state, said = judge_block(_close_block(state, plan), report, plan)
+        state, said = judge_block(_close_block(state, plan), plan)
         events = events + said
     return state, events
 
@@ -196,59 +185,6 @@ def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     rows = zip(projected, state.inflations, strict=True)
     tested = tuple([Projection(u, w, 1.0 / inflation.factor) for (u, w), inflation in rows])
     return state._replace(blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_KEPT:])
-
-
-class Follower(NamedTuple):
-    """Plans of identifier and corrector."""
-
-    identifier: Plan
-    corrector: FollowPlan
-
-
-class FollowState(NamedTuple):
-    """States of identifier and corrector, and what the identifier said last."""
-
-    identifier: IdentifierState
-    corrector: CorrectorState
-    estimates: IdentifierOutput
-
-
-def prepare_follower(settings: FollowSettings) -> Follower:
-    """Return the plans of ``settings``; the identifier is the one that holds in closed loop, and forgets."""
-    beside = IdentifierSettings(
-        sample_time=settings.sample_time,
-        method=PREDICTION_ERROR,
-        forgetting=_FORGETTING,
-        motor_time_constant=settings.parameters.T_m,
-        voltage_limit=settings.parameters.v_max,
-        report_interval=2.0,
-        watched=settings.effects,
-    )
-    return Follower(prepare_identifier(beside), prepare_following(settings))
-
-
-def start_following(plan: Follower, now: Sample) -> FollowState:
-    """Return the state at sample 0."""
-    state = start_identifier(plan.identifier, now[:5])
-    return FollowState(state, start_correcting(plan.corrector, now), before_identifier(plan.identifier))
-
-
-def follow(state: FollowState, now: Sample, plan: Follower) -> tuple[FollowState, tuple[Event, ...]]:
-    """Take in the next sample; return the state and what there is to report.
-
-    The corrector takes the measurement of sample k and what the identifier said after sample k - 1: that is what a unit
-    sees whose inputs are set at a communication point.
-    """
-    said = state.estimates
-    report = IdentifierReport(
-        said.excitation,
-        tuple([score.score for score in said.scores]),
-        tuple([getattr(said.parameters, field) for field in HEARD]),
-        tuple([getattr(said.standard_errors, field) for field in HEARD]),
-    )
-    corrector, events = correct(state.corrector, now, report, plan.corrector)
-    identifier, estimates = step_identifier(state.identifier, now[:5], plan.identifier)
-    return FollowState(identifier, corrector, estimates), events
 
 
 def parameters_in_use(state: CorrectorState, plan: FollowPlan) -> tuple[PlantParameters, dict[str, float]]:

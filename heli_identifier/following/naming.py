@@ -3,30 +3,21 @@
 psi is what a change makes of the innovations that has always acted; right after a change they still swing. Size and
 name are therefore taken from the blocks that begin two after the change, the same ones for every change, along the
 direction of each and divided by the variance inflation factor along it; changes are compared under one mean factor.
-
-The on-line identifier estimates gains, offset and dampings without the twin, with a memory of 50 s. It cannot confirm a
-change of a few seconds ago, but contradict one: since the change it has moved the other way,
-
-    (theta - theta_0) sign(change) < -_SURELY sqrt(2) sigma,
-
-theta_0 the estimate two blocks before the change and sigma the present standard error.
 """
 
-from math import copysign, sqrt
+from math import sqrt
 
 from heli_plant.effects import AXES
 
 from ..online.linear_algebra import total
-from .changes import GAINS, HEARD
 from .cusum import NOTHING, Finding, judge_size
 from .evidence import project_block
 from .plan import FollowPlan
-from .state import REASONS, CorrectorState, Event, IdentifierReport
+from .state import REASONS, CorrectorState, Event
 
 LEAD = 4.6  # lead in ln B, ln 100, at which the likeliest change is named without waiting
 SWINGING = 2  # blocks after a change in which the innovations still swing
 _LEAST_BLOCKS = 5  # blocks that are needed after them
-_SURELY = 3.0
 
 
 def sums_back(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:
@@ -91,21 +82,6 @@ def refine_size(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Fi
     size = min(max(response / information, least), most)
     error = sqrt(state.inflations[finding.change].factor / information)
     return finding._replace(blocks=count, size=size, standard_error=error)
-
-
-def is_contradicted(state: CorrectorState, finding: Finding, report: IdentifierReport, plan: FollowPlan) -> bool:
-    """Return whether the identifier has moved against a change since it took place."""
-    if not state.heard or not report.estimates:
-        return False
-    change = plan.changes[finding.change]
-    before = state.heard[max(0, len(state.heard) - 1 - finding.blocks - SWINGING)]
-    for slot, (field, now, error) in enumerate(zip(HEARD, report.estimates, report.standard_errors, strict=True)):
-        if change.field == field or (not change.field and field in GAINS):
-            size = finding.size * (1.0 if change.field else plan.alone.values[slot])
-            moved = copysign(1.0, size) * (now - before[slot])
-            if error > 0.0 and moved < -_SURELY * sqrt(2.0) * error:
-                return True
-    return False
 
 
 def make_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> Event:

@@ -21,7 +21,6 @@ REASONS = {
     "suspected": ("alarm", "the innovations no longer fit the values in use; this change explains them best so far"),
     "named": ("alarm", "this change explains the innovations at least 100 times better than any other"),
     "ambiguous": ("alarm", "this change explains the innovations best, others nearly as well"),
-    "scored": ("alarm", "the on-line identifier's score of this effect stayed above its threshold"),
     "better": ("adopted", f"{_AHEAD} have been better with the change than without it over the last window"),
     "not better": ("held", f"{_AHEAD} were not better with the change than without it over the last window"),
     "undetermined": ("held", "the motion since the alarm does not determine the change; more excitation is needed"),
@@ -38,10 +37,6 @@ REASONS = {
         "held", "the change that explains the innovations best is smaller than four of its standard errors",
     ),
     "impossible": ("held", "no change that is physically possible explains the innovations"),
-    "contradicted": (
-        "held",
-        "the on-line identifier's estimate has moved the other way since, by more than three standard errors",
-    ),
     "outdone": (
         "held",
         "what has been seen since explains another change at least 100 times better; that one is tried instead",
@@ -67,18 +62,6 @@ class Sample(NamedTuple):
     elevation: float
     travel: float
     fresh: float = 1.0
-
-
-class IdentifierReport(NamedTuple):
-    """What the on-line identifier says: the ``excitation`` of the axes [1], the ``scores`` [1] of the effects in order.
-
-    ``estimates`` and their ``standard_errors`` in the order of :data:`.changes.HEARD`, empty if nobody says them.
-    """
-
-    excitation: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    scores: Vector = ()
-    estimates: Vector = ()
-    standard_errors: Vector = ()
 
 
 class Event(NamedTuple):
@@ -137,8 +120,7 @@ class CorrectorState(NamedTuple):
     ``samples`` so far, after which instants without one are ``waiting`` for the next; ``mode``, and the sample
     ``since`` which it lasts; ``settled``: sample from which sums count. ``blocks``: the last ones; ``tested``: D^T u
     and D^T W D of every change (:mod:`.evidence`) in those that the CUSUMs take; the largest sum over its threshold
-    (``alarm``), and ``run``: blocks for which the sum that gave it had been above zero; ``scored``: blocks for which
-    the score of each effect has been beyond its threshold; ``heard``: what the identifier estimated after each block.
+    (``alarm``), and ``run``: blocks for which the sum that gave it had been above zero.
     """
 
     settled: int
@@ -150,7 +132,6 @@ class CorrectorState(NamedTuple):
     noises: tuple[Noise, ...]
     baseline: Baseline
     inflations: tuple[Inflation, ...]
-    scored: tuple[int, ...]
     samples: int = 0
     waiting: int = 0
     mode: str = "starting"
@@ -160,7 +141,6 @@ class CorrectorState(NamedTuple):
     alarm: float = 0.0
     run: int = 0
     finding: Finding = NOTHING
-    heard: tuple[Vector, ...] = ()
 
     @property
     def instants(self) -> int:

@@ -5,7 +5,7 @@
                             +-----held---------+--------held--------+--worse: rolled back--> following
 
 What is named is put on trial if it is significant (z of at least 4), excited (its standard error is at most the
-smallest change that matters, and the identifier sees its axes move) and physically possible; else it is held. On trial
+smallest change that matters) and physically possible; else it is held. On trial
 a rival twin that has the change flies beside the one in use over the window, which begins after the change was
 estimated, so that its errors 1 s ahead are out of sample for both. Name and size are then judged again from everything
 since the change. The values before go on as the rival after an adoption.
@@ -14,18 +14,16 @@ since the change. The values before go on as the rival after an adoption.
 from .changes import Vector
 from .cusum import NOTHING, Finding, cusum, siegmund_threshold
 from .evidence import settled_baseline, shift_block
-from .naming import LEAD, SWINGING, explain, find_changes, find_likelier, is_contradicted, make_event, refine_size
+from .naming import LEAD, SWINGING, explain, find_changes, find_likelier, make_event, refine_size
 from .plan import FollowPlan
 from .prediction import WINDOWS, compare_errors
-from .state import CorrectorState, Event, IdentifierReport
+from .state import CorrectorState, Event
 
 Judged = tuple[CorrectorState, list[Event]]
 """The state after a block, and what there is to report."""
 
 _PATIENCE = 15  # blocks after an alarm in which the lead is waited for
 _LEAST_Z = 4.0
-_SCORE, _SCORE_TIME = 5.0, 10  # an effect whose score on line stays beyond it for so many blocks is put on trial
-_HEARD_BLOCKS = 120  # blocks for which the identifier's estimates are kept
 _SURELY = 0.5  # t of the fall of errors on trial: the likelihood has shown the change, the trial shows that it helps
 _TRIAL_WINDOWS = 3  # a trial that shows neither more nor less than _SURELY goes on for at most this many windows
 _ROLL_BACK = 3.0  # t of the rise of errors at which an adopted change is taken back; it is looked at once per second
@@ -38,23 +36,18 @@ _WATCH_WINDOWS = 2  # an adopted change is watched for this many windows
 _REFINING = 2.5  # z of what is left of an adopted change at which its size is put on trial again
 
 
-def judge_block(state: CorrectorState, report: IdentifierReport, plan: FollowPlan) -> Judged:
+def judge_block(state: CorrectorState, plan: FollowPlan) -> Judged:
     """Return the state after a complete block, and what there is to report."""
     if state.mode == "starting" and state.is_noise_known:
         return state.enter("following"), []
     if state.mode in ("starting", "suspended"):
         return state, []
-    if report.scores:
-        counts = [n + 1 if abs(score) > _SCORE else 0 for n, score in zip(state.scored, report.scores, strict=True)]
-        state = state._replace(scored=tuple(counts))
-    if report.estimates:
-        state = state._replace(heard=(*state.heard, report.estimates)[-_HEARD_BLOCKS:])
     if state.mode == "following":
         return look_for_change(*_update_cusums(state, plan), plan)
     if state.mode == "alarmed":
-        return name_change(state, report, plan)
+        return name_change(state, plan)
     if state.mode == "on trial":
-        return try_change(state, report, plan)
+        return try_change(state, plan)
     return watch_change(_update_cusums(state, plan)[0], plan)
 
 
@@ -72,7 +65,7 @@ def _update_cusums(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorSt
 
 
 def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Judged:
-    """Raise an alarm where a CUSUM, above zero for ``run`` blocks (0: no alarm), or a score says so.
+    """Raise an alarm where a CUSUM, above zero for ``run`` blocks (0: no alarm), says so.
 
     It waits while an encoder may be at fault.
     """
@@ -88,17 +81,10 @@ def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Judged
         baseline = settled_baseline(state.baseline.proved)
         state = state.enter("alarmed", finding=first, run=run, baseline=baseline)
         return state, [make_event(state, "suspected", plan, first)]
-    for slot, blocks in enumerate(state.scored):
-        if blocks >= _SCORE_TIME:
-            number = len(plan.changes) - len(state.scored) + slot
-            one = explain(state, number, len(state.blocks), plan)
-            if one.change >= 0 and abs(one.z) >= _LEAST_Z:
-                state = state._replace(scored=(0,) * len(state.scored), finding=one)
-                return _put_on_trial(state, one, plan, make_event(state, "scored", plan, one))
     return state, []
 
 
-def name_change(state: CorrectorState, report: IdentifierReport, plan: FollowPlan) -> Judged:
+def name_change(state: CorrectorState, plan: FollowPlan) -> Judged:
     """Name the change as soon as it leads, or when patience is over."""
     elapsed = state.blocks_in_mode(plan)
     found, measured = find_changes(state, state.run + SWINGING + elapsed, plan)
@@ -110,9 +96,8 @@ def name_change(state: CorrectorState, report: IdentifierReport, plan: FollowPla
     if not leads:
         first = first._replace(other=found[1].change)
     state = state._replace(finding=first)
-    change = plan.changes[first.change]
     why = ""
-    if not measured or first.standard_error > change.size or min(report.excitation[k] for k in change.axes) <= 0.0:
+    if not measured or first.standard_error > plan.changes[first.change].size:
         why = "undetermined"
     elif abs(first.z) < _LEAST_Z:
         why = "insignificant"
@@ -143,7 +128,7 @@ def _compare_rival(state: CorrectorState, plan: FollowPlan) -> tuple[int, float,
     return len(rival), *compare_errors(rival, used, plan.changes[state.finding.change].axes)
 
 
-def try_change(state: CorrectorState, report: IdentifierReport, plan: FollowPlan) -> Judged:
+def try_change(state: CorrectorState, plan: FollowPlan) -> Judged:
     """Adopt the change if the rival was better over the window, hold it if not; else wait for another window."""
     compared, difference, t = _compare_rival(state, plan)
     if compared < plan.window or (abs(t) < _SURELY and compared < _TRIAL_WINDOWS * plan.window):
@@ -155,8 +140,6 @@ def try_change(state: CorrectorState, report: IdentifierReport, plan: FollowPlan
         return _put_on_trial(state, likelier, plan, held, make_event(state, "named", plan, likelier))
     if difference >= 0.0 or t > -_SURELY:
         return _hold(state, latest, "not better", plan)
-    if is_contradicted(state, latest, report, plan):
-        return _hold(state, latest, "contradicted", plan)
     # adopted on a ramp; the values before are the rival from now on
     event, before, change = make_event(state, "better", plan, latest), state.values, plan.changes[latest.change]
     errors = list(before.errors)

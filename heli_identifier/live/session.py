@@ -1,4 +1,4 @@
-"""One flight that a twin follows: steps of the follower, with all that they say on disk as it is said.
+"""One flight that a twin follows: its steps and those of the identifier beside it, with all that they say on disk.
 
 Every row of a journal is handed to the system as it comes: a command that is killed loses none. Once a second the
 system is asked to put them on the disk, so that a loss of power costs a second.
@@ -11,13 +11,13 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, NamedTuple
 
-from heli_identifier import following
+from heli_identifier import following, online
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
-from heli_identifier.following import Event, Follower, FollowState, Sample
+from heli_identifier.following import CorrectorState, Event, FollowPlan, FollowSettings, Sample
 from heli_identifier.live.listening import Listening, Status
 from heli_identifier.live.sources import Player
-from heli_identifier.online import Estimate
+from heli_identifier.online import Estimate, IdentifierOutput, IdentifierSettings
 from heli_identifier.records import CONTRACT_HEADERS
 from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text, whole_folder
 from heli_plant.effects import AXES
@@ -35,6 +35,7 @@ DIAGNOSED = "diagnosis.json"
 SYNCED_EVERY, WRITTEN_EVERY, SHOWN_EVERY = 1.0, 0.05, 0.2
 """Time between two requests to put rows on the disk, two writes to the journals, and two views [s]."""
 
+_FORGETTING, _REPORTS = 0.02, 2.0  # of the identifier [1/s], [s]: what changed a minute ago is known
 _PAST = 300  # comparisons that a view holds: a minute of flight, five a second
 _DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
@@ -140,7 +141,8 @@ class Session:
         angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
         self.predictions = Journal(folder / PREDICTIONS, ["time [s]", *angles])
         self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
-        self.twin: tuple[Follower, FollowState] | None = None  # from the first instant on
+        self.twin: tuple[FollowPlan, CorrectorState] | None = None  # from the first instant on
+        self.identifier: tuple[online.Plan, online.IdentifierState, IdentifierOutput] | None = None
         self.past: deque[dict[str, Any]] = deque(maxlen=_PAST)
         self.last_time = 0.0  # of a sample [s]
         self.notice = ""  # what is to be said about the controller
@@ -180,16 +182,27 @@ class Session:
             self.say(Event(self.time, "stream", why=last.faults))
 
     def _step(self, sample: Sample, sample_time: float) -> None:
-        if self.twin is None:
-            settings = following.FollowSettings(sample_time=sample_time, parameters=self.plant)
-            plan = following.prepare_follower(settings)
-            self.twin = plan, following.start_following(plan, sample)
+        now = sample[:5]
+        if self.twin is None or self.identifier is None:
+            plan = following.prepare_following(FollowSettings(sample_time=sample_time, parameters=self.plant))
+            beside = online.prepare(
+                IdentifierSettings(
+                    sample_time=sample_time,
+                    method=online.PREDICTION_ERROR,
+                    forgetting=_FORGETTING,
+                    report_interval=_REPORTS,
+                    motor_time_constant=self.plant.T_m,
+                    voltage_limit=self.plant.v_max,
+                )
+            )
+            self.twin = plan, following.start_correcting(plan, sample)
+            self.identifier = beside, online.start(beside, now), online.before_samples(beside)
             return
-        plan, state = self.twin
-        state, events = following.follow(state, sample, plan)
-        self.twin, self._elevation = (plan, state), sample.elevation
-        self._time = state.corrector.instants * plan.corrector.settings.sample_time
-        twins, window = state.corrector.predictions, plan.corrector.window
+        (plan, state), (beside, identifier, _) = self.twin, self.identifier
+        state, events = following.correct(state, sample, plan)
+        self.twin, self.identifier = (plan, state), (beside, *online.step(identifier, now, beside))
+        self._time, self._elevation = state.instants * sample_time, sample.elevation
+        twins, window = state.predictions, plan.window
         if twins.compared:
             used, alone = twins.used, twins.alone
             time = round(self.time, _DIGITS)
@@ -232,17 +245,16 @@ class Session:
                 self._noted.add(note)
                 self.say(Event(self.time, "stream", why=note))
         view = View(stream=stream, notice=self.notice, events=tuple(self.events), declared=self.declared)
-        if self.twin is None or self._time == 0.0:
+        if self.twin is None or self.identifier is None or self._time == 0.0:
             return view
-        plan, state = self.twin
-        now = state.corrector
+        plan, now = self.twin
         return view._replace(
             time=self.time,
             mode=now.mode,
             alarm=now.alarm,
-            suspect=plan.corrector.changes[now.finding.change].name if now.finding.change >= 0 else "",
+            suspect=plan.changes[now.finding.change].name if now.finding.change >= 0 else "",
             past=tuple(self.past),
-            values=_values(state, plan),
+            values=_values(now, plan, self.identifier[2]),
         )
 
     def in_use(self) -> ParameterSet:
@@ -258,14 +270,13 @@ class Session:
         if self.twin is None:
             return self.plant, {}
         plan, state = self.twin
-        return following.parameters_in_use(state.corrector, plan.corrector)
+        return following.parameters_in_use(state, plan)
 
 
-def _values(state: FollowState, plan: Follower) -> list[dict[str, Any]]:
+def _values(state: CorrectorState, plan: FollowPlan, estimates: IdentifierOutput) -> list[dict[str, Any]]:
     """Return the identified parameters, and whatever else the twin has changed."""
-    names, estimates, start = plan.corrector.changeable, state.estimates, plan.corrector.settings.parameters
-    pairs = zip(plan.corrector.alone.values, state.corrector.values.now.values, strict=True)
-    values = dict(zip(names, pairs, strict=True))
+    start, pairs = plan.settings.parameters, zip(plan.alone.values, state.values.now.values, strict=True)
+    values = dict(zip(plan.changeable, pairs, strict=True))
     found = []
     for field, estimate in estimates.parameters._asdict().items():
         row, band = BY_FIELD[field], 1.96 * getattr(estimates.standard_errors, field)
