@@ -2,13 +2,12 @@
 
     python -m benchmarks closed_loop [--tuning] [--setting K] [--single]    estimates and intervals, five logs together
     python -m benchmarks quiet [--tuning]                                   hover in which nobody moves the joystick
-    python -m benchmarks watched [--tuning]                                 scores of watched effects
     python -m benchmarks rough_air [--tuning] [--rate HZ] [--quiet] [--unlogged] [--colour NAME]    `heli identify`
 
 Twelve rigs (:mod:`benchmarks.flown`), five logs each; ``--tuning`` takes the rigs that the method's constants were
 chosen on, ``--setting`` one of the settings by its number, and ``--single`` takes every log as a rig's only one. Bars:
 90 to 98 % of the 95 % intervals of determined parameters hold the truth; k_z is .9 to 1.1 of the truth where
-determined; in hover nothing is determined; 1 % of the scores of absent effects are beyond 3.
+determined; in hover nothing is determined.
 
 *rough_air*: rigs in the air of measured ones (:mod:`tests.blind.windy`) under controllers of students, even seeds,
 odd ones with ``--tuning``; at 100 or 500 Hz, in ou, slow or swirling air, with references that are a fifth as large
@@ -22,12 +21,10 @@ from typing import Any
 
 import numpy as np
 import pandas
-from numpy.typing import NDArray
 
-from benchmarks.flown import DURATIONS, ClosedLoopRig, closed_loop_rigs
+from benchmarks.flown import ClosedLoopRig, closed_loop_rigs
 from benchmarks.harness import table
 from benchmarks.rigs import windy_logs
-from heli_identifier import online
 from heli_identifier.online import GAINS, PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.records import Log
 from heli_identifier.tools.history import NAMES, EstimateHistory, identify_log
@@ -132,44 +129,3 @@ def rough_air(
         for gain, own in found.groupby("gain", sort=False)
     ]
     print(table(("gain", "over truth, median (range)", "half-width over truth", "covered", "determined"), lines))
-
-
-WATCHED = (
-    ("dry_friction", "pitch", {"dry_friction_pitch": 0.03}),
-    ("quadratic_drag", "pitch", {"quadratic_drag_pitch": 0.3}),
-    ("quadratic_thrust", "pitch", {"quadratic_thrust": 0.1}),
-    ("dry_friction", "elevation", {"dry_friction_elevation": 0.02}),
-    ("dry_friction", "travel", {"dry_friction_travel": 0.03}),
-)
-"""Watched effects in the order of their scores, and a strength for the power [rad/s^2], [1/rad], [1/V]."""
-
-LIMIT = 3.0
-
-
-def watched(tuning: bool = False) -> None:
-    """Print how often the score of an absent effect is beyond 3, and of a present one, in short and in long logs."""
-
-    def scores(**settings: Any) -> NDArray[np.float64]:
-        rows = []
-        for log in (log for rig in closed_loop_rigs(TUNING if tuning else REPORTED, **settings) for log in rig.logs):
-            own = history(log, watched=tuple((name, axis) for name, axis, _ in WATCHED))
-            rows.append([one.score for one in online.output_of(own.state, own.plan).scores])
-        return np.array(rows)
-
-    head = ("effect", "absent, beyond 3", "decided", "root mean square", "strength", "present, beyond 3", "median")
-    for durations in (DURATIONS, (180.0, 180.0)):
-        absent, rows = scores(durations=durations), []
-        for column, (name, axis, effects) in enumerate(WATCHED):
-            present = scores(durations=durations, effects=effects)[:, column]
-            decided = absent[absent[:, column] != 0.0, column]
-            rows.append((
-                f"{name}:{axis}", _percent(absent[:, column]), f"{100.0 * len(decided) / len(absent):.0f} %",
-                f"{np.sqrt(np.mean(decided**2)):.2f}" if len(decided) else "-", f"{[*effects.values()][0]:g}",
-                _percent(present), f"{np.median(present):.1f}",
-            ))  # fmt: skip
-        rows.append(("all", f"{_percent(absent)} of {absent.size}", "", "", "", "", ""))
-        print(f"logs of {durations[0]:g} to {durations[1]:g} s\n\n{table(head, rows)}\n", flush=True)
-
-
-def _percent(scores: NDArray[np.float64]) -> str:
-    return f"{100.0 * np.mean(np.abs(scores) > LIMIT):.1f} %"

@@ -8,7 +8,6 @@
     input_delay(p)                          the laws at DELAY [s]
     bending_acceleration(q, q', mu_s, p)    sum of the laws at BENDING, q'' [rad/s^2]; bends(p): whether there is one
     next_step_time(time, p)                 when a law steps next [s], infinity if none does
-    law_alone(entry)                        one law with c = 1, as a function of the motion alone
 
 No law is written again here. In the text of each function the text of a law stands behind the question whether its
 coefficient is other than zero; arguments that are parameters are read from ``p``.
@@ -18,7 +17,6 @@ import inspect
 import linecache
 import re
 from collections.abc import Iterable
-from functools import cache
 from math import inf
 from types import FunctionType
 from typing import Any
@@ -120,15 +118,6 @@ next_step_time = _function(
         "return found",
     ],
 )
-
-
-@cache
-def law_alone(entry: Effect) -> FunctionType:
-    """Return a law as a function of the motion, or of nu and time at THRUST: c and k_z are 1, shapes have defaults."""
-    values = {shape.field: shape.default for shape in entry.shapes} | {entry.field: 1.0, "k_z": 1.0}
-    given = ("nu", "time") if entry.place == THRUST else _MOTION
-    line = re.sub(r"\bp\.(\w+)", lambda found: repr(values.get(found[1], 0.0)), _expression(entry, given))
-    return _function(f"{entry.field}_alone", given, [f"return 0.0 + ({line})"])
 
 
 def thrust_voltages(nu_front: float, nu_rear: float, time: float, p: Any) -> tuple[float, float]:

@@ -96,19 +96,22 @@ def measured_against(
     return Kept(PlantState._make((*turned, *rates, *state[6:])), Torque(*torques))
 
 
-_FIELDS = (
-    "k_x", "k_z", "k_y", "a_1", "a_wx", "a_wz", "a_wy", "dry_friction_pitch", "dry_friction_elevation",
-    "dry_friction_travel", "constant_torque_pitch", "constant_torque_travel", "cable_stiffness_travel",
+GAINS, DAMPINGS = ("k_x", "k_z", "k_y"), ("a_wx", "a_wz", "a_wy")
+EFFECTS = (
+    "dry_friction_pitch", "dry_friction_elevation", "dry_friction_travel", "constant_torque_pitch",
+    "constant_torque_travel", "cable_stiffness_travel",
 )  # fmt: skip
+"""Effects that may be switched on: a bearing, a mass or a cable that moved."""
+FIELDS = (*GAINS, "a_1", *DAMPINGS, *EFFECTS)
 CORRECTED = (
-    *((BY_FIELD[field].name, BY_FIELD[field].unit) for field in _FIELDS), ("rotor.front", "1"), ("rotor.rear", "1"),
+    *((BY_FIELD[field].name, BY_FIELD[field].unit) for field in FIELDS), ("rotor.front", "1"), ("rotor.rear", "1"),
 )  # fmt: skip
 """Name and unit of what is corrected: parameters, and the rotors' shares of thrust, which are 1 without."""
 
 
 def with_correction(p: PlantParameters, corrections: Sequence[float]) -> PlantParameters:
     """Return ``p`` with the ``corrections`` of :data:`CORRECTED` added, but for those of the rotors' shares."""
-    return p._replace(**{field: getattr(p, field) + c for field, c in zip(_FIELDS, corrections, strict=False)})
+    return p._replace(**{field: getattr(p, field) + c for field, c in zip(FIELDS, corrections, strict=False)})
 
 
 def with_share(voltage: float, share: float, limit: float) -> float:

@@ -38,8 +38,7 @@ def parameters(unit, log):
         },
         "FollowingPlant": {"effects.input_delay.rotors": 0.034},
         "AdaptiveIdentifier": {
-            "method": "prediction_error", "watch.pitch": "dry_friction", "adaptation.hold_time": 0.2,
-            "report.interval": 0.1,
+            "method": "prediction_error", "adaptation.hold_time": 0.2, "report.interval": 0.1,
         },
         "PidController": {"reference.step_pitch": 0.2, "reference.step_time": 0.5, "travel.enabled": True},
         "StateFeedback": {"sample.time": 0.03, "gain.front.pitch": 3.0, "integral.rear.elevation": 2.0},

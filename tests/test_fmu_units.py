@@ -116,21 +116,6 @@ def test_a_voltage_delay_with_uneven_communication_steps_shifts_the_motion_by_ju
     assert late == pytest.approx(prompt, rel=1e-9)
 
 
-def test_a_watched_effects_score_is_the_librarys():
-    watches = {"watch__pitch": "dry_friction, quadratic_thrust", "watch__travel": "cable_stiffness"}
-    unit = started(AdaptiveIdentifier, adaptation__hold_time=1.0, report__interval=0.5, **watches)
-    fed(unit, [k * 0.01 for k in range(3000)], 0.01)
-    watched = (("dry_friction", "pitch"), ("quadratic_thrust", "pitch"), ("cable_stiffness", "travel"))
-    plan = prepare(IdentifierSettings(hold_time=1.0, report_interval=0.5, watched=watched))
-    state = start(plan, tuple(map(float, motion(0.0))))
-    for k in range(1, 3000):
-        state, estimate = step(state, tuple(map(float, motion(k * 0.01))), plan)
-    shown = got(unit, "score.pitch[1]", "score.pitch[2]", "score.travel[1]")
-    assert shown == [score.score for score in estimate.scores]
-    assert any(score != 0.0 for score in shown)
-    assert got(unit, "score.pitch[3]", "score.elevation[1]") == [0.0, 0.0]
-
-
 def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_the_papers():
     flight = closed_loop(TABLE_2, 45.0, 1)
     said = {}

@@ -210,7 +210,7 @@ def test_without_corrections_a_change_is_reported_and_held():
 
 
 def test_bad_settings_are_refused():
-    for settings in ({"sample_time": 0.5}, {"window": 1.0}, {"effects": (("dry_friction", "rotors"),)}):
+    for settings in ({"sample_time": 0.5}, {"window": 1.0}):
         with pytest.raises(ConfigurationError):
             FollowSettings(**settings)
 

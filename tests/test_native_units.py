@@ -20,11 +20,6 @@ from tests.units import host, written_log
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
 VOLTAGES = {"v_front": [-5.0, 7.0], "v_rear": [-5.0, 7.0]}
 MASS = {"mass_position": [-0.2, 0.2]}
-WATCHED = {
-    "watch.pitch": "dry_friction, quadratic_drag,rotor_mismatch",
-    "watch.elevation": "quadratic_thrust,ground_effect",
-    "watch.travel": " rotor_drag_torque ",
-}
 FAST = {"report.interval": 0.5, "adaptation.forgetting": 0.02, "filter.frequency": 3.0}
 ALL_ON = {
     f"effects.{entry.name}.{entry.axis}": min(0.02, entry.upper)
@@ -67,11 +62,11 @@ ORDERS = {
     "AdaptiveIdentifier": [
         order(parameters, {**VOLTAGES, **ANGLES}, steps)
         for parameters, steps in (
-            ({**WATCHED, **FAST}, 2500),
+            (FAST, 2500),
             ({"pitch.rest_angle_known": True, "pitch.rest_angle": -0.1, "motor.time_constant": 0.0, **FAST}, 1500),
             ({"sample.time": 0.004, "adaptation.gain_limit": 1e300, "adaptation.forgetting": 0.0}, 800),
             (
-                {**WATCHED, "method": "prediction_error", "motor.lag_known": True, "sample.time": 0.002,
+                {"method": "prediction_error", "motor.lag_known": True, "sample.time": 0.002,
                  "report.interval": 0.5},
                 1000,
             ),
@@ -175,8 +170,6 @@ answer([different[:2], played])
         ("LogPlayer", {"log.path": "/dev/zero"}, "the log /dev/zero is no file"),
         ("Exciter", {"excitation.base": 6.0}, "excitation.base = 6.0 V must lie in [-5, 5] V"),
         ("Exciter", {"excitation.experiment": 3, "multisine.period": 0.1}, "has no harmonic near 0.0333333 Hz"),
-        ("AdaptiveIdentifier", {"watch.pitch": "dry_fricton"}, "effect 'dry_fricton' cannot be watched on pitch"),
-        ("AdaptiveIdentifier", {"watch.travel": "a,b,c,d"}, "names 4 effects; at most 3 can be watched"),
         ("AdaptiveIdentifier", {"filter.frequency": 100.0}, "filter.frequency = 100.0 rad/s must lie in [0.001, 20]"),
         ("HelicopterPlant", {"effects.motor_lag.rotors": -0.07, "motor.time_constant": 0.05}, "must not be negative"),
     ],

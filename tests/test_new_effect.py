@@ -18,7 +18,6 @@ SCRIPT = """
     import numpy as np
     from pathlib import Path
 
-    from heli_identifier.online import WATCHABLE
     from heli_identifier.records import Log
     from heli_identifier.tracing import DiagnosisSettings, diagnose
     from heli_identifier.results.report import report_page
@@ -58,7 +57,6 @@ SCRIPT = """
     assert "Table tilt on the travel" in page
     assert "c sin(λ)" in page
     print("reported")
-    assert "table_tilt" in WATCHABLE["travel"]
     unit = build("HelicopterPlant", Path("units"), {"effects.table_tilt.travel": 0.15})
     names = {variable.name for variable in read_model_description(unit).modelVariables}
     assert "effects.table_tilt.travel" in names

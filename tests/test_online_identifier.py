@@ -85,8 +85,6 @@ def test_standard_errors_cover_the_error_that_encoders_cause():
         ({"gain_limit": nan}, "adaptation.gain_limit = nan must be positive"),
         ({"initial": ModelParameters(k_x=nan)}, "initial.k_x = nan"),
         ({"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
-        ({"watched": (("dry_friction", "rotors"),)}, "watched axis 'rotors' must be one of pitch"),
-        ({"watched": (("motor_lag", "pitch"),)}, "effect 'motor_lag' cannot be watched on pitch; choose of dry"),
     ],
 )
 def test_impossible_settings_are_refused_with_name_value_and_bound(change, message):

@@ -32,7 +32,7 @@ def gathered(z, alpha=0.0):
 
 def errors(z, gain, omega, alpha=0.0):
     return standard_errors(
-        *weighted_blocks(gathered(z, alpha), alpha, INTERVAL), gain.tolist(), tuple(omega), IDENTITY_2, 0, INTERVAL
+        *weighted_blocks(gathered(z, alpha), alpha, INTERVAL), gain.tolist(), tuple(omega), IDENTITY_2, INTERVAL
     )
 
 

@@ -123,8 +123,7 @@ def test_the_loop_is_seen_to_be_closed_by_both_methods_and_open_where_it_is():
 
 @pytest.mark.parametrize("method", [ADAPTATION, PREDICTION_ERROR])
 def test_a_saved_state_continues_to_the_same_bits(method):
-    effects = (("dry_friction", "pitch"), ("quadratic_thrust", "travel"))
-    plan = prepare(IdentifierSettings(method=method, report_interval=0.5, watched=effects))
+    plan = prepare(IdentifierSettings(method=method, report_interval=0.5))
     log_ = closed_loop(TABLE_2, 20.0, 0)
     samples = np.hstack((log_.voltages, log_.angles)).tolist()
     rows = [(*sample, (0.1 * (k > 900), 0.0, 0.0)) for k, sample in enumerate(samples)]

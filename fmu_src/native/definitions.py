@@ -109,4 +109,4 @@ DEFINITIONS = {
     ),
     "LogPlayer": Definition("player.c"),  # its file is read in C
 }  # fmt: skip
-"""By the unit's name. In the identifier the law of every effect that can be watched is a function of its own."""
+"""By the unit's name."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from math import isfinite
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pythonfmu.enums import Fmi2Status
 
@@ -21,10 +21,8 @@ _ESTIMATED = tuple((name, BY_FIELD[name].unit, BY_FIELD[name].description) for n
 _UNITS = tuple(unit for _, unit, _ in _ESTIMATED)
 _DEFAULT = online.IdentifierSettings()
 _setting = partial(setting, _DEFAULT)
-SLOTS = 3  # number of effects of the catalogue that can be watched on each axis
 
 _GAINS = [row for row in _ESTIMATED if row[0] in online.GAINS]
-_PLACES = [(axis, slot) for axis in AXES for slot in range(1, SLOTS + 1)]
 _OUTPUTS = (
     *for_each(_ESTIMATED, output, "{0}", "{1}", "estimate: {2}", ("initial.{0}",)),
     *for_each(
@@ -43,7 +41,6 @@ _OUTPUTS = (
     *for_each(_GAINS, output, "instrument.{0}", "{1}", "{0} by the references alone, 0 where none has moved"),
     *for_each(_GAINS, output, "standard_error.instrument.{0}", "{1}", "standard error of instrument.{0}"),
     output("contradicted", "1", "1: the references exclude an estimated gain by 2.5 standard errors, else 0"),
-    *for_each(_PLACES, output, "score.{0}[{1}]", "1", "score of the effect named at place {1} of watch.{0}"),
 )  # fmt: skip
 _SETTINGS = (
     parameter("method", _DEFAULT.method, "adaptation: the paper's (7); prediction_error: holds in closed loop"),
@@ -62,15 +59,12 @@ _SETTINGS = (
     _setting("excitation.window", "excitation_window", "window of the excitation level", "s", 1e-3, 1e6),
     _setting("report.interval", "report_interval", "time between two standard errors", "s", 1e-5, 1e6),
     *for_each(_ESTIMATED, _setting, "initial.{0}", "initial.{0}", "initial estimate: {2}", "{1}", -1e6, 1e6),
-    *for_each(
-        AXES, parameter, "watch.{}", "", f"up to {SLOTS} effects to watch, separated by commas: dry_friction, ..."
-    ),
 )
 
 
-# no return type: with one of any length the translator would make a list of what it counts here
-def shown(estimate: online.IdentifierOutput, is_in_closed_loop: bool):  # type: ignore[no-untyped-def]
-    """Return the outputs in their order, but for the scores."""
+# Any: of a tuple of any length the translator would make a list of what it counts here
+def shown(estimate: online.IdentifierOutput, is_in_closed_loop: bool) -> Any:
+    """Return the outputs in their order."""
     triples = zip(estimate.parameters, estimate.standard_errors, _UNITS, strict=True)
     return (
         *estimate.parameters,
@@ -99,27 +93,17 @@ class AdaptiveIdentifier(SlaveBase):
     def initialise(self, time: float) -> None:
         """Read the settings; show the initial estimate."""
         hold, known = self.value("adaptation.hold_time"), self.value("pitch.rest_angle_known")
-        self.slots = {axis: self._watched_on(axis) for axis in AXES}
         self.plan = online.prepare(
             self.settings(
                 _DEFAULT,
                 hold_time=None if hold < 0.0 else hold,
                 rest_angle=self.value("pitch.rest_angle") if known else None,
-                watched=tuple((name, axis) for axis in AXES for name in self.slots[axis]),
                 method=self.value("method"),
             )
         )
         self.sampled: online.Sampled | None = None
         self.warned = False
         self._show(online.before_samples(self.plan))
-
-    def _watched_on(self, axis: str) -> list[str]:
-        """Return the names listed in ``watch.<axis>``."""
-        text = self.value(f"watch.{axis}")
-        names = [name.strip() for name in text.split(",") if name.strip()]
-        if len(names) > SLOTS:
-            raise Refusal(f"watch.{axis} = {text!r} names {len(names)} effects; at most {SLOTS} can be watched")
-        return names
 
     def advance(self, time: float, step_size: float) -> None:
         """Process the samples that are due up to ``time`` [s]; the inputs are those of ``time``."""
@@ -149,7 +133,3 @@ class AdaptiveIdentifier(SlaveBase):
                 "wrong there by more than its standard errors say; set method to prediction_error",
                 Fmi2Status.warning,
             )
-        scores = iter(estimate.scores)
-        for axis in AXES if estimate.scores else ():
-            for slot, _ in enumerate(self.slots[axis], 1):
-                self.values[self.references[f"score.{axis}[{slot}]"]] = next(scores).score

@@ -6,7 +6,6 @@ Pure steps, standard library only: units carry them (``Corrector``), and ``heli 
 from .corrector import correct as correct
 from .corrector import parameters_in_use as parameters_in_use
 from .corrector import start_correcting as start_correcting
-from .plan import DEFAULT_EFFECTS as DEFAULT_EFFECTS
 from .plan import FollowPlan as FollowPlan
 from .plan import FollowSettings as FollowSettings
 from .plan import prepare_following as prepare_following

@@ -16,22 +16,25 @@ axes: that is how it differs from a change of one gain.
 from math import cos, inf, sin, sqrt
 from typing import NamedTuple
 
-from heli_plant.effects import AXES, effect
-from heli_plant.parameters import BY_FIELD, PlantParameters
+from heli_plant.effects import AXES, effect_of
+from heli_plant.laws import added_elevation, added_pitch, added_travel
+from heli_plant.observer import DAMPINGS, EFFECTS, GAINS
+from heli_plant.parameters import BY_FIELD, PlantParameters, in_slots
 from heli_plant.state import PlantState
-
-from ..online import Candidate, Motion, candidate, candidate_value
 
 PITCH, ELEVATION, TRAVEL = range(3)
 """Numbers of the axes."""
 
-GAINS, DAMPINGS = ("k_x", "k_z", "k_y"), ("a_wx", "a_wz", "a_wy")
-
 Vector = tuple[float, ...]
 Matrix = tuple[Vector, ...]
 
-Laws = tuple[tuple[Candidate, ...], ...]
-"""Laws of the effects that may be switched on, by axis; a constant torque is the regressor 1."""
+LAWS = ("dry_friction_pitch",), ("dry_friction_elevation",), ("dry_friction_travel", "cable_stiffness_travel")
+"""Effects by axis that have a regressor of their own; a constant torque is the regressor 1."""
+
+_ADDED = tuple(
+    (added, [in_slots(PlantParameters(**{field: 1.0})) for field in own])
+    for added, own in zip((added_pitch, added_elevation, added_travel), LAWS, strict=True)
+)
 
 Direction = tuple[tuple[int, int, float], ...]
 """D: axis, regressor and value of every entry that is not zero."""
@@ -60,7 +63,7 @@ class Change(NamedTuple):
 
     ``name`` as in parameter sets; ``field`` of :class:`heli_plant.parameters.PlantParameters`, empty for the rotors;
     numbers of the ``axes`` on which it acts; ``places`` of what it changes among the values of a twin; ``entries`` of
-    D, to be multiplied by the axis' gain if ``times_gain``; ``size``: the smallest change that matters [unit of the
+    D, those of the rotors to be multiplied by the axis' gain; ``size``: the smallest change that matters [unit of the
     parameter]; bounds of the value after the change. The size of a rotor's change is a share of its thrust.
     """
 
@@ -69,14 +72,13 @@ class Change(NamedTuple):
     axes: tuple[int, ...]
     places: tuple[int, ...]
     entries: Direction
-    times_gain: bool
     size: float
     lower: float
     upper: float
 
     def direction(self, values: Vector) -> Direction:
         """Return D for a twin with these ``values``, of which the gains k_x, k_z, k_y stand first."""
-        if not self.times_gain:
+        if self.field:
             return self.entries
         return tuple([(axis, column, share * values[axis]) for axis, column, share in self.entries])
 
@@ -98,28 +100,18 @@ class Change(NamedTuple):
         return (least, most) if self.field else (least / value, most / value)
 
 
-def smallest_size(name: str, unit: str) -> float:
-    """Return the smallest change that matters of an effect by its ``name`` and the ``unit`` of its coefficient."""
-    return _FRICTION if name == "dry_friction" else {"rad/s^2": _OFFSET, "1/s": _DAMPING}.get(unit, _CABLE)
+def smallest_size(field: str) -> float:
+    """Return the smallest change that matters of the coefficient of an effect [its unit]."""
+    return {"dry_friction": _FRICTION, "constant_torque": _OFFSET}.get(effect_of(field).name, _CABLE)
 
 
-def list_laws(effects: tuple[tuple[str, str], ...]) -> Laws:
-    """Return the laws of ``effects`` (name, axis) by axis."""
-    return tuple(
-        [
-            tuple([candidate(name, own) for name, own in effects if own == axis and name != "constant_torque"])
-            for axis in AXES
-        ]
-    )
-
-
-def list_changes(p: PlantParameters, effects: tuple[tuple[str, str], ...], laws: Laws) -> tuple[Change, ...]:
+def list_changes(p: PlantParameters) -> tuple[Change, ...]:
     """Return everything that may change about a twin with the parameters ``p``."""
     own: list[Change] = []
 
-    def add(field: str, axis: int, column: int, size: float, low: float, high: float, times_gain: bool = False) -> None:
+    def add(field: str, axis: int, column: int, size: float, low: float, high: float) -> None:
         place, entries = len(own), ((axis, column, 1.0),)
-        own.append(Change(BY_FIELD[field].name, field, (axis,), (place,), entries, times_gain, size, low, high))
+        own.append(Change(BY_FIELD[field].name, field, (axis,), (place,), entries, size, low, high))
 
     for axis, field in enumerate(GAINS):
         value = getattr(p, field)
@@ -129,21 +121,18 @@ def list_changes(p: PlantParameters, effects: tuple[tuple[str, str], ...], laws:
     for axis, field in enumerate(DAMPINGS):
         add(field, axis, _DAMPING_COLUMN, _DAMPING, 0.0, inf)
     before_rotors = len(own)
-    for name, on in effects:
-        axis, row = AXES.index(on), BY_FIELD[effect(name, on).field]
-        column, times_gain = _OFFSET_COLUMN, False
-        for place, law in enumerate(laws[axis]):
-            if law.name == name:
-                column, times_gain = _COMMON + place, law.times_gain
-        add(row.field, axis, column, smallest_size(name, row.unit), row.minimum, row.maximum, times_gain)
+    for field in EFFECTS:
+        axis, row = AXES.index(effect_of(field).axis), BY_FIELD[field]
+        column = _COMMON + LAWS[axis].index(field) if field in LAWS[axis] else _OFFSET_COLUMN
+        add(field, axis, column, smallest_size(field), row.minimum, row.maximum)
     rotors = []
     for name, places, share, apart in _ROTORS:
         entries = tuple([entry for axis in range(3) for entry in ((axis, 0, share), (axis, 1, apart))])
-        rotors.append(Change(name, "", (PITCH, ELEVATION, TRAVEL), places, entries, True, _THRUST_SHARE, 0.2, 1.5))
+        rotors.append(Change(name, "", (PITCH, ELEVATION, TRAVEL), places, entries, _THRUST_SHARE, 0.2, 1.5))
     return (*own[:before_rotors], *rotors, *own[before_rotors:])
 
 
-def prior_deviations(p: PlantParameters, laws: Laws) -> Matrix:
+def prior_deviations(p: PlantParameters) -> Matrix:
     """Return for each axis by how much the coefficients of its regressors err, as standard deviations."""
     found = []
     for axis, stiffness in enumerate((p.a_th, p.a_e, 0.0)):
@@ -151,25 +140,24 @@ def prior_deviations(p: PlantParameters, laws: Laws) -> Matrix:
         balance = _SHARE_ERROR * k * _HOVER if axis == ELEVATION else 0.0
         offset = sqrt(_OFFSET_ERROR * _OFFSET_ERROR + balance * balance)
         own = [_SHARE_ERROR * k, _MISMATCH_ERROR * k, offset, _DAMPING_ERROR]
-        for law in laws[axis]:
-            unit = BY_FIELD[effect(law.name, AXES[axis]).field].unit
-            own.append(_EFFECT_ERROR * smallest_size(law.name, unit) * (k if law.times_gain else 1.0))
+        own += [_EFFECT_ERROR * smallest_size(field) for field in LAWS[axis]]
         found.append(tuple(own if axis == TRAVEL else [*own, _SHARE_ERROR * abs(stiffness)]))
     return tuple(found)
 
 
 def regress_motion(
-    state: PlantState, mu_diff: float, mu_sum: float, laws: Laws, theta0: float
+    state: PlantState, mu_diff: float, mu_sum: float, theta0: float
 ) -> tuple[list[float], list[float], list[float]]:
     """Return the regressors of pitch, elevation and travel [rad/s^2 per unit of their coefficients].
 
     ``state`` as the observer sees it; ``mu_diff``, ``mu_sum``: difference and sum of the rotors' thrust voltages [V];
     ``theta0``: pitch at which gravity has no torque [rad].
     """
-    th, ep, la, w1, w2, w3, nu_front, nu_rear, _, _, _, rest = state
+    th, ep, la, w1, w2, w3, _, _, _, _, _, rest = state
     up, aside = cos(th), sin(th)
-    motion = Motion(th, ep, la, w1, w2, w3, nu_front, nu_rear, rest)
-    effects = [[candidate_value(law, motion) for law in own] for own in laws]
+    effects = [
+        [added(0.0, th, ep, la, w1, w2, w3, mu_sum, mu_diff, rest, alone) for alone in own] for added, own in _ADDED
+    ]
     return (
         [mu_diff, mu_sum, 1.0, -w1, *effects[0], -sin(th - theta0)],
         [mu_sum * up, mu_diff * up, -1.0, -w2, *effects[1], -ep],

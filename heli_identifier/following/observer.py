@@ -99,7 +99,7 @@ class Instant(NamedTuple):
         mu_diff, mu_sum = thrust_voltages(
             0.5 * (before.nu_front + kept.nu_front), 0.5 * (before.nu_rear + kept.nu_rear), time + h, p
         )
-        acting = regress_motion(before, mu_diff, mu_sum, plan.laws, p.theta0)
+        acting = regress_motion(before, mu_diff, mu_sum, p.theta0)
         stiffnesses, dampings = (p.a_th * cos(before.pitch - p.theta0), p.a_e, 0.0), (p.a_wx, p.a_wz, p.a_wy)
         found = []
         for own, accelerations, a, b in zip(self.sensitivities, acting, stiffnesses, dampings, strict=True):

@@ -9,20 +9,9 @@ from heli_plant.observer import TRAVEL_BANDWIDTH
 from heli_plant.parameters import PlantParameters
 
 from ..errors import require_positive, require_range
-from ..online import candidate
-from .changes import Change, Laws, Matrix, Vector, list_changes, list_laws, prior_deviations
+from .changes import Change, Matrix, Vector, list_changes, prior_deviations
 from .covariance import Steady, find_steady_state
 from .evidence import Sums, start_sums
-
-DEFAULT_EFFECTS = (
-    ("dry_friction", "pitch"),
-    ("dry_friction", "elevation"),
-    ("dry_friction", "travel"),
-    ("constant_torque", "pitch"),
-    ("constant_torque", "travel"),
-    ("cable_stiffness", "travel"),
-)
-"""Effects that may be switched on: a bearing, a mass or a cable that moved."""
 
 _BLOCK_TIME = 1.0  # length of a block of sums, about [s]
 _SLOWEST = 0.1  # longest sampling period [s]: the observer's poles of 7 rad/s need three samples in their time constant
@@ -36,16 +25,15 @@ _STOP, _STUCK = 0.2, 0.5  # times without a sample that is a stop, and at one co
 class FollowSettings:
     """Everything that can be set on the following twin.
 
-    Time between two samples h [s]; ``parameters`` in use at the start; ``effects`` (name, axis) that may be switched
-    on, of :data:`heli_identifier.online.WATCHABLE`; ``window`` over which errors 1 s ahead are compared [s]; mean time
-    between two false alarms that is asked for, at least [s]; bandwidth of the observer's poles on pitch and elevation
-    [rad/s] (:mod:`heli_plant.observer`); ``correcting``: whether changes are adopted or only reported.
+    Time between two samples h [s]; ``parameters`` in use at the start; ``window`` over which errors 1 s ahead are
+    compared [s]; mean time between two false alarms that is asked for, at least [s]; bandwidth of the observer's poles
+    on pitch and elevation [rad/s] (:mod:`heli_plant.observer`); ``correcting``: whether changes are adopted or only
+    reported.
     What is out of range is a ConfigurationError; the message names it, its value and its bound.
     """
 
     sample_time: float = 0.01
     parameters: PlantParameters = field(default_factory=PlantParameters)
-    effects: tuple[tuple[str, str], ...] = DEFAULT_EFFECTS
     window: float = 10.0
     false_alarm_time: float = 36000.0
     observer_bandwidth: float = 6.6
@@ -57,8 +45,6 @@ class FollowSettings:
         require_range("window", self.window, "s", 4.0, 60.0)
         require_range("false_alarm_time", self.false_alarm_time, "s", 60.0, 1e9)
         require_range("observer.bandwidth", self.observer_bandwidth, "rad/s", 2.0, 30.0)
-        for name, axis in self.effects:
-            candidate(name, axis)
 
 
 class Twin(NamedTuple):
@@ -73,8 +59,8 @@ class FollowPlan(NamedTuple):
 
     ``changes``: what may change. ``changeable``: names of the values in use, ``fields`` those of the parameters among
     them; the two rotors' shares stand last. ``alone``: the twin of the start. ``deviations``: by how much the twin's
-    coefficients of the regressors of each axis may err; ``no_sums`` of them; ``laws`` of the effects among them.
-    ``steady``: the observer of each axis without gaps; ``delay``: the plant's input delay [s]. ``threshold``: Lorden's.
+    coefficients of the regressors of each axis may err; ``no_sums`` of them; ``steady``: the observer of each axis
+    without gaps; ``delay``: the plant's input delay [s]. ``threshold``: Lorden's.
 
     In samples: the ``coarse`` step of copies, the time between two starts of them (``launch``) and the ``horizon`` that
     they run; a ``block`` of sums; ``settling``, ``stop`` and ``stuck``. ``window``: comparisons in a window.
@@ -87,7 +73,6 @@ class FollowPlan(NamedTuple):
     alone: Twin
     deviations: Matrix
     no_sums: tuple[Sums, ...]
-    laws: Laws
     steady: tuple[Steady, ...]
     delay: float
     threshold: float
@@ -109,9 +94,8 @@ class FollowPlan(NamedTuple):
 def prepare_following(settings: FollowSettings) -> FollowPlan:
     """Return the plan of ``settings``."""
     h, p, bandwidth = settings.sample_time, settings.parameters, settings.observer_bandwidth
-    laws = list_laws(settings.effects)
-    changes = list_changes(p, settings.effects, laws)
-    own, deviations = [change for change in changes if change.field], prior_deviations(p, laws)
+    changes, deviations = list_changes(p), prior_deviations(p)
+    own = [change for change in changes if change.field]
 
     def samples(time: float, multiple_of: int = 1) -> int:
         return multiple_of * max(1, round(time / (multiple_of * h)))
@@ -126,7 +110,6 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
         alone=Twin((*(getattr(p, change.field) for change in own), 1.0, 1.0), p),
         deviations=deviations,
         no_sums=tuple([start_sums(len(own)) for own in deviations]),
-        laws=laws,
         steady=tuple([find_steady_state(one * bandwidth, h) for one in (1.0, 1.0, TRAVEL_BANDWIDTH)]),
         delay=input_delay(p),
         threshold=log(2 * len(changes) * settings.false_alarm_time / _BLOCK_TIME),

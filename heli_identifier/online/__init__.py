@@ -33,13 +33,11 @@ from .settings import (
     prepare,
 )
 from .state import IdentifierOutput, IdentifierState, Lag, output_of
-from .watch import WATCHABLE, Candidate, Motion, candidate, candidate_value
 from .whitening import Noise
 
 __all__ = [
-    "ADAPTATION", "CLOSED", "CONTRADICTION", "GAINS", "METHODS", "PREDICTION_ERROR", "WATCHABLE", "Candidate",
-    "Estimate", "IdentifierOutput", "IdentifierSettings", "IdentifierState", "Lag", "ModelParameters", "Motion",
-    "Noise", "Plan", "Sampled", "before_samples", "begin_sampling", "candidate", "candidate_value", "combinations",
-    "default_settings", "determined", "gain_matrix", "is_closed", "is_due", "noise_of", "output_of", "prepare",
-    "shares", "start", "step", "take_sample", "take_samples", "total",
+    "ADAPTATION", "CLOSED", "CONTRADICTION", "GAINS", "METHODS", "PREDICTION_ERROR", "Estimate", "IdentifierOutput",
+    "IdentifierSettings", "IdentifierState", "Lag", "ModelParameters", "Noise", "Plan", "Sampled", "before_samples",
+    "begin_sampling", "combinations", "default_settings", "determined", "gain_matrix", "is_closed", "is_due",
+    "noise_of", "output_of", "prepare", "shares", "start", "step", "take_sample", "take_samples", "total",
 ]  # fmt: skip

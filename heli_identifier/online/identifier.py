@@ -37,7 +37,6 @@ from .signals import (
     settled_signals,
 )
 from .state import Axis, IdentifierOutput, IdentifierState, lag_of, output_of
-from .watch import WatchState, advance_watch, settled_watch
 from .whitening import settled_memory, whiten
 
 _PITCH, _ELEVATION, _TRAVEL = 0, 1, 2  # step of a report interval in which an axis is evaluated: none pays for three
@@ -51,16 +50,15 @@ def start(plan: Plan, now: Sample, references: Angles = NO_REFERENCES) -> Identi
     """Return the state at sample 0, which is ``now``, filters and motors settled at it; references [rad]."""
     settings, h = plan.settings, plan.sample_time
     signals = settled_signals(now, settings.voltage_limit)
-    watch = settled_watch(signals, plan.candidates) if plan.candidates else None
     lag = settled_lag(signals, h, settings.motor_time_constant) if plan.estimates_lag else None
-    z_1, z_2, z_3 = _regressors(signals, lag, watch, plan)
+    z_1, z_2, z_3 = _regressors(signals, lag, plan)
     front, rear = signals.voltages
     axes = (
         _first_axis(_PITCH, z_1, front - rear, plan),
         _first_axis(_ELEVATION, z_2, front + rear, plan),
         _first_axis(_TRAVEL, z_3, front - rear, plan),
     )
-    return IdentifierState(0, signals.voltages, signals, lag, watch, axes, References(references))
+    return IdentifierState(0, signals.voltages, signals, lag, axes, References(references))
 
 
 def before_samples(plan: Plan) -> IdentifierOutput:
@@ -74,15 +72,12 @@ def _first_axis(which: int, z: tuple[float, ...], voltage: float, plan: Plan) ->
     return Axis(initial_axis(own, plan), predictor, Feedback(settled_memory(0.0, plan.usual), voltage))
 
 
-def _regressors(signals: Signals, lag: LagState | None, watch: WatchState | None, plan: Plan) -> Three:
-    """Return z = (phi, watched, y) of the three axes."""
+def _regressors(signals: Signals, lag: LagState | None, plan: Plan) -> Three:
+    """Return z = (phi, y) of the three axes."""
     (y_1, y_2, y_3), (phi_1, phi_2, phi_3) = regressions(signals, plan.settings.rest_angle, plan.filter)
     if lag is not None:
         phi_1, phi_2 = (*phi_1, -lag.difference_f[0]), (*phi_2, -lag.lift_f[0])
-    if watch is None:
-        return (*phi_1, y_1), (*phi_2, y_2), (*phi_3, y_3)
-    own_1, own_2, own_3 = [tuple([watch.filtered[i][0] for i in own.watched]) for own in plan.axes]
-    return (*phi_1, *own_1, y_1), (*phi_2, *own_2, y_2), (*phi_3, *own_3, y_3)
+    return (*phi_1, y_1), (*phi_2, y_2), (*phi_3, y_3)
 
 
 def step(
@@ -99,13 +94,11 @@ def step(
             return state, output_of(state, plan)
         before = before._replace(voltages=(sum_front / every, sum_rear / every))
     h, assumed, f = plan.sample_time, settings.motor_time_constant, plan.filter
-    lag, watch = state.lag, state.watch
+    lag = state.lag
     signals = advance_signals(before, now, h, assumed, settings.voltage_limit, f)
     if lag is not None:
         lag = advance_lag(lag, before, signals, h, f)
-    if watch is not None:
-        watch = advance_watch(watch, signals, plan.candidates, plan.rate_filter, plan.predicting, f)
-    z_1, z_2, z_3 = _regressors(signals, lag, watch, plan)
+    z_1, z_2, z_3 = _regressors(signals, lag, plan)
     count, asked = samples // every - plan.hold_samples, state.references
     if count >= 0 and plan.predicting:
         asked = advance_references(asked, references, count, h)
@@ -120,7 +113,7 @@ def step(
     if lag is not None and count >= 0 and count % plan.report_samples == _TRAVEL:
         found = lag_of(axes[0].estimate, axes[1].estimate, plan)
         lag = follow_lag(lag, found.value, found.standard_error, h, assumed)
-    state = IdentifierState(samples, signals.voltages, signals, lag, watch, axes, asked)
+    state = IdentifierState(samples, signals.voltages, signals, lag, axes, asked)
     return state, output_of(state, plan)
 
 
@@ -128,7 +121,7 @@ def _advance(
     which: int, axis: Axis, z: tuple[float, ...], voltage: float, count: int, b: tuple[float, ...],
     references: References, plan: Plan,
 ) -> Axis:  # fmt: skip
-    """Return one axis after a sample, with its moments and, in its turn, its standard errors, excitation and scores."""
+    """Return one axis after a sample, with its moments and, in its turn, its standard errors and excitation."""
     estimate, predictor, loop = axis
     own, h = plan.axes[which], plan.sample_time
     if count < 0:

@@ -1,6 +1,6 @@
-"""Second moments of an axis' signals in blocks of time; standard errors, excitation and scores follow from them.
+"""Second moments of an axis' signals in blocks of time; standard errors and excitation follow from them.
 
-With z = (phi, candidates, y) the signals of one regression, a block holds the sum of z z^T over its samples, each a
+With z = (phi, y) the signals of one regression, a block holds the sum of z z^T over its samples, each a
 mean of z over .2/omega_f. From the blocks follow, for any Omega, the sums of phi (y - phi^T Omega) over each of them,
 and so the variance of the estimate under autocorrelated residuals.
 
@@ -99,14 +99,14 @@ def weighted_blocks(
     return weights, blocks
 
 
-OVERLAP = 1.5  # degrees of freedom, in blocks, that a parameter takes when neighbouring blocks are evaluated in pairs
-LEAST_FREEDOM = 4.0  # degrees of freedom below which the residual is not estimated
+_OVERLAP = 1.5  # degrees of freedom, in blocks, that a parameter takes when neighbouring blocks are evaluated in pairs
+_LEAST_FREEDOM = 4.0  # degrees of freedom below which the residual is not estimated
 
 
-def freedom(weights: list[float], parameters: int, overlap: float = OVERLAP) -> float:
-    """Return B - 1.5 n, the degrees of freedom left after fitting ``parameters``; ``overlap`` is the 1.5."""
+def freedom(weights: list[float], parameters: int) -> float:
+    """Return B - 1.5 n, the degrees of freedom left after fitting ``parameters``."""
     whole, squares = total(weights), dot(weights, weights)
-    return (whole * whole / squares if squares > 0.0 else 0.0) - overlap * parameters
+    return (whole * whole / squares if squares > 0.0 else 0.0) - _OVERLAP * parameters
 
 
 def variance_of_sum(terms: list[float]) -> float:
@@ -116,24 +116,24 @@ def variance_of_sum(terms: list[float]) -> float:
 
 def standard_errors(
     weights: list[float], blocks: list[tuple[float, ...]], gain: list[list[float]], omega: tuple[float, ...],
-    combinations: tuple[tuple[float, ...], ...], candidates: int, interval: float, whitened: bool = False,
+    combinations: tuple[tuple[float, ...], ...], interval: float, whitened: bool = False,
 ) -> tuple[float, ...]:  # fmt: skip
     """Return the standard error of each of the ``combinations`` j^T Omega from weighted blocks.
 
-    ``gain`` is Gamma by rows, ``candidates`` the number of those in z, ``interval`` [s] the time of each sample;
-    ``whitened``: the residual is white with intensity 1.
+    ``gain`` is Gamma by rows, ``interval`` [s] the time of each sample; ``whitened``: the residual is white with
+    intensity 1.
     """
     n = len(omega)
     directions = [[dot(j, column) for column in gain] for j in combinations]
     certain = tuple([sqrt(dot(d, j)) for d, j in zip(directions, combinations, strict=True)])
     left = freedom(weights, n)
-    if left < LEAST_FREEDOM:
+    if left < _LEAST_FREEDOM:
         return certain
-    correction = 1.0 + OVERLAP * n / left
-    residual = (*(-x for x in omega), *([0.0] * candidates), 1.0)
+    correction = 1.0 + _OVERLAP * n / left
+    residual = (*(-x for x in omega), 1.0)
     errors: list[float] = []
     for direction in directions:
-        form = bilinear_form((*direction, *([0.0] * (candidates + 1))), residual)
+        form = bilinear_form((*direction, 0.0), residual)
         terms = [weight * interval * dot(form, block) for weight, block in zip(weights, blocks, strict=True)]
         errors.append(sqrt(correction * variance_of_sum(terms)))
     return tuple(map(max, errors, certain)) if whitened else tuple(errors)

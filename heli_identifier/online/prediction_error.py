@@ -68,7 +68,7 @@ def noise_of(axis: AxisState) -> Noise:
 
 
 def first_predictor(z: tuple[float, ...], own: AxisPlan, plan: Plan) -> PredictorState:
-    """Return the state at sample 0 of the signals ``z`` = (phi, watched, y) of an axis, settled there."""
+    """Return the state at sample 0 of the signals ``z`` = (phi, y) of an axis, settled there."""
     w = whitening(own.first[-2], own.first[-1], plan.filter, plan.sample_time)
     memory = tuple([settled_memory(value, w) for value in z])
     noise = first_noise(plan.angle_slopes[0])
@@ -79,9 +79,9 @@ def predict_axis(
     axis: AxisState, p: PredictorState, z: tuple[float, ...], count: int, b: tuple[float, ...], own: AxisPlan,
     plan: Plan,
 ) -> tuple[AxisState, PredictorState]:  # fmt: skip
-    """Return axis and predictor after the sample ``z`` = (phi, watched, y), the one numbered ``count`` from 0.
+    """Return axis and predictor after the sample ``z`` = (phi, y), the one numbered ``count`` from 0.
 
-    Omega ends with nu; the axis' sums are of the products of (psi, -d, -g, watched, y), packed. The first column of phi
+    Omega ends with nu; the axis' sums are of the products of (psi, -d, -g, y), packed. The first column of phi
     is minus the filtered rate; the second, of more than two, minus the filtered angle. ``b`` are the instruments, empty
     while no reference has moved.
     """
@@ -89,7 +89,7 @@ def predict_axis(
     c, by_rate, by_angle = plan.angle_slopes
     # taken apart once: the interpreter reads a local ten times faster than a named tuple's field
     before, past, w, outside, instruments = p
-    factor_before, omega_before, _, sums, moments, errors, excitation, scores = axis
+    factor_before, omega_before, _, sums, moments, errors, excitation = axis
     memory, v = whiten(before, z, w)
     factor, omega = list(factor_before), list(omega_before)
     regressand = e = v[-1]
@@ -126,7 +126,7 @@ def predict_axis(
         w = whitening(omega[n], omega[n + 1], plan.filter, h)
 
     sums = tuple(map(add, sums, outer(seen)))
-    axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation, scores)
+    axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation)
     stride = products_every(h)
     if (count + n) % stride == 0:  # n differs from axis to axis: their turns come in different samples
         outside = add_regressors(outside, seen[:n], kept_early(count, stride, h, alpha), stride * h)

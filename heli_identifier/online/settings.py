@@ -11,7 +11,6 @@ from heli_plant.effects import AXES
 
 from ..errors import ConfigurationError, require_positive, require_range
 from .state_filter import FilterCoefficients, discretise
-from .watch import Candidate, candidate, discretised_rates
 from .whitening import (
     ANY_ROOM,
     BANDWIDTHS,
@@ -106,9 +105,8 @@ class IdentifierSettings:
     motor_time_constant: float = 0.08  # T_m [s]
     voltage_limit: float = 5.0  # saturation of both voltages [V]
     excitation_window: float = 20.0  # time constant over which the excitation level is taken [s]
-    report_interval: float = 5.0  # between two evaluations of standard errors, levels and scores [s]
+    report_interval: float = 5.0  # between two evaluations of standard errors and levels [s]
     initial: ModelParameters = field(default_factory=ModelParameters)  # Omega(0); theta0 where it is estimated
-    watched: tuple[tuple[str, str], ...] = ()  # (name, axis) of :data:`.watch.WATCHABLE` to score
     method: str = ADAPTATION  # the paper's, or prediction_error, which stays right in closed loop
     lag_known: bool = False  # else prediction errors estimate the lag along from motor_time_constant
     noise: tuple[Noise, Noise, Noise] = (ANY_ROOM, ANY_ROOM, ANY_ROOM)  # where the noise models of the axes begin
@@ -138,8 +136,6 @@ class IdentifierSettings:
         for axis, noise in zip(AXES, self.noise, strict=True):
             require_range(f"noise.{axis}.bandwidth", noise.bandwidth, "rad/s", *BANDWIDTHS)
             require_range(f"noise.{axis}.corner", noise.corner, "rad/s", *CORNERS)
-        for name, axis in self.watched:
-            candidate(name, axis)
 
 
 WIDTHS = ModelParameters(
@@ -170,7 +166,6 @@ class AxisPlan:
     prior: tuple[float, ...]  # their variances, the diagonal of Gamma(0)
     gain: int  # place of k, behind which k Delta stands
     reported: int  # number of parameters without nu
-    watched: tuple[int, ...]  # which of the watched effects are the axis' own
 
 
 @dataclass(frozen=True)
@@ -190,8 +185,6 @@ class Plan:
     angle_slopes: tuple[float, float, float]
     noise_bounds: Bounds
     usual: Whitening  # whitens adaptation errors, with the noise model of a calm room
-    rate_filter: FilterCoefficients  # gives rates to the laws of the candidates
-    candidates: tuple[Candidate, ...]
     axes: tuple[AxisPlan, AxisPlan, AxisPlan]
 
 
@@ -228,19 +221,17 @@ def prepare(settings: IdentifierSettings) -> Plan:
         angle_slopes=angle_slopes(f),
         noise_bounds=bounds,
         usual=whitening(log(calm.bandwidth), log(calm.corner), f, h),
-        rate_filter=discretised_rates(h, predicting),
-        candidates=tuple([candidate(name, axis) for name, axis in settings.watched]),
         axes=(
-            _axis_plan("pitch", pitch, widths, lag_1, noise_1, settings, bounds),
-            _axis_plan("elevation", at[4:9], w[4:9], lag_2, noise_2, settings, bounds),
-            _axis_plan("travel", at[9:], w[9:], 0.0, noise_3, settings, bounds),
+            _axis_plan(pitch, widths, lag_1, noise_1, settings, bounds),
+            _axis_plan(at[4:9], w[4:9], lag_2, noise_2, settings, bounds),
+            _axis_plan(at[9:], w[9:], 0.0, noise_3, settings, bounds),
         ),
     )
 
 
 def _axis_plan(
-    axis: str, first: tuple[float, ...], widths: tuple[float, ...], lag_width: float, noise: Noise,
-    settings: IdentifierSettings, bounds: Bounds,
+    first: tuple[float, ...], widths: tuple[float, ...], lag_width: float, noise: Noise, settings: IdentifierSettings,
+    bounds: Bounds,
 ) -> AxisPlan:  # fmt: skip
     """Return the plan of an axis; ``lag_width`` is that of k Delta, 0 where the lag is not estimated."""
     gain = len(first) - 1
@@ -253,5 +244,4 @@ def _axis_plan(
         first = (*first, bandwidth, corner)
         variances = [min(most, width * width) for width in widths]
         prior = (*variances, BANDWIDTH_PRIOR * BANDWIDTH_PRIOR, CORNER_PRIOR * CORNER_PRIOR)
-    watched = tuple([i for i, (_, own) in enumerate(settings.watched) if own == axis])
-    return AxisPlan(first, prior, gain, reported, watched)
+    return AxisPlan(first, prior, gain, reported)

@@ -1,6 +1,6 @@
 """What the identifier remembers between two samples, as nested tuples of numbers, and what it says."""
 
-from math import atan2, copysign, sqrt
+from math import atan2, sqrt
 from typing import NamedTuple, Optional
 
 from .adaptation import AxisState
@@ -10,7 +10,6 @@ from .loop import Feedback, feedback_score
 from .prediction_error import PredictorState
 from .settings import ModelParameters, Plan
 from .signals import LagState, Signals
-from .watch import NOTHING, Score, WatchState
 
 
 class Axis(NamedTuple):
@@ -28,7 +27,6 @@ class IdentifierState(NamedTuple):
     voltages: tuple[float, float]  # sums of front and rear voltage [V] since the last sample that was taken
     signals: Signals
     lag: Optional[LagState]  # noqa: UP045
-    watch: Optional[WatchState]  # noqa: UP045
     axes: tuple[Axis, Axis, Axis]  # pitch, elevation, travel
     references: References  # the instruments of all axes
 
@@ -60,7 +58,6 @@ class IdentifierOutput(NamedTuple):
     instrument_errors: Gains  # their standard errors
     contradicted: bool  # whether they exclude an estimate
     adapting: bool  # false while the adaptation rests
-    scores: tuple[Score, ...] = ()  # of the watched effects, in the order of the settings
 
 
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
@@ -97,7 +94,6 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         instrument_errors,
         contradicted,
         state.samples // plan.every >= plan.hold_samples,
-        _scores_in_order(state, gains, plan) if plan.candidates else (),
     )
 
 
@@ -114,14 +110,3 @@ def lag_of(pitch: AxisState, elevation: AxisState, plan: Plan) -> Lag:
         weighted += weight * (product / gain if gain != 0.0 else 0.0)
         weights += weight
     return Lag(assumed + weighted / weights, 1.0 / sqrt(weights))
-
-
-def _scores_in_order(state: IdentifierState, gains: Gains, plan: Plan) -> tuple[Score, ...]:
-    """Return the scores in the order of the settings; coefficients times the axis' gain are divided by that gain."""
-    ordered = [NOTHING] * len(plan.candidates)
-    for axis, gain, own in zip(state.axes, gains, plan.axes, strict=True):
-        for i, (score, coefficient) in zip(own.watched, axis.estimate.scores, strict=True):
-            if plan.candidates[i].times_gain and gain != 0.0:
-                score, coefficient = copysign(score, score * gain), coefficient / gain
-            ordered[i] = Score(score, coefficient)
-    return tuple(ordered)

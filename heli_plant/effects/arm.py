@@ -46,7 +46,7 @@ def inertial_coupling_travel(horizontal_elevation: float, elevation_rate: float,
 @declared(
     "c (a_e eps + a_1 - a_e sin(eps_h) - (a_1 - a_e eps_0) cos(eps_h))", "elevation", unit="1", bounds=(0.0, 1.0),
     source="paper, small-angle step", family="gravity at large angles",
-    drawn_against="elevation", certain=True, watchable=False,
+    drawn_against="elevation", certain=True,
     experiment="Let the elevation visit angles above .5 rad on either side.",
 )  # fmt: skip
 def large_angle_gravity(
@@ -67,7 +67,7 @@ def large_angle_gravity(
 
 @declared(
     "c a_th sin(theta - theta0) (1 - cos(eps_h))", "pitch", unit="1", bounds=(0.0, 1.0),
-    source="paper, eq. (1)", family="gravity at large angles", drawn_against="elevation", watchable=False,
+    source="paper, eq. (1)", family="gravity at large angles", drawn_against="elevation",
     experiment="Swing the pitch at elevations above .5 rad and at zero.",
 )  # fmt: skip
 def pitch_gravity_coupling(pitch: float, horizontal_elevation: float, a_th: float, theta0: float, c: float) -> float:
@@ -91,7 +91,7 @@ def speed_stability(travel_rate: float, c: float) -> float:
 
 @declared(
     "c k_z mu_s cos(theta) exp(-(eps - eps_ground)/eps_g)", "elevation", unit="1", bounds=(0.0, 5.0),
-    source=PAPER_NEGLECTS, family="ground effect", drawn_against="elevation", share_of_lift=True,
+    source=PAPER_NEGLECTS, family="ground effect", drawn_against="elevation",
     experiment="Hover at several heights just above the table.",
     shapes=(
         Shape("ground_elevation", "ground_elevation", "eps_ground", "rad", -0.5, -1.5, 1.0,
@@ -113,7 +113,7 @@ def ground_effect(
 @declared(
     "encoder reads rigid + q, q'' + 2 zeta w_b q' + w_b^2 q = c w_b^2 mu_s", "elevation",
     unit="rad/V", bounds=(-0.2, 0.2),
-    source="paper, section 2.3 (bending)", family="bending of the arm", place=BENDING, watchable=False,
+    source="paper, section 2.3 (bending)", family="bending of the arm", place=BENDING,
     experiment="Excite the voltage sum with a chirp from 1 to 6 Hz.",
     shapes=(
         Shape("frequency", "bending_frequency", "f_b", "Hz", 3.0, 0.8, 20.0, "w_b / (2 pi)",
@@ -130,7 +130,7 @@ def arm_bending(
 
 @declared(
     "t >= t_1: -c", "elevation", unit="rad/s^2", bounds=(-1.0, 1.0),
-    source="ADO, paper", family="moving mass", drawn_against="time", watchable=False,
+    source="ADO, paper", family="moving mass", drawn_against="time",
     experiment="Note when the mass moves, and hold everything else still for 10 s before and after.",
     shapes=(
         Shape("step_time", "moving_mass_time", "t_1", "s", 0.0, 0.0, 1e6, "time of the step", start=STEP_TIMES,

@@ -90,8 +90,6 @@ class Effect:
     drawn_against: str | None = None  # variable of its curve; "other_rate": of the axis that it couples with
     place: str = ACCELERATION
     shapes: tuple[Shape, ...] = ()
-    watchable: bool = True  # its signal follows from the motion at one instant
-    share_of_lift: bool = False  # a regression finds c times the axis's gain
     certain: bool = False  # every rig has it, as a term of rigid-body mechanics with c = 1
 
     @property

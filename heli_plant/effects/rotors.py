@@ -35,7 +35,7 @@ def reverse_thrust_loss(nu: float, c: float) -> float:
 
 @declared(
     "abs(v) < c: v -> 0, else v - c sign(v)", ROTORS, unit="V", bounds=(0.0, 2.0),
-    source=THRUST_MAP, family="thrust curve", place=VOLTAGE, drawn_against="mu_sum", watchable=False,
+    source=THRUST_MAP, family="thrust curve", place=VOLTAGE, drawn_against="mu_sum",
     experiment="Let the rotors' voltages cross zero slowly, both together and one alone.",
 )  # fmt: skip
 def dead_zone(voltage: float, c: float) -> float:
@@ -45,7 +45,7 @@ def dead_zone(voltage: float, c: float) -> float:
 
 @declared(
     "T_m -> T_m + c", ROTORS, unit="s", bounds=(-0.08, 0.5),
-    source="paper, eq. (9)", family="timing of the actuators", place=LAG, drawn_against="mu_rate", watchable=False,
+    source="paper, eq. (9)", family="timing of the actuators", place=LAG, drawn_against="mu_rate",
     experiment="Excite the pitch between 1 and 3 Hz, where the motors' phase shows.",
 )  # fmt: skip
 def motor_lag(time_constant: float, c: float) -> float:
@@ -55,7 +55,7 @@ def motor_lag(time_constant: float, c: float) -> float:
 
 @declared(
     "tau -> tau + c", ROTORS, unit="s", bounds=(0.0, 0.5),
-    source="sampled control", family="timing of the actuators", place=DELAY, drawn_against="mu_rate", watchable=False,
+    source="sampled control", family="timing of the actuators", place=DELAY, drawn_against="mu_rate",
     experiment="Excite the pitch between 1 and 3 Hz, where a delay and a lag differ in gain.",
 )  # fmt: skip
 def input_delay(delay: float, c: float) -> float:
@@ -66,7 +66,7 @@ def input_delay(delay: float, c: float) -> float:
 @declared(
     "nu -> (1 - c t) nu", ROTORS, unit="1/s", bounds=(-0.01, 0.01),
     source="warming motors, reports", family="warming of the motors",
-    place=THRUST, drawn_against="time", watchable=False,
+    place=THRUST, drawn_against="time",
     experiment="Repeat the same excitation at the beginning and at the end of a run of several minutes.",
 )  # fmt: skip
 def thrust_fade(nu: float, time: float, c: float) -> float:

@@ -3,54 +3,19 @@
 #include "model.h"
 #include "variables.h"
 
-enum { AXES = 3, SLOTS = 3, PARAMETERS = sizeof(ModelParameters) / sizeof(double) };
-
-static const char BLANKS[] = " \t\n\r\v\f";
-static const char *const AXIS_NAMES[AXES] = {"pitch", "elevation", "travel"};
-static const int WATCHES[AXES] = {REF_watch_pitch, REF_watch_elevation, REF_watch_travel};
-static const int SCORES[AXES] = {REF_score_pitch_1, REF_score_elevation_1, REF_score_travel_1};
+enum { PARAMETERS = sizeof(ModelParameters) / sizeof(double) };
 
 struct Model {
     Plan plan;
-    int watched[AXES]; /* number of effects watched on each axis */
     bool warned;
     Maybe_Sampled sampled;
 };
-
-/* Append the names between commas in ``watch.<axis>`` to ``list``; return their number. */
-static int watched_on(Unit *unit, int axis, List_Row_s_s *list)
-{
-    const char *text = unit->values[WATCHES[axis]].text;
-    char *at = strcpy(space_take(&unit->settled, (int64_t)strlen(text) + 1, 1), text);
-    int count = 0;
-    for (char *next = at; next; at = next) {
-        next = strchr(at, ',');
-        if (next)
-            *next++ = '\0';
-        at += strspn(at, BLANKS);
-        for (char *end = at + strlen(at); end > at && strchr(BLANKS, end[-1]);)
-            *--end = '\0';
-        if (*at) {
-            push_List_Row_s_s(&unit->settled, list, (Row_s_s){at, AXIS_NAMES[axis]});
-            count++;
-        }
-    }
-    if (count > SLOTS)
-        refuse(
-            &unit->settled, "watch.%s = '%s' names %d effects; at most %d can be watched", AXIS_NAMES[axis], text,
-            count, SLOTS);
-    return count;
-}
 
 static void show(Model *model, Unit *unit, const IdentifierOutput *output)
 {
     const bool closed = loop_is_closed(output->feedback);
     const Row52 shown = adaptive_identifier_shown(output, closed);
     unit_show(unit, REF_a_wx, &shown.x0, sizeof shown / sizeof shown.x0);
-    for (int64_t axis = 0, next = 0; axis < AXES; axis++) {
-        for (int64_t slot = 0; slot < model->watched[axis] && next < output->scores.count; slot++)
-            unit->values[SCORES[axis] + slot].real = output->scores.at[next++].score;
-    }
     if (closed && !model->warned && !model->plan.predicting) {
         model->warned = true;
         unit_say(
@@ -71,8 +36,6 @@ static void initialise(Model *model, Unit *unit)
         settings.hold_time = (Maybe_f){true, hold};
     if (values[REF_pitch_rest_angle_known].real != 0.0)
         settings.rest_angle = (Maybe_f){true, values[REF_pitch_rest_angle].real};
-    for (int axis = 0; axis < AXES; axis++)
-        model->watched[axis] = watched_on(unit, axis, &settings.watched);
     settings_IdentifierSettings__post_init(&unit->settled, &settings);
     model->plan = settings_prepare(&unit->settled, &settings);
     model->sampled.some = model->warned = false;

@@ -161,8 +161,6 @@ class Body:
 
     def as_type(self, value: Any, wanted: c.CType) -> Expr:
         """Return ``value`` as an expression of type ``wanted``, or raise NoType."""
-        if wanted == c.CHOICE and isinstance(value, FunctionType):
-            return Expr(self, wanted, str(self.program.choices.setdefault(value, len(self.program.choices))))
         have = type_of(value)
         if isinstance(value, Expr) and (have == wanted or wanted == c.UNKNOWN):
             return value
@@ -373,20 +371,6 @@ class Body:
         check = getattr(made.type.kind, "__post_init__", None)  # type: ignore[union-attr]
         if check is not None:
             self.call(check, made)
-        return made
-
-    def chosen(self, which: Expr, given: tuple[Any, ...]) -> Any:
-        """Call the function that a number chooses, of those in fields that take as many arguments."""
-        if which.type != c.CHOICE:
-            raise c.NoType(f"{which.type.name} is no function")
-        given = self.kept(given)
-        made = self.declare(c.FLOAT, "t", "0.0")
-        with self.block(f"switch ({which.bare})"):
-            for function, index in self.program.choices.items():
-                if len(inspect.signature(function).parameters) == len(given):
-                    with self.block(f"case {index}:"):
-                        self.emit(f"{made.code} = {self.as_type(self.call(function, *given), c.FLOAT).bare};")
-                        self.emit("break;")
         return made
 
 

@@ -27,7 +27,6 @@ class Translation:
         self.functions: dict[tuple[Any, ...], Body] = {}
         self.entries: list[Body] = []
         self.types: list[c.CType] = []
-        self.choices: dict[FunctionType, int] = {}  # numbers of functions in fields; who fills those comes first
 
     def entry(self, function: Callable[..., Any], *bound: Any, slopes_by: Collection[str] = ()) -> Body:
         """Translate a function that C by hand calls, or raise Untranslatable.

@@ -27,8 +27,6 @@ FLOAT, INT, BOOL = Scalar("double", "f"), Scalar("int64_t", "i"), Scalar("bool",
 DUAL = Scalar("Dual", "d")
 """A double with its slope in one direction (:mod:`heli_plant.dual`); takes the place of a float."""
 TEXT = Scalar("const char *", "s")
-CHOICE = Scalar("int64_t", "choice")
-"""A function in a field: its number among those that the program has put into fields."""
 NOTHING = Scalar("void", "n")
 UNKNOWN = Scalar("unknown", "u")  # the type of the elements of an empty list
 NUMBERS = (BOOL, INT, FLOAT, DUAL)
@@ -143,8 +141,6 @@ def annotated(hint: Any) -> CType:
         return PLAIN[hint]
     if origin is tuple and arguments[-1] is not Ellipsis:
         return Row(tuple(map(annotated, arguments)))
-    if origin is abc.Callable:
-        return CHOICE
     if origin in (tuple, list, abc.Sequence, abc.Iterable):
         return Listing(annotated(arguments[0]))
     if origin in (Union, types.UnionType):

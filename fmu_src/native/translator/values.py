@@ -61,10 +61,6 @@ class Expr:
                 return partial(self.body.replaced, self)
         raise AttributeError(f"{self.type.name} has no field {name}")
 
-    def __call__(self, *given: Any) -> Any:
-        """Call the function that it chooses."""
-        return self.body.chosen(self, given)
-
     def __bool__(self) -> bool:
         raise c.NoType("this is known at run time only")
 
