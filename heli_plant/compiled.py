@@ -7,11 +7,10 @@ those of :class:`heli_plant.parameters.PlantParameters` (:func:`parameter_record
 numba's disk cache notices a change in a function's own file only, not in what the function calls or names; here its
 folder is named by the content of all sources of the function's package. numba unpickles what it finds there, so whoever
 can write there can run code: the folder has to belong to the user, and nobody else may write to it. It stands in
-``HELI_CACHE_DIR``, or else in ``~/.cache/heli-twin``, or else, where that cannot be used, in one that is removed when
-the process ends. What a full disk or another library has damaged is dropped and compiled again.
+``HELI_CACHE_DIR``, or else in ``~/.cache/heli-twin``; where that cannot be used, every process compiles for itself.
+What a full disk or another library has damaged is dropped and compiled again.
 """
 
-import atexit
 import hashlib
 import os
 import sys
@@ -19,7 +18,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import FunctionType
 from typing import Any
 
@@ -97,10 +95,11 @@ def _jit(function: Any, is_plain: bool, **options: Any) -> Any:
 
 def kept_on_disk(dispatcher: Any) -> Any:
     """Return a function of numba, made without ``cache=True``, that keeps its machine code in :func:`cache_folder`."""
-    if hasattr(dispatcher, "py_func"):  # it is a plain function under NUMBA_DISABLE_JIT
+    folder = cache_folder()
+    if folder is not None and hasattr(dispatcher, "py_func"):  # it is a plain function under NUMBA_DISABLE_JIT
         version = _version(dispatcher.py_func.__module__.partition(".")[0])
         config: Any = numba.config
-        before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder() / f"numba-{version}")
+        before, config.CACHE_DIR = config.CACHE_DIR, str(folder / f"numba-{version}")
         with suppress(RuntimeError):  # a function that was composed has no file; it is compiled by each process
             dispatcher._cache = _PatientCache(dispatcher.py_func)  # looks for its folder now
         config.CACHE_DIR = before
@@ -135,8 +134,11 @@ class _PatientCache(FunctionCache):
             super().save_overload(sig, data)
 
 
-def cache_folder() -> Path:
-    """Folder of all compiled code; PlantError if one is named that cannot be made, or that others can write to."""
+def cache_folder() -> Path | None:
+    """Folder of all compiled code; PlantError if one is named that cannot be made, or that others can write to.
+
+    None where none is named and that of the user cannot be used.
+    """
     named = os.environ.get(VARIABLE)
     try:
         folder = Path(named or Path.home() / ".cache" / "heli-twin")
@@ -151,13 +153,4 @@ def cache_folder() -> Path:
     if named:
         remedy = f"set {VARIABLE} to a folder that can be written, by you alone"
         raise PlantError(f"compiled code cannot be kept in {named}: {reason}; {remedy}")
-    return _temporary_folder()
-
-
-@cache
-def _temporary_folder() -> Path:
-    """Make a folder that ends with this process; processes that it starts use it too."""
-    folder = TemporaryDirectory(prefix=".heli-cache-")
-    atexit.register(folder.cleanup)
-    os.environ[VARIABLE] = folder.name
-    return Path(folder.name)
+    return None
