@@ -22,8 +22,7 @@ SECTIONS = {
 PRINTED = {
     "blind": "blind", "windy": "halves", "measured": "halves", "outside": "outside", "damage": "damage",
     "controllers": "controllers", "follow": "follow", "closed_loop": "closed_loop", "quiet": "closed_loop",
-    "rough_air": "closed_loop",
-    "paper": "paper", "figures": "figures", "freeze": "freeze", "mutants": "mutants",
+    "rough_air": "closed_loop", "paper": "paper", "figures": "figures", "freeze": "freeze", "mutants": "mutants",
 }  # fmt: skip
 """Module of each benchmark that prints; its function of the benchmark's name has the options as its parameters."""
 
