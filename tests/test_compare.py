@@ -46,7 +46,7 @@ def test_alike_estimates_move_as_often_as_their_intervals_say():
 def test_a_diagnosis_beside_itself_moves_nothing_and_an_effect_of_one_plant_alone_is_named():
     same, without = hi.compare(diagnosis(), diagnosis()), hi.compare(diagnosis(), replace(diagnosis(), effects=()))
     assert same.moved == () and same.remarks[-1].startswith("Both diagnoses use")
-    assert all(row[-1] in ("within its interval", "given", "as before") for row in same.table.rows)
+    assert all(row[-1] in ("within its interval", "given", "the same") for row in same.table.rows)
     assert without.moved == ("dry friction on the pitch",)
     assert outcome(without, "dry friction on the pitch") == "only in the first"
 

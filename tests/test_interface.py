@@ -135,4 +135,4 @@ def test_a_command_warns_of_what_is_not_fit_for_control(tmp_path):
     said = " ".join(done.stderr.split())
     assert done.exit_code == 0
     assert "the elevation of this plant can be used for prediction only" in said
-    assert "the travel of this plant can be used for nothing" in said
+    assert "the travel of this plant cannot be used" in said

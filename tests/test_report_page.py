@@ -69,7 +69,7 @@ def test_text_of_the_user_is_no_markup(text):
 
 
 def test_the_first_screen_answers_what_a_laboratory_asks(text):
-    first = text[: text.index("<h2>Details</h2>")]
+    first = text[: text.index("<h2>Details</h2>")].replace("\u00a0", " ")
     for answer in (
         "The model lacks dry friction on the pitch",  # what is wrong with my model
         "better: −60 % (−65 % to −55 %)",  # how much better is the new one
@@ -102,9 +102,11 @@ def test_the_first_experiment_is_the_one_that_settles_most():
 
 
 def test_faults_of_the_logs_and_remarks_stand_before_the_details():
-    late = LogFault("late", "pitch", "A late column.", advice="Fix it.")
-    page = report_page(replace(example(), faults=(late,)), "rig")
-    assert page.index("A late column. Fix it.") < page.index("voltages reach 5.10 V") < page.index("<h2>Details</h2>")
+    late = LogFault("late", "pitch", "A late column", advice="Fix it.")
+    notes = ("A late column. Fix it.", *example().notes)
+    page = report_page(replace(example(), faults=(late,), notes=notes), "rig")
+    assert page.count("A late column") == 1
+    assert page.index("A late column. Fix it") < page.index("voltages reach 5.10 V") < page.index("<h2>Details</h2>")
 
 
 def test_each_held_out_log_has_its_residuals_and_the_first_one_the_overlay(text):

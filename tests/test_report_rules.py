@@ -87,7 +87,7 @@ def check_rules(diagnosis):
     usable = [axis for axis, own in document["axes"].items() if own["use"] != Use.NOTHING]
     horizon = ".2 s" if diagnosis.closed_loop else "1 s"
     assert len(heading) < 180  # two lines at 1280 px
-    # what the rig is said to have: in the plant, and its interval does without zero
+    # what the rig is said to have: in the plant, and its interval excludes zero
     for effect in document["effects"]:
         if effect["coefficient"] is None:
             continue
@@ -117,7 +117,9 @@ def check_rules(diagnosis):
     gains = dict(zip(("pitch", "elevation", "travel"), ("k_x", "k_z", "k_y"), strict=True))
     needed = [document["parameters"].get(gains[axis], {}).get("experiment") for axis in gains if axis not in usable]
     assert not any(needed) or ranked_experiments(diagnosis)[0][1] in needed
-    # one line a log, and no letter of a typewriter
+    # nothing is told twice, one line a log, and no letter of a typewriter
+    told = re.findall(r"<li>(.*?)</li>", written.partition('<ul class="remarks">')[2].partition("</ul>")[0])
+    assert len(told) == len({text.rstrip(".") for text in told})
     first = [line.partition(": ")[0] for line in remarks(document["notes"])]
     assert len(first) == len(set(first))
     assert [word for word in NEVER if re.search(word, f"{heading} {page} {diagnosis.summary()}")] == []

@@ -10,6 +10,7 @@ from benchmarks.rigs import likelihood_of as nothing_fitted
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
+from heli_identifier.tracing.findings import _rests_on
 from heli_identifier.tracing.fit import fit
 from heli_identifier.tracing.held_out import compare, hold_to, likelihood_of, rms_figures, use_of
 from heli_identifier.tracing.helicopter import helicopter
@@ -240,3 +241,12 @@ def test_plant_and_recovered_controller_fly_a_log_again(monkeypatch):
         _, own = Run.along(model(plant), record, np.zeros(3)).flown_again(3.0, laws)
         errors[name] = np.sqrt(np.mean(own**2, axis=(0, 1)))[:2]
     assert np.all(errors["true"] < 0.5 * errors["wrong"]), errors
+
+
+def test_references_contradict_no_gain_whose_wide_interval_meets_theirs():
+    """Both intervals hold what either allows: such a gain is not determined, and nothing contradicts it."""
+    gain, beside = Estimate(0.20, 0.14, "rad/s^2/V"), Estimate(-0.12, 0.10, "rad/s^2/V")
+    word, why, contradicted = _rests_on(gain, beside, 0.1, 0.07, True)
+    assert (word, contradicted) == (Determination.NOT_DETERMINED, False) and "0.20 ± 0.27" in why
+    assert _rests_on(gain, replace(beside, value=-0.5), 0.1, 0.07, True)[2]  # 0.70 apart, the intervals reach 0.47
+    assert _rests_on(replace(gain, standard_error=0.01), beside, 0.1, 0.07, True)[2]

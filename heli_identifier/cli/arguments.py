@@ -86,7 +86,12 @@ class Command(TyperCommand):
                 raise fail("an argument is empty; name the file, or set the variable that should name it")
             if any(a == SPREAD and b.startswith("-") for a, b in pairwise(args)):
                 raise fail(f"{SPREAD} names no log; put one or more after it, or leave it out")
-        return super().parse_args(ctx, spread(args))
+        try:
+            return super().parse_args(ctx, spread(args))
+        except Exception as error:
+            if not hasattr(error, "format_message"):  # a usage error has it, whose class has another place by version
+                raise
+            raise fail(f"{error.format_message().rstrip('.')}; see {ctx.command_path} --help") from error
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Let the help show what a parameter is called, not its type in Python."""

@@ -111,7 +111,7 @@ class Comparison(Tabular):
                 shown = (with_interval(e) if e else absent for e in (one.first, one.second))
                 found.append((one.name, *shown, one.outcome))
         for axis, two in self.uses.items():
-            found.append((f"use of the {axis}", *two, "as before" if two[0] == two[1] else "differs"))
+            found.append((f"use of the {axis}", *two, "the same" if two[0] == two[1] else "differs"))
         for error in self.errors:
             what = f"{error.log}, {error.axis} {AHEAD[self.judged]} [mrad]"
             found.append((what, angle_text(error.first), angle_text(error.second), error.outcome))

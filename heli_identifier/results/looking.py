@@ -23,11 +23,6 @@ from heli_identifier.tracing import (
 )
 from heli_plant.effects import AXES
 
-_BASES = {
-    Determination.OUTSIDE: "determined from outside",
-    Determination.NOISE_MODEL: "only on the word of the noise model",
-    Determination.NOT_DETERMINED: "not determined",
-}
 _ORIGINS = {
     "logged": "logged references",
     "rebuilt": "references rebuilt from the voltages",
@@ -121,8 +116,8 @@ def look_lines(
     """Say in three lines who flew and what moved the rig, how far each axis moved, and what each gain rests on."""
     flown = "A controller flew" if closed_loop else "Open loop"
     moved = listed([f"the {axis} by {significant(counts, 2)}" for axis, counts in movement.items()])
-    known = {base: [name for name, own in reports.items() if own.determination is base] for base in _BASES}
-    said = ", ".join(f"{listed(names)} {_BASES[base]}" for base, names in known.items() if names)
+    known = {base: [name for name, own in reports.items() if own.determination is base] for base in Determination}
+    said = ", ".join(f"{listed(names)} ({base})" for base, names in known.items() if names)
     return (
         f"{flown}; moved from outside: {references or 'nothing that these logs show'}.",
         f"Root mean square of the motion in encoder counts: {moved}.",

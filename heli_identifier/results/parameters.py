@@ -129,9 +129,9 @@ class ParameterSet(Tabular):
     @property
     def doubts(self) -> tuple[str, ...]:
         """What every result from these parameters has to say: axes that the diagnosis does not call fit for control."""
-        words = {Use.PREDICTION: "for prediction only, not for control", Use.NOTHING: "for nothing"}
+        words = {Use.PREDICTION: "can be used for prediction only, not for control", Use.NOTHING: "cannot be used"}
         return tuple(
-            f"the {', the '.join(axes)} of this plant can be used {said}; diagnosis.json says why and what to fly"
+            f"the {', the '.join(axes)} of this plant {said}; diagnosis.json says why and what to fly"
             for use, said in words.items()
             if (axes := self.axes_for(use))
         )

@@ -54,13 +54,6 @@ CONFUSED = 0.7
 LAGS = 50
 """Lags up to which the autocorrelation of innovations is drawn."""
 
-USES = {
-    Use.CONTROL: "usable for prediction over {} and control",
-    Use.PREDICTION: "usable for prediction over {} only",
-    Use.NOTHING: "not usable",
-}
-"""Fit for use, as the card of an axis says it, with the time ahead that was judged."""
-
 WEIGHTS = {"unusable": 100, "gain": 4, "effect": 2, "bound": 1}
 """What an experiment is worth that settles the gain of an axis that is not usable, another gain, a found or possible
 effect, an effect that is not testable."""
@@ -123,13 +116,16 @@ def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]
     elif found.determination is Determination.NOT_DETERMINED:
         gain = f"{symbol} is not determined: {found.why}. {f'To fly: {found.experiment}' if found.experiment else ''}"
     else:
-        slope = f"as slope at {words.significant(diagnosis.settings['operating_point'])} V"
-        gain = f"{symbol} = {words.with_interval(found.estimate)} {slope}, {found.determination}"
+        volts = words.significant(diagnosis.settings["operating_point"])
+        gain = f"{symbol} = {words.with_interval(found.estimate)} (slope at {volts} V), {found.determination}"
+    usable = report.use is not Use.NOTHING
+    over = f"usable for {report.use}".replace("prediction", f"prediction over {words.horizon(diagnosis)}")
     errors = [words.significant(1e3 * getattr(stage, field).value) for stage in (report.before, report.after)]
     return {
-        "axis": axis, "use": USES[report.use].format(words.horizon(diagnosis)), "fit": report.use.name.lower(),
+        "axis": axis, "use": over if usable else str(report.use), "fit": report.use.name.lower(),
         "kind": kind, "change": f"{word}: {said}" if change else word,
         "errors": f"error {words.AHEAD[field]}: {errors[0]} to {errors[1]} mrad", "gain": gain.strip(),
+        "why": "" if usable else f"not usable: {report.why}",
     }  # fmt: skip
 
 
@@ -235,7 +231,8 @@ def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[st
             memory.line(np.arange(1, LAGS + 1) * series.residual_step, memories, label, label)
         bound = np.full(2, 1.96 / np.sqrt(len(series.residual_after)))
         memory.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
-        white = f"Ljung-Box test of white innovations: {words.p_text(diagnosis.axes[axis].whiteness_p['after'])}."
+        p = diagnosis.axes[axis].whiteness_p["after"]
+        white = f"Ljung-Box test of white innovations: {words.p_text(p) if np.isfinite(p) else 'no sample counts'}."
         said = f"of the innovations of the {axis} on {series.log.name}, before and after"
         drawn = [
             figure([spectrum], "frequency [Hz]", f"Power spectral density {said}", log_x=True),

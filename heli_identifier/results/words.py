@@ -193,7 +193,7 @@ def verdict_line(diagnosis: DiagnosisFile) -> str:
     named = [_with_rival(effect) for effect in diagnosis.effects if effect.in_plant and has_sign(effect)]
     if not named:
         first, more = diagnosis.effects[0], len(diagnosis.effects) - 1
-        but = "whose interval holds zero" if first.in_plant else "which the plant does not have"
+        but = "whose interval contains zero" if first.in_plant else "which the plant does not have"
         said = f"{_with_rival(first)}, {but}{f', and {more} more' if more else ''}"
         return f"The logs speak for {said}. {change}"
     counted = ([*named[:n], *([f"{len(named) - n} more"] if len(named) > n else [])] for n in (2, 1))
@@ -242,7 +242,7 @@ def _with_rival(effect: FoundEffect) -> str:
 
 
 def has_sign(effect: FoundEffect) -> bool:
-    """Whether the interval of an effect's coefficient does without zero; a torque by table has no coefficient."""
+    """Whether the interval of an effect's coefficient excludes zero; a torque by table has no coefficient."""
     if effect.coefficient is None:
         return True
     low, high = effect.coefficient.interval
@@ -255,7 +255,7 @@ def held_out_sentence(diagnosis: DiagnosisFile) -> str:
     flown = "A controller flew these logs, so its voltages answer the air"
     decides = f" {flown}: errors 1 s ahead under measured voltages decide nothing here."
     said = (
-        f"The log-likelihood of the held-out logs goes from {held_out.before:.5g} to {held_out.after:.5g} nats per "
+        f"The log-likelihood of the held-out logs goes from {held_out.before:.1f} to {held_out.after:.1f} nats per "
         f"second: {gain.value:+z.0f} nats ({gain.low:z.0f} to {gain.high:z.0f}) in {held_out.seconds:.0f} s."
     )
     return typeset(said) + (decides if diagnosis.closed_loop else "")
@@ -271,8 +271,10 @@ def score_text(effect: FoundEffect, settings: Mapping[str, Any]) -> str:
 def possible_sentence(effect: FoundEffect, settings: Mapping[str, Any]) -> str:
     """Say of a possible effect why it is no finding, and why the plant has it or not."""
     gain, place = effect.left_out_gain, "in the plant" if effect.in_plant else "not in the plant"
-    if gain is not None:
-        place += f", as left-out logs {'gain' if gain > 0.0 else 'lose'} {abs(gain):.1f} nats with it"
+    if effect.in_plant and (gain or 0.0) <= 0.0:
+        place += ", as every rig has it and these logs do not contradict it"
+    elif gain is not None:
+        place += f", as left-out logs {'gain' if gain > 0.0 else 'lose'} {significant(abs(gain), 2)} nats with it"
     if effect.score > settings["score_needed"]:  # a friction that fades over less than the encoders resolve
         place += "; slow turns that the encoders round look like it"
     return f"{effect_title(effect)}: possible, {score_text(effect, settings)}; {place}."

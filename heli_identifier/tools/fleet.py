@@ -10,7 +10,7 @@ so that a weak effect shows if it repeats. A rig is left out of the mean of an e
 That no rig has an effect is refuted at a false discovery rate of .5 % over all effects of the catalogue (Benjamini and
 Hochberg 1995), the level at which a diagnosis accuses a clean rig. It is so low since the scores of entries that were
 not found scatter by 1.2 standard errors on a clean rig, of whose shapes the likeliest speaks. Only such an effect
-*repeats*, and only if two rigs name it, or if the interval of its mean does without zero and the mean lies in the
+*repeats*, and only if two rigs name it, or if the interval of its mean excludes zero and the mean lies in the
 catalogue's plausible range: no loss of thrust is negative. Where the rigs' coefficients are not alike it *differs*.
 """
 
@@ -89,7 +89,7 @@ class Coefficient:
 
     @property
     def certain(self) -> bool:
-        """Whether a rig names the effect and the interval of its mean does without zero."""
+        """Whether a rig names the effect and the interval of its mean excludes zero."""
         return bool(self.named) and self.pooled is not None and self.pooled.has_sign
 
     @property

@@ -73,7 +73,7 @@ class Pooled:
 
     @property
     def has_sign(self) -> bool:
-        """Whether the interval of the mean does without zero."""
+        """Whether the interval of the mean excludes zero."""
         return self.interval[0] > 0.0 or self.interval[1] < 0.0
 
 

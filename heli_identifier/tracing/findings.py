@@ -14,6 +14,7 @@ made of them need no such model: they judge what the likelihood says.
 """
 
 from collections.abc import Collection, Sequence
+from math import floor, inf, log10
 from operator import attrgetter
 
 import numpy as np
@@ -97,8 +98,8 @@ def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFaul
         if (fault := finding.effect.fault) is not None and fault.family not in imitated:
             size = Estimate(selection.fit.likelihood.faults[fault], finding.score.standard_error, fault.unit)
             words = (
-                f"In your log, not in your rig: {fault.channel} {fault.name}. The log holds {fault.law} with size "
-                f"{size.value:.3g} {fault.unit}; this was undone before anything else was said"
+                f"In your log, not in your rig: {fault.channel} {fault.name}. The log has {fault.law}, with a size of "
+                f"{size.value:.3g} {fault.unit}; this was undone before the search for effects"
             )
             others = tuple((other.name, other.axis) for other in finding.alternatives)
             found.append(LogFault(fault.name, fault.channel, words, size, finding.stated, others, fault.advice))
@@ -167,6 +168,12 @@ def _behind(unit: str) -> str:
     return "" if unit == "1" else f" {unit}"
 
 
+def _between(value: float, half: float) -> str:
+    """Give a value and half of its interval to the second digit of the half."""
+    digits = max(1 - floor(log10(half)), 0) if 0.0 < half < inf else 3
+    return f"{value:z.{digits}f} ± {half:.{digits}f}"
+
+
 def _bound(effect: Effect, estimate: Estimate) -> float:
     """Largest abs(c) inside the 95 % interval; of a one-sided effect the upper end, never below one standard error.
 
@@ -224,14 +231,15 @@ def _rests_on(
     half, unit, sure, said = 1.96 * (estimate.standard_error or 0.0), _behind(estimate.unit), False, ""
     if instrument is not None:
         value, error = instrument.value, instrument.standard_error or 0.0
-        said = f"references alone give {value:.3g} ± {1.96 * error:.2g}{unit}"
+        said = f"references alone give {_between(value, 1.96 * error)}{unit}"
         agrees = abs(value - estimate.value) <= max(CONTRADICTION * error, MATTERS * abs(value))
-        if is_gain and not agrees:
-            why = f"{said}, the likelihood {estimate.value:.3g} ± {half:.2g}{unit}"
+        apart = abs(value - estimate.value) > half + 1.96 * error
+        if is_gain and not agrees and (apart or half <= allowed):
+            why = f"{said}, the likelihood {_between(estimate.value, half)}{unit}"
             return Determination.NOT_DETERMINED, why, True
         sure = agrees and 1.96 * error < DETERMINED * abs(value)
     if half > allowed:
-        return Determination.NOT_DETERMINED, f"its interval is ± {half:.2g}{unit}", False
+        return Determination.NOT_DETERMINED, f"its interval is wide, {_between(estimate.value, half)}{unit}", False
     if sure:
         return Determination.OUTSIDE, said, False
     if is_gain and (share or 0.0) < CONFIRMED and SURE * half > allowed:

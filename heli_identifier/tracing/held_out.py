@@ -27,7 +27,7 @@ Source of the test for whiteness: Ljung and Box 1978, eq. (1.2).
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import log, pi
+from math import log, nan, pi
 
 import numpy as np
 from scipy.signal import correlate, lfilter
@@ -278,7 +278,7 @@ def _ljung_box_p(white: Sequence[Array], weights: Sequence[Array], step: float) 
     """
     lags, n = max(1, round(WHITE_TIME / step)), sum(float(w.sum()) for w in weights)
     if n <= lags:
-        return 1.0
+        return nan
     square = sum(float(w @ z**2) for z, w in zip(white, weights, strict=True)) / n
     of_logs = [[correlate(x, x)[len(x) :][:lags] for x in (z * w, w)] for z, w in zip(white, weights, strict=True)]
     products, pairs = (sum(own) for own in zip(*of_logs, strict=True))
@@ -359,10 +359,8 @@ def use_of(gain: str, report: ParameterReport | None, error: float, least: float
     given.
     """
     if not error < least:
-        return (
-            Use.NOTHING,
-            f"it errs by {1e3 * error:.2g} mrad over {ahead:g} s, without a model it is {1e3 * least:.2g}",
-        )
+        bare = f"a prediction without a model by {1e3 * least:.1f} mrad"
+        return Use.NOTHING, f"it errs by {1e3 * error:.1f} mrad over {ahead:g} s, {bare}"
     if report is None:
         return Use.CONTROL, f"{gain} was given"
     if report.contradicted or report.determination is Determination.NOT_DETERMINED:

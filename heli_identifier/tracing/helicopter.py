@@ -103,10 +103,10 @@ def family_of(field: str) -> str:
 
 
 _FLY: Mapping[str, str] = {
-    "k_x": "Step the pitch's reference by 10 degrees every 5 s for a minute, in a log that has the reference.",
-    "k_z": "Step the elevation's reference by 10 degrees every 8 s for a minute, in a log that has the reference.",
+    "k_x": "Step the pitch by 10 degrees every 5 s for a minute; under a controller step and log its reference.",
+    "k_z": "Step the elevation by 10 degrees every 8 s for a minute; under a controller step and log its reference.",
     "k_y": "Lean the pitch by 10 degrees for 5 s either way, six times, at a constant sum of the voltages.",
-    "a_th": "Step the pitch's reference by 10 degrees every 5 s for a minute, in a log that has the reference.",
+    "a_th": "Step the pitch by 10 degrees every 5 s for a minute; under a controller step and log its reference.",
     "a_e": "Hover at three heights 10 degrees apart for 20 s each.",
 }
 """What to fly so that a parameter is determined."""

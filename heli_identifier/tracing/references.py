@@ -110,7 +110,7 @@ def find_references(logs: Sequence[Log]) -> References:
         for i, law in answering.items():
             _, signal, reason = law.rebuilt()
             if signal is None:
-                notes.append(f"{logs[i].name}: no reference behind {channel}, since {reason}.")
+                notes.append(f"{logs[i].name}: {channel} holds no reference: {reason}.")
             else:
                 found[i, channel] = signal
                 origins.add("rebuilt")
@@ -173,7 +173,7 @@ def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True)
     shifts = np.linspace(20, max(20, len(outputs) - 20), 99).astype(int)
     if added < max(_added_r2(target, own, np.roll(outputs, shift, axis=0))[0] for shift in shifts):
         return None
-    return f"it is feedback (the outputs' past tells R2 = {added:.2f} of it, the bound is {ADDED_R2:g})"
+    return f"it is feedback (past angles explain {100.0 * added:.0f} % of it, {100.0 * ADDED_R2:g} % are allowed)"
 
 
 _Shape = tuple[int, Array]
@@ -291,9 +291,9 @@ class _Law:
         share = float(outside.var() / (outside.var() + answer.var() + 1e-30))
         law = Controller(self.channel, gains, rates, periods * self.h)
         if share < OUTSIDE_SHARE:
-            return law, None, f"the outside has a share of {share:.2f} ({OUTSIDE_SHARE:g} is needed)"
+            return law, None, f"{100.0 * share:.0f} % of it come from outside, {100.0 * OUTSIDE_SHARE:g} % are needed"
         if reason := refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False):
-            return None, None, f"no usual law fits and {reason.replace('it', 'what remains', 1)}"
+            return None, None, f"no usual control law fits, and {reason.replace('it', 'what remains', 1)}"
         return law, np.interp(np.arange(len(self.log.angles)), self.rows, outside), ""
 
 

@@ -270,7 +270,7 @@ class AxisReport:
     """What the use rests on, in a clause."""
     change: Mapping[str, ErrorFigure] = field(default_factory=dict)
     """By the names of errors ahead: error after over error before, less 1, over the same segments for both. It is real
-    if its interval does without zero."""
+    if its interval excludes zero."""
 
 
 @dataclass(frozen=True)
