@@ -156,6 +156,16 @@ def test_a_rig_that_cannot_test_an_effect_is_left_out_and_says_why():
     assert "not testable" in {cells[1] for cells in effect_table(fleet.effects).rows}
 
 
+def test_what_a_plant_has_as_mechanics_expects_it_is_no_evidence_that_it_repeats():
+    """Such a coefficient is near 1 by its prior, whatever the logs say."""
+    gravity = ("large_angle_gravity", "elevation")
+    pattern = replace(found_effects()[0], name=gravity[0], axis=gravity[1], verdict=Verdict.POSSIBLE, in_plant=True)
+    _, effects = over(*[replace(rig({gravity: 1.0}), possible=(pattern,))] * 3)
+    assert effects[gravity].finding == Finding.NOT_TESTABLE
+    _, effects = over(*[rig({gravity: 1.0})] * 3)
+    assert effects[gravity].finding == Finding.REPEATS
+
+
 def test_the_heading_names_what_explains_the_logs_as_well():
     fleet, _ = over(*[rig({FRICTION: 0.2}, [FRICTION], alternatives=[CABLE])] * 2)
     assert f"{TITLE} or cable stiffness on the travel repeats" in fleet_sentence(fleet)

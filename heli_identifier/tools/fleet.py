@@ -234,12 +234,14 @@ def _of_rig(rig: str, own: Estimate, verdict: str, left_out: str, named: bool) -
 
 
 def _place(diagnosis: Diagnosis, entry: CatalogueVerdict) -> tuple[str, bool]:
-    """Why the mean does without an entry of the catalogue on one rig, and whether the rig's diagnosis names it."""
+    """Why the mean leaves out an entry of the catalogue on one rig, and whether the rig's diagnosis names it."""
     key, family = (entry.name, entry.axis), effect(entry.name, entry.axis).family
     named = [own for own in diagnosis.effects if own.coefficient is not None]
     is_named = key in {(own.name, own.axis) for own in named}
     if entry.verdict == Verdict.NOT_TESTABLE or not _determined(entry.estimate):
         return f"not testable: {entry.why}", is_named
+    if key in {(own.name, own.axis) for own in diagnosis.possible if own.in_plant} and effect(*key).certain:
+        return "not testable: its value is near what mechanics expects of every rig, by that alone", is_named
     rivals = [
         effect_name(own.name, own.axis)
         for own in named
