@@ -30,7 +30,6 @@ from functools import partial
 from itertools import pairwise, product
 from pathlib import Path
 from time import process_time
-from types import MappingProxyType
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -79,8 +78,8 @@ class Half(NamedTuple):
     refused: str = ""
     seconds: float = 0.0
     true: frozenset[str] = frozenset()
-    told: Mapping[str, float] = MappingProxyType({})
-    slopes: Mapping[str, float] = MappingProxyType({})
+    told: Mapping[str, float] = {}
+    slopes: Mapping[str, float] = {}
     loss: float = float("nan")
 
     @property

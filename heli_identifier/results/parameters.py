@@ -61,7 +61,8 @@ class Covariance:
     logarithms: tuple[str, ...]
     """Those of them, the gains, that count with the logarithm of their slope at the operating point."""
     operating_point_v: float
-    """Voltage [V] of the slopes: there a gain hardly depends on how the thrust bends."""
+    """Voltage [V] of the slopes: there a gain hardly depends on how the thrust bends. The elevation's offset counts
+    with what it is beyond the lift by the thrust there."""
     matrix: NDArray[np.float64]
     """Shape (n, n): in the squares and products of the parameters' units, of a logarithm 1."""
     not_determined: tuple[str, ...] = ()

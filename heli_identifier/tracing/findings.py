@@ -210,10 +210,13 @@ def parameter_reports(fitted: Fit, C: Array, outside: InstrumentEstimates | None
     for i, (name, coordinate) in enumerate(zip(fitted.fields, fitted.coordinates, strict=False)):
         if name not in rig.base:
             continue
-        estimate = Estimate(fitted.estimate(name), float(fitted.slope(name) * np.sqrt(C[i, i])), rig.units[name])
-        low, high = sorted((coordinate.value(-1.96), coordinate.value(1.96)))
+        is_gain, value = name in rig.gains, fitted.estimate(name)
+        if is_gain:
+            estimate = Estimate(value, float(fitted.slope(name) * np.sqrt(C[i, i])), rig.units[name])
+        else:
+            estimate = estimates(fitted, C, [name])[name]
+        low, high = sorted(estimate.value - value + coordinate.value(x) for x in (-1.96, 1.96))
         instrument, share = by_instruments.get(name, (None, None))
-        is_gain = name in rig.gains
         allowed = DETERMINED * (abs(estimate.value) if is_gain else 0.5 * (high - low))
         word, why, contradicted = _rests_on(estimate, instrument, share, allowed, is_gain)
         fly = "" if word is Determination.OUTSIDE else rig.fly.get(name, "")

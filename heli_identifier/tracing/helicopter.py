@@ -45,6 +45,9 @@ BASE = (*ModelParameters._fields, LAG_FIELD)
 GAINS = ("k_x", "k_z", "k_y")
 """Gains of pitch, elevation, travel."""
 
+WEIGHT = "a_1"
+"""Acceleration of the elevation [rad/s^2] by its weight, which the mean thrust carries."""
+
 HORIZONTAL = "horizontal_offset"
 """Shape that all laws with a sine of the elevation share."""
 
@@ -271,7 +274,7 @@ class Rig:
     effects: tuple[Effect, ...]
     """The catalogue; an entry that is among ``base`` is estimated by every fit."""
     operating_point: float
-    """Voltage [V] about which the gains are slopes."""
+    """Voltage [V] about which the gains are slopes, and a_1 is expected to balance the thrust."""
     known: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Centre and width of the priors of effects and gains that something is known of, by field."""
 
@@ -299,15 +302,30 @@ class Rig:
         return replace(self, known={**self.known, **priors})
 
     def assign(self, p: PlantParameters, values: Mapping[str, float]) -> PlantParameters:
-        """Set parameters; of a gain the slope at the operating point is given, and the gain at zero voltage follows."""
-        q = p._replace(**{field: value for field, value in values.items() if field not in GAINS})
+        """Set parameters as :meth:`read` gives them.
+
+        What is not given stays as it reads: gains at zero voltage follow their slopes, and a_1 follows the thrust, so
+        that an arm of which nothing is known still hovers.
+        """
+        q = p._replace(**{field: value for field, value in values.items() if field not in (*GAINS, WEIGHT)})
         slopes = zip(GAINS, _slopes(p, self.operating_point), _slopes(q, self.operating_point), strict=True)
-        return q._replace(**{f: (values[f] if f in values else getattr(p, f) * old) / new for f, old, new in slopes})
+        q = q._replace(**{f: (values[f] if f in values else getattr(p, f) * old) / new for f, old, new in slopes})
+        beyond = values[WEIGHT] if WEIGHT in values else self.read(p, WEIGHT)
+        return q._replace(**{WEIGHT: self._lift(q) + beyond})
 
     def read(self, p: PlantParameters, field: str) -> float:
-        """Give the value of one parameter, of a gain the slope at the operating point."""
+        """Give the value of one parameter; of a gain the slope at the operating point, of a_1 what is beyond the lift.
+
+        The lift is the acceleration [rad/s^2] of the elevation by the thrust at the operating point.
+        """
+        if field == WEIGHT:
+            return float(p.a_1) - self._lift(p)
         value = float(getattr(p, field))
         return value * _slopes(p, self.operating_point)[GAINS.index(field)] if field in GAINS else value
+
+    def _lift(self, p: PlantParameters) -> float:
+        thrust = thrust_voltage(motor_input(self.operating_point, p), 0.0, p)
+        return 2.0 * float(p.k_z) * thrust
 
     def linear(self, p: PlantParameters) -> tuple[tuple[float, float], ...]:
         """Give damping [1/s] and stiffness [1/s^2] of each axis, for the gains of its filter."""
@@ -337,8 +355,7 @@ class Rig:
             return Coordinate(field, abs(centre), width, sign=sign)
         if field in _LINEAR:
             width, lower = _LINEAR[field]
-            centre = self._lift(start) if field == "a_1" else 0.0
-            return Coordinate(field, centre, width, lower, BY_FIELD[field].maximum)
+            return Coordinate(field, 0.0, width, lower, BY_FIELD[field].maximum)
         if field.startswith("table_torque"):
             axis = field.rpartition("_")[2]
             travel = list(VARIABLES).index("travel") + 1.0
@@ -359,15 +376,6 @@ class Rig:
         centre, width = self.known.get(field, (0.0, usual))
         step = _DIFFERENCE.get(entry.name, DIFFERENCE * width) / width
         return Coordinate(field, centre, width, lower, entry.upper, step=step, in_reading=entry.place == BENDING)
-
-    def _lift(self, start: PlantParameters) -> float:
-        """Acceleration [rad/s^2] by which the mean voltages are expected to lift the arm: the weight that they carry.
-
-        An arm that rests in flight tells nothing else of itself. Without it the plant of such a rig would not hover.
-        """
-        lifting = self.coordinate("k_z", start) if "k_z" in self.base else None
-        k_z = lifting.value(0.0) if lifting else start.k_z
-        return 2.0 * self.operating_point * k_z
 
     def estimate(self, records: Sequence[Record]) -> PlantParameters:
         """Least squares on smoothed derivatives; biased by the air, only the fit's start depends on it."""

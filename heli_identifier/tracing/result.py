@@ -406,7 +406,8 @@ class Diagnosis(DiagnosisFile):
     plant_after: Any
     """The complete parameter sets."""
     covariance: Array
-    """Shape (n, n): Of what ``covariance_fields`` names, gains as slopes at the operating point."""
+    """Shape (n, n): Of what ``covariance_fields`` names, gains as slopes at the operating point, a_1 as what it is
+    beyond the lift there."""
     covariance_fields: tuple[str, ...]
     series: tuple[HeldOutSeries, ...]
     curves: tuple[EffectCurve, ...]
