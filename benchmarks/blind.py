@@ -72,7 +72,8 @@ class Result(NamedTuple):
         """Give the truth and what was found as a line."""
         true = [f"{e['name']} {e['value'] or 0.0:.3g}" for e in self.row["truth"] or () if e["name"] not in BASE]
         found = [
-            f"{e['name']} {e['axis']} {e['variable'] or ''}{e['coefficient'] or 0.0:.3g} (score {e['score']:.1f})"
+            f"{e['name']} {e['axis']} {e['variable'] or ''}{(e['coefficient'] or {}).get('value', 0.0):.3g} "
+            f"(score {e['score']:.1f})"
             for e in self.row["effects"] or ()
         ]
         said = self.row["error"] or "; ".join(found) or "nothing"

@@ -260,7 +260,12 @@ def test_truth_stands_beside_a_failed_diagnosis_and_changes_nothing_of_it():
 
 
 def found(name, axis, coefficient=0.02, standard_error=0.001):
-    return {"name": name, "axis": axis, "coefficient": coefficient, "standard_error": standard_error}
+    known = {"value": coefficient, "standard_error": standard_error, "unit": "1"}
+    return {"name": name, "axis": axis, "coefficient": None if name == "unknown" else known}
+
+
+def damping(value, standard_error):
+    return {"a_wx": {"value": value, "standard_error": standard_error, "unit": "1/s"}}
 
 
 def row(truth, *effects, verdict="effects shown", **columns):
@@ -278,12 +283,13 @@ def test_what_is_no_result_and_no_folder_for_results_is_named(tmp_path):
 
 
 def test_the_table_has_every_column_whatever_the_rows_lack(tmp_path):
-    rows = [row(FRICTION, found("dry_friction", "pitch"), a_wx=0.061), complete({"rig": "bad", "error": "unreadable"})]
+    whole = row(FRICTION, found("dry_friction", "pitch"), parameters=damping(0.061, 0.001))
+    rows = [whole, complete({"rig": "bad", "error": "unreadable"})]
     rows += [row({}), row(DETENT)]
     (tmp_path / "all.parquet").write_bytes(parquet_bytes(rows))
     table = pd.read_parquet(tmp_path / "all.parquet")
-    assert [*table.columns] == [*rows[1]]
-    assert table["a_wx"][0] == 0.061 and table["a_wx"].isna()[1]
+    known = table["parameters_a_wx_value"]
+    assert known[0] == 0.061 and known.isna()[1] and table["error"][1] == "unreadable"
     assert table["effects"][0][0]["name"] == "dry_friction"
 
 
@@ -306,10 +312,10 @@ def test_entries_are_judged_against_the_truth(truth, effects, every, false):
 
 
 def test_interval_covers_what_lies_within_1_96_standard_errors_and_is_not_counted_where_nothing_is_known():
-    near, far = found("dry_friction", "pitch", 0.02 + 1.9e-3, 1e-3), {"a_wx": 0.060 + 2.0e-3, "a_wx_se": 1e-3}
-    assert judged(row(FRICTION, near, **far)).covered == {"dry_friction pitch": True, "a_wx": False}
+    near, far = found("dry_friction", "pitch", 0.02 + 1.9e-3, 1e-3), damping(0.060 + 2.0e-3, 1e-3)
+    assert judged(row(FRICTION, near, parameters=far)).covered == {"dry_friction pitch": True, "a_wx": False}
     unstated = {"ground_effect elevation": None}
-    assert judged(row(unstated, found("ground_effect", "elevation"), a_wx=0.06, a_wx_se=0.01)).covered == {}
+    assert judged(row(unstated, found("ground_effect", "elevation"), parameters=damping(0.06, 0.01))).covered == {}
 
 
 def test_summary_counts_what_is_true_where_that_is_known_and_failures_apart():
@@ -346,7 +352,7 @@ def test_folder_of_rigs_is_diagnosed_from_the_command_line_and_a_bad_one_is_list
     good, bad = pd.read_parquet(tmp_path / "out" / CONSOLIDATED).to_dict("records")
     assert pd.isna(good["error"]) and bad["error"] == error
     assert good["verdict"] in ("effects shown", "model adequate", "unknown effect")
-    assert good["a_th"] > 10.0 * good["a_th_se"] > 0.0
+    assert good["parameters_a_th_value"] > 10.0 * good["parameters_a_th_standard_error"] > 0.0
     # A second later the pitch is where the model says, to a small part of the .1 rad that it moves by.
-    assert 0.0 < good["pitch_1s_noise_floor_rad"] <= 1.5 * good["pitch_1s_after_rad"] < 0.03
-    assert good["truth"] is None
+    after, floor = (good[f"prediction_1s_rad_pitch_{stage}"] for stage in ("after", "noise_floor"))
+    assert 0.0 < floor <= 1.5 * after < 0.03

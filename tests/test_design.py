@@ -15,7 +15,6 @@ from heli_identifier.tools.experiment import (
     outlook,
     proposals,
     ranked,
-    separation_warning,
 )
 from heli_identifier.tools.flight import additions, flight_outlooks
 from heli_plant.control import PidSettings
@@ -58,15 +57,6 @@ def test_two_effects_that_look_alike_are_separated_with_larger_errors():
 
 
 ALIKE = Outlook(multisines(1.5, 0.5), 40.0, (0.1, 0.1), (1e-3, 2e-3), 0.99, 0.5, 0.3)
-
-
-def test_experiments_that_all_leave_two_effects_alike_are_said_to_separate_nothing():
-    pair = effects_named(("motor_lag", "input_delay"))
-    text = separation_warning([ALIKE, ALIKE._replace(correlation=0.97)], pair) or ""
-    # the separable share is sqrt(1 - .97^2) = .243, so that errors are 4 times as large
-    for part in ("separates motor_lag from input_delay", "at least 0.970", "4 times"):
-        assert part in text
-    assert separation_warning([ALIKE, ALIKE._replace(correlation=0.9)], pair) is None
 
 
 def test_an_experiment_beyond_the_limits_is_not_proposed():

@@ -76,7 +76,7 @@ def test_settings_that_cannot_be_are_refused_at_once(said):
 def test_a_campaign_keeps_the_rest_pitch_of_each_rig(logs):
     rig = Rig((logs[0],), (logs[1],), configuration=RigConfiguration(rest_pitch=WRONG))
     row = diagnosed(SimpleNamespace(rig="given", load=lambda: rig), DiagnosisSettings())
-    assert (row["theta0"], row["theta0_se"]) == (WRONG, None)
+    assert (row["parameters"]["theta0"]["value"], row["parameters"]["theta0"]["standard_error"]) == (WRONG, None)
 
 
 @pytest.mark.parametrize(

@@ -260,9 +260,9 @@ def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_con
     document = json.loads(said.stdout)
     assert document == json.loads((out / "linear_model.json").read_text())
     matrices = loadmat(out / "linear_model.mat")
-    A = np.array(document["continuous"]["A"])
+    A = np.array(document["A"])
     assert np.array_equal(matrices["A"], A)
-    low, high = (np.array(document["intervals"]["A"][end]) for end in ("low", "high"))
+    low, high = np.array(document["A_low"]), np.array(document["A_high"])
     # the estimate lies inside the interval that is drawn around it
     assert np.all((low - 1e-9 <= A) & (high + 1e-9 >= A))
     assert document["loops"]["after"]["stable_share"] == 1.0

@@ -1,6 +1,7 @@
 """Commands on a plant: effects, design, linearise, design-controller."""
 
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,7 +9,7 @@ from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import option
 from heli_identifier.cli.guard import refuse
-from heli_identifier.cli.terminal import answer, note, progress_bar, warn
+from heli_identifier.cli.terminal import answer, note, progress_bar
 from heli_identifier.errors import require_range
 from heli_identifier.provenance import from_command_line
 
@@ -101,9 +102,6 @@ def design(
     listed = ranked[: 10 if json else 5]
     table, said = tools.experiment_table(listed, entries), READING if len(entries) > 1 else READING[:-1]
     answer(json, results.plain([own.document(entries) for own in listed]), [table], said)
-    text = tools.separation_warning(listed, entries)
-    if text is not None:
-        warn(text)
     if output is not None:
         ranked[0].write_voltages(output)
         note(f"voltages of the best: {output}")
@@ -130,15 +128,18 @@ def linearise(
 
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
+    from scipy.io import savemat
+
     with results.whole_folder(output) as draft:
         given = args.read_with_doubts(parameters)
         with progress_bar() as progress:
             made = tools.design_pid(given, pitch, elevation, progress=progress)
         origin = from_command_line()
-        document = made.linear_document(origin)
+        document, matlab = made.linear_document(origin), BytesIO()
+        savemat(matlab, made.matrices())
         files = {
             "linear_model.json": document,
-            "linear_model.mat": made.matlab_bytes(),
+            "linear_model.mat": matlab.getvalue(),
             "controller.json": made.retuned_parameters(origin),
             "steps.svg": results.figure_file(tools.step_figure(made)),
         }

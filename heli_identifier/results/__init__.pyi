@@ -43,7 +43,6 @@ __all__ = [
     "remarks",
     "rendered",
     "run_figure",
-    "side_by_side",
     "significant",
     "simulate",
     "started",
@@ -72,7 +71,7 @@ from .parameters import (
 from .report import RESULTS, notebook_view, rendered, write_results
 from .simulation import Simulation, simulate, started
 from .sources import PlantSource, plant_of, read_parameters
-from .svg import COLOURS, Axes, figure, figure_file, run_figure, side_by_side, thinned
+from .svg import COLOURS, Axes, figure, figure_file, run_figure, thinned
 from .tables import (
     Table,
     Tabular,

@@ -5,7 +5,7 @@ A parameter has moved where the difference d of two estimates is more than its 9
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import hypot, inf
 from os import PathLike
 from pathlib import Path
@@ -44,12 +44,6 @@ class Compared(NamedTuple):
         error = hypot(first.standard_error or 0.0, second.standard_error or 0.0)
         return "moved" if abs(second.value - first.value) > 1.96 * error else "within its interval"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give name, outcome, and both estimates with their intervals."""
-        both = {"first": self.first, "second": self.second}
-        shown = {which: own and {**asdict(own), "interval": own.interval} for which, own in both.items()}
-        return {"name": self.name, "outcome": self.outcome, **shown}
-
 
 class ComparedError(NamedTuple):
     """Errors ahead [rad] of both plants on one axis of one log."""
@@ -65,12 +59,6 @@ class ComparedError(NamedTuple):
         if self.first.high < self.second.low:
             return "first is better"
         return "second is better" if self.second.high < self.first.low else "not told apart"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give log, axis, outcome, and both errors with their intervals."""
-        both = {"first": self.first, "second": self.second}
-        shown = {which: {"error_rad": own.value, "interval": (own.low, own.high)} for which, own in both.items()}
-        return {"log": self.log, "axis": self.axis, "outcome": self.outcome, **shown}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -133,10 +121,11 @@ class Comparison(Tabular):
 
     def to_dict(self) -> dict[str, Any]:
         """Give the same as values for JSON."""
-        groups = {key: [one.to_dict() for one in getattr(self, key)] for key in ("parameters", "effects", "errors")}
-        uses = {axis: dict(zip(("first", "second"), two, strict=True)) for axis, two in self.uses.items()}
-        names = dict(zip(("first", "second"), self.names, strict=True))
-        return plain({**names, **groups, "judged": self.judged, "use": uses, "notes": self.remarks})
+        groups = {
+            key: [{**one._asdict(), "outcome": one.outcome} for one in getattr(self, key)]
+            for key in ("parameters", "effects", "errors")
+        }
+        return plain({"names": self.names, **groups, "judged": self.judged, "use": self.uses, "notes": self.remarks})
 
     def __repr__(self) -> str:
         return f"<Comparison: {self.table.title}>"

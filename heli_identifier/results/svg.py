@@ -152,23 +152,6 @@ def _scale(ends: tuple[float, float], start: float, end: float, logarithmic: boo
     return place
 
 
-def side_by_side(
-    figures: Sequence[str], columns: int, size: tuple[float, float], description: str,
-    labels: Sequence[tuple[str, str]],
-) -> str:  # fmt: skip
-    """Give figures of one ``size`` [px] as one, row by row in some ``columns``, below words with their roles."""
-    width, height = size
-    legend, top = _legend(labels, LEFT, columns * width)
-    whole = f"{columns * width:g} {top + -(-len(figures) // columns) * height:g}"
-    placed = (
-        one.replace("<svg ", f'<svg x="{k % columns * width:g}" y="{top + k // columns * height:g}" width="{width:g}" '
-                    f'height="{height:g}" ', 1)
-        for k, one in enumerate(figures)
-    )  # fmt: skip
-    head = f'<svg class="figure" role="img" viewBox="0 0 {whole}" aria-label="{escape(description)}">'
-    return "".join([head, legend, *placed, "</svg>"])
-
-
 def figure_file(svg: str) -> str:
     """Give a figure as the text of a file of its own, in the light theme on white."""
     for role, colour in COLOURS.items():

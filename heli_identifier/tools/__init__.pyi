@@ -42,7 +42,6 @@ __all__ = [
     "rig_folders",
     "rigs_below",
     "run_campaign",
-    "separation_warning",
     "source_digest",
     "step_figure",
     "summarised",
@@ -53,7 +52,7 @@ from .campaign_rows import Row, campaign_tables, summarised
 from .controller import Design, control_advice, design_controller, design_pid
 from .controller_page import controller_html, design_table, margin_table, step_figure
 from .course import controller_m, corrected_init, course_values
-from .experiment import Limits, designs, effects_named, experiment_table, separation_warning
+from .experiment import Limits, designs, effects_named, experiment_table
 from .fleet import Finding, diagnose_rigs, fleet_of
 from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table

@@ -29,7 +29,7 @@ from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.results import document_text, whole_folder
 from heli_identifier.tools import campaign_rows
 from heli_identifier.tools.campaign_rows import Row
-from heli_identifier.tools.rigs import Source, error_text, source_digest
+from heli_identifier.tools.rigs import Source, error_text, source_digest, summary_of
 from heli_identifier.tracing import DiagnosisSettings
 
 CONSOLIDATED = "campaign.parquet"
@@ -68,7 +68,7 @@ def diagnosed(source: Source, settings: DiagnosisSettings) -> Row:
     try:
         rig = source.load()
         row["truth"] = None if rig.truth is None else [{"name": n, "value": v} for n, v in rig.truth.items()]
-        row |= campaign_rows.diagnosis_columns(rig.diagnose(settings))
+        row |= summary_of(source.rig, rig.diagnose(settings))
     except Exception as error:
         row |= {"error": error_text(error), "seconds": perf_counter() - began}
     return row

@@ -18,28 +18,19 @@ import pandas as pd
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate, ModelParameters
-from heli_identifier.results import Table, plain
-from heli_identifier.tracing import Diagnosis, FoundEffect, NamedShape, PeriodicShape, RigVerdict
-from heli_plant.effects import AXES
+from heli_identifier.results import Table
+from heli_identifier.tracing import RigVerdict
 
-Row = dict[str, Any]  # values by column
-BASE = ModelParameters._fields  # parameters of the simplified model, by the paper's symbols
+Row = dict[str, Any]
+"""What :func:`.rigs.summary_of` gives of a diagnosis, or the text of an ``error``, with the key and the truth."""
 
-ERRORS = {f"{axis}_1s_{stage}_rad": (axis, stage) for axis in AXES for stage in ("before", "after", "noise_floor")}
-"""Columns of the 1 s prediction errors [rad]: their axis, and of what."""
-
-COLUMNS = (
-    "rig", "key", "error", "verdict", "effects", "possible", "closed_loop", "held_out_nats",
-    *(f"{axis}_use" for axis in AXES),
-    *(column for symbol in BASE for column in (symbol, f"{symbol}_se")),
-    *ERRORS, "seconds", "truth",
-)  # fmt: skip
-"""All columns; the value of one that a row lacks is None."""
+KEYS = ("rig", "key", "error", "verdict", "effects", "parameters", "seconds", "truth")
+"""Keys of every row; the value of one that a row lacks is None."""
 
 
 def complete(row: Row) -> Row:
-    """Return a row with every column."""
-    return dict.fromkeys(COLUMNS) | row
+    """Return a row with every key."""
+    return dict.fromkeys(KEYS) | row
 
 
 def read_row(path: Path) -> Row:
@@ -51,44 +42,11 @@ def read_row(path: Path) -> Row:
 
 
 def parquet_bytes(rows: Sequence[Row]) -> bytes:
-    """Return rows as a Parquet file."""
-    buffer = io.BytesIO()
-    pd.DataFrame(rows, columns=COLUMNS).to_parquet(buffer)
+    """Return rows as a Parquet file, a column for every plain value: ``parameters_k_x_value`` of ``parameters``."""
+    known = [{key: value for key, value in row.items() if value is not None} for row in rows]
+    table, buffer = pd.json_normalize(known, sep="_"), io.BytesIO()
+    table.reindex(columns=[*dict.fromkeys((*KEYS[:4], *table.columns))]).to_parquet(buffer)
     return buffer.getvalue()
-
-
-def diagnosis_columns(diagnosis: Diagnosis) -> Row:
-    """Return what was found: verdict, effects, parameters after with standard errors, errors, seconds."""
-    row: Row = {
-        "verdict": diagnosis.verdict,
-        "effects": [_effect(found) for found in diagnosis.effects],
-        "possible": [
-            {key: getattr(own, key) for key in ("name", "axis", "score", "in_plant")} for own in diagnosis.possible
-        ],
-        "closed_loop": diagnosis.closed_loop,
-        "held_out_nats": diagnosis.held_out.gain.value,
-        "seconds": diagnosis.seconds,
-    }
-    for axis, report in diagnosis.axes.items():
-        row[f"{axis}_use"] = report.use
-    for symbol in BASE:
-        estimate = diagnosis.parameters_after[symbol]
-        row[symbol], row[f"{symbol}_se"] = estimate.value, estimate.standard_error
-    for column, (axis, stage) in ERRORS.items():
-        row[column] = getattr(diagnosis.axes[axis], stage).prediction_1s.value
-    return plain(row)
-
-
-def _effect(found: FoundEffect) -> Row:
-    shape, known = found.shape, found.coefficient
-    return {
-        **{key: getattr(found, key) for key in ("name", "axis", "score", "verdict")},
-        "coefficient": known.value if known else None,
-        "standard_error": known.standard_error if known else None,
-        "alternatives": [" ".join(entry) for entry in found.alternatives],
-        "variable": None if isinstance(shape, NamedShape) else shape.variable,
-        "frequency_hz": shape.frequency_hz if isinstance(shape, PeriodicShape) else None,
-    }
 
 
 class Judgement(NamedTuple):
@@ -109,13 +67,11 @@ def judged(row: Row) -> Judgement:
     true = {own["name"]: own["value"] for own in row["truth"] or ()}
     effects = [(f"{own['name']} {own['axis']}", own) for own in row["effects"] or ()]
     found = tuple(entry for entry, _ in effects)
-    wanted = {entry.partition(" ")[0] for entry in true if entry not in BASE}
-    figures = [(symbol, row[symbol], row[f"{symbol}_se"]) for symbol in BASE]
-    figures += [(entry, own["coefficient"], own["standard_error"]) for entry, own in effects]
+    wanted = {entry.partition(" ")[0] for entry in true if entry not in ModelParameters._fields}
     covered = {}
-    for name, value, error in figures:
-        if value is not None and error is not None and (truth := true.get(name)) is not None:
-            low, high = Estimate(value, error, "").interval
+    for name, own in (*(row["parameters"] or {}).items(), *((entry, own["coefficient"]) for entry, own in effects)):
+        if own and own["standard_error"] is not None and (truth := true.get(name)) is not None:
+            low, high = Estimate(**own).interval
             covered[name] = low <= truth <= high
     named = {entry.partition(" ")[0] for entry in found if entry in true}
     return Judgement(found, tuple(entry for entry in found if entry not in true), named == wanted, covered)

@@ -2,36 +2,32 @@
 
 :func:`design_controller` makes two designs of a kind (:mod:`.synthesis`), judged over all plants that the data allow
 (:mod:`.judging`). The nominal one is what the weights say. The robust one makes the voltages dearer, R times
-:data:`DEARER` to some power, until 95 % of the drawn plants keep the disk margin that is asked for. A PID is retuned,
-nominally for the plant alone, robustly for :data:`ROBUST` plants.
-
-:func:`design_pid` compares the robustly retuned PID with the present one.
+:data:`DEARER` to some power, until 95 % of the drawn plants keep the disk margin that is asked for. A PID is retuned
+for :data:`ROBUST` of the plants and stands beside the present one, in :func:`design_pid` with what is to be said of it.
 """
 
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import isfinite
 from typing import Any
 
 import numpy as np
-from scipy.io import savemat
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration
-from heli_identifier.results import PLANT, ParameterSet, plain
+from heli_identifier.results import PLANT, ParameterSet, plain, plant_values
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Judged, Plants, Progress, allowed_plants, judge
 from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD, linear_system
-from heli_identifier.tools.loop import CONTROLLER, Settings, controller_parameters
+from heli_identifier.tools.loop import CONTROLLER, controller_parameters
 from heli_identifier.tools.margins import LOOPS, closed_loop, controller_response, disk_margins, is_stable
 from heli_identifier.tools.synthesis import PEAK, retuned, synthesised
 from heli_identifier.tracing import DiagnosisSettings, Use, helicopter, sign_notes
 from heli_plant.control import PidSettings
-from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters
+from heli_plant.parameters import BY_FIELD, BY_NAME, PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
 
-SCHEMA, LINEAR_SCHEMA = "heli-controller/1", "heli-linear-model/1"
+SCHEMA, LINEAR_SCHEMA = "heli-controller/1", "heli-linear-model/2"
 KINDS = ("lqi", "lqr", "pid")
 OTHERS = ("pitch", "travel")  # angles that are controlled beside the elevation
 DRAWS, TRIED = 1000, 200  # drawn plants over which a design is judged, and those over which a robust one is searched
@@ -102,21 +98,10 @@ class Design:
         )
 
     def linear_document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the content of linear_model.json; null stands for an infinite value."""
-        own = self.matrices()
-        return plain(
-            {
-                "schema": LINEAR_SCHEMA,
-                **{key: own[key] for key in ("operating_point", "states", "inputs", "outputs")},
-                "input_delay_s": own["input_delay"],
-                "continuous": {key: own[key] for key in "ABCD"},
-                "intervals": {name: {end: own[f"{name}_{end}"] for end in ("low", "high")} for name in "AB"},
-                "sampled": {**{key: own[key] for key in "FGCD"}, "period_s": own["period"]},
-                "loops": {"before": self.baseline.document, "after": self.robust.document},
-                "notes": self.notes,
-                "provenance": provenance,
-            }
-        )
+        """Return the content of linear_model.json: the matrices by their names, and the loops."""
+        loops = {"before": self.baseline.document, "after": self.robust.document}
+        about = {"notes": self.notes, "provenance": provenance}
+        return plain({"schema": LINEAR_SCHEMA, **self.matrices(), "loops": loops, **about})
 
     def matrices(self) -> dict[str, Any]:
         """Return A, B, C, D continuous, F, G sampled every ``period`` [s], names, and 95 % intervals of A and B."""
@@ -137,12 +122,6 @@ class Design:
             ends = np.quantile([getattr(one, name) for one in drawn], (0.025, 0.975), axis=0)
             found[f"{name}_low"], found[f"{name}_high"] = ends
         return found
-
-    def matlab_bytes(self) -> bytes:
-        """Return :meth:`matrices` as a MATLAB file."""
-        out = io.BytesIO()
-        savemat(out, self.matrices())
-        return out.getvalue()
 
 
 def _check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use) -> None:
@@ -198,35 +177,40 @@ def design_controller(
             "does not move the travel; choose a higher --elevation."
         )
     progress("designing", 0.6)
-    nominal: Settings
-    robust: Settings
-    effort, continuous = 1.0, None
     if kind == "pid":
         present = PidSettings(voltage_limit=model.plant.v_max, travel_enabled=travels)
-        nominal, robust = (retuned(model, present, others) for others in ((), plants.drawn[:ROBUST]))
+        made = _retuned(plants, present, axes, progress)
     else:
         nominal, continuous = (synthesised(model, aim, other, kind == "lqi", 1.0, held) for held in (True, False))
         robust, effort, reached = _robust(plants, nominal, aim, other, kind == "lqi")
         if reached < aim.disk_margin:
             missed = f"no weight of the voltages reaches a disk margin of {aim.disk_margin:g}"
             notes.append(f"{missed}; the best has {reached:.2f}")
-    progress("judging the nominal design", 0.7)
-    first = judge(plants, nominal, axes)
-    if not first.is_stable:
+        progress("judging", 0.8)
+        first = judge(plants, nominal, axes)
+        second = first if robust == nominal else judge(plants, robust, axes, effort)
+        made = Design(kind, axes, plants, first, second, (), continuous)
+    if not (made.robust if kind == "pid" else made.baseline).is_stable:
         remedy = "lower the weights of the angles, or sample faster"
         if kind == "pid":
             remedy = ", ".join(_wrong_signs(parameters)) or "take --kind lqi"
         raise ConfigurationError(
             f"the designed loop is unstable on the identified plant, with its delay and bending; {remedy}."
         )
-    progress("judging the robust design", 0.85)
-    second = first if robust == nominal else judge(plants, robust, axes, effort)
     for axis in axes:
-        if not isfinite(second.figures[f"{axis}.settling"].promised):
+        if not isfinite(made.robust.figures[f"{axis}.settling"].promised):
             why = "; a higher --elevation gives the rotors more lift, so that a lean moves it more"
             why = why if axis == "travel" else "; --kind lqi takes away what an LQR leaves" if kind == "lqr" else ""
             notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s{why}")
-    return Design(kind, axes, plants, first, second, tuple(notes), continuous)
+    return replace(made, notes=tuple(notes))
+
+
+def _retuned(plants: Plants, present: PidSettings, axes: tuple[str, ...], progress: Progress) -> Design:
+    """Retune a PID for the estimated plant and some of the drawn ones, and judge it beside the present one."""
+    new = retuned(plants.model, present, plants.drawn[:ROBUST])
+    progress("judging", 0.8)
+    before, after = (judge(plants, pid, axes) for pid in (present, new))
+    return Design("pid", axes, plants, before, after, (), names=("present", "retuned"))
 
 
 def _robust(
@@ -267,9 +251,7 @@ def design_pid(
     plant = plants.model.plant
     present = (settings or PidSettings(voltage_limit=plant.v_max))._replace(travel_enabled=False)
     progress("retuning", 0.6)
-    new = retuned(plants.model, present, plants.drawn[:ROBUST])
-    progress("margins", 0.8)
-    before, after = (judge(plants, pid, LOOPS) for pid in (present, new))
+    made = _retuned(plants, present, LOOPS, progress)
     notes = [
         f"the linear model leaves out {BY_FIELD[field].name}: friction that sticks has no slope at rest"
         for field in NOT_LINEAR
@@ -277,13 +259,12 @@ def design_pid(
     ]
     if plant.input_delay_rotors:
         notes.append(f"an input delay of {plant.input_delay_rotors:.3g} s is in the margins, not in the matrices")
-    made = Design("pid", LOOPS, plants, before, after, (), names=("present", "retuned"))
-    if not after.is_stable:
+    if not made.robust.is_stable:
         notes.append(
             "do not fly the retuned PID: the loop is not stable with it. controller.json keeps the present gains; "
             "`heli design-controller` has other kinds of controllers"
         )
-    for axis, peak in made.refused.items() if after.is_stable else ():
+    for axis, peak in made.refused.items() if made.robust.is_stable else ():
         notes.append(
             f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked "
             f"for. controller.json keeps the present gains of the {axis}; `heli design-controller` has other kinds of "
@@ -308,11 +289,8 @@ def control_advice(
     operating point is in [rad], the present PID by default that of the units. ConfigurationError if there is no
     equilibrium there.
     """
-    values = {
-        row.name: Estimate(getattr(parameters, row.field), standard_errors.get(row.name) or None, row.unit)
-        for row in PARAMETERS
-    }
-    made = design_pid(ParameterSet(PLANT, values), 0.0, elevation, settings)
+    errors = {BY_NAME[name].field: Estimate(0.0, error or None, "1") for name, error in standard_errors.items()}
+    made = design_pid(ParameterSet(PLANT, plant_values(parameters, errors)), 0.0, elevation, settings)
     peaks, new = ({axis: own.figures[f"{axis}.sensitivity"] for axis in LOOPS} for own in (made.baseline, made.robust))
     beyond = {axis: peak for axis, peak in peaks.items() if peak.interval[1] > PEAK}
     sentence, offered = "", None

@@ -41,7 +41,6 @@ BASES, PAPERS_BASE = (0.0, 0.6, 1.25, 2.5), 1.5
 
 STRENGTHS = (0.25, 0.6, 1.2)  # root-mean-square values [V] of the signals on the difference and on the sum
 TYPICAL = 2.5  # voltage [V] at which gains are slopes: half of full voltage lifts a balanced arm
-INSEPARABLE = 0.95  # correlation rho above which two effects are not separated: sqrt(1 - rho^2) is below a third
 AIR, AIR_TIME = 0.003, 1.0  # standard deviation [rad/s^2] and correlation time [s] of the random torque on each axis
 
 
@@ -229,21 +228,6 @@ def ranked(outlooks: Sequence[Outlook]) -> list[Outlook]:
     errors = np.array([own.separated_errors for own in outlooks])
     order = np.argsort((errors / errors.min(axis=0)).max(axis=1)) if outlooks else ()
     return [outlooks[i] for i in order]
-
-
-def separation_warning(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> str | None:
-    """Return a warning if none of the experiments separates the two effects."""
-    if len(effects) < 2:
-        return None
-    least = min(outlooks, key=lambda own: own.correlation)
-    if least.correlation <= INSEPARABLE:
-        return None
-    growth = max(both / alone for both, alone in zip(least.separated_errors, least.standard_errors, strict=True))
-    return (
-        f"none of these experiments separates {effects[0].name} from {effects[1].name}: the correlation of their "
-        f"signatures is at least {least.correlation:.3f}, and the standard errors are {growth:.0f} times those of "
-        "either effect alone"
-    )
 
 
 def experiment_table(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> Table:

@@ -29,7 +29,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import shared_flight
 from heli_identifier.results import effect_name, plain
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
-from heli_identifier.tools.rigs import Rig, error_text
+from heli_identifier.tools.rigs import Rig, error_text, summary_of
 from heli_identifier.tracing import CatalogueVerdict, Diagnosis, Verdict
 from heli_plant.effects import effect
 
@@ -120,7 +120,7 @@ class Fleet:
         return plain(
             {
                 "schema": SCHEMA,
-                "rigs": [_rig_document(rig, found) for rig, found in self.diagnoses.items()],
+                "rigs": [summary_of(rig, found) for rig, found in self.diagnoses.items()],
                 "failures": [{"rig": rig, "error": error} for rig, error in self.failures.items()],
                 "effects": self.effects,
                 "parameters": self.parameters,
@@ -133,25 +133,6 @@ class Fleet:
                 "provenance": provenance,
             }
         )
-
-
-def _rig_document(rig: str, found: Diagnosis) -> dict[str, Any]:
-    stages = ("before", "after")
-    return {
-        "rig": rig,
-        "verdict": found.verdict,
-        "effects": [{"name": own.name, "axis": own.axis} for own in found.effects],
-        "possible": [{"name": own.name, "axis": own.axis} for own in found.possible],
-        "use": {axis: report.use for axis, report in found.axes.items()},
-        "held_out_nats": found.held_out.gain.value,
-        "prediction_1s_rad": {
-            axis: {stage: getattr(report, stage).prediction_1s.value for stage in stages}
-            for axis, report in found.axes.items()
-        },
-        "data": [{"file": own.file, "sha256": own.sha256, "used_for": own.used_for} for own in found.data],
-        "notes": found.notes,
-        "seconds": found.seconds,
-    }
 
 
 def diagnose_rigs(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from heli_identifier import online
 from heli_identifier.online import Estimate, IdentifierSettings, IdentifierState, ModelParameters, Plan
 from heli_identifier.records import Log
-from heli_identifier.results import Axes, figure, labelled, meaning, side_by_side
+from heli_identifier.results import Axes, figure, labelled
 from heli_identifier.tracing import plausible_range
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -89,22 +89,19 @@ def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, 
     The ordinate ends where hardly any rig with this ``voltage_limit`` [V] has the parameter, unless the value of all
     logs lies beyond.
     """
-    drawn, roles = [], ROLES if len(histories) <= len(ROLES) else ROLES[-1:] * len(histories)
-    logs = [(one.name, role) for one, role in zip(histories, roles, strict=False)]
-    if len(histories) > len(ROLES):
-        logs = [(f"each of {len(histories)} logs", ROLES[-1])]
+    panels, several = [], len(histories) > len(ROLES)
     for column, name in enumerate(NAMES):
         final, (low, high) = together[name].value, plausible_range(name, voltage_limit)
         panel, ends = Axes(labelled(name, BY_FIELD[name].unit), 130.0), [final]
-        for history, role in zip(histories, roles, strict=False):
+        for history, role in zip(histories, ROLES[-1:] * len(histories) if several else ROLES, strict=False):
             value, half = history.parameters[:, column], 1.96 * history.standard_errors[:, column]
             panel.band(history.time, value - half, value + half, role=role)
-            panel.line(history.time, value, role, width=1.1)
+            panel.line(history.time, value, role, f"each of {len(histories)} logs" if several else history.name, 1.1)
             late = history.time >= 0.5 * history.time[-1]
             ends += [*(value - half)[late], *(value + half)[late]]
-        panel.level(final, "ink")
+        panel.level(final, "ink", "together")
         bottom, top = min(final, max(min(ends), low)), max(final, min(max(ends), high))
         room = 0.25 * max(top - bottom, 1e-6)
         panel.limits = (bottom - room, top + room)
-        drawn.append(figure([panel], f"time [s]: {meaning(name)}", meaning(name), 320.0))
-    return side_by_side(drawn, 3, (320.0, 194.0), "Estimates over time", [*logs, ("together", "ink")])
+        panels.append(panel)
+    return figure(panels, "time [s]", "Estimates over time", 640.0)

@@ -20,7 +20,8 @@ from heli_identifier import records
 from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log, LogFormat, RigConfiguration
-from heli_identifier.tracing import Diagnosis, DiagnosisSettings, diagnose
+from heli_identifier.results import plain
+from heli_identifier.tracing import Diagnosis, DiagnosisSettings, FoundEffect, diagnose
 from heli_plant.effects import AXES, CATALOGUE
 
 ENDINGS = (".csv", ".mat")  # endings of logs, packed by gzip or not; other files in a rig's folder are left alone
@@ -71,6 +72,35 @@ class Rig:
         own = settings if self.configuration is None else DiagnosisSettings.from_rig(self.configuration)
         found = diagnose(self.training, held_out=self.held_out, settings=own or DiagnosisSettings(), **options)
         return replace(found, notes=(*self.left_out, *found.notes))
+
+
+def summary_of(rig: str, found: Diagnosis) -> dict[str, Any]:
+    """Give what fleets and campaigns keep of the diagnosis of a rig, as values for JSON."""
+    stages = ("before", "after", "noise_floor")
+    return plain(
+        {
+            "rig": rig,
+            "verdict": found.verdict,
+            "closed_loop": found.closed_loop,
+            "effects": [_entry(own) for own in found.effects],
+            "possible": [_entry(own) for own in found.possible],
+            "use": {axis: report.use for axis, report in found.axes.items()},
+            "held_out_nats": found.held_out.gain.value,
+            "prediction_1s_rad": {
+                axis: {stage: getattr(report, stage).prediction_1s.value for stage in stages}
+                for axis, report in found.axes.items()
+            },
+            "parameters": found.parameters_after,
+            "data": [{"file": own.file, "sha256": own.sha256, "used_for": own.used_for} for own in found.data],
+            "notes": found.notes,
+            "seconds": found.seconds,
+        }
+    )
+
+
+def _entry(found: FoundEffect) -> dict[str, Any]:
+    keys = ("name", "axis", "verdict", "score", "in_plant", "coefficient", "alternatives")
+    return {**{key: getattr(found, key) for key in keys}, "variable": getattr(found.shape, "variable", None)}
 
 
 class Source(NamedTuple):
