@@ -7,11 +7,11 @@ from benchmarks import paper
 
 
 @pytest.mark.slow
-def test_runs_of_forty_seconds_recover_the_pitch_and_leave_all_tables(tmp_path):
+def test_runs_of_forty_seconds_recover_the_pitch(tmp_path):
     """Two starts, Gamma(0) = 1e5 and 1e6."""
     kinds = [kind._replace(duration=40.0) for kind in (paper.JOINT_RUN, paper.PITCH_RUN)]
     paper.reproduce(tmp_path / "new", kinds, (3, 12))
-    assert {path.stem for path in (tmp_path / "new").iterdir()} == {"table1", "table2", "recovery"}
+    found = pandas.read_csv(tmp_path / "new" / "estimates.csv")
     # Thirty seconds of adaptation hold a seventh of the information of two hundred, which leave some .05 %: .35 %,
     # and a margin for the chance of two starts.
-    assert pandas.read_csv(tmp_path / "new" / "table1.csv")["largest deviation [%]"].max() < 1.0
+    assert found.off[found.kind == "pitch"].abs().max() < 1.0

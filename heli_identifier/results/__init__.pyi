@@ -49,6 +49,7 @@ __all__ = [
     "thinned",
     "typeset",
     "unit_text",
+    "uses_text",
     "verdict_line",
     "whole_folder",
     "with_interval",
@@ -93,6 +94,7 @@ from .words import (
     significant,
     typeset,
     unit_text,
+    uses_text,
     verdict_line,
     with_interval,
 )

@@ -127,9 +127,6 @@ class Comparison(Tabular):
         }
         return plain({"names": self.names, **groups, "judged": self.judged, "use": self.uses, "notes": self.remarks})
 
-    def __repr__(self) -> str:
-        return f"<Comparison: {self.table.title}>"
-
 
 @typed
 def compare(

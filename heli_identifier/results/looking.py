@@ -102,9 +102,6 @@ class Look(Tabular):
             }
         )
 
-    def __repr__(self) -> str:
-        return f"<Look: {', '.join(f'{name} {report.determination}' for name, report in self.gains.items())}>"
-
 
 def look_lines(
     closed_loop: bool,

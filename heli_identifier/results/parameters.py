@@ -20,7 +20,7 @@ from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
 from heli_identifier.results.documents import document_text, plain
 from heli_identifier.results.tables import Table, Tabular
-from heli_identifier.results.words import listed, unit_text, with_interval
+from heli_identifier.results.words import listed, unit_text, uses_text, with_interval
 from heli_identifier.tracing import Diagnosis, ErrorFigure, Use
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
@@ -124,8 +124,7 @@ class ParameterSet(Tabular):
     @property
     def uses(self) -> str:
         """What the diagnosis says the axes may be used for; empty where none says it."""
-        of = {use: self.axes_for(use) for use in Use}
-        return "; ".join(f"{listed(axes)}: {use}" for use, axes in of.items() if axes)
+        return uses_text({axis: expected.use for axis, expected in self.expected.items()})
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -188,10 +187,6 @@ class ParameterSet(Tabular):
     def write(self, path: str | PathLike[str]) -> Path:
         """Write a parameters.json; gives its path."""
         return write_atomically(path, document_text(self.to_dict()))
-
-    def __repr__(self) -> str:
-        count = len(self.values)
-        return f"<ParameterSet: {count} parameter{'s' if count != 1 else ''} of the {self.unit}>"
 
 
 def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate]) -> dict[str, Estimate]:

@@ -68,9 +68,6 @@ class Simulation(Tabular):
         title = f"{significant(self.time[-1])} s in {len(self.time)} samples"
         return Table(title, ("signal", "smallest", "largest", "last"), rows)
 
-    def __repr__(self) -> str:
-        return f"<Simulation: {self.table.title}>"
-
 
 @typed
 def simulate(

@@ -73,6 +73,9 @@ class Tabular(ABC):
         """Sentences that put it in doubt."""
         return ()
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.table.title}>"
+
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """Give the same as values for JSON."""

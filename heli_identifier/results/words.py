@@ -183,6 +183,12 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
+def uses_text(uses: Mapping[str, Use | None]) -> str:
+    """Say which axes may be used for what; empty where none says it."""
+    of = {use: [axis for axis, own in uses.items() if own is use] for use in Use}
+    return "; ".join(f"{listed(axes)}: {use}" for use, axes in of.items() if axes)
+
+
 def verdict_line(diagnosis: DiagnosisFile) -> str:
     """Say in two lines what the model lacks and what the plant's error does on the held-out logs."""
     change = _best_change(diagnosis)

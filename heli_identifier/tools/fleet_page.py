@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from itertools import chain
 from typing import Any
 
+from heli_identifier import results
 from heli_identifier.results import Axes, Table, effect_name, figure, listed, meaning, rendered, significant, unit_text
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 
@@ -89,15 +90,12 @@ def rig_table(fleet: Fleet) -> Table:
             " to ".join(significant(1e3 * getattr(error, ahead).value) for error in (report.before, report.after))
             for report in own.axes.values()
         )
-        uses: dict[str, list[str]] = {}
-        for axis, report in own.axes.items():
-            uses.setdefault(report.use, []).append(axis)
         rows.append(
             (
                 rig,
                 str(own.verdict),
                 *(listed(names) or "nothing" for names in found),
-                "; ".join(f"{listed(axes)}: {use}" for use, axes in uses.items()),
+                results.uses_text({axis: report.use for axis, report in own.axes.items()}),
                 f"{own.held_out.gain.value:+.0f}".replace("-", "−"),
                 "; ".join(f"{axis} {both}" for axis, both in zip(own.axes, errors, strict=True)),
                 ", ".join(f"{entry.file} ({entry.used_for})" for entry in own.data),
