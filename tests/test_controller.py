@@ -15,7 +15,7 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration, Log
 from heli_identifier.results import ParameterSet, document_text, plant_values
-from heli_identifier.tools import closed_loop_errors, corrected_init, course_values, design_controller
+from heli_identifier.tools import closed_loop_check, corrected_init, course_values, design_controller
 from heli_identifier.tools.course import corrected_values
 from heli_identifier.tools.judging import kept_together
 from heli_identifier.tools.linearisation import linear_model, operating_point
@@ -217,21 +217,23 @@ def test_a_flight_flown_again_by_its_own_plant_errs_by_its_start_alone():
     angles, voltages = flown(TABLE_2, settings, point, wanted)
     columns = {axis: wanted[:, i] for i, axis in enumerate(("pitch", "elevation"))}
     log = Log("flight", 1.0 / H, voltages, angles, references=columns)
-    own = closed_loop_errors(log, TABLE_2, settings)
-    wrong = closed_loop_errors(log, TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, a_1=TABLE_2.a_1 - 0.05), settings)
+    own = closed_loop_check(log, TABLE_2, settings)
+    wrong = closed_loop_check(log, TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, a_1=TABLE_2.a_1 - 0.05), settings)
     assert own.voltages["flight"] < 1e-9
     # recorded at five times the controller's rate it is the same flight, but for the first samples of each stretch
     often = {axis: np.repeat(column, 5) for axis, column in columns.items()}
     fine = Log("fine", 5.0 / H, np.repeat(voltages, 5, axis=0), np.repeat(angles, 5, axis=0), references=often)
-    assert closed_loop_errors(fine, TABLE_2, settings).errors["fine"] == pytest.approx(own.errors["flight"], rel=1e-9)
+    again = closed_loop_check(fine, TABLE_2, settings)
+    assert [o.error.value for o in again.outcomes] == pytest.approx([o.error.value for o in own.outcomes], rel=1e-9)
     with pytest.raises(ConfigurationError, match="must be a multiple of the log's"):
-        closed_loop_errors(replace(log, rate_hz=70.0), TABLE_2, settings)
+        closed_loop_check(replace(log, rate_hz=70.0), TABLE_2, settings)
     assert not own.warnings
-    assert closed_loop_errors(log, TABLE_2, settings._replace(hover=Rotors(1.0, 1.0))).warnings
-    for axis in own.followed:
-        assert own.errors["flight"][axis] < 0.5 * wrong.errors["flight"][axis]
+    assert closed_loop_check(log, TABLE_2, settings._replace(hover=Rotors(1.0, 1.0))).warnings
+    assert [outcome.axis for outcome in own.outcomes] == ["elevation", "pitch"]
+    for right, off in zip(own.outcomes, wrong.outcomes, strict=True):
+        assert right.error.value < 0.5 * off.error.value
     with pytest.raises(ConfigurationError, match="no reference of the elevation and the pitch"):
-        closed_loop_errors(replace(log, references={}), TABLE_2, settings)
+        closed_loop_check(replace(log, references={}), TABLE_2, settings)
 
 
 def test_the_command_writes_what_the_next_commands_read(tmp_path):

@@ -138,7 +138,7 @@ def test_no_sentence_of_a_windy_rig_under_a_controller_contradicts_its_document(
     found = hi.diagnose(training, held_out=held_out)
     check_rules(found)
     judged = hi.check(held_out, found, 1.0)
-    assert judged.passed and judged.table.title.startswith("Error of the .2 s prediction")
+    assert judged.passed and judged.table.title.startswith("Error .2 s ahead")
 
 
 def test_no_sentence_of_a_blind_rig_contradicts_its_document():

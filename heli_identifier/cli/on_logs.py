@@ -186,20 +186,18 @@ def check(
     """
     expected = args.read_with_doubts(parameters)
     recorded, configuration = args.logs_of(logs, config, start, end)
-    outcome: tools.ClosedLoopErrors | hi.Check
     if limit is not None:
         require_positive("--limit", limit, "mrad")
-        refuse(junit is not None, "--junit is of the 1 s prediction; give it without --limit.")
         if (flown := controller or configuration.controller.pid) is None:
             raise ConfigurationError("--limit needs --controller FILE, or [controller.pid] of heli.toml.")
-        outcome = loop = tools.closed_loop_errors(recorded, expected, flown, 1e-3 * limit)
-        failed = f"the closed loop errs by {1e3 * loop.largest:.3g} mrad, more than {limit:g} mrad"
+        outcome = tools.closed_loop_check(recorded, expected, flown, 1e-3 * limit)
+        failed = f"the closed loop errs by more than {limit:g} mrad"
     else:
         refuse(controller is not None, "--controller needs --limit MRAD, to which the closed loop's error is held.")
         outcome = hi.check(recorded, expected, factor)
-        if junit is not None:
-            write_atomically(junit, outcome.junit())
         failed = "the model no longer explains these logs: run `heli diagnose` on them"
+    if junit is not None:
+        write_atomically(junit, outcome.junit())
     terminal.show(outcome, json)
     if not outcome.passed:
         note(failed)

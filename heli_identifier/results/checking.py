@@ -1,7 +1,7 @@
-"""A check: does a model still explain a new log."""
+"""A check: does a model still explain a new log; its predictions, or a flight that is flown again in closed loop."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from heli_identifier.errors import LogError
@@ -9,26 +9,27 @@ from heli_identifier.records import LogSource, read_logs
 from heli_identifier.results.report import rendered
 from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.results.tables import Table, Tabular
-from heli_identifier.results.words import angle_text, significant
+from heli_identifier.results.words import AHEAD, angle_text, significant
 from heli_identifier.signatures import typed
 from heli_identifier.tracing import Outcome, Use, hold_to
+
+OTHER = 0.2
+"""Root mean square of voltages [V] from which on another controller flew."""
 
 
 @dataclass(frozen=True, repr=False)
 class Check(Tabular):
-    """Errors of the prediction ahead on new logs, held to what a diagnosis expects."""
+    """Errors of a model on new logs, held to limits."""
 
     outcomes: tuple[Outcome, ...]
     """One per log and axis: ``log``, ``axis``, ``error`` [rad], ``limit`` [rad], ``passed``."""
     not_judged: tuple[str, ...] = ()
     """Axes that the diagnosis calls not usable: nothing is held to them."""
     judged: str = "prediction_1s"
-    """The error: `prediction_1s`, or `ahead_200ms` where a controller flew."""
-
-    @property
-    def ahead(self) -> str:
-        """How far ahead the prediction looks."""
-        return ".2 s" if self.judged == "ahead_200ms" else "1 s"
+    """The error: `prediction_1s`, `ahead_200ms` where a controller flew, `closed_loop_3s` of a flight flown again."""
+    voltages: Mapping[str, float] = field(default_factory=dict)
+    """Of flights flown again by log: root mean square [V] of what the controller asks for along the measured angles
+    less what was logged."""
 
     @property
     def passed(self) -> bool:
@@ -44,7 +45,19 @@ class Check(Tabular):
         ]
         rows += [("every log", axis, "", "", "not usable") for axis in self.not_judged]
         columns = ("log", "axis", "error [mrad]", "limit [mrad]", "outcome")
-        return Table(f"Error of the {self.ahead} prediction with its 95 % interval", columns, rows)
+        return Table(f"Error {AHEAD[self.judged]} with its 95 % interval", columns, rows)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """How far the controller is from the one that flew."""
+        asks = "along the measured angles the controller asks for other voltages than the logged ones, by"
+        return tuple(f"{log}: {asks} {significant(own, 2)} V" for log, own in self.voltages.items())
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Logs that another controller flew."""
+        said = "the controller is not the one that flew, and the error is not the plant's alone"
+        return tuple(f"{log}: {said}" for log, own in self.voltages.items() if own > OTHER)
 
     def to_dict(self) -> dict[str, Any]:
         """Give the outcome as `heli check --json` prints it; angles in rad."""
@@ -59,11 +72,12 @@ class Check(Tabular):
             }
             for own in self.outcomes
         ]
-        return {"passed": self.passed, "not_judged": list(self.not_judged), "axes": axes}
+        flown = {"voltages_V": dict(self.voltages)} if self.voltages else {}
+        return {"passed": self.passed, "not_judged": list(self.not_judged), "axes": axes, **flown}
 
     def junit(self) -> str:
         """Give the outcome as JUnit XML, one case per log and axis, which CI systems show test by test."""
-        return rendered("junit.xml.j2", outcomes=self.outcomes, ahead=self.ahead)
+        return rendered("junit.xml.j2", outcomes=self.outcomes, ahead=AHEAD[self.judged])
 
     def __repr__(self) -> str:
         failed = [f"{outcome.axis} of {outcome.log}" for outcome in self.outcomes if not outcome.passed]

@@ -1,7 +1,6 @@
 __all__ = [
     "CONSOLIDATED",
     "CONTROLLER",
-    "ClosedLoopErrors",
     "Design",
     "Finding",
     "Identification",
@@ -12,7 +11,7 @@ __all__ = [
     "SHORTEST_TO_SPLIT",
     "Source",
     "campaign_tables",
-    "closed_loop_errors",
+    "closed_loop_check",
     "control_advice",
     "controller_parameters",
     "controller_settings",
@@ -58,7 +57,7 @@ from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table
 from .identification import Identification, identify
 from .linearisation import linearise
-from .loop import CONTROLLER, ClosedLoopErrors, closed_loop_errors, controller_parameters, controller_settings
+from .loop import CONTROLLER, closed_loop_check, controller_parameters, controller_settings
 from .rigs import (
     SHORTEST_TO_SPLIT,
     Rig,

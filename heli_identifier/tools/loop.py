@@ -1,13 +1,13 @@
 """A controller, PID or state feedback, around the whole plant: friction, saturation, delay and sampling included.
 
-:func:`closed_loop_errors` flies a measured flight again from its references. Every :data:`AHEAD` s the plant starts
+:func:`closed_loop_check` flies a measured flight again from its references. Every :data:`AHEAD` s the plant starts
 from the measured motion, and the controller from the state to which the measured angles have brought it. From there
 both run by themselves, and the error is the root mean square of simulated less measured angles. Feedback cannot flatter
 it: the simulated voltages answer the simulated angles.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from os import PathLike
 from typing import Any, NamedTuple, TypeVar
@@ -21,9 +21,9 @@ from heli_identifier import results
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log, LogSource, read_logs
-from heli_identifier.results import ParameterSet, PlantSource, Table, Tabular
+from heli_identifier.results import Check, ParameterSet, PlantSource
 from heli_identifier.tools.linearisation import LinearModel, OperatingPoint
-from heli_identifier.tracing import record_start
+from heli_identifier.tracing import Outcome, record_start, rms_figures
 from heli_plant.control import PidSettings, PidState, pid_step, start_pid
 from heli_plant.effects import AXES
 from heli_plant.laws import motor_time_constant
@@ -42,7 +42,6 @@ CONTROLLER, FEEDBACK = "PidController", "StateFeedback"
 
 SETTLED = 0.05  # share of the step within which a response counts as settled
 LEAD = 1.0  # time [s] before the step
-OTHER = 0.2  # voltage [V], root mean square, from which on another controller flew
 AHEAD = 3.0  # length [s] of the stretches of a flight that are flown again
 
 
@@ -196,79 +195,31 @@ def step_response(
     return StepResponse(axis, np.arange(count) * period - LEAD, angle, size, excess, settled)
 
 
-@dataclass(frozen=True, repr=False)
-class ClosedLoopErrors(Tabular):
-    """Closed-loop errors over 3 s, by log and axis [rad]; up to ``limit`` they pass on the ``followed`` axes.
-
-    ``voltages`` are by log what the controller asks for along the measured angles less what was logged [V], root mean
-    square.
-    """
-
-    errors: dict[str, dict[str, float]]
-    voltages: dict[str, float]
-    followed: tuple[str, ...]
-    limit: float = inf
-
-    @property
-    def table(self) -> Table:
-        """Log, axis, error, and how far the controller is from the one that flew."""
-        rows = [
-            (log, axis, results.significant(1e3 * error), results.significant(self.voltages[log], 2))
-            for log, of_axes in self.errors.items()
-            for axis, error in of_axes.items()
-        ]
-        columns = ("log", "axis", "error [mrad]", "voltages differ by [V]")
-        return Table(f"Error of the closed loop over {AHEAD:g} s", columns, rows)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Logs that another controller flew."""
-        return tuple(
-            f"{log}: this controller asks for voltages that differ from the logged ones by {own:.2g} V; if another one "
-            "flew, the error is not the plant's"
-            for log, own in self.voltages.items()
-            if own > OTHER
-        )
-
-    @property
-    def largest(self) -> float:
-        """Largest error of a followed axis [rad]."""
-        return max(of_axes[axis] for of_axes in self.errors.values() for axis in self.followed)
-
-    @property
-    def passed(self) -> bool:
-        """Whether the limit is kept."""
-        return self.largest <= self.limit
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give the figures as a JSON file has them."""
-        errors = {"closed_loop_3s_rad": self.errors, "voltages_V": self.voltages}
-        return results.plain({**errors, "limit_rad": self.limit, "passed": self.passed})
-
-
-def closed_loop_errors(
+def closed_loop_check(
     logs: LogSource | Sequence[LogSource],
     parameters: PlantSource,
     controller: str | PathLike[str] | Settings,
     limit: float = inf,
-) -> ClosedLoopErrors:
+) -> Check:
     """Fly logs again from their references, under the controller that flew: its controller.json, or its settings.
 
-    Errors up to ``limit`` [rad] pass. ConfigurationError if the file is no controller's, or a log has no reference of
-    an axis that the controller follows, or its samples do not come at those of a state feedback.
+    Errors of the followed axes up to ``limit`` [rad] pass. ConfigurationError if the file is no controller's, or a log
+    has no reference of an axis that the controller follows, or its samples do not come at those of a state feedback.
     """
     plant = results.plant_of(parameters)
     settings = read_controller(controller, plant.v_max) if isinstance(controller, str | PathLike) else controller
-    followed, errors, voltages = ("elevation", "travel" if settings.travel_enabled else "pitch"), {}, {}
+    followed, outcomes, voltages = ("elevation", "travel" if settings.travel_enabled else "pitch"), list[Outcome](), {}
     for log in read_logs(logs):
         if missing := [axis for axis in followed if axis not in log.references]:
             raise ConfigurationError(
                 f"log {log.name} has no reference of the {' and the '.join(missing)}, which this controller follows; "
                 "name the column in [log.references] of heli.toml."
             )
-        own, voltages[log.name] = _flown_again(_at_samples(log, settings), plant, settings)
-        errors[log.name] = dict(zip(AXES, own.tolist(), strict=True))
-    return ClosedLoopErrors(errors, voltages, followed, limit)
+        sampled = _at_samples(log, settings)
+        errors, voltages[log.name] = _flown_again(sampled, plant, settings)
+        figures = dict(zip(AXES, rms_figures(errors, sampled.step), strict=True))
+        outcomes += [Outcome(log.name, axis, figures[axis], limit) for axis in followed]
+    return Check(tuple(outcomes), (), "closed_loop_3s", voltages)
 
 
 def _at_samples(log: Log, settings: Settings) -> Log:
@@ -291,8 +242,8 @@ def _at_samples(log: Log, settings: Settings) -> Log:
     )
 
 
-def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[Array, float]:
-    """Root mean square errors (3,) [rad] over all stretches of a log, and of the controller's voltages [V]."""
+def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[list[Array], float]:
+    """Errors (n, 3) [rad] of all stretches of a log, and the root mean square of those of the voltages [V]."""
     zero = np.zeros(len(log.angles))
     references = np.column_stack([log.references.get(axis, zero) for axis in AXES])
     share, first = kept(log.step, motor_time_constant(plant)), log.voltages[0]
@@ -302,16 +253,16 @@ def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[
     for k, (own, wanted) in enumerate(zip(log.angles.tolist(), references.tolist(), strict=True)):
         memories.append(memory)
         memory, asked[k] = answered(settings, memory, own, wanted, log.step)
-    squares = []
+    errors = []
     for k in range(length, len(log.angles) - length, length):
         part = slice(k, k + length)
         state = PlantState(*map(float, record_start(log.angles[part], log.voltages[part], log.step)))
         state = state._replace(nu_front=float(lagged[k, 0]), nu_rear=float(lagged[k, 1]))
         held = float(log.voltages[k, 0]), float(log.voltages[k, 1])
         angles, _ = fly(plant, settings, references[part], state, held, log.step, memories[k])
-        squares.append((angles - log.angles[part]) ** 2)
-    if not squares:
+        errors.append(angles - log.angles[part])
+    if not errors:
         raise ConfigurationError(
             f"log {log.name} lasts {log.duration:.3g} s; to be flown again it needs {3 * AHEAD:g} s."
         )
-    return np.sqrt(np.mean(squares, axis=(0, 1))), float(np.sqrt(np.mean((asked[:-1] - log.voltages[1:]) ** 2)))
+    return errors, float(np.sqrt(np.mean((asked[:-1] - log.voltages[1:]) ** 2)))

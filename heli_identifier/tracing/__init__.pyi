@@ -42,13 +42,14 @@ __all__ = [
     "plausible_range",
     "record_start",
     "records_of",
+    "rms_figures",
     "select",
     "sign_notes",
 ]
 
 from .diagnose import diagnose
 from .fit import Fit, around, fit
-from .held_out import Outcome, hold_to, log_likelihood
+from .held_out import Outcome, hold_to, log_likelihood, rms_figures
 from .helicopter import BASE, Rig, helicopter, plausible_range, record_start
 from .identification import Identification, identify_plant
 from .instruments import instruments
