@@ -15,9 +15,9 @@ from heli_identifier.tracing.fit import fit
 from heli_identifier.tracing.held_out import compare, hold_to, likelihood_of, rms_figures, use_of
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.prediction import HORIZONS, Model, Run, made_by_itself
-from heli_identifier.tracing.records import record_of
 from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.result import Determination, ParameterReport, Use
+from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.settings import NOISE_CENTRE, NOISE_WIDTH, DiagnosisSettings
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate

@@ -9,7 +9,7 @@ from heli_identifier.records import Log
 from heli_identifier.tracing import sensitivity as module
 from heli_identifier.tracing.fit import around, bounded_step, covariance, fit, with_own_spread
 from heli_identifier.tracing.helicopter import helicopter
-from heli_identifier.tracing.records import block_samples, record_of, records_of
+from heli_identifier.tracing.rig import block_samples, record_of, records_of
 from heli_identifier.tracing.settings import HUBER, DiagnosisSettings
 from tests.blind.generator import Case
 from tests.blind.windy import windy_rig

@@ -10,7 +10,7 @@ from heli_identifier.tracing.held_out import log_likelihood
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.identification import delivered
 from heli_identifier.tracing.noise import error_dynamics
-from heli_identifier.tracing.records import record_of
+from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_times
 from heli_identifier.tracing.select import halves_agree, left_out_gain, select
 from heli_identifier.tracing.settings import DiagnosisSettings

@@ -56,7 +56,6 @@ from .instruments import instruments
 from .likelihood import Likelihood
 from .noise import coordinates_of
 from .prediction import Model
-from .records import records_of
 from .references import find_references
 from .result import (
     Agreement,
@@ -81,6 +80,7 @@ from .result import (
     Use,
     Verdict,
 )
+from .rig import records_of
 from .score import Scores
 from .select import select
 from .settings import DiagnosisSettings

@@ -20,7 +20,7 @@ from operator import attrgetter
 import numpy as np
 
 from heli_identifier.chain import TIMING, Defect
-from heli_identifier.online import Estimate
+from heli_identifier.online import CONTRADICTION, Estimate
 
 from .fit import Fit, covariance
 from .helicopter import LAG_FIELD
@@ -39,7 +39,7 @@ from .result import (
 from .rig import Array, Effect
 from .score import Score
 from .select import Finding, Selection
-from .settings import CONFIRMED, CONTRADICTION, DETERMINED, KEPT, LEAST_VISIBILITY, MATTERS, NAMED, SURE, TIMED
+from .settings import CONFIRMED, DETERMINED, KEPT, LEAST_VISIBILITY, MATTERS, NAMED, SURE, TIMED
 
 
 def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimate]:

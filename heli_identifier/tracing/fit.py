@@ -132,7 +132,8 @@ class Fit:
     def stepped(self, s: Array) -> "tuple[Fit, float] | None":
         """Go a step ``s`` (n,), halved until F falls, and give the share of it; None if it does not fall by enough.
 
-        Where F rises it is about a parabola along the step, which tells its lowest value.
+        Where F rises it is about a parabola along the step, which tells its lowest value: (share slope)^2 / (4 bend)
+        below the start.
         """
         P, shape = len(self.x), self.point.z.shape
         share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
@@ -153,12 +154,12 @@ class Fit:
     def in_better_air(self) -> "Fit | None":
         """Move the air of every axis to the best of a coarse grid; None if F does not fall by enough to go on."""
         z, few = self.point.z, self.likelihood.beginning(COARSE)
-        e, chosen = self.e[: len(few)], self.point.z.copy()
-        best = self.likelihood.of_axes(e, few)[0] + 0.5 * (z**2).sum(0)
+        e, chosen = self.e[: len(few)], z.copy()
+        best = self.likelihood.in_air(z, e, few)
         airs = [np.clip(z + np.array(move)[:, None], -FARTHEST, FARTHEST) for move in AIR_SCAN]
         under = self.likelihood.recoloured(self.point, e, airs)
         for k, tried in enumerate(airs):
-            F = self.likelihood.of_axes([own[k] for own in under], few)[0] + 0.5 * (tried**2).sum(0)
+            F = self.likelihood.in_air(tried, [own[k] for own in under], few)
             better = F < best
             best = np.where(better, F, best)
             chosen[:, better] = tried[:, better]
@@ -214,8 +215,7 @@ def _joined(begun: Sequence[Fit]) -> Fit:
     for fitted in begun:
         of_air = fitted.quadratic.total[0][P:, P:].reshape(SHAPES, a, SHAPES, a)
         volume = np.linalg.slogdet(np.moveaxis(np.diagonal(of_air, axis1=1, axis2=3), 2, 0))[1]
-        F = fitted.likelihood.of_axes(fitted.e)[0] + 0.5 * (fitted.point.z**2).sum(0)
-        evidence.append(F + 0.5 * volume)
+        evidence.append(fitted.likelihood.in_air(fitted.point.z, fitted.e) + 0.5 * volume)
     best = np.argmin(evidence, axis=0)
     telling = best[least.quadratic.information[:, :P].argmax(0)]
     x = np.choose(telling, [fitted.x for fitted in begun])

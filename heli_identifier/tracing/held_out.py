@@ -42,7 +42,6 @@ from .helicopter import helicopter
 from .likelihood import Likelihood, without
 from .noise import error_dynamics, filters, physical, recoloured, start_response
 from .prediction import HORIZONS, Model, Run, counted, made_by_itself
-from .records import NOTHING, LeftOut, record_of, records_of
 from .references import CHANNELS, controllers_of
 from .result import (
     AxisError,
@@ -54,7 +53,7 @@ from .result import (
     ParameterReport,
     Use,
 )  # fmt: skip
-from .rig import Array, Parameters, Record
+from .rig import NOTHING, Array, LeftOut, Parameters, Record, record_of, records_of
 from .settings import BLOCK, DRAWS, FLOWN, HUBER, OWN, SETTLING, SPACING, WHITE_TIME, DiagnosisSettings
 
 

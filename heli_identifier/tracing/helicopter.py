@@ -29,10 +29,10 @@ from .instruments import Regression, Term
 from .rig import Array, Coordinate, Effect, Record
 from .settings import (
     CATALOGUE_WIDTHS,
-    CURVE_WIDTH,
     DIFFERENCE,
     GAIN_WIDTH,
     MOTION_WINDOW,
+    OWN,
     TIMED,
     WINDOW,
     DiagnosisSettings,
@@ -360,7 +360,7 @@ class Rig:
             axis = field.rpartition("_")[2]
             travel = list(VARIABLES).index("travel") + 1.0
             closes = field == f"table_torque_1_{axis}" and getattr(start, f"table_variable_{axis}") == travel
-            return Coordinate(field, 0.0, CURVE_WIDTH, tied=f"table_torque_{KNOTS}_{axis}" if closes else "")
+            return Coordinate(field, 0.0, OWN[0], tied=f"table_torque_{KNOTS}_{axis}" if closes else "")
         found = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)
         if found is not None:
             owner, shape = found

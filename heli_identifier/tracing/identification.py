@@ -19,10 +19,9 @@ from .fit import Fit, covariance, fit, with_own_spread
 from .helicopter import helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
-from .records import LeftOut, averaged, records_of
 from .references import References, find_references
 from .result import Agreement, FoundEffect, ParameterReport
-from .rig import Effect
+from .rig import Effect, LeftOut, averaged, records_of
 from .select import Selection, halves_agree, left_out_gain, refitted, select
 from .settings import CATALOGUE_WIDTHS, KEPT, ROUGHLY, SETTLING, UNKNOWN, DiagnosisSettings
 from .strangers import aligned

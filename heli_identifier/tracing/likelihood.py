@@ -113,6 +113,10 @@ class Likelihood:
             F[axis], scales[axis] = count * (np.log(sigma) - 0.5) + loss, sigma
         return F, scales
 
+    def in_air(self, z: Array, e: Sequence[Array], records: Sequence[Record] | None = None) -> Array:
+        """Give the data's part of F (a,) [nats] with the prior of the air z (5, a) under which ``e`` are."""
+        return self.of_axes(e, records)[0] + 0.5 * (z**2).sum(0)
+
     def filters(self, record: Record, point: Point, airs: Sequence[Array] = ()) -> list[AxisFilter]:
         """Give the axes' filters at a point, or in other ``airs`` (5, a), one air after the other."""
         some = airs or (point.z,)

@@ -39,8 +39,9 @@ is periodic in time would pass for air."""
 
 OWN = (0.1, 0.003, 0.05, 0.02)
 """Standard deviations of what a log has of its own before any log is seen: its constant torque [rad/s^2] (tape, cables,
-a day's zero); angle [rad] and rate [rad/s] at its start off the lines through its first .3 s, in the roughest air; the
-logarithm of its gains over the plant's (supply, temperature, a new belt)."""
+a day's zero), as far as the torques of an unknown curve reach, too; angle [rad] and rate [rad/s] at its start off the
+lines through its first .3 s, in the roughest air; the logarithm of its gains over the plant's (supply, temperature, a
+new belt)."""
 
 OWN_PRIOR = (2.0, 0.01, 0.003)
 """Degrees of freedom, and sizes of what is known beforehand of the spread of the logs' torques [rad/s^2] and gains: a
@@ -150,9 +151,6 @@ what the filter needs to tell two steps apart."""
 
 # --- what the catalogue cannot name (unknown.py) ---
 
-CURVE_WIDTH = OWN[0]
-"""Width [rad/s^2] of the prior of a torque in the table of an unknown curve: tape and cables again."""
-
 PERIODIC_BAND, PERIODS = (0.06, 3.0), 4.0
 """Frequencies [Hz] of a periodic torque, and its least periods in the longest log: fewer are not told from a drift, and
 above an encoder's counts under steady motion look like one."""
@@ -161,9 +159,6 @@ UNKNOWN = 22.0
 """Nats of an unknown torque, as of one degree of freedom: the search looks at some 24 curves and, on every axis, 600
 frequencies. Chance reaches it on one of 100 000 rigs; what is less is a ripple. By as much a log has to be likelier
 that is read otherwise, as a mirror image or in another unit."""
-
-UNKNOWN_TRIED = 0.5 * UNKNOWN
-"""The same from which it is fitted: beside air that follows it, it looks smaller than it is."""
 
 UNKNOWN_SHARE = 0.25
 """Share of what the named effects of an axis carry that an unknown torque beside them must carry: laws are
@@ -221,10 +216,6 @@ another parameter, over half of its plausible interval."""
 CONFIRMED = 0.05
 """Outside share of a gain's regressor below which its interval rests on the air alone: on quiet rigs such intervals of
 k_x and k_z hold the truth in .75, those of larger shares in .92; three times as wide, all of 140 hold it."""
-
-CONTRADICTION = 2.6
-"""Standard errors of the instruments beyond which they exclude the likelihood's value. Both rest on the same logs, so
-less than one in a hundred true values lies outside."""
 
 MATTERS = 0.1
 """Share of a gain below which instruments contradict nothing: in air that swirls theirs of the travel come out 6 % low,

@@ -42,8 +42,7 @@ from heli_identifier.records import Log
 from .fit import Fit
 from .helicopter import Rig
 from .noise import error_dynamics
-from .records import LeftOut, record_of
-from .rig import Array, Record
+from .rig import Array, LeftOut, Record, record_of
 from .settings import ALIEN, FEWEST, HUBER, LEAST_STIFFNESS, LEAST_ZERO, OTHER_GAIN, OUTLYING, ROUNDS, SURE, UNKNOWN
 
 ELEVATION = 1

@@ -35,7 +35,7 @@ from .result import CurveShape, FoundEffect, PeriodicShape, Verdict
 from .rig import Array, Effect
 from .select import Selection, select
 from .sensitivity import Sensitivities, means
-from .settings import CURVE_WIDTH, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE, UNKNOWN_TRIED
+from .settings import OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
 
 TIME, POINTS = "time", 121
 """The variable of periods, and the points of a drawn curve."""
@@ -143,14 +143,14 @@ class _Seen:
             low, high = 0.0, 2.0 * np.pi
         first, spacing = float(low), max(float(high - low), 1e-6) / (knots - 1)
         torques = [_basis(self.tables, variable, first, spacing, own) for own in x]
-        return Unknown(self.axes[a], variable, first, spacing, *self.explained(a, torques, CURVE_WIDTH))
+        return Unknown(self.axes[a], variable, first, spacing, *self.explained(a, torques, OWN[0]))
 
     def waves(self, a: int, frequency: float) -> Unknown:
         """Torque of one frequency [Hz], its phase and amplitude free in every log."""
         waves = [np.exp(2j * np.pi * frequency * t) for t in self.times]
         both = [np.column_stack((wave.imag, wave.real)) for wave in waves]
         torques = [np.kron(own, two) for own, two in zip(np.eye(len(both)), both, strict=True)]
-        x, C, S, k = self.explained(a, torques, 10.0 * CURVE_WIDTH)
+        x, C, S, k = self.explained(a, torques, 10.0 * OWN[0])
         return Unknown(self.axes[a], TIME, 0.0, frequency, x, C, S, k + 1.0)
 
     def refined(self, a: int, frequency: float) -> Unknown:
@@ -201,7 +201,8 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
     """
     found: list[Unknown] = []
     tried = scan(selection.fit)[:2]
-    while tried and tried[0].score > UNKNOWN_TRIED and len(found) < len(selection.fit.likelihood.rig.axes):
+    # beside air that follows it a torque looks smaller than it is
+    while tried and tried[0].score > 0.5 * UNKNOWN and len(found) < len(selection.fit.likelihood.rig.axes):
         start, u = _started(selection.fit, tried.pop(0), found)
         if _weighed(selection, selection.fit.value - start.value, u).score < UNKNOWN:
             continue
@@ -281,8 +282,8 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     trend = np.column_stack((np.ones(POINTS), x - x.mean())[: 1 + ((u.axis, u.variable) in tables.held)])
     B = B - trend @ np.linalg.lstsq(trend * visits[:, None], B * visits[:, None], rcond=None)[0]
     at = [fitted.fields.index(name) for name in tables.fields(u.axis, u.variable)]
-    y = CURVE_WIDTH * (B @ fitted.x[at])
-    half = 1.96 * CURVE_WIDTH * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
+    y = OWN[0] * (B @ fitted.x[at])
+    half = 1.96 * OWN[0] * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
     there = visits > 0.0
     x, y, half, unit = x[there], y[there], half[there], tables.variables[u.variable]
     said = _words(turning and bool(there.all()), unit, x, y, half)
