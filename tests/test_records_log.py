@@ -15,6 +15,7 @@ from heli_identifier.records import (
     Log,
     check_apart,
     check_excitation,
+    counted_once,
     demo_files,
     read_data_set,
     read_log,
@@ -94,15 +95,15 @@ def test_a_voltage_that_is_constant_in_every_log_leaves_nothing_to_identify():
         check_excitation([])
 
 
-def test_no_log_may_count_twice_even_under_another_name(tmp_path):
+def test_no_log_may_count_twice_even_under_another_name_or_if_it_is_short(tmp_path):
     first, second, _ = demo_files("rig-a")[0]
     copy = shutil.copy(second, tmp_path / "copy.csv")
     with pytest.raises(LogError, match=r"copy.csv is held out for validation but shares samples with .*train2.csv"):
-        check_apart(*read_data_set([first, second], [copy]))
-    with pytest.raises(LogError, match="copy.csv holds the same samples as .*train2.csv; give each training log once"):
-        check_apart(*read_data_set([first, second, copy]))
-    with pytest.raises(LogError, match="copy.csv holds the same samples as .*train2.csv; give each held-out log once"):
-        check_apart(*read_data_set([first], [second, copy]))
+        check_apart(*read_data_set([first, second], [copy], end=6.0))
+    with pytest.raises(LogError, match=r"copy.csv holds the same samples as .*train2.csv \(6 s from .*; give each log"):
+        check_apart(*read_data_set([first], [second, copy], end=6.0))
+    assert len(counted_once(read_logs([first, second, copy], end=6.0))[0]) == 2
+    check_apart(read_logs(second, end=6.0), read_logs(second, start=6.01, end=12.0))
 
 
 COUNT = 2.0 * np.pi / 4096

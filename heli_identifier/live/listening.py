@@ -266,11 +266,9 @@ def _factor(signal: str, form: LogFormat) -> float:
 
 def orient(signals: tuple[float, ...], form: LogFormat) -> tuple[float, ...]:
     """Return signals with the project's signs and rotors, as a log of this rig is read."""
-    front, rear, *angles = [x * form.sign(name) for name, x in zip(SIGNALS, signals, strict=True)]
-    if (form.sign("v_sum") != form.sign("v_difference")) != form.swap_rotors:
-        front, rear = rear, front
+    front, rear, *angles = form.oriented(dict(zip(SIGNALS, signals, strict=True))).values()
     limit = form.voltage_limit if form.clip else inf
-    return (saturate(form.sign("v_sum") * front, limit), saturate(form.sign("v_sum") * rear, limit), *angles)
+    return (saturate(front, limit), saturate(rear, limit), *angles)
 
 
 def check_rate(layout: Layout, rate: float | None) -> None:

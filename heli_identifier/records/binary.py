@@ -18,7 +18,6 @@ headers, and `find_columns` splits them. Files of version 7.3 (HDF5) and objects
 """
 
 from collections.abc import Callable, Iterator
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -47,47 +46,40 @@ def read_binary(path: Path, file: str, format: LogFormat) -> Table:
 
     A LogError says that it is damaged, holds no table, or needs a package that is not installed.
     """
-    what, module, package, read = READERS[path.suffix]
-    library = _need(module, package, file, what)
+    what, package, read = READERS[path.suffix]
     try:
-        found = read(library, path, file, format)
+        found = read(path, file, format)
     except (LogError, MemoryError):
         raise
+    except ImportError as error:
+        advice = f"the package {package} is needed to read it: `pip install 'heli-twin[formats]'`"
+        raise LogError(f"{file} is {what}; {advice}.") from error
     except Exception as error:  # each library raises what its parser does on a damaged file
         said = str(error).replace(str(path), file).strip().splitlines() or [type(error).__name__]
         raise LogError(f"{file} is not readable as {what} ({said[0][:200]}); save it again.") from error
     if isinstance(found, Table):
         return found
-    if len(found) < 2 and path.suffix != ".mat":
-        raise LogError(f"{file} holds {len(found)} columns, a log has six.")
     return Table(file, tuple(found), tuple(map(as_numbers, found.values())))
 
 
-def _need(module: str, package: str, file: str, what: str) -> Any:
-    try:
-        return import_module(module)
-    except ImportError as error:
-        advice = "`pip install 'heli-twin[formats]'`"
-        raise LogError(f"{file} is {what}, for which the package {package} is needed: {advice}.") from error
+def _read_parquet(path: Path, file: str, format: LogFormat) -> _Columns:
+    from pyarrow.parquet import ParquetFile
 
-
-def _read_parquet(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:
-    with library.ParquetFile(path) as source:
-        schema, rows = source.schema_arrow, source.metadata.num_rows
-        size = 8e-6 * rows * len(schema.names)  # runs of equal values take no room in the file
+    with ParquetFile(path) as source:
+        size = 8e-6 * source.metadata.num_rows * source.metadata.num_columns  # runs of equal values take no room
         if size > format.largest_file:
             unpacked = f"it has {size:.4g} MB unpacked, more than {format.largest_file:g} MB"
             raise LogError(f"{file} cannot be read: {unpacked}{LARGER}.")
         table = source.read(use_threads=False)
-    columns = {name: table[name] for name in schema.names}
-    columns |= {name: own.cast("float64") for name, own in columns.items() if str(own.type).startswith("decimal")}
-    return {name: own.to_pandas().to_numpy() for name, own in columns.items()}
+    return {name: table[name].to_pandas().to_numpy() for name in table.schema.names}
 
 
-def _read_tdms(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:
+def _read_tdms(path: Path, file: str, format: LogFormat) -> _Columns:
     """Read the channels of all groups; a time from the waveform's increment where no channel is one."""
+    from nptdms import TdmsFile
+
     found: _Columns = {}
-    with library.TdmsFile.open(path) as source:
+    with TdmsFile.open(path) as source:
         groups = [group for group in source.groups() if group.channels()]
         for group in groups:
             prefix, channels = "" if len(groups) == 1 else f"{group.name}.", group.channels()
@@ -99,10 +91,12 @@ def _read_tdms(library: Any, path: Path, file: str, format: LogFormat) -> _Colum
     return found
 
 
-def _read_mdf(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:
+def _read_mdf(path: Path, file: str, format: LogFormat) -> _Columns:
     """Read the group with the most channels, its master as the time; an invalid sample is not a number."""
+    from asammdf import MDF
+
     found: _Columns = {}
-    with library.MDF(path) as source:
+    with MDF(path) as source:
         groups = [list(source.virtual_groups[index].groups) for index in source.virtual_groups]
         members = max(groups, key=lambda group: sum(len(source.groups[index].channels) for index in group))
         for index in members:
@@ -118,7 +112,7 @@ def _read_mdf(library: Any, path: Path, file: str, format: LogFormat) -> _Column
     return found
 
 
-def _read_workbook(library: Any, path: Path, file: str, format: LogFormat) -> Table:
+def _read_workbook(path: Path, file: str, format: LogFormat) -> Table:
     """Read the first sheet of an Excel workbook that holds a table."""
     import pandas
 
@@ -135,15 +129,18 @@ def _read_workbook(library: Any, path: Path, file: str, format: LogFormat) -> Ta
     raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, sheets))}).")
 
 
-def _read_matlab(library: Any, path: Path, file: str, format: LogFormat) -> _Columns:
+def _read_matlab(path: Path, file: str, format: LogFormat) -> _Columns:
     """Read a MATLAB file by scipy.io, or by mat-io where it has to be; its vectors may differ in length."""
+    from scipy.io import loadmat
+
     with open(path, "rb") as stream:
         head = stream.read(516)
     hdf5 = b"\x89HDF" in (head[:4], head[512:])  # MATLAB puts a header of its own before it
-    variables = {} if hdf5 else library.loadmat(path, squeeze_me=True, appendmat=False)
+    variables = {} if hdf5 else loadmat(path, squeeze_me=True, appendmat=False)
     if hdf5 or "__function_workspace__" in variables:
-        what = "a MATLAB 7.3 file" if hdf5 else "a MATLAB file with objects"
-        variables = _need("matio", "mat-io", file, what).load_from_mat(str(path))
+        from matio import load_from_mat
+
+        variables = load_from_mat(str(path))
     named = {str(name): value for name, value in variables.items() if not str(name).startswith("__")}
     objects = list[str]()
     vectors = {place: values for name, value in named.items() for place, values in _vectors(name, value, objects)}
@@ -217,12 +214,12 @@ def _labelled(fields: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-READERS: dict[str, tuple[str, str, str, Callable[[Any, Path, str, LogFormat], _Columns | Table]]] = {
-    ".mat": ("a MATLAB file", "scipy.io", "scipy", _read_matlab),
-    ".xlsx": ("an Excel workbook", "openpyxl", "openpyxl", _read_workbook),
-    ".parquet": ("a Parquet file", "pyarrow.parquet", "pyarrow", _read_parquet),
-    ".tdms": ("a TDMS file", "nptdms", "npTDMS", _read_tdms),
-    ".mf4": ("an MDF file", "asammdf", "asammdf", _read_mdf),
-    ".mdf": ("an MDF file", "asammdf", "asammdf", _read_mdf),
+READERS: dict[str, tuple[str, str, Callable[[Path, str, LogFormat], _Columns | Table]]] = {
+    ".mat": ("a MATLAB file", "mat-io", _read_matlab),
+    ".xlsx": ("an Excel workbook", "openpyxl", _read_workbook),
+    ".parquet": ("a Parquet file", "pyarrow", _read_parquet),
+    ".tdms": ("a TDMS file", "npTDMS", _read_tdms),
+    ".mf4": ("an MDF file", "asammdf", _read_mdf),
+    ".mdf": ("an MDF file", "asammdf", _read_mdf),
 }
-"""By the ending of a name: what the file is, the module and the package that read it, and how."""
+"""By the ending of a name: what the file is, the package that reads it, and how."""

@@ -14,7 +14,7 @@ from heli_plant.effects import CATALOGUE, effect_of
 from heli_plant.errors import did_you_mean
 from heli_plant.geometry import Geometry
 
-from .units import ANGLES, NAMED, SI_UNIT, known_units, understood
+from .units import ANGLES, COMBINED, NAMED, SI_UNIT, VOLTAGES, known_units, understood
 
 LOWEST_LIMIT, HIGHEST_VOLTAGE = 0.1, 30.0
 """Limit of an amplifier [V] below which no rotor turns, and voltage [V] above which no bench motor runs: that of the
@@ -99,6 +99,20 @@ class LogFormat:
     def sign(self, signal: str) -> int:
         """Give +1 or -1, the factor from the file's sign to the project's."""
         return self.signs.get(signal, 1)
+
+    def oriented(self, signals: Mapping[str, Any]) -> dict[str, Any]:
+        """Give numbers or arrays by their signal with the project's signs; front and rear voltage for sum and difference.
+
+        A sum or difference of the wrong sign turns front and rear voltage in the same way.
+        """
+        own = {name: value * self.sign(name.removesuffix("_reference")) for name, value in signals.items()}
+        if "v_sum" in own:
+            total, difference = signals["v_sum"], signals["v_difference"]
+            own = {name: value for name, value in own.items() if name not in COMBINED}
+            own |= {"v_front": 0.5 * (total + difference), "v_rear": 0.5 * (total - difference)}
+        if (self.sign("v_sum") != self.sign("v_difference")) != self.swap_rotors:
+            own["v_front"], own["v_rear"] = own["v_rear"], own["v_front"]
+        return own | {name: self.sign("v_sum") * own[name] for name in VOLTAGES}
 
     def counts_per_turn(self, signal: str) -> int:
         """Give the counts per turn of an angle's encoder; 1 for a signal without an encoder."""

@@ -4,7 +4,6 @@ import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations
 from os import PathLike
 from pathlib import Path
 
@@ -128,27 +127,19 @@ def check_moving(logs: Sequence[Log]) -> None:
             raise LogError(f"{_called(log)}: {' and '.join(said)}: {needed}.")
 
 
-def check_apart(training: Sequence[Log], held_out: Sequence[Log] = ()) -> None:
-    """Refuse logs that share samples: a log given twice counts double, and a model may not be judged by its own data.
-
-    A LogError says that two logs come from files with the same bytes and their stretches overlap, or that a held-out
-    log shares flight with another log by its samples (:func:`.overlap.shared_flight`).
-    """
-    for (first, one), (second, other) in combinations(enumerate((*training, *held_out)), 2):
-        margin = 0.5 * one.step  # stretches that follow each other share no sample, whatever rounding says
-        overlap = one.start + margin < other.start + other.duration and other.start + margin < one.start + one.duration
-        same = overlap and one.sha256 == other.sha256 != ""
-        flight = None if same or second < len(training) else shared_flight(one, other)
-        if not same and flight is None:
-            continue
-        where = f" ({flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on)" if flight else ""
-        if first < len(training) <= second:
+def check_apart(training: Sequence[Log], held_out: Sequence[Log]) -> None:
+    """Refuse held-out logs that share flight with another log: a model may not be judged by its own data."""
+    for index, log in enumerate(held_out):
+        for own in (*training, *held_out[:index]):
+            if (flight := shared_flight(own, log)) is None:
+                continue
+            where = f" ({flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on)"
+            if own not in training:
+                raise LogError(f"{_called(log)} holds the same samples as {_called(own)}{where}; give each log once.")
             raise LogError(
-                f"{_called(other)} is held out for validation but shares samples with training log {_called(one)}"
+                f"{_called(log)} is held out for validation but shares samples with training log {_called(own)}"
                 f"{where}; give a log, or a stretch of it, that the fit has not seen."
             )
-        kind = "training" if second < len(training) else "held-out"
-        raise LogError(f"{_called(other)} holds the same samples as {_called(one)}{where}; give each {kind} log once.")
 
 
 def counted_once(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:

@@ -28,12 +28,10 @@ from .columns import Table
 from .configuration import LogFormat
 from .text import read_text
 
-PATIENCE, PATIENCE_PER_MB = 30.0, 3.0
+PATIENCE, PATIENCE_PER_MB, MEMORY = 30.0, 3.0, 8_000_000_000
 """Longest time that a reader may take [s], and its growth with the size of the file [s/MB]: some 30 times what readers
-need, because a machine that does other things, or a slow disk, is no defect."""
-
-MEMORY = 8_000_000_000
-"""Memory that a reader may take beyond what its process has [bytes]; Windows sets no bound."""
+need, because a machine that does other things, or a slow disk, is no defect. Memory that it may take beyond what its
+process has [bytes]; Windows sets no bound."""
 
 
 def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
@@ -77,39 +75,32 @@ def _unpacked(data: bytes, path: Path, largest: float) -> bytes:
 
 
 def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
-    """Call ``read`` with ``arguments`` in a process of its own, and raise the error that it raises.
+    """Call ``read`` with ``arguments`` in a process of its own, which may crash, and raise the LogError that it raises.
 
-    A LogError names ``file``, of ``size`` [bytes], if it crashed, took longer than `PATIENCE`, or more than `MEMORY`.
+    A LogError names ``file``, of ``size`` [bytes], if that process gives no answer.
     """
     patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
     command = python_command(f"from {__name__} import _answer; _answer()")
-    task = pickle.dumps((read, arguments, patience, MEMORY))
-    try:
-        answer, error = pickle.loads(
-            subprocess.run(command, input=task, capture_output=True, timeout=patience, check=True).stdout
-        )
-        if error is None:
-            return answer
-        if not isinstance(error, MemoryError):
-            raise error
-        problem = f"it asks for more than {MEMORY / 1e9:g} GB of memory"
-    except subprocess.TimeoutExpired:
-        problem = f"its reader came to no end within {patience:.3g} s"
-    except subprocess.CalledProcessError:
-        problem = "it is damaged so that its reader crashes"
-    raise LogError(f"{file} is not readable: {problem}; save it again.")
+    done = subprocess.run(command, input=pickle.dumps((read, arguments, patience, MEMORY)), capture_output=True)
+    if done.returncode != 0:
+        most = f"{MEMORY / 1e9:g} GB of memory"
+        reasons = f"its reader crashes, comes to no end within {patience:.3g} s, or asks for more than {most}"
+        raise LogError(f"{file} is not readable: {reasons}; save it again.")
+    answer = pickle.loads(done.stdout)
+    if isinstance(answer, LogError):
+        raise answer
+    return answer
 
 
 def _answer() -> None:
-    """Read in the process apart, which ends even if its parent cannot end it; what libraries print goes nowhere."""
+    """Read in the process apart, which ends without an answer behind its bounds; what libraries print goes nowhere."""
     read, arguments, patience, memory = pickle.load(sys.stdin.buffer)
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)
-        faulthandler.dump_traceback_later(patience + 1.0, exit=True)
+        faulthandler.dump_traceback_later(patience, exit=True)
         bound_memory(memory)
-        answer: tuple[Any, Exception | None]
         try:
-            answer = read(*arguments), None
-        except Exception as error:
-            answer = None, error
+            answer = read(*arguments)
+        except LogError as error:
+            answer = error
         pickle.dump(answer, out, protocol=pickle.HIGHEST_PROTOCOL)

@@ -69,7 +69,8 @@ def read_log(
         turns += note
     if time[0] != 0.0:
         notes.append(f"time counts from 0, which the file calls {time[0]:g} s")
-    notes += [*_in_project_signs(values, columns, format), *turns, *sampling.notes]
+    values, done = _in_project_signs(values, columns, format)
+    notes += [*done, *turns, *sampling.notes]
     check_plausible(columns[1:6], values, sampling.rate_hz, file)
     uniform = {signal: sampling.resampled(time, own, signal not in ANGLES) for signal, own in values.items()}
     voltages, angles = (np.stack([uniform[signal] for signal in signals], axis=1) for signals in (VOLTAGES, ANGLES))
@@ -113,30 +114,19 @@ def _cut(table: Table, column: Column, start: float | None, end: float | None) -
     return slice(first, last), [f"kept {stretch} of the file ({last - first} of {count} rows)"]
 
 
-def _in_project_signs(values: _Signals, columns: Sequence[Column], format: LogFormat) -> list[str]:
-    """Give the signals the project's signs in place, front and rear voltage for sum and difference; say what was done.
-
-    Voltages are limited where that is asked for.
-    """
+def _in_project_signs(values: _Signals, columns: Sequence[Column], format: LogFormat) -> tuple[_Signals, list[str]]:
+    """Give the signals of this project, the voltages limited where that is asked for, and say what was done."""
     converted = [column for column in columns if column.unit != SI_UNIT[column.signal]]
     notes = [f"{column.signal} converted from {column.unit} to {SI_UNIT[column.signal]}" for column in converted]
-    for signal in values:
-        values[signal] = values[signal] * format.sign(signal.removesuffix("_reference"))
     if flipped := ", ".join(signal for signal, sign in format.signs.items() if sign < 0):
         notes.append(f"sign of {flipped} flipped")
     if format.swap_rotors:
         notes.append("front and rear voltage swapped")
     if COMBINED[0] in values:
-        total, difference = (values.pop(signal) for signal in COMBINED)
-        values["v_front"], values["v_rear"] = 0.5 * (total + difference), 0.5 * (total - difference)
         notes.append("front and rear voltage taken from their sum and difference")
-    if format.swap_rotors:
-        values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
-    limit = format.voltage_limit
+    values, limit = format.oriented(values), format.voltage_limit
     for signal in VOLTAGES if format.clip else ():
-        beyond = np.abs(values[signal]) > limit
-        if beyond.any():
-            count = int(beyond.sum())
+        if count := int((np.abs(values[signal]) > limit).sum()):
             notes.append(f"{signal} clipped to ±{limit:g} V in {count} sample{'' if count == 1 else 's'}")
             values[signal] = np.clip(values[signal], -limit, limit)
-    return notes
+    return values, notes

@@ -183,7 +183,7 @@ def identify(
     used = records.read_logs(logs)
     rig = configuration or records.common_configuration(used) or RigConfiguration()
     records.check_excitation(used)
-    records.check_apart(used)
+    records.check_apart((), used)
 
     def histories_of(number: int, **changes: Any) -> list[EstimateHistory]:
         """Pass all logs once with changed settings, for the first or second time by ``number``."""
