@@ -104,17 +104,32 @@ def _is_standard_output(present: os.stat_result) -> bool:
         return False
 
 
-def regular_bytes(path: Path, largest: float) -> bytes:
-    """Read a file that may be anything, up to a size of ``largest`` [MB]; an OSError says that it is no such file."""
-    # Looked at before it is opened: a pipe without a writer would be waited for without end.
-    status = path.stat()
-    if not stat.S_ISREG(status.st_mode):
-        kind = _KINDS.get(stat.filemode(status.st_mode)[0], "no regular file")
-        raise OSError(errno.EINVAL, f"it is {kind}", str(path))
-    if status.st_size > largest * 1e6:
-        raise OSError(errno.EFBIG, f"it has {status.st_size / 1e6:.4g} MB, more than {largest:g} MB", str(path))
-    with open(path, "rb") as file:
-        return file.read(status.st_size)  # a file that grows is read as far as it went, one of /proc not at all
+def given_bytes(
+    path: Path, largest: float, kind: type[Exception], missing: str = "", folder: str = "", large: str = ""
+) -> bytes:
+    """Read a file that somebody named, which may be anything, up to a size of ``largest`` [MB].
+
+    An error of ``kind`` says in a sentence why it cannot be read; ``missing``, ``folder`` and ``large`` are what to do
+    where it is missing, a folder, or too large.
+    """
+    try:
+        # Looked at before it is opened: a pipe without a writer would be waited for without end.
+        status = path.stat()
+        if folder and stat.S_ISDIR(status.st_mode):
+            problem = f"is a folder; {folder}"
+        elif not stat.S_ISREG(status.st_mode):
+            other = _KINDS.get(stat.filemode(status.st_mode)[0], "no regular file")
+            problem = f"cannot be read: it is {other}; save it as a file and name that"
+        elif status.st_size > largest * 1e6:
+            problem = f"cannot be read: it has {status.st_size / 1e6:.4g} MB, more than {largest:g} MB{large}"
+        else:
+            with open(path, "rb") as file:
+                return file.read(status.st_size)  # a file that grows is read as far as it went, one of /proc not at all
+    except FileNotFoundError:
+        problem = f"does not exist{missing}"
+    except OSError as error:
+        problem = f"cannot be read: {error.strerror or error}"
+    raise kind(f"{path} {problem}.")
 
 
 @contextmanager

@@ -5,6 +5,7 @@ import shlex
 import sys
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 PACKAGES = ("heli-twin", "numpy", "scipy", "numba", "pythonfmu", "fmpy")
@@ -23,21 +24,13 @@ __version__ = installed("heli-twin")
 """Version of this program."""
 
 
-def provenance(*command: str) -> dict[str, Any]:
-    """Give the provenance of what a command line, given word by word, computes now."""
+def provenance() -> dict[str, Any]:
+    """Give the provenance of what this process computes now: its command line, if it is a command of `heli`."""
+    program, *words = sys.argv
+    is_command = Path(program).stem in ("heli", "heli_command")
     return {
-        "command": shlex.join(command),
+        "command": shlex.join(["heli", *words]) if is_command else "heli_identifier in Python",
         "date": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         "system": f"{platform.system()} {platform.machine()}",
         "versions": {"Python": platform.python_version(), **{name: installed(name) for name in PACKAGES}},
     }
-
-
-def from_python(function: str) -> dict[str, Any]:
-    """Give the provenance of what a function of the package computes now."""
-    return provenance(f"heli_identifier.{function}")
-
-
-def from_command_line() -> dict[str, Any]:
-    """Give the provenance of what this command of the command line computes now."""
-    return provenance("heli", *sys.argv[1:])

@@ -221,7 +221,7 @@ def example(logs=None):
         },
         notes=("voltages reach 5.10 V",),
         seconds=12.3,
-        provenance={**provenance("heli", "diagnose", "a b.csv"), "date": "2026-03-01 12:00 UTC"},
+        provenance={**provenance(), "command": "heli diagnose 'a b.csv'", "date": "2026-03-01 12:00 UTC"},
     )  # fmt: skip
 
 

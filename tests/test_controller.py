@@ -132,7 +132,7 @@ def test_the_parameters_of_the_unit_are_the_controller():
     settings, point = designed(TABLE_2, "travel")
     pid = PidSettings(travel=AxisGains(0.3, 0.1, 1.1), travel_enabled=True, trim=-0.7, voltage_limit=4.0)
     for own, default in ((settings, FeedbackSettings()), (pid, PidSettings())):
-        assert controller_settings(default, controller_parameters(own, point, {}).start_values) == own
+        assert controller_settings(default, controller_parameters(own, point).start_values) == own
 
 
 @pytest.mark.parametrize(

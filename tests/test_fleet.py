@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -187,20 +188,20 @@ def test_a_parameter_that_was_given_has_no_mean():
     assert all(parameter.pooled.I2 == 0.0 for parameter in fleet.parameters)  # the same rig twice
 
 
-def test_page_and_document_hold_every_effect():
+def test_page_and_document_hold_every_effect(monkeypatch):
     fleet, _ = over(
         rig({FRICTION: 0.2, CABLE: 0.3}, [FRICTION, CABLE]),
         rig({FRICTION: 0.21}, [FRICTION], untestable=[LAG]),
         rig({FRICTION: 0.19}, untestable=[CABLE]),
     )
-    origin = {"command": "heli fleet <a> b c", "date": "today", "system": "x", "versions": {"heli-twin": "0"}}
-    text = fleet_html(fleet, origin)
+    monkeypatch.setattr(sys, "argv", ["/somewhere/heli", "fleet", "<a>", "b c"])
+    text = fleet_html(fleet)
     unseen = [*fleet.found(Finding.NOT_SHOWN), *fleet.found(Finding.NOT_TESTABLE)]
     plotted = len(fleet.effects) - len(unseen) + len(fleet.parameters)
     assert text.count("<svg class") == plotted
-    assert "heli fleet &lt;a&gt;" in text
+    assert "heli fleet &#39;&lt;a&gt;&#39; &#39;b c&#39;" in text
     assert "http" not in text.replace("http://www.w3.org", "")  # nothing is fetched from elsewhere
-    document = json.loads(json.dumps(fleet.document(origin), allow_nan=False))
+    document = json.loads(json.dumps(fleet.document(), allow_nan=False))
     assert document["schema"] == "heli-fleet/1"
     assert {(e["name"], e["axis"]) for e in document["effects"]} == {(e.name, e.axis) for e in CATALOGUE}
     first = document["effects"][0]

@@ -113,17 +113,9 @@ def test_wrong_columns_and_signs_are_noticed_on_reading():
         assert said in found
 
 
-@pytest.mark.parametrize(
-    ("header", "columns", "words"),
-    [
-        ("a,b,c", (TRUE.time, FRONT, REAR), "two voltages and three angles are needed"),
-        (NAMED.replace("pitch [rad]", "theta") + ",theta", (*TRUE.columns.values(), A[:, 0]), "2 columns are called"),
-    ],
-    ids=["few columns", "two of one name"],
-)
-def test_a_log_that_cannot_be_told_is_refused(tmp_path, header, columns, words):
-    np.savetxt(tmp_path / "log.csv", np.column_stack(columns), delimiter=",", header=header, comments="")
-    with pytest.raises(LogError, match=words):
+def test_a_log_of_few_columns_is_refused(tmp_path):
+    np.savetxt(tmp_path / "log.csv", np.transpose((TRUE.time, FRONT, REAR)), delimiter=",", header="a,b,c", comments="")
+    with pytest.raises(LogError, match="2 columns of numbers .* two voltages and three angles of a rig are not found"):
         guess(tmp_path / "log.csv")
 
 

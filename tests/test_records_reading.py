@@ -247,7 +247,12 @@ def test_a_bad_log_gets_one_sentence_that_says_what_is_wrong_and_where(tmp_path,
 def test_the_name_of_a_file_cannot_command_a_terminal(tmp_path):
     path = written(tmp_path, LINES, name="a\x1b[2J.csv")
     assert read_log(path).name == "a?[2J"
-    path.write_bytes("\n".join(LINES).encode("utf-16")[:-1])
-    with pytest.raises(LogError, match="begins like UTF-16 text but is none") as caught:
+    path.write_bytes(b"")
+    with pytest.raises(LogError, match="is empty") as caught:
         read_log(path)
     assert str(caught.value).isprintable()
+
+
+def test_a_text_in_utf_16_that_ends_within_a_character_is_read_up_to_its_last_line(tmp_path):
+    (tmp_path / "log.csv").write_bytes("\n".join([*LINES, "10.01"]).encode("utf-16")[:-1])
+    assert same(read_log(tmp_path / "log.csv"))

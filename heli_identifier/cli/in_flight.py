@@ -5,7 +5,6 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,7 +18,6 @@ from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.processes import undone
-from heli_identifier.provenance import from_command_line
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -238,7 +236,7 @@ class Adviser:
                 self.sentence = document["sentence"]
                 files: dict[str, Any] = {ADVICE: document}
                 if gains is not None:
-                    files[GAINS] = replace(gains, provenance=from_command_line())
+                    files[GAINS] = gains
                 results.write_files(self.folder, files)
         return self.sentence
 

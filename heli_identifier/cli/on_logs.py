@@ -16,7 +16,6 @@ from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.terminal import note, print_notes, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import draft_folder, write_atomically
-from heli_identifier.provenance import from_command_line
 
 FAILED = 1
 """Exit code where the model no longer explains a log, or a rig could not be diagnosed."""
@@ -86,8 +85,7 @@ def diagnosed(
             def first(what: str, share: float) -> None:
                 progress(what, 0.85 * share)
 
-            found = hi.diagnose(training, held_out=held_out, settings=settings, progress=first)
-            diagnosis = replace(found, provenance=from_command_line())
+            diagnosis = hi.diagnose(training, held_out=held_out, settings=settings, progress=first)
             progress("building and running the corrected unit", 0.9)
             results.write_results(diagnosis, configuration.name, draft)
             if native:
@@ -155,7 +153,6 @@ def identify(
                 progress=progress,
             )
             progress("drawing", 1.0)
-            found = replace(found, parameters=replace(found.parameters, provenance=from_command_line()))
             found.write(draft)
     terminal.show(found, json, written=(output, found.files))
 

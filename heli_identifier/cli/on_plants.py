@@ -11,7 +11,6 @@ from heli_identifier.cli.arguments import option
 from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.terminal import answer, note, progress_bar
 from heli_identifier.errors import require_range
-from heli_identifier.provenance import from_command_line
 
 if TYPE_CHECKING:
     from heli_plant.parameters import PlantParameters
@@ -134,13 +133,12 @@ def linearise(
         given = args.read_with_doubts(parameters)
         with progress_bar() as progress:
             made = tools.design_pid(given, pitch, elevation, progress=progress)
-        origin = from_command_line()
-        document, matlab = made.linear_document(origin), BytesIO()
+        document, matlab = made.linear_document(), BytesIO()
         savemat(matlab, made.matrices())
         files = {
             "linear_model.json": document,
             "linear_model.mat": matlab.getvalue(),
-            "controller.json": made.retuned_parameters(origin),
+            "controller.json": made.retuned_parameters(),
             "steps.svg": results.figure_file(tools.step_figure(made)),
         }
         results.write_files(draft, files)
@@ -179,16 +177,15 @@ def design_controller(
         given = args.read_with_doubts(parameters)
         with progress_bar() as progress:
             made = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
-        origin = from_command_line()
-        document = made.document(origin)
+        document = made.document()
         model, course, name = made.plants.model, tools.course_values(init), init.name if init else None
         files = {
             "design.json": document,
-            "design.html": tools.controller_html(made, origin),
+            "design.html": tools.controller_html(made),
             "controller.m": tools.controller_m(made),
             "init_heli_corrected.m": tools.corrected_init(given, model, course, configuration.geometry, name),
-            "controller.json": tools.controller_parameters(made.robust.settings, model.point, origin),
-            "nominal.json": tools.controller_parameters(made.baseline.settings, model.point, origin),
+            "controller.json": tools.controller_parameters(made.robust.settings, model.point),
+            "nominal.json": tools.controller_parameters(made.baseline.settings, model.point),
         }
         if isinstance(made.robust.settings, FeedbackSettings):
             files |= controller_sources(made.robust.settings)

@@ -20,7 +20,6 @@ from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.on_logs import FAILED, diagnosed
 from heli_identifier.cli.terminal import answer, note, print_notes, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
-from heli_identifier.provenance import from_command_line
 
 RIG_FOLDER = (
     "Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins with held is "
@@ -56,9 +55,8 @@ def fleet(
             print_notes((*rig.training, *rig.held_out))
         with progress_bar() as progress:
             found = tools.diagnose_rigs(rigs, failures, progress)
-        ran = from_command_line()
-        document = found.document(ran)
-        written = results.write_files(draft, {"fleet.json": document, "fleet.html": tools.fleet_html(found, ran)})
+        document = found.document()
+        written = results.write_files(draft, {"fleet.json": document, "fleet.html": tools.fleet_html(found)})
     for name, why in found.failures.items():
         warn(f"rig {name} is left out: {why}")
     answer(json, document, tools.fleet_tables(found), (), (output, written), tools.fleet_sentence(found))

@@ -93,22 +93,21 @@ def _read_tdms(path: Path, file: str, format: LogFormat) -> _Columns:
 
 def _read_mdf(path: Path, file: str, format: LogFormat) -> _Columns:
     """Read the group with the most channels, its master as the time; an invalid sample is not a number."""
-    from asammdf import MDF
+    import asammdf
 
     found: _Columns = {}
-    with MDF(path) as source:
+    with asammdf.MDF(path) as source:
         groups = [list(source.virtual_groups[index].groups) for index in source.virtual_groups]
         members = max(groups, key=lambda group: sum(len(source.groups[index].channels) for index in group))
         for index in members:
-            for number, channel in enumerate(source.groups[index].channels):
-                if number == source.masters_db.get(index):
-                    continue
+            master = source.masters_db.get(index)
+            for number in (k for k, _ in enumerate(source.groups[index].channels) if k != master):
                 signal = source.get(group=index, index=number, ignore_invalidation_bits=True)
                 values, invalid = as_numbers(signal.samples), signal.invalidation_bits
                 if invalid is not None:
                     values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
                 found.setdefault("time [s]", np.array(signal.timestamps, dtype=float))
-                found[with_unit(channel.name, signal.unit)] = values
+                found[with_unit(signal.name, signal.unit)] = values
     return found
 
 

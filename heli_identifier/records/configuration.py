@@ -101,7 +101,7 @@ class LogFormat:
         return self.signs.get(signal, 1)
 
     def oriented(self, signals: Mapping[str, Any]) -> dict[str, Any]:
-        """Give numbers or arrays by their signal with the project's signs; front and rear voltage for sum and difference.
+        """Give numbers or arrays by their signal with the project's signs, the two voltages for sum and difference.
 
         A sum or difference of the wrong sign turns front and rear voltage in the same way.
         """

@@ -23,7 +23,6 @@ LogSource = Log | str | PathLike[str]
 """A log, or the file of one with the contract's columns; `read_log` reads others."""
 
 DEMO_RIGS = ("rig-a", "rig-b", "rig-c")
-_DEMO_FOLDER = Path(__file__).resolve().parent.parent / "demo_logs"
 _CONSTANT_V = 1e-3  # a voltage that varies by less [V] moves no propeller
 _STILL_SHARE = 0.1  # of the usual excitation, below which a log says a hundredth of what another one says
 
@@ -61,10 +60,8 @@ def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     """Give the files of the training logs and of the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
     if rig not in DEMO_RIGS:
         raise LogError(f"there is no demonstration rig {rig!r}; choose one of {', '.join(DEMO_RIGS)}.")
-    folder = _DEMO_FOLDER / rig
+    folder = Path(__file__).resolve().parent.parent / "demo_logs" / rig
     training, held_out = (tuple(sorted(folder.glob(f"{use}*.csv"))) for use in ("train", "held"))
-    if not training or not held_out:
-        raise LogError(f"the demonstration logs are missing from {folder}; install the package again.")
     return training, held_out
 
 

@@ -79,8 +79,7 @@ class Guess:
 def guess(path: str | PathLike[str]) -> Guess:
     """Look into a log.
 
-    A LogError says that it is no table, that too little of it is understood to guess, or that columns of one name could
-    not be told apart.
+    A LogError says that it is no table, or that too little of it is understood to guess.
     """
     table, decimal = _table(Path(path))
     headers, reasons = table.headers, dict[str, str]()
@@ -98,11 +97,6 @@ def guess(path: str | PathLike[str]) -> Guess:
     }
     chosen = _choose(table, candidates, named, rate_hz)
     columns = {signal: headers[index] for signal, index in ({"time": time} | chosen).items()}
-    if twice := [text for text in columns.values() if headers.count(text) > 1]:
-        raise LogError(
-            f"{table.file}: {headers.count(twice[0])} columns are called {twice[0]!r}, which no configuration can tell "
-            "apart; give each a name of its own."
-        )
     units, counts, values = {"time": unit}, dict(zip(ANGLES, CONTRACT.encoder_counts, strict=True)), []
     for signal, index in chosen.items():
         units[signal], reasons[f"units.{signal}"], turn = _unit(signal, headers[index], candidates[index])
@@ -169,14 +163,13 @@ def _find_time(
         reasons["columns.time"] = "increases evenly from row to row"
     step = float(np.median(np.diff(numbers[time])))
     stated = name_and_unit(table.headers[time])[1]
-    if unit := understood("time", stated or ""):
-        reasons["units.time"] = f"its header says [{stated}]"
-        return time, unit, numbers[time] * factor_to_si("time", unit, 1)
-    for unit in ("s", "ms", "us", "ns"):
-        rate = 1.0 / (step * factor_to_si("time", unit, 1))
-        if _RATES_HZ[0] <= rate <= _RATES_HZ[1]:
-            reasons["units.time"] = f"its steps of {step:.4g} are then {rate:.4g} Hz"
-            return time, unit, numbers[time] * factor_to_si("time", unit, 1)
+    known = understood("time", stated or "")
+    for unit in (known,) if known else ("s", "ms", "us", "ns"):
+        factor = factor_to_si("time", unit, 1)
+        if known or _RATES_HZ[0] <= 1.0 / (step * factor) <= _RATES_HZ[1]:
+            by_rate = f"its steps of {step:.4g} are then {1.0 / (step * factor):.4g} Hz"
+            reasons["units.time"] = f"its header says [{stated}]" if known else by_rate
+            return time, unit, numbers[time] * factor
     raise LogError(
         f"{table.file}: the time, {table.headers[time]!r}, has steps of {step:g}, which make no rate of 50 Hz "
         "to 2 kHz in s, ms, us or ns; log faster, or keep every n-th row."
@@ -193,19 +186,14 @@ def _choose(
     table: Table, candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: float
 ) -> dict[str, int]:
     """Choose the columns of voltages and angles by what they do to each other; those of plain names are known."""
-    if len(candidates) < 5:
-        raise LogError(
-            f"{table.file} holds {len(candidates)} columns of numbers beside the time, found "
-            f"{', '.join(map(repr, table.headers[:20]))}; two voltages and three angles are needed."
-        )
-    places = list(candidates)
+    places, values = list(candidates), [*candidates.values()]
     known = {signal: places.index(index) for signal, index in named.items() if index in candidates}
-    values = np.column_stack([*candidates.values()])
-    found = _best_choice(values, rate_hz, known) if len(candidates) <= _MOST_COLUMNS else None
+    found = _best_choice(np.column_stack(values), rate_hz, known) if 5 <= len(places) <= _MOST_COLUMNS else None
     if found is None:
         raise LogError(
-            f"{table.file} holds {len(candidates)} columns, among which those of the rig are not found; name them "
-            "under [log.columns]: `heli init` writes a heli.toml with every key explained."
+            f"{table.file} holds {len(places)} columns of numbers beside the time, among which the two voltages and "
+            "three angles of a rig are not found; name them under [log.columns]: `heli init` writes a heli.toml with "
+            "every key explained."
         )
     return {signal: places[index] for signal, index in found.items()}
 

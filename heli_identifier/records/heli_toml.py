@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, get_type_hints
 import msgspec
 
 from heli_identifier.errors import ConfigurationError, printable, require_range
-from heli_identifier.files import regular_bytes, write_atomically
+from heli_identifier.files import given_bytes, write_atomically
 from heli_identifier.online import Estimate
 from heli_identifier.signatures import typed
 from heli_plant.control import AxisGains, PidSettings
@@ -85,17 +85,13 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
         If the file is missing or not TOML, a key is unknown (the closest known one is proposed), or a value is of the
         wrong type or out of bounds.
     """
+    advice = f"; `heli init` writes a {CONFIGURATION_NAME} with every key explained"
+    data = given_bytes(Path(path), _LARGEST_MB, ConfigurationError, advice)
     try:
-        content = tomllib.loads(regular_bytes(Path(path), _LARGEST_MB).decode("utf-8-sig"))
-    except (OSError, ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError as well
-        problems = {
-            FileNotFoundError: "does not exist",
-            UnicodeDecodeError: "is not UTF-8 text",
-            RecursionError: "is nested too deeply for a configuration",
-        }
-        other = f"cannot be read: {error.strerror}" if isinstance(error, OSError) else f"is not TOML: {error}"
-        advice = f"`heli init` writes a {CONFIGURATION_NAME} with every key explained"
-        raise ConfigurationError(f"{path} {problems.get(type(error), other)}; {advice}.") from error
+        content = tomllib.loads(data.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError as well
+        said = "is nested too deeply" if isinstance(error, RecursionError) else f"is not TOML: {error}"
+        raise ConfigurationError(f"{path} {said}{advice}.") from error
     try:
         return _configuration(_section("", dict.fromkeys(KEYS, {}) | content, KEYS))
     except ConfigurationError as error:

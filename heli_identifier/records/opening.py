@@ -5,7 +5,6 @@ run without end, or ask for all memory: zeros pack to a thousandth. So a process
 hands over what it found.
 """
 
-import errno
 import faulthandler
 import gzip
 import hashlib
@@ -20,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from heli_identifier.errors import LogError
-from heli_identifier.files import draft_folder, regular_bytes
+from heli_identifier.files import draft_folder, given_bytes
 from heli_identifier.processes import bound_memory, python_command
 
 from .binary import LARGER, READERS, read_binary
@@ -36,16 +35,8 @@ process has [bytes]; Windows sets no bound."""
 
 def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
     """Read a log as a table, and the SHA-256 of its bytes; a LogError if it is no file, too large or no table."""
-    if path.is_dir():
-        raise LogError(f"{path} is a folder; name the log files in it.")
-    try:
-        data = regular_bytes(path, format.largest_file)
-    except FileNotFoundError:
-        raise LogError(f"{path} does not exist; check the path.") from None
-    except OSError as error:
-        advice = {errno.EFBIG: LARGER, errno.EINVAL: "; save the log as a file and name that"}
-        said = f"{error.strerror or error}{advice.get(error.errno or 0, '')}"
-        raise LogError(f"{path} cannot be read: {said}.") from error
+    inside = "name the log files in it"
+    data = given_bytes(path, format.largest_file, LogError, "; check the path", inside, LARGER)
     digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
     if name.endswith(".gz"):
         data, name = _unpacked(data, path, format.largest_file), name.removesuffix(".gz")

@@ -69,10 +69,8 @@ def _decoded(data: bytes, file: str) -> str:
     """Give the text, with one kind of line ends."""
     is_wide = data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
     try:
-        text = data.decode("utf-16" if is_wide else "utf-8-sig")
-    except UnicodeError as error:
-        if is_wide:
-            raise LogError(f"{file} begins like UTF-16 text but is none; save it as UTF-8.") from error
+        text = data.decode("utf-16", "replace") if is_wide else data.decode("utf-8-sig")
+    except UnicodeError:
         text = data.decode("cp1252", "replace")
     if "\0" in text:
         raise LogError(
@@ -135,10 +133,6 @@ def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     comments = [bool(_COMMENT.match(line)) for line in lines]
     numeric = [not comment and _is_data(row) for row, comment in zip(rows, comments, strict=True)]
     contract = ",".join(CONTRACT_HEADERS)
-    found = f"its first line is {lines[first][:60]!r}, a header of six columns is needed: {contract}"
-    no_table = LogError(f"{file} is not a table: {found}.")
-    if len(rows[first]) < 2 and not any(numeric):
-        raise no_table
     at = _find_header(rows, numeric, comments, first)
     if at is None:
         begins = numeric.index(True)
@@ -158,7 +152,8 @@ def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     while headers and not headers[-1]:  # a separator at the end of each line
         headers.pop()
     if len(headers) < 2:
-        raise no_table
+        found = f"its first line is {lines[first][:60]!r}, a header of six columns is needed: {contract}"
+        raise LogError(f"{file} is not a table: {found}.")
     return _Layout(separator, headers, above, at - first)
 
 

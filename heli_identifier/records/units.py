@@ -48,7 +48,6 @@ _UNDERSTOOD = {
 }
 _PROBABLY = {
     "grad": 'probably degrees, "deg": so German calls them; in English a grad is a 400th of a turn',
-    "%": "probably a share of some full scale: convert the column",
     **dict.fromkeys(("rad/s", "deg/s", "°/s", "rpm"), "a rate and no angle: name the column of the angle"),
 }
 
@@ -73,8 +72,6 @@ def known_units(signal: str) -> tuple[str, ...]:
 
 def understood(signal: str, text: str) -> str | None:
     """Give the unit that a text plainly means for a signal, one of `known_units`; None if it is not plain."""
-    if text.strip() == "MV":  # mega, in which no bench is measured; the author meant something else than he wrote
-        return None
     return _UNDERSTOOD[SI_UNIT[signal]].get(text.strip().lower())
 
 

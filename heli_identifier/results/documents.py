@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.files import regular_bytes
+from heli_identifier.files import given_bytes
 
 LARGEST_MB = 50.0
 """Size up to which a document is read [MB]; it has some kilobytes."""
@@ -48,14 +48,10 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     A ConfigurationError names the file, and the entry that is missing, there twice, of the wrong type or not finite.
     """
     file, name = Path(path), (kind.__doc__ or "").partition(":")[0]
-    if file.is_dir():
-        raise ConfigurationError(f"{path} is a folder; name the {name} in it.")
+    advice = f"; `heli diagnose` writes a {name}"
+    data = given_bytes(file, LARGEST_MB, ConfigurationError, advice, f"name the {name} in it")
     try:
-        content = json.loads(regular_bytes(file, LARGEST_MB).decode("utf-8"), object_pairs_hook=_once)
-    except FileNotFoundError:
-        raise ConfigurationError(f"{path} does not exist; `heli diagnose` writes a {name}.") from None
-    except OSError as error:
-        raise ConfigurationError(f"{path} cannot be read: {error.strerror}.") from error
+        content = json.loads(data.decode("utf-8"), object_pairs_hook=_once)
     except (ValueError, RecursionError) as error:
         raise ConfigurationError(f"{path} is no JSON: {error}.") from error
     schema = content.get("schema") if isinstance(content, dict) else None

@@ -15,6 +15,7 @@ import numpy as np
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.online import Estimate
+from heli_identifier.provenance import provenance
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, plain, plant_values
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Judged, Plants, Progress, allowed_plants, judge
@@ -70,12 +71,12 @@ class Design:
         peaks = {axis: self.robust.figures[f"{axis}.sensitivity"].value for axis in LOOPS}
         return {axis: peak for axis, peak in peaks.items() if peak > 1.05 * PEAK}  # the bound of the search is soft
 
-    def retuned_parameters(self, provenance: Mapping[str, Any]) -> ParameterSet:
+    def retuned_parameters(self) -> ParameterSet:
         """Return the retuned PID, of which refused loops keep the present gains, as parameters of its unit."""
         kept = {axis: getattr(self.baseline.settings, axis) for axis in self.refused}
-        return controller_parameters(self.robust.settings._replace(**kept), self.plants.model.point, provenance)
+        return controller_parameters(self.robust.settings._replace(**kept), self.plants.model.point)
 
-    def document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    def document(self) -> dict[str, Any]:
         """Return the content of design.json; null stands for an infinite value."""
         model, own = self.plants.model, self.continuous
         gains = {"K": own.gain, "K_z": own.integral, "L": own.innovation, "N": own.reference} if own else {}
@@ -93,14 +94,14 @@ class Design:
                 "robust": self.robust.document,
                 "continuous": gains,
                 "notes": self.notes,
-                "provenance": provenance,
+                "provenance": provenance(),
             }
         )
 
-    def linear_document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    def linear_document(self) -> dict[str, Any]:
         """Return the content of linear_model.json: the matrices by their names, and the loops."""
         loops = {"before": self.baseline.document, "after": self.robust.document}
-        about = {"notes": self.notes, "provenance": provenance}
+        about = {"notes": self.notes, "provenance": provenance()}
         return plain({"schema": LINEAR_SCHEMA, **self.matrices(), "loops": loops, **about})
 
     def matrices(self) -> dict[str, Any]:
@@ -295,7 +296,7 @@ def control_advice(
     beyond = {axis: peak for axis, peak in peaks.items() if peak.interval[1] > PEAK}
     sentence, offered = "", None
     if beyond:
-        offered = controller_parameters(made.robust.settings, made.plants.model.point, {})
+        offered = controller_parameters(made.robust.settings, made.plants.model.point)
         before, after = (
             ", ".join("{} {:.2f} ({:.2f} to {:.2f})".format(axis, own.value, *own.interval) for axis, own in of.items())
             for of in (beyond, new)

@@ -1,11 +1,10 @@
 """The page, tables and figures of designs: steps over the plants that the data allow, their margins, the poles."""
 
-from collections.abc import Mapping
 from math import isfinite
-from typing import Any
 
 import numpy as np
 
+from heli_identifier.provenance import provenance
 from heli_identifier.results import Axes, Table, figure, listed, rendered, significant
 from heli_identifier.tools.controller import Design
 from heli_identifier.tools.judging import CONFIDENCE
@@ -55,7 +54,7 @@ def margin_table(design: Design) -> Table:
     return Table("Margins with their 95 % intervals over the plants that the data allow", columns, rows)
 
 
-def controller_html(design: Design, provenance: Mapping[str, Any]) -> str:
+def controller_html(design: Design) -> str:
     """Give the text of design.html: steps, how many plants have at most a disk margin, poles with the estimated one."""
     kept = [f"{own.figures['disk'].promised:.2f} with the {name} design" for name, own in design.by_name.items()]
     margins, poles = Axes("plants [%]"), Axes("imaginary part [1/s]")
@@ -66,7 +65,7 @@ def controller_html(design: Design, provenance: Mapping[str, Any]) -> str:
     return rendered(
         "design.html.j2",
         title=f"{design.kind.upper()} of {listed(design.axes)}",
-        provenance=provenance,
+        provenance=provenance(),
         sentence=f"{100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants that the data allow keep a disk "
         f"margin of {listed(kept)}.",
         design=design,

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.files import regular_bytes
+from heli_identifier.files import given_bytes
 from heli_identifier.online import Estimate
 from heli_identifier.results import ParameterSet, Table, rendered, significant
 from heli_identifier.tools.controller import Design
@@ -59,12 +59,9 @@ def course_values(script: Path | None) -> dict[str, float]:
     out. ConfigurationError if the file cannot be read, or one of the course's masses and lengths is no number.
     """
     values: dict[str, float] = {}
-    try:
-        text = regular_bytes(script, LARGEST_MB).decode("utf-8", errors="replace") if script else ""
-    except OSError as error:
-        raise ConfigurationError(
-            f"{script} cannot be read: {error.strerror or error}; give the course's init_heli.m."
-        ) from error
+    advice = "; give the course's init_heli.m"
+    data = given_bytes(script, LARGEST_MB, ConfigurationError, advice) if script else b""
+    text = data.decode("utf-8", errors="replace")
     for number, line in enumerate(text.splitlines(), 1):
         if (found := _ASSIGNMENT.match(line)) is None:
             continue

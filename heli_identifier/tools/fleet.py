@@ -26,6 +26,7 @@ from scipy.stats import false_discovery_control
 
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
+from heli_identifier.provenance import provenance
 from heli_identifier.records import shared_flight
 from heli_identifier.results import effect_name, plain
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
@@ -115,7 +116,7 @@ class Fleet:
         """Effects with this finding."""
         return tuple(own for own in self.effects if own.finding == finding)
 
-    def document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    def document(self) -> dict[str, Any]:
         """Give the content of fleet.json."""
         return plain(
             {
@@ -130,7 +131,7 @@ class Fleet:
                     "largest_like_spread": LARGEST_LIKE_SPREAD,
                     "homogeneous_p": HOMOGENEOUS,
                 },
-                "provenance": provenance,
+                "provenance": provenance(),
             }
         )
 

@@ -1,22 +1,22 @@
 """fleet.html: one page with a forest plot of every effect that a rig named or that repeats, and of every parameter."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import chain
-from typing import Any
 
 from heli_identifier import results
+from heli_identifier.provenance import provenance
 from heli_identifier.results import Axes, Table, effect_name, figure, listed, meaning, rendered, significant, unit_text
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 
 FARTHEST = 2.0  # widths of the part that holds all values, beyond which an interval is cut off at the edge
 
 
-def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
+def fleet_html(fleet: Fleet) -> str:
     """Give the text of fleet.html."""
     return rendered(
         "fleet.html.j2",
         title=f"Fleet of {len(fleet.diagnoses)} rigs",
-        provenance=provenance,
+        provenance=provenance(),
         sentence=fleet_sentence(fleet),
         fleet=fleet,
         effects=effect_table(fleet.effects),

@@ -27,7 +27,7 @@ from scipy.stats import norm
 from heli_identifier import online, records, results
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import ADAPTATION, METHODS, PREDICTION_ERROR, Estimate, IdentifierSettings
-from heli_identifier.provenance import from_python
+from heli_identifier.provenance import provenance
 from heli_identifier.records import LogSource, RigConfiguration
 from heli_identifier.results import Table, Tabular
 from heli_identifier.signatures import typed
@@ -220,7 +220,7 @@ def identify(
     values = {"T_m": rig.motor_time_constant} | {name: one.value for name, one in together.estimates.items()}
     plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
     estimates = results.plant_values(plant, together.estimates)
-    parameters = results.ParameterSet(results.PLANT, estimates, provenance=from_python("identify"))
+    parameters = results.ParameterSet(results.PLANT, estimates, provenance=provenance())
     return Identification(tuple(histories), together, parameters, choice)
 
 

@@ -20,6 +20,7 @@ from fmu_src import TYPES, Variable, field_of, unit_class, with_fields
 from heli_identifier import results
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
+from heli_identifier.provenance import provenance
 from heli_identifier.records import Log, LogSource, read_logs
 from heli_identifier.results import Check, ParameterSet, PlantSource
 from heli_identifier.tools.linearisation import LinearModel, OperatingPoint
@@ -52,7 +53,7 @@ def controller_settings(default: Controller, values: Mapping[str, float]) -> Con
     return found
 
 
-def controller_parameters(settings: Settings, point: OperatingPoint, provenance: Mapping[str, Any]) -> ParameterSet:
+def controller_parameters(settings: Settings, point: OperatingPoint) -> ParameterSet:
     """Return a controller that holds an operating point as parameters of its unit.
 
     Those of a StateFeedback that are zero, and of a PID those of loops that are off, are left out.
@@ -63,10 +64,10 @@ def controller_parameters(settings: Settings, point: OperatingPoint, provenance:
     values["reference.pitch"] = Estimate(point.pitch, None, "rad")
     values["reference.elevation"] = Estimate(point.elevation, None, "rad")
     if isinstance(settings, FeedbackSettings):
-        return ParameterSet(FEEDBACK, {n: own for n, own in values.items() if own.value}, provenance=provenance)
+        return ParameterSet(FEEDBACK, {n: own for n, own in values.items() if own.value}, provenance=provenance())
     off = ("rate.", "travel.pitch_limit", *(() if settings.travel_enabled else ("travel.",)))
     kept = {name: own for name, own in values.items() if not name.startswith(off)}
-    return ParameterSet(CONTROLLER, kept, provenance=provenance)
+    return ParameterSet(CONTROLLER, kept, provenance=provenance())
 
 
 def _declared(settings: Settings) -> list[Variable]:

@@ -7,7 +7,6 @@ each what the docstrings here say. A figure that is not finite is null in the fi
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
-from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.chain import Event
 from heli_identifier.online import Estimate
-from heli_identifier.provenance import from_python
+from heli_identifier.provenance import provenance
 from heli_identifier.records import Log
 
 Array = NDArray[np.float64]
@@ -393,7 +392,7 @@ class DiagnosisFile:
     """Duration of the diagnosis."""
     events: tuple[Event, ...] = ()
     """Passages in which something other than the plant acts, in training and held-out logs."""
-    provenance: Mapping[str, Any] = field(default_factory=partial(from_python, "diagnose"))
+    provenance: Mapping[str, Any] = field(default_factory=provenance)
     """Command, date, system, and the version of everything that can change a result."""
 
 
