@@ -141,8 +141,8 @@ def test_a_foreign_log_is_read_through_its_configuration(tmp_path):
     log = read_log(written(tmp_path, [line.replace(",", ";").replace(".", ",") for line in lines]), rig)
     assert log.configuration == rig
     assert np.allclose(log.voltages, TRUTH[:, 1:3], rtol=1e-14)
-    assert np.allclose(log.signal("pitch"), pitch, rtol=1e-14)
-    assert np.abs(log.signal("elevation") - elevation).max() <= 0.5 / counts + 1e-12  # half a count, by rounding
+    assert np.allclose(log.angles[:, 0], pitch, rtol=1e-14)
+    assert np.abs(log.angles[:, 1] - elevation).max() <= 0.5 / counts + 1e-12  # half a count, by rounding
     assert log.notes == (
         "time converted from ms to s",
         "v_front converted from mV to V",
@@ -181,7 +181,7 @@ def test_a_jittering_time_is_resampled_and_said_to_be(tmp_path):
     assert any("uneven" in note and "resampled to 100 Hz" in note for note in log.notes)
     assert np.allclose(log.voltages, [1.25, 1.5], rtol=1e-12)
     # Interpolation is off by at most h^2/8 times the second derivative, with steps of up to 12 ms.
-    assert np.abs(log.signal("pitch") - np.sin(log.start + log.time)).max() <= 0.012**2 / 8.0
+    assert np.abs(log.angles[:, 0] - np.sin(log.start + log.time)).max() <= 0.012**2 / 8.0
 
 
 def test_odd_values_are_accepted_and_pointed_out(tmp_path):
@@ -192,7 +192,7 @@ def test_odd_values_are_accepted_and_pointed_out(tmp_path):
     turned = 0.02 * np.arange(1001)  # 20 rad in all, folded into one turn
     columns[5] = (turned + np.pi) % (2.0 * np.pi) - np.pi
     log = read_log(written(tmp_path, rewritten(columns)))
-    assert np.allclose(log.signal("travel"), turned, atol=1e-12)
+    assert np.allclose(log.angles[:, 2], turned, atol=1e-12)
     assert log.notes[0] == "travel unwrapped at 3 jumps of whole turns"
     assert log.notes[1].startswith("v_front exceeds ±5 V in 10 of 1001 samples (up to 6 V)")
     assert log.notes[2].startswith("pitch reaches 4 rad, more than half a turn: are these degrees?")

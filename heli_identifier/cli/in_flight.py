@@ -230,14 +230,10 @@ class Adviser:
             asked, self.asked = self.asked, None
             try:
                 document, gains = asked.result()
+                self.sentence = document["sentence"]
+                results.write_files(self.folder, {ADVICE: document, **({GAINS: gains} if gains else {})})
             except ConfigurationError as error:
                 self.sentence = f"The controller cannot be judged around the changed plant: {error}"
-            else:
-                self.sentence = document["sentence"]
-                files: dict[str, Any] = {ADVICE: document}
-                if gains is not None:
-                    files[GAINS] = gains
-                results.write_files(self.folder, files)
         return self.sentence
 
     def close(self) -> None:

@@ -151,8 +151,6 @@ def init(
 
 def _guess_configuration(log: Path, output: Path) -> Path:
     """Guess the configuration that reads a log, write it, and print the guesses."""
-    there = output.is_file() or output.is_dir()
-    refuse(there, f"{output} exists already; delete it or name another file with --output.")
     found = records.guess(log)
     path = records.write_template(output, found)
     form, reasons = found.format, found.reasons

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from math import floor, pi
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -19,9 +19,6 @@ from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.terminal import answer, note, progress_bar, warn
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
-
-if TYPE_CHECKING:
-    pass
 
 
 def build(

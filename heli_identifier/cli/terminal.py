@@ -47,25 +47,20 @@ class _Outlet(io.FileIO):
 
     def write(self, data: Any) -> int | None:  # type: ignore[override]
         try:
-            written = super().write(data)
-            if written is None:  # a pipe that does not wait for its reader, and is full
-                os.set_blocking(self.fileno(), True)
-                written = super().write(data)
-            return written
+            return super().write(data)
         except OSError as error:
             if not isinstance(error, BrokenPipeError):
                 self.problem = error.strerror
-            _point_to_nothing(self.fileno(), os.O_WRONLY)
+            with open(os.devnull, "wb") as nothing:
+                os.dup2(nothing.fileno(), self.fileno())
             return super().write(data)
 
 
 def open_streams() -> Callable[[], str | None]:
     """Replace ``sys.stdout`` and ``sys.stderr``; give what flushes them and says what kept them from being written."""
-    for descriptor in range(3):
-        try:
-            os.fstat(descriptor)
-        except OSError:  # closed: the next file opened would take its place, and receive what is printed
-            _point_to_nothing(descriptor, os.O_WRONLY if descriptor else os.O_RDONLY)
+    while (nothing := os.open(os.devnull, os.O_RDWR)) < 3:
+        pass  # takes the place of a stream that is closed, which the next file would take, and receive what is printed
+    os.close(nothing)
     outlets = [_Outlet(descriptor, "w", closefd=False) for descriptor in (1, 2)]
     for outlet, name in zip(outlets, ("stdout", "stderr"), strict=True):
         encoding, lines = getattr(getattr(sys, name), "encoding", "utf-8"), name == "stderr" or outlet.isatty()
@@ -79,13 +74,6 @@ def open_streams() -> Callable[[], str | None]:
         return next((outlet.problem for outlet in outlets if outlet.problem is not None), None)
 
     return flush
-
-
-def _point_to_nothing(descriptor: int, mode: int) -> None:
-    nothing = os.open(os.devnull, mode)
-    if nothing != descriptor:
-        os.dup2(nothing, descriptor)
-        os.close(nothing)
 
 
 def note(text: str) -> None:

@@ -13,7 +13,7 @@ from heli_identifier.errors import LogError
 from heli_identifier.files import write_atomically
 
 from .configuration import HIGHEST_VOLTAGE, RigConfiguration
-from .units import ANGLES, CONTRACT_HEADERS, SIGNALS, header
+from .units import ANGLES, CONTRACT_HEADERS
 
 FARTHEST_TRAVEL = 1e4
 """Largest travel either way [rad]: 1600 turns, an hour of flight at half a turn a second."""
@@ -107,18 +107,6 @@ class Log:
         """The six signals under the contract's headers, each of shape (N,)."""
         values = (self.time, *self.voltages.T, *self.angles.T)
         return dict(zip(CONTRACT_HEADERS, values, strict=True))
-
-    def signal(self, name: str) -> NDArray[np.float64]:
-        """Give one signal by its name: time, v_front, v_rear, pitch, elevation or travel.
-
-        Returns
-        -------
-        NDArray, shape (N,)
-            In SI units.
-        """
-        if name not in SIGNALS:
-            raise LogError(f"log {self.name}: {name!r} is no signal, choose one of {', '.join(SIGNALS)}.")
-        return self.columns[header(name)]
 
 
 def write_log(log: Log, path: str | PathLike[str]) -> Path:

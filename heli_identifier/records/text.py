@@ -2,9 +2,9 @@
 
 Above the data a file may hold
 
-* a line ``sep=;``, by which Excel is told the separator,
 * comments, which begin with ``#``, ``%``, ``//`` or ``!``; the last of them may be the header,
-* a preamble: lines that have another number of cells than the data (LabVIEW's LVM, dSPACE ControlDesk, LTspice, ...),
+* a preamble: lines that have another number of cells than the data (LabVIEW's LVM, dSPACE ControlDesk, LTspice,
+  Excel's ``sep=;``, ...),
 * the header: the last line above the data that has as many cells as it and holds names,
 * below it a row of units, which has a unit in some cells and no number in any.
 
@@ -32,7 +32,6 @@ NUMBERED = "column {}"
 
 _SEPARATORS = ",;\t "
 _COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
-_DECLARED = re.compile(r"^\s*\"?sep=(.)\"?\s*$", re.IGNORECASE)
 _LABVIEW_UNITS = "Y_Unit_Label"
 _LOOKED_AT = 400  # lines from the beginning among which the table has to begin
 
@@ -126,14 +125,12 @@ def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray
 def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     """Find separator, headers and first sample."""
     lines = text.split("\n", _LOOKED_AT)[:_LOOKED_AT]
-    declared = _DECLARED.match(lines[0])
-    first = 1 if declared and len(lines) > 1 else 0
-    separator = declared[1] if declared else _separator(lines, format.decimal)
+    separator = _separator(lines, format.decimal)
     rows = [cells_of(_COMMENT.sub("", line), separator) for line in lines]
     comments = [bool(_COMMENT.match(line)) for line in lines]
     numeric = [not comment and _is_data(row) for row, comment in zip(rows, comments, strict=True)]
     contract = ",".join(CONTRACT_HEADERS)
-    at = _find_header(rows, numeric, comments, first)
+    at = _find_header(rows, numeric, comments)
     if at is None:
         begins = numeric.index(True)
         names = [NUMBERED.format(index + 1) for index in range(len(rows[begins]))]
@@ -142,7 +139,7 @@ def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
                 f"{file} has no header: its first line holds numbers; write {contract} above it, or name the columns "
                 f"as {names[0]!r} to {names[-1]!r}, as `heli init {file}` does."
             )
-        return _Layout(separator, names, begins, begins - first)
+        return _Layout(separator, names, begins, begins)
     headers, above = [cell.strip() for cell in rows[at]], at + 1
     for row in rows[:at]:
         if row and row[0] == _LABVIEW_UNITS:
@@ -152,16 +149,16 @@ def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     while headers and not headers[-1]:  # a separator at the end of each line
         headers.pop()
     if len(headers) < 2:
-        found = f"its first line is {lines[first][:60]!r}, a header of six columns is needed: {contract}"
+        found = f"its first line is {lines[0][:60]!r}, a header of six columns is needed: {contract}"
         raise LogError(f"{file} is not a table: {found}.")
-    return _Layout(separator, headers, above, at - first)
+    return _Layout(separator, headers, above, at)
 
 
-def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool], first: int) -> int | None:
+def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool]) -> int | None:
     """Line of the header: the closest above the data that holds about as many cells; None where there is none."""
     begins = next((i for i in range(len(rows)) if all(numeric[i : i + 3])), None)
     if begins is None:
-        return first if not numeric[first] else None
+        return None if numeric[0] else 0
     width = len(rows[begins])
     fitting = [
         i
@@ -169,7 +166,7 @@ def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool
         if not numeric[i] and abs(len(row) - width) <= 1 and 2 * sum(bool(cell.strip()) for cell in row) > width
     ]
     if not fitting:  # a header of another width stands right above its rows
-        return first if begins == first + 1 and any(rows[first]) and not comments[first] else None
+        return 0 if begins == 1 and any(rows[0]) and not comments[0] else None
     at = fitting[-1]
     return at - 1 if at - 1 in fitting and _is_units(rows[at], rows[at - 1]) else at
 
