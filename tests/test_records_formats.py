@@ -115,7 +115,7 @@ def test_a_file_of_another_program_is_read_with_its_units_and_its_time(tmp_path,
 
 def test_an_invalid_sample_of_an_mdf_file_is_no_number(tmp_path):
     mdf(tmp_path / "log.mf4", invalid=(5,))
-    with pytest.raises(LogError, match=r"row 6, column 'pitch \[rad\]': the cell holds 'nan'"):
+    with pytest.raises(LogError, match=r"row 6, column 'pitch \[rad\]': the cell is empty or NaN"):
         read_log(tmp_path / "log.mf4")
 
 

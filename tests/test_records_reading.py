@@ -224,7 +224,7 @@ STICK = {"references": {"pitch": "stick"}}
 REFUSED = [
     (LINES, STICK, {}, "column 'stick' missing, found"),
     (WITH_REFERENCE, STICK, {}, "column 'stick': the unit is missing.*set pitch under"),
-    ([*LINES[:517], "5.16,1,1", *LINES[518:]], {}, {"start": 2.0}, r"row 518, column 'pitch .*': the cell is empty"),
+    ([*LINES[:517], "5.16,1,1", *LINES[518:]], {}, {"start": 2.0}, "row 518, column 'pitch .*': the cell is empty"),
     (rewritten([TRUTH[:, 0] / 25.0, *TRUTH.T[1:]]), {}, {}, "the rate of 2500 Hz is above 2000 Hz"),
     (LINES[:2], {}, {}, "1 sample"),
     (LINES[:1], {}, {}, "holds a header but no rows"),

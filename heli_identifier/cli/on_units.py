@@ -141,7 +141,9 @@ def simulate(
         if step is None:
             step = recorded.step if recorded else 0.01
         if duration is None:
-            duration = _length(recorded, step) if recorded else 60.0
+            duration = (recorded.samples - 1) * recorded.step if recorded else 60.0
+            if recorded and 0.0 < step <= duration:  # the master refuses another step with its bounds
+                duration = floor(duration / step + 1e-6) * step
         more: dict[str, Any] = {"progress": not json and sys.stderr.isatty(), "native": native}
         if runs is not None:
             more = _variations(scenario, parameters, args.assignments(settings), runs, seed)
@@ -200,13 +202,6 @@ def _off_the_log(result: Any, log: "hi.Log") -> dict[str, float]:
     measured = np.column_stack([np.interp(result.time[within], log.time, column) for column in log.angles.T])
     errors = result.columns(*names)[within] - measured
     return dict(zip(names, np.sqrt((errors**2).mean(axis=0)).tolist(), strict=True))
-
-
-def _length(log: "hi.Log", step: float) -> float:
-    """Time [s] from a log's first sample to its last, down to whole steps [s]."""
-    length = (log.samples - 1) * log.step
-    # the master refuses another step with its bounds
-    return floor(length / step + 1e-6) * step if 0.0 < step <= length else length
 
 
 @contextmanager

@@ -141,20 +141,18 @@ def _read_matlab(path: Path, file: str, format: LogFormat) -> _Columns:
 
         variables = load_from_mat(str(path))
     named = {str(name): value for name, value in variables.items() if not str(name).startswith("__")}
-    objects = list[str]()
-    vectors = {place: values for name, value in named.items() for place, values in _vectors(name, value, objects)}
+    vectors = {place: values for name, value in named.items() for place, values in _vectors(name, value)}
     if not vectors:
-        those = f"the MATLAB object{'s' if len(objects) > 1 else ''} {', '.join(objects)}" if objects else None
         raise LogError(
-            f"{file} holds no vector of numbers, found {those or ', '.join(named) or 'nothing'}; save "
+            f"{file} holds no vector of numbers, found {', '.join(named) or 'nothing'}; save "
             "time_s, v_front_V, v_rear_V, pitch_rad, elevation_rad and travel_rad as vectors or as fields of a struct "
             "(table2struct with ToScalar makes one of a table, struct(ts) one of a timeseries)."
         )
     return vectors
 
 
-def _vectors(name: str, value: Any, objects: list[str]) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Give the columns of a variable, each under its name; note the objects."""
+def _vectors(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Give the columns of a variable, each under its name."""
     if hasattr(value, "columns") and hasattr(value, "index"):  # a table, which mat-io gives as a data frame
         times = {"time": value.index.to_series()} if value.index.dtype.kind == "m" else {}
         for column, series in (times | dict(value.items())).items():
@@ -165,16 +163,12 @@ def _vectors(name: str, value: Any, objects: list[str]) -> Iterator[tuple[str, N
         return
     properties = getattr(value, "properties", None)
     if isinstance(properties, dict) and properties:  # an object, such as a timeseries with its Time and Data
-        objects.append(name)
         value = properties
-    elif type(value).__name__ in ("MatlabOpaque", "MatlabObject", "MatlabFunction"):
-        objects.append(name)
-        return
     structs = _structs(value)
     for index, struct in enumerate(structs[:_MOST_ROWS], start=1):
         place = name if len(structs) == 1 else f"{name}({index})"
         for field, content in _labelled(struct).items():
-            yield from _vectors(f"{place}.{field}", content, objects)
+            yield from _vectors(f"{place}.{field}", content)
     array = np.squeeze(np.asarray(value))
     kind, shape = array.dtype.kind, array.shape
     if kind in "iufcb" and array.ndim == 1 and array.size > 1:

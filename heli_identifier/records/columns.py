@@ -6,7 +6,6 @@ same, and so do ``name_unit`` and ``name_unit_`` for MATLAB, whose names hold no
 a row of an unnamed matrix is called as MATLAB calls it: ``ans(4,:)``.
 """
 
-import csv
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +22,6 @@ from .units import ANGLES, COMBINED, NAMED, REFERENCES, STAMP, VOLTAGES, factor_
 
 _LONGEST = 60  # characters of a cell that a message shows
 _WHOLE = 1e-6  # what a whole number may be off, as a print or an interpolation leaves it
-_BLANKS = re.compile(r"\s+(?![\[(])")  # a unit in brackets belongs to the name before it
 DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]$")
 _UNDERSCORED = re.compile(rf"^(?P<name>{'|'.join(NAMED)})_(?P<unit>[A-Za-z]+)_?$", re.IGNORECASE)
@@ -50,15 +48,6 @@ class Table:
     columns: tuple[NDArray[Any], ...]  # shape (N,) each; of type object where a cell is not a number
     first_row: int = 1  # of the first sample as an editor counts: 2 below a header line, 1 in a MATLAB array
     notes: tuple[str, ...] = ()  # what was left out of the file, or cannot be known of it
-    text: str = ""
-    separator: str = ""  # content of a text file and what separates its cells
-
-    def cell(self, sample: int, column: int) -> str:
-        """Give the cell as the file holds it."""
-        if not self.text:
-            return str(self.columns[column][sample])
-        cells = cells_of(self.text.split("\n")[sample + self.first_row - 1], self.separator)
-        return cells[column].strip() if column < len(cells) else ""
 
     def places(self, first: int) -> Callable[[int], str]:
         """Give what names the row of a sample that is counted from ``first``; it does not hold the columns."""
@@ -75,10 +64,11 @@ class Table:
         broken = ~np.isfinite(values)
         if broken.any():
             sample = int(broken.argmax())
-            text = self.cell(sample + kept.start, column.index)
+            text = str(self.columns[column.index][kept][sample]).strip()
             shown = repr(text if len(text) <= _LONGEST else f"{text[:_LONGEST]}...")
             is_not = "no time stamp like 2026-03-01T12:00:00.010" if is_stamp else "not a finite number"
-            what = f"the cell holds {shown}, which is {is_not}" if text else "the cell is empty"
+            is_empty = text in ("", "nan", "NaT")  # NaN is what stands for an empty cell
+            what = "the cell is empty or NaN" if is_empty else f"the cell holds {shown}, which is {is_not}"
             advice = "correct the cell, or cut the stretch away with --from and --to"
             if DECIMAL_COMMA.fullmatch(text):
                 advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
@@ -87,7 +77,7 @@ class Table:
         if column.unit == "counts" and np.mean(np.abs(counts - np.round(counts)) > _WHOLE) > 0.5:
             raise LogError(
                 f"{self.file}, column {header}: counts are whole numbers, and most of these are not, "
-                f"{self.cell(kept.start, column.index)!r} for one; state another unit under [log.units] of {HELI_TOML}."
+                f"{counts[0]:g} for one; state another unit under [log.units] of {HELI_TOML}."
             )
         return values
 
@@ -100,16 +90,6 @@ class Table:
         """Give all cells of a signal in SI units, shape (N,), with NaN where a cell holds no number and no instant."""
         cells = self.columns[column.index]
         return read_stamps(cells) if column.unit == STAMP else floats(cells) * column.factor
-
-
-def cells_of(line: str, separator: str) -> list[str]:
-    """Split a line into its cells; a blank as the separator stands for any number of blanks."""
-    if separator == " ":
-        return _BLANKS.split(line.strip()) if line.strip() else []
-    try:
-        return next(csv.reader([line], delimiter=separator), [])
-    except csv.Error:  # a cell of more than 131072 characters
-        return line.split(separator)
 
 
 def as_numbers(values: Any) -> NDArray[Any]:

@@ -27,7 +27,6 @@ PITCH_SURE, ELEVATION_SURE = 3.5, 6.0
 """Scores below minus which a gain is beyond doubt of the wrong sign."""
 
 _SHOWN = 2.0  # score from which a log shows that an angle follows its voltage
-_SHORTEST = 2.0  # length of a log [s] below which nothing is said
 _BANDWIDTH = 3.0  # ω of the filter [rad/s]: above the rig's own modes, below the noise of encoders
 _COARSE_HZ = 25.0  # rate to which a log is averaged before it is filtered; the filter passes nothing above
 _SETTLED_S = 1.5  # the filter forgets its start to 6 % in 4.7/ω
@@ -97,8 +96,6 @@ def find_responses(voltages: Array, angles: Array, rate_hz: float) -> Gains:
 
 def suspicions(log: Log) -> tuple[str, ...]:
     """Give what is probably wrong with a log's columns or signs, one sentence each."""
-    if log.duration < _SHORTEST:
-        return ()
     found = find_responses(log.voltages, log.angles, log.rate_hz)
     (k_x, k_z, _), (pitch, elevation, _) = found.value, found.score
     said = []

@@ -13,6 +13,7 @@ line break is left out.
 """
 
 import codecs
+import csv
 import io
 import re
 import warnings
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 
-from .columns import Table, as_numbers, cells_of
+from .columns import Table, as_numbers
 from .configuration import LogFormat
 from .units import CONTRACT_HEADERS, SIGNALS, understood, with_unit
 
@@ -32,6 +33,7 @@ NUMBERED = "column {}"
 
 _SEPARATORS = ",;\t "
 _COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
+_BLANKS = re.compile(r"\s+(?![\[(])")  # a unit in brackets belongs to the name before it
 _LABVIEW_UNITS = "Y_Unit_Label"
 _LOOKED_AT = 400  # lines from the beginning among which the table has to begin
 
@@ -61,7 +63,7 @@ def read_text(data: bytes, file: str, format: LogFormat) -> Table:
         text, _, last = text.rpartition("\n")
         notes.append(f"row {text.count(chr(10)) + 2} is left out: the file ends within it, after {last[-40:]!r}")
     columns = _parse(text, layout, file, format.decimal)
-    return Table(file, tuple(layout.headers), columns, layout.above + 1, tuple(notes), text, layout.separator)
+    return Table(file, tuple(layout.headers), columns, layout.above + 1, tuple(notes))
 
 
 def _decoded(data: bytes, file: str) -> str:
@@ -115,7 +117,7 @@ def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray
             raise LogError(f"{file}, row {row}: a quotation mark is opened and never closed; correct it.") from error
         too_long = True
     if too_long:
-        lengths = ((row, len(cells_of(line, separator))) for row, line in enumerate(text.split("\n"), 1))
+        lengths = ((row, len(_cells(line, separator))) for row, line in enumerate(text.split("\n"), 1))
         row, cells = next((one for one in lengths if one[0] > above and one[1] > count), (above + 1, count + 1))
         wrong = f"{cells} cells stand under {count} headers; look for a decimal comma or a separator too many"
         raise LogError(f"{file}, row {row}: {wrong}.")
@@ -126,7 +128,7 @@ def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
     """Find separator, headers and first sample."""
     lines = text.split("\n", _LOOKED_AT)[:_LOOKED_AT]
     separator = _separator(lines, format.decimal)
-    rows = [cells_of(_COMMENT.sub("", line), separator) for line in lines]
+    rows = [_cells(_COMMENT.sub("", line), separator) for line in lines]
     comments = [bool(_COMMENT.match(line)) for line in lines]
     numeric = [not comment and _is_data(row) for row, comment in zip(rows, comments, strict=True)]
     contract = ",".join(CONTRACT_HEADERS)
@@ -171,11 +173,21 @@ def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool
     return at - 1 if at - 1 in fitting and _is_units(rows[at], rows[at - 1]) else at
 
 
+def _cells(line: str, separator: str) -> list[str]:
+    """Split a line into its cells; a blank as the separator stands for any number of blanks."""
+    if separator == " ":
+        return _BLANKS.split(line.strip()) if line.strip() else []
+    try:
+        return next(csv.reader([line], delimiter=separator), [])
+    except csv.Error:  # a cell of more than 131072 characters
+        return line.split(separator)
+
+
 def _separator(lines: list[str], decimal: str) -> str:
     """Give the separator by which most lines are rows of samples, and these have most cells; rather no blanks."""
 
     def fit(mark: str) -> tuple[int, bool, int]:
-        widths = sorted(len(row) for line in lines if _is_data(row := cells_of(line, mark)))
+        widths = sorted(len(row) for line in lines if _is_data(row := _cells(line, mark)))
         return len(widths), mark != " ", widths[len(widths) // 2] if widths else 0
 
     best = max((mark for mark in _SEPARATORS if mark != decimal), key=fit)
