@@ -18,9 +18,8 @@ import shutil
 import stat
 import tempfile
 import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path, PurePosixPath
 
@@ -32,28 +31,19 @@ PREFIX = ".heli-draft-"
 LARGEST_ARCHIVE = 2_000_000_000
 """Bytes that an archive may hold unpacked. The largest FMUs, with tables in them, have some hundred megabytes."""
 
+KEPT: list[Path] = []
+"""Files that the command of this process reads: no result replaces one of them."""
+
 _BLOCK = 4096  # bytes of a disk that an entry takes at least
 _ABANDONED = 7 * 86400.0  # age of a draft in which no process works [s]
-
-_kept: ContextVar[tuple[Path, ...]] = ContextVar("_kept", default=())
 
 _KINDS = {"d": "a folder", "p": "a pipe", "c": "a device", "b": "a device", "s": "a socket"}
 """By the first letter of what ``ls -l`` shows."""
 
 
-@contextmanager
-def keeping(paths: Iterable[Path]) -> Iterator[None]:
-    """Let no folder of results replace one of these files while the block runs, which reads them."""
-    token = _kept.set(tuple(paths))
-    try:
-        yield
-    finally:
-        _kept.reset(token)
-
-
 def is_kept(path: Path) -> bool:
-    """Whether a file is read by the block that runs (:func:`keeping`)."""
-    return path.is_file() and any(other.is_file() and path.samefile(other) for other in _kept.get())
+    """Whether a file is one of :data:`KEPT`."""
+    return path.is_file() and any(other.is_file() and path.samefile(other) for other in KEPT)
 
 
 def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:

@@ -16,7 +16,7 @@ import typer
 
 from fmu_src.errors import FmuError
 from heli_identifier.errors import ConfigurationError, IdentifierError
-from heli_identifier.files import is_kept, keeping
+from heli_identifier.files import KEPT, is_kept
 from heli_identifier.processes import handled_here, memory_limits
 from heli_plant.errors import PlantError
 
@@ -38,8 +38,8 @@ def guarded(command: Callable[..., Any]) -> Callable[..., Any]:
         try:
             with handled_here():
                 require_memory()
-                with keeping(files_read(options)):
-                    return command(*arguments, **options)
+                check_files(options)
+                return command(*arguments, **options)
         except (typer.Exit, typer.Abort):
             raise
         except Exception as error:
@@ -49,6 +49,8 @@ def guarded(command: Callable[..., Any]) -> Callable[..., Any]:
             traceback.print_exc()
             typer.secho("heli: a programming error in heli; please report it with the lines above.", err=True, fg="red")
             raise typer.Exit(MISTAKE) from error
+        finally:
+            KEPT.clear()
 
     return run
 
@@ -86,18 +88,16 @@ _WRITTEN = ("output", "junit", "plot")
 """Options that name a file to write."""
 
 
-def files_read(options: Mapping[str, object]) -> list[Path]:
-    """Give the files that a command reads, such as a measured log; refuse to write over one of them, or one twice."""
+def check_files(options: Mapping[str, object]) -> None:
+    """Refuse to write over a file that the command reads, such as a measured log, or one file twice."""
     written = [path for key in _WRITTEN if isinstance(path := options.get(key), Path)]
     real = [Path(os.path.realpath(path)) for path in written]
     if twice := [path for path in real if real.count(path) > 1 and (path.is_file() or not path.exists())]:
         raise ConfigurationError(f"two results are to be written to {twice[0].name}; name one file for each.")
     given = [value if isinstance(value, list) else [value] for key, value in options.items() if key not in _WRITTEN]
-    read = [path for values in given for path in values if isinstance(path, Path)]
-    with keeping(read):
-        if over := [path for path in written if is_kept(path)]:
-            raise ConfigurationError(f"{over[0]} is read by this command and not written over; name another.")
-    return read
+    KEPT.extend(path for values in given for path in values if isinstance(path, Path))
+    if over := [path for path in written if is_kept(path)]:
+        raise ConfigurationError(f"{over[0]} is read by this command and not written over; name another.")
 
 
 def require_memory() -> None:

@@ -48,14 +48,9 @@ def diagnose(
     configuration = args.found_configuration(config)
     way = " (name another log with --validate)"
     diagnosis, training, _ = diagnosed(logs, validate, configuration, output, start, end, way, keep_events, native)
-    if json:
-        terminal.print_json(diagnosis.to_dict())
-        for text in results.remarks(diagnosis.notes):
-            warn(text)
-        return
-    for line in results.diagnosis_lines(diagnosis, training):
+    for line in () if json else results.diagnosis_lines(diagnosis, training):
         typer.echo(results.typeset(line))
-    terminal.print_diagnosis(diagnosis, reasons=verbose)
+    terminal.print_diagnosis(diagnosis, verbose, json)
     terminal.note_written(output, (*results.RESULTS, NATIVE_PLANT) if native else results.RESULTS)
 
 

@@ -214,9 +214,9 @@ def progress_bar() -> Iterator[Progress]:
         yield lambda what, share: bar.update(task, description=what, completed=share)
 
 
-def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False) -> None:
+def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False, json: bool = False) -> None:
     """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue and intervals."""
     tables, verdict = results.diagnosis_tables(diagnosis, reasons), results.verdict_line(diagnosis)
-    answer(False, None, tables, heading=verdict, intervals=reasons)
+    answer(json, diagnosis.to_dict(), tables, heading=verdict, intervals=reasons)
     for text in results.remarks(diagnosis.notes):  # last, as what stands last on a terminal is seen
         warn(text)

@@ -55,7 +55,7 @@ _TRAVEL_SURE = 4.0  # score from which the sign of the travel's gain is known
 _CERTAIN = 0.5  # share of the travel's acceleration from which the choice is beyond doubt
 _MOST_COLUMNS = 24  # among which is searched; the work grows with their fourth power
 _ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
-_RATES_HZ = (45.0, 2100.0)  # rates that make a unit of the time probable
+_STEPS = (1.0 / 2100.0, 1.0 / 45.0)  # [s] that make a unit of the time probable
 _BOTH = 0.05  # by which front and rear are preferred to sum and difference where a file holds both
 _IN_STEPS = 0.3  # by which an angle that an encoder measured is preferred
 _ALIKE, _AS_LARGE = 0.95, 0.2  # correlation, and difference in size, by which a column is the derivative of another
@@ -164,16 +164,11 @@ def _find_time(
     step = float(np.median(np.diff(numbers[time])))
     stated = name_and_unit(table.headers[time])[1]
     known = understood("time", stated or "")
-    for unit in (known,) if known else ("s", "ms", "us", "ns"):
-        factor = factor_to_si("time", unit, 1)
-        if known or _RATES_HZ[0] <= 1.0 / (step * factor) <= _RATES_HZ[1]:
-            by_rate = f"its steps of {step:.4g} are then {1.0 / (step * factor):.4g} Hz"
-            reasons["units.time"] = f"its header says [{stated}]" if known else by_rate
-            return time, unit, numbers[time] * factor
-    raise LogError(
-        f"{table.file}: the time, {table.headers[time]!r}, has steps of {step:g}, which make no rate of 50 Hz "
-        "to 2 kHz in s, ms, us or ns; log faster, or keep every n-th row."
-    )
+    steps = {unit: step * factor_to_si("time", unit, 1) for unit in ("s", "ms", "us", "ns")}
+    unit = known or next((unit for unit, own in steps.items() if _STEPS[0] <= own <= _STEPS[1]), "s")
+    by_rate = "" if known else f"its steps of {step:.4g} are then {1.0 / steps[unit]:.4g} Hz"
+    reasons["units.time"] = by_rate or f"its header says [{stated}]"
+    return time, unit, numbers[time] * factor_to_si("time", unit, 1)
 
 
 def _is_clock(values: Array) -> bool:
