@@ -59,7 +59,7 @@ def test_the_controller_is_judged_beside_the_loop_and_its_gains_are_offered(tmp_
     assert adviser.look() == ""
     adviser.ask(TABLE_2._replace(k_z=2.0 * TABLE_2.k_z), {"elevation.gain": 0.01}, 0.1)
     sentence = adviser.look(wait=True)
-    adviser.close()
+    adviser.thread.shutdown()
     advice = json.loads((tmp_path / "control_advice.json").read_text())
     assert advice["sentence"] == sentence and set(advice["sensitivity"]) == {"pitch", "elevation"}
     assert (tmp_path / "controller.json").exists() is bool(advice["gains"])

@@ -96,7 +96,7 @@ def follow(
         show = _shows(stack, title, serve_at if serve else None)
         session = Session(output, twin, adviser.ask)
         stack.enter_context(undone(session.close))
-        stack.callback(adviser.close)
+        stack.callback(adviser.thread.shutdown, wait=False, cancel_futures=True)
         stopped = stack.enter_context(first_interrupt())
 
         def show_all(view: "View") -> None:
@@ -235,7 +235,3 @@ class Adviser:
             except ConfigurationError as error:
                 self.sentence = f"The controller cannot be judged around the changed plant: {error}"
         return self.sentence
-
-    def close(self) -> None:
-        """Leave what has not begun."""
-        self.thread.shutdown(wait=False, cancel_futures=True)
