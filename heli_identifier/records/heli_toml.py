@@ -1,8 +1,8 @@
 """The file ``heli.toml``: read, and written with every key explained.
 
-It has the sections ``[rig]``, ``[log]``, ``[controller]`` and ``[geometry]``; every key is optional. Keys, types and
-defaults are those of the values in `configuration`, which check their bounds. `heli init` writes the template beside
-this module: the defaults, and an example of every other key.
+It has the sections ``[rig]``, ``[log]``, ``[controller]`` and ``[geometry]``; every key is optional. The template
+beside this module, which `heli init` writes, holds the defaults and an example of every other key: it says which keys
+there are, and of which type. The values in `configuration` check their bounds.
 """
 
 import json
@@ -11,9 +11,7 @@ import tomllib
 from dataclasses import fields
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_type_hints
-
-import msgspec
+from typing import TYPE_CHECKING, Any
 
 from heli_identifier.errors import ConfigurationError, printable, require_range
 from heli_identifier.files import given_bytes, write_atomically
@@ -25,7 +23,7 @@ from heli_plant.errors import did_you_mean
 
 from . import configuration
 from .configuration import CONTRACT, RigConfiguration
-from .units import ANGLES, NAMED
+from .units import ANGLES
 
 if TYPE_CHECKING:
     from .guess import Guess
@@ -37,37 +35,15 @@ _TEMPLATE = Path(__file__).with_name("heli.toml.template")
 _ENTRY = re.compile(r"(# )?(?P<key>\w+) = .*?  # (?P<comment>.*)")
 
 
-def _keys(kind: type, **others: Any) -> dict[str, Any]:
-    """Give the keys of a section with their types: the fields of a value, but for those that ``others`` states."""
-    found = get_type_hints(kind) | others
-    return {name: type_ for name, type_ in found.items() if type_ is not None}
+_WANTED = {str: "a text in quotes", int: "a whole number", bool: "true or false", float: "a number"}
+_LISTS = {2: "the coefficient and its standard deviation, as [1.0, 0.1]", 3: "a list of three numbers"}
+"""What a value of a type, or a list of a length, is called."""
 
 
-KEYS: dict[str, Any] = {
-    "rig": _keys(
-        RigConfiguration, format=None, controller=None, geometry=None,
-        voltage_limit=float, encoder_counts=dict.fromkeys(ANGLES, int), effects=dict,
-    ),
-    "log": _keys(
-        configuration.LogFormat, encoder_counts=None, voltage_limit=None,
-        columns=dict.fromkeys(NAMED, str), units=dict.fromkeys(NAMED, str), signs=dict.fromkeys(NAMED, int),
-        references=dict.fromkeys(ANGLES, str),
-    ),
-    "controller": _keys(
-        configuration.ControllerConfiguration,
-        weights=_keys(configuration.Weights), pid={**dict.fromkeys(ANGLES, AxisGains), "trim": float},
-    ),
-    "geometry": _keys(configuration.Geometry),
-}  # fmt: skip
-"""Keys of the file with the types of their values, a dictionary for a section."""
-
-_WANTED: dict[Any, str] = {
-    str: "a text in quotes", int: "a whole number", bool: "true or false",
-    **dict.fromkeys((float, float | None), "a number"),
-    **dict.fromkeys((tuple[float, float, float], AxisGains), "a list of three numbers"),
-    tuple[float, float]: "the coefficient and its standard deviation, as [1.0, 0.1]",
-}  # fmt: skip
-"""What a value of a type is called."""
+def examples() -> dict[str, Any]:
+    """Give every key of the file with an example of its value: the template with its examples switched on."""
+    lines = _TEMPLATE.read_text("utf-8").splitlines()
+    return tomllib.loads("\n".join(line.removeprefix("# ") if " = " in line else line for line in lines))
 
 
 @typed
@@ -93,41 +69,42 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
         said = "is nested too deeply" if isinstance(error, RecursionError) else f"is not TOML: {error}"
         raise ConfigurationError(f"{path} {said}{advice}.") from error
     try:
-        return _configuration(_section("", dict.fromkeys(KEYS, {}) | content, KEYS))
+        known = examples()
+        return _configuration(_section("", dict.fromkeys(known, {}) | content, known))
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
 
-def _section(place: str, content: dict[str, Any], keys: dict[str, Any]) -> dict[str, Any]:
-    """Give the values of a section, each of the type of its key."""
+def _section(place: str, content: dict[str, Any], known: dict[str, Any]) -> dict[str, Any]:
+    """Give the values of a section, each of the type of its example; effects may have any name."""
     for name in content:
-        if name not in keys:
+        if name not in known and place != "rig.effects.":
             written = name if re.fullmatch(r"[\w-]+", name) else repr(name)
-            advice = did_you_mean(name, keys) or f"; choose one of {', '.join(keys)}."
+            advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
             raise ConfigurationError(f"key {place}{written} is unknown{advice}")
-    return {name: _value(f"{place}{name}", given, keys[name]) for name, given in content.items()}
+    return {name: _value(f"{place}{name}", given, known.get(name, [1.0, 0.1])) for name, given in content.items()}
 
 
-def _value(key: str, given: Any, kind: Any) -> Any:
-    """Give what stands at a key as a value of its type."""
-    if isinstance(kind, dict) and isinstance(given, dict):
-        return _section(f"{key}.", given, kind)
-    try:
-        return msgspec.convert(given, dict if isinstance(kind, dict) else kind)
-    except msgspec.ValidationError:
-        what = f"a section that begins with [{key}]" if kind is dict or isinstance(kind, dict) else _WANTED[kind]
-        raise ConfigurationError(f"{key} = {given!r} must be {what}.") from None
+def _value(key: str, given: Any, example: Any) -> Any:
+    """Give what stands at a key, if it has the type of its example; a list as a tuple."""
+    if isinstance(example, float) and type(given) is int:
+        given = float(min(max(given, -1e300), 1e300))  # of more digits than a float can have
+    if isinstance(example, list) and isinstance(given, list) and len(given) == len(example):
+        return tuple(_value(key, one, 1.0) for one in given)
+    if type(given) is not type(example) or isinstance(example, list):
+        what = _LISTS[len(example)] if isinstance(example, list) else _WANTED.get(type(example))
+        raise ConfigurationError(f"{key} = {given!r} must be {what or f'a section that begins with [{key}]'}.")
+    return _section(f"{key}.", given, example) if isinstance(example, dict) else given
 
 
 def _configuration(content: dict[str, dict[str, Any]]) -> RigConfiguration:
     """Make the configuration of the values of the sections."""
-    rig, log, controller, geometry = (content[section] for section in KEYS)
+    rig, log, controller, geometry = (content[name] for name in ("rig", "log", "controller", "geometry"))
     limit, counts = rig.pop("voltage_limit", CONTRACT.voltage_limit), rig.pop("encoder_counts", {})
     encoders = tuple(counts.get(axis, CONTRACT.counts_per_turn(axis)) for axis in ANGLES)
     format = configuration.LogFormat(**log, voltage_limit=limit, encoder_counts=encoders)
     units, effects = {effect.field: effect.unit for effect in CATALOGUE}, {}
-    for name, given in rig.pop("effects", {}).items():  # the name is checked where the value is
-        coefficient, deviation = _value(f"rig.effects.{name}", given, tuple[float, float])
+    for name, (coefficient, deviation) in rig.pop("effects", {}).items():  # the name is checked where the value is
         effects[name] = Estimate(coefficient, deviation, units.get(name, ""))
     for name, value in geometry.items():
         unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
@@ -142,7 +119,7 @@ def _configuration(content: dict[str, dict[str, Any]]) -> RigConfiguration:
 
 def _pid(given: dict[str, Any], voltage_limit: float) -> PidSettings | None:
     """Give the PID that is stated; a loop that is not stated is off."""
-    loops, trim = {axis: given[axis] for axis in ANGLES if axis in given}, given.get("trim", 0.0)
+    loops, trim = {axis: AxisGains(*given[axis]) for axis in ANGLES if axis in given}, given.get("trim", 0.0)
     for axis, gains in loops.items():
         for name, value in gains._asdict().items():
             require_range(f"controller.pid.{axis}, {name}", value, "V/rad", 0.0, 1e3)
