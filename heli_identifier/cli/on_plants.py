@@ -171,6 +171,7 @@ def design_controller(
     from fmu_src.native import controller_sources
     from heli_plant.state_feedback import FeedbackSettings
 
+    require_range("plants", plants, "1", 20, 20_000)
     configuration = args.found_configuration(config)
     aim = configuration.controller if period is None else replace(configuration.controller, period=period)
     with results.whole_folder(output) as draft:

@@ -26,6 +26,7 @@ from heli_identifier.tracing import (
     NamedShape,
     Use,
     Verdict,
+    variable_name,
 )
 from heli_plant.effects import AXES
 from heli_plant.effects import effect as catalogue_effect
@@ -192,7 +193,7 @@ def _law_figure(curve: EffectCurve, title: str) -> str:
     own.line(x, 1e3 * y, "after", "law", 2.0)
     if len(curve.points):
         own.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
-    label = words.labelled(words.variable_name(curve.variable), curve.unit)
+    label = words.labelled(variable_name(curve.variable), curve.unit)
     return figure([own], label, f"{title}: the law with its band over what the training logs show")
 
 

@@ -15,6 +15,7 @@ from heli_identifier.tracing import (
     PeriodicShape,
     Use,
     Verdict,
+    variable_name,
 )
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
@@ -110,14 +111,6 @@ def angle_text(figure: ErrorFigure | None) -> str:
     return angle_value(figure) if ends == "–" else f"{angle_value(figure)} ({ends})"
 
 
-VARIABLES = {
-    "mu_sum": "sum of the rotors' voltages",
-    "mu_diff": "difference of the rotors' voltages",
-    "mu_s": "sum of the rotors' voltages",
-    "d mu_s / dt": "rate of the sum of the rotors' voltages",
-}
-"""Variables of a torque as words, where their names do not say it."""
-
 _GREEK = {
     "nu": "ν", "theta": "θ", "eps": "ε", "lambda": "λ", "zeta": "ζ", "tau": "τ", "w": "ω", "mu": "μ",
 }  # fmt: skip
@@ -169,11 +162,6 @@ def meaning(field: str) -> str:
 def meaning_of(field: str, value: Estimate) -> str:
     """Give a parameter as words, and whether it was given rather than estimated."""
     return meaning(field) + (", given" if value.standard_error is None else "")
-
-
-def variable_name(variable: str) -> str:
-    """Give a variable as words."""
-    return VARIABLES.get(variable, variable.replace("_", " "))
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import ControllerConfiguration
@@ -156,10 +156,9 @@ def design_controller(
     ``aim`` has period, weights, and the margin that is asked for. The designs are judged over ``draws`` plants.
 
     ConfigurationError if the diagnosis does not call an axis fit for control, there is no equilibrium within the
-    motors' voltages, the design is unstable, the period too long, or there are too few or too many draws.
+    motors' voltages, the design is unstable, or the period too long.
     """
     aim, travels, axes = aim or ControllerConfiguration(), other == "travel", ("elevation", other)
-    require_range("plants", draws, "1", 20, 20_000)
     if kind not in KINDS or other not in OTHERS:
         raise ConfigurationError(
             f"{kind} of {other} is not designed; choose of {', '.join(KINDS)}, of pitch or travel."

@@ -89,4 +89,4 @@ def step_figure(design: Design) -> str:
             panel.line(own.steps[number].time, own.steps[number].angle, role, name)
         panels.append(panel)
     names = " and ".join(design.by_name)
-    return figure(panels, "time since the step of the reference [s]", f"Steps, {names}")
+    return figure(panels, "time since the step of the reference [s]", f"Steps, {names}", 1100.0)

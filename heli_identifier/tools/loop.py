@@ -182,9 +182,11 @@ def step_response(
 ) -> StepResponse:
     """Simulate a reference step of ``size`` [rad] on one axis of the whole plant, for ``duration`` [s].
 
-    The controller holds the operating point of ``model`` from the start, and is called with its period.
+    The controller holds the operating point of ``model`` from the start, and is called with its period. A mass that
+    moved once during a log does not move again.
     """
     plant, point, period, index = model.plant, model.point, model.sampled.dt, AXES.index(axis)
+    plant = plant._replace(moving_mass_elevation=0.0)
     lead, count = round(LEAD / period), round((LEAD + duration) / period)
     still = np.array([point.pitch, point.elevation, 0.0])
     references = np.where(np.arange(count)[:, None] < lead, still, still + size * np.eye(3)[index])

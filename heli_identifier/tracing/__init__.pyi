@@ -45,6 +45,7 @@ __all__ = [
     "rms_figures",
     "select",
     "sign_notes",
+    "variable_name",
 ]
 
 from .diagnose import diagnose
@@ -79,6 +80,7 @@ from .result import (
     RigVerdict,
     Use,
     Verdict,
+    variable_name,
 )
 from .rig import records_of
 from .score import Scores

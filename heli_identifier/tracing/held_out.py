@@ -362,10 +362,8 @@ def use_of(gain: str, report: ParameterReport | None, error: float, least: float
         return Use.NOTHING, f"it errs by {1e3 * error:.1f} mrad over {ahead:g} s, {bare}"
     if report is None:
         return Use.CONTROL, f"{gain} was given"
-    if report.contradicted or report.determination is Determination.NOT_DETERMINED:
-        return Use.PREDICTION, f"{gain} is {report.determination}: {report.why}"
-    verb = "is " if report.determination is Determination.OUTSIDE else ""
-    return Use.CONTROL, f"{gain} {verb}{report.determination}: {report.why}"
+    unsure = report.contradicted or report.determination is Determination.NOT_DETERMINED
+    return Use.PREDICTION if unsure else Use.CONTROL, f"{gain}: {report.determination}; {report.why}"
 
 
 @dataclass(frozen=True)

@@ -234,7 +234,7 @@ def _variable(
     """Name, unit and values of a variable that effects are drawn over."""
     if kind in ("mu_sum", "mu_rate"):
         total = lagged(record, parameters).sum(1)
-        return ("mu_s", "V", total) if kind == "mu_sum" else ("d mu_s / dt", "V/s", np.gradient(total, record.step))
+        return (kind, "V", total) if kind == "mu_sum" else (kind, "V/s", np.gradient(total, record.step))
     if kind == "time":
         return "time", "s", record.time
     own, other = (f"{AXES[i]}_rate" for i in (axis, (1, 0, 1)[axis]))

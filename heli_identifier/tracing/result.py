@@ -87,6 +87,12 @@ class NamedShape(msgspec.Struct, frozen=True, tag_field="kind", tag="parameters"
     parameters: Mapping[str, Estimate] = {}
 
 
+def variable_name(variable: str) -> str:
+    """Give a variable of a torque as words."""
+    voltages = {"mu_sum": "sum of the voltages", "mu_diff": "difference of the voltages"}
+    return {**voltages, "mu_rate": "rate of the sum of the voltages"}.get(variable, variable.replace("_", " "))
+
+
 class CurveShape(msgspec.Struct, frozen=True, eq=False, tag_field="kind", tag="curve"):
     """An unknown torque as a curve of one variable, where records have been."""
 

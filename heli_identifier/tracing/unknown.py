@@ -31,7 +31,7 @@ from scipy.special import chdtrc, chdtri, gammaln
 from .fit import Fit, covariance, fit
 from .helicopter import Tables
 from .noise import error_dynamics
-from .result import CurveShape, FoundEffect, PeriodicShape, Verdict
+from .result import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 from .rig import Array, Effect
 from .select import Selection, select
 from .sensitivity import Sensitivities, means
@@ -259,14 +259,8 @@ def _described(fitted: Fit, u: Unknown) -> FoundEffect:
         shape = _curve(fitted, u)
         do = f"Lead the {u.axis} through all of its angles, motors off, and feel where the curve bends."
         if u.variable != u.axis:
-            do = f"Visit all values of the {_spoken(u.variable)} evenly in one more log, all axes moving."
+            do = f"Visit all values of the {variable_name(u.variable)} evenly in one more log, all axes moving."
     return FoundEffect("unknown", u.axis, None, Verdict.UNKNOWN, family, (), shape, u.score, do, not periodic)
-
-
-def _spoken(variable: str) -> str:
-    """Name a variable of a table in words."""
-    voltages = {"mu_sum": "sum of the voltages", "mu_diff": "difference of the voltages"}
-    return voltages.get(variable, variable.replace("_", " "))
 
 
 def _curve(fitted: Fit, u: Unknown) -> CurveShape:
@@ -287,7 +281,7 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     there = visits > 0.0
     x, y, half, unit = x[there], y[there], half[there], tables.variables[u.variable]
     said = _words(turning and bool(there.all()), unit, x, y, half)
-    words = f"a torque by the {_spoken(u.variable)}, {said}"
+    words = f"a torque by the {variable_name(u.variable)}, {said}"
     return CurveShape(u.variable, unit, words, np.column_stack((x, y)), np.column_stack((x, y - half, y + half)))
 
 
