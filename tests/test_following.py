@@ -24,13 +24,12 @@ from heli_identifier.following import (
 )
 from heli_identifier.following.covariance import correct_covariance, find_steady_state, predict_covariance
 from heli_identifier.following.cusum import Inflation, Projection, cusum, siegmund_threshold
-from heli_identifier.following.encoders import Encoder, read_encoders
+from heli_identifier.following.encoders import Encoder
 from heli_identifier.following.evidence import Coefficients, shift_block, start_sums
-from heli_identifier.following.observer import Roughness, start_instant
+from heli_identifier.following.observer import Roughness
 from heli_identifier.following.prediction import compare_errors
 from heli_plant.observer import observer_gains
 from heli_plant.parameters import TABLE_2
-from heli_plant.state import start_state
 from tests.following import COUNT, H, record
 
 PLAN = prepare_following(FollowSettings())
@@ -329,63 +328,21 @@ def test_an_encoder_that_stands_still_while_the_rig_moves_is_said_once_however_l
     assert parameters_in_use(state, plan)[0] == TABLE_2
 
 
-def rows_with_travel(shown):
-    """Rows of a rig whose travel nothing drives, with its encoder as ``shown`` says of a sample's number."""
-    return [[*row[:4], shown(k)] for k, row in enumerate(quiet_rows(7))], TABLE_2._replace(k_y=1e-6, a_lt=0.0)
-
-
-def test_an_encoder_that_jumps_after_it_stood_still_was_at_fault():
-    """The travel is held at rest, then its encoder stands for 3 s while the rig wanders by 6 mrad, 18 deviations."""
-    noise = np.random.default_rng(3).standard_normal(5000)
-
-    def shown(k):
-        drift = 0.002 * min(max(k - 3000, 0), 300) / 100
-        return 0.5 * COUNT * round((0.0 if k < 3300 else drift) / COUNT * 2 + 0.5 * noise[k])
-
-    rows, parameters = rows_with_travel(lambda k: shown(2999) if 3000 <= k < 3300 else shown(k))
-    _, events, _, _ = followed(rows, parameters=parameters)
-    assert [(one.why, one.time) for one in events] == [(FROZEN, pytest.approx(33.0)), (BACK, pytest.approx(33.01))]
-
-
-def test_what_came_in_from_an_encoder_before_it_had_stood_for_half_a_second_is_withdrawn():
-    """The travel, held at rest, stands from 20 samples before the end of a block until 30 samples into the next."""
-    jitter = COUNT * np.random.default_rng(3).integers(0, 2, 5000)
-    rows, parameters = rows_with_travel(lambda k: float(jitter[k] if k % 2 else COUNT - jitter[k]) if k < 3080 else 0.0)
-    _, _, states, plan = followed(rows[:3132], parameters=parameters)
-    after = next(k for k in range(3080, 3132) if states[k].encoders[2].is_discounted(plan))
-    assert 3100 < after < 3132
-    before, counted, withdrawn = [[x[:2] for x in states[k].tested[-1]] for k in (3099, after - 1, after)]
-    assert before != counted and any(u != 0.0 for u, _ in counted) and set(withdrawn) == {(0.0, 0.0)}
-    block = states[-1].blocks[-1]
-    assert len(states[after].blocks) == len(states[3100].blocks)
-    assert {x for axis in block for row in axis for x in row} == {0.0}
-    assert [sums.spoiled for sums in states[after].sums] == [False, False, True]
-
-
-def read(encoders, angles, noise, pitch_rate=0.0):
-    """Encoders after a sample of ``angles``; the observer is at rest but for a rate of the pitch."""
-    seen = start_instant(start_state(0.0, 0.0, 0.0)._replace(pitch_rate=pitch_rate), TABLE_2, PLAN)
-    return read_encoders(encoders, angles, seen, (noise,) * 3, PLAN)[0]
-
-
 def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settled():
-    encoders, counted = (Encoder(0.0),) * 3, []
+    encoder, counted = Encoder(0.0), []
     for _ in range(PLAN.stuck):
-        encoders = read(encoders, (0.0, 0.0, 0.0), 6e-4)
+        encoder = encoder.read(0.0, 0.0, PLAN)
     for k in range(PLAN.settling + 1):
-        encoders = read(encoders, (0.0, 0.0, COUNT * (1 + k % 2)), 1.0)
-        counted.append(not encoders[2].is_discounted(PLAN))
+        encoder = encoder.read(COUNT * (1 + k % 2), 0.0, PLAN)
+        counted.append(not encoder.is_discounted(PLAN))
     assert counted == [False] * PLAN.settling + [True]
 
 
-@pytest.mark.parametrize(
-    "rates, wanted", [((0.1, 0.1, 0.1), [False, True, True]), ((0.0, -0.05, -0.05, -0.05), [False, False, False, True])]
-)
-def test_an_alarm_waits_while_an_encoder_stands_from_which_the_rig_has_gone(rates, wanted):
-    """.1 rad/s in 20 ms are 2 mrad, 3.3 deviations, in 10 ms 1.7; .05 rad/s seen since are .8 deviations a sample."""
-    encoders, doubtful = (Encoder(0.0),) * 3, []
-    for rate in rates:
-        encoders = read(encoders, (0.0, 0.0, 0.0), 6e-4, rate)
-        doubtful.append(encoders[0].is_doubtful(6e-4, PLAN))
-    assert doubtful == wanted
-    assert not read(encoders, (-0.0015, 0.0, 0.0), 6e-4)[0].is_doubtful(6e-4, PLAN)  # it moves
+def test_an_alarm_waits_while_an_encoder_stands_from_which_the_rig_has_gone():
+    """.1 rad/s in 20 ms are 2 mrad, 3.3 deviations, in 10 ms 1.7."""
+    encoder, doubtful = Encoder(0.0), []
+    for _ in range(3):
+        encoder = encoder.read(0.0, 0.1, PLAN)
+        doubtful.append(encoder.is_doubtful(6e-4, PLAN))
+    assert doubtful == [False, True, True]
+    assert not encoder.read(-0.0015, 0.1, PLAN).is_doubtful(6e-4, PLAN)  # it moves

@@ -8,7 +8,7 @@ from heli_plant.state import start_state
 
 from .changes import Vector
 from .cusum import PROVED, Inflation, Projection
-from .encoders import Encoder, read_encoders
+from .encoders import Encoder
 from .evidence import Noise, Sums, project_block, settled_baseline, start_baseline
 from .naming import make_event
 from .observer import Angles, Observer, Roughness, Weight, start_instant
@@ -69,8 +69,10 @@ def _pass_instant(
     weight, encoders, broken = Weight(()), state.encoders, suspended or stopped
     if came_in:
         weight = observer.weigh(plan)
-        scatter = tuple([a * b for a, b in zip(weight.deviations, noise, strict=True)])
-        encoders, broken = read_encoders(encoders, angles, observer.instant, scatter, plan)
+        read = zip(encoders, angles, observer.instant.memory.state[3:6], strict=True)
+        encoders = tuple([one.read(angle, rate, plan) for one, angle, rate in read])
+        scatter = zip(encoders, weight.deviations, noise, strict=True)
+        broken = any([one.is_at_fault(a * b, plan) for one, a, b in scatter])
     fresh = came_in and not broken
     front, rear = state.predictions.arrived
     predictions = state.predictions._replace(arrived=(front + arrived[0], rear + arrived[1]), compared=False)
@@ -80,8 +82,6 @@ def _pass_instant(
         state, events = _suspend(state, "frozen" if came_in else "stopped", plan)
     elif suspended and fresh:
         state, events = _resume(state, angles, plan)
-    elif k % plan.block < plan.stuck and any(one.still == plan.stuck for one in encoders):
-        state = _withdraw_block(state, plan)
     sums = _take_innovations(state, angles, fresh, weight, noise, plan)
     observer = state.observer.correct(angles, weight, plan) if fresh else state.observer._replace(missing=True)
     state = state._replace(sums=sums, observer=observer)
@@ -119,18 +119,6 @@ def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> tuple[Co
         settled=state.samples + plan.settling,
         observer=state.observer._replace(instant=instant),
     ), [make_event(state, "back", plan)]
-
-
-def _withdraw_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
-    """Return the state as if the last block had told nothing.
-
-    An encoder has just stood for half a second, and in the last block too, which is seen only now.
-    """
-    nothing = tuple([one.products for one in plan.no_sums])
-    return state._replace(
-        blocks=(*state.blocks[:-1], *[nothing for _ in state.blocks[-1:]]),
-        tested=(*state.tested[:-1], *[(Projection(0.0, 0.0, 1.0),) * len(plan.changes) for _ in state.tested[-1:]]),
-    )
 
 
 def _take_innovations(
