@@ -298,7 +298,7 @@ def followed(
     errors: list[tuple[float, ...]] = []
     events, adoptions = list[Event](), list[tuple[Event, tuple[float, ...]]]()
     for k in range(first + 1, last):
-        before, sample = state.values.end, Sample(*(*rows[k].tolist(), fresh[k]))
+        before, sample = state.twin.values, Sample(*(*rows[k].tolist(), fresh[k]))
         state, said = following.correct(state, sample, plan)
         events += said
         adoptions += [(event, before) for event in said if event.what == "adopted"]

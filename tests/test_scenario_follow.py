@@ -47,7 +47,7 @@ def shown(result, name):
 def test_the_units_give_the_corrections_of_the_pure_follower(result, followed):
     states, _, plan = followed
     for place, name in enumerate(plan.changeable):
-        wanted = [state.values.now.values[place] - plan.alone.values[place] for state in states]
+        wanted = [state.twin.values[place] - plan.alone.values[place] for state in states]
         assert shown(result, f"corrector.correction.{name}")[2:STEPS].tolist() == wanted
 
 

@@ -100,10 +100,10 @@ class Corrector(SlaveBase):
             errors = [*twins.used.rms(window), *twins.alone.rms(window)]
         else:  # those of the last comparison stay
             errors = [self.value(f"{which}.{axis}") for which in ("error", "error_alone") for axis in AXES]
-        pairs = zip(state.values.now.values, self.plan.alone.values, strict=True)
+        pairs = zip(state.twin.values, self.plan.alone.values, strict=True)
         shown = [
             *[value - start for value, start in pairs],
-            *state.values.errors,
+            *state.errors,
             *twins.used.predicted,
             *twins.alone.predicted,
             *errors,

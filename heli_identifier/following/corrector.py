@@ -10,11 +10,11 @@ from .changes import Vector
 from .cusum import PROVED, Inflation, Projection
 from .encoders import Encoder
 from .evidence import Noise, Sums, project_block, settled_baseline, start_baseline
-from .naming import make_event
+from .naming import SWINGING, make_event
 from .observer import Angles, Observer, Roughness, Weight, start_instant
 from .plan import FollowPlan
 from .prediction import Copies, Predictions
-from .state import CorrectorState, Event, Sample, Values
+from .state import CorrectorState, Event, Sample
 from .trial import judge_block
 
 _LARGEST_INNOVATION = 4.0  # innovations count with at most this many standard deviations
@@ -30,7 +30,8 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         settled=plan.settling,
         observer=Observer(instant, voltages, Roughness(0.0, 0.0, 0, voltages, voltages, 1)),
         encoders=tuple([Encoder(angle) for angle in angles]),
-        values=Values(twin, twin.values, twin.values, (0.0,) * len(twin.values)),
+        twin=twin,
+        errors=(0.0,) * len(twin.values),
         predictions=Predictions((Copies(predicted=angles),) * 2),
         sums=plan.no_sums,
         noises=(Noise(),) * 3,
@@ -63,9 +64,9 @@ def _pass_instant(
 ) -> tuple[CorrectorState, list[Event]]:
     """Take in sample k = ``state.samples`` + 1, or an instant without one, at which the stream may have ``stopped``."""
     k, suspended, voltages, angles = state.samples + 1, state.mode == "suspended", now[:2], now[2:5]
-    values, noise, came_in = state.values.at(k, plan), state.noise, now.fresh > 0.5
+    noise, came_in = state.noise, now.fresh > 0.5
     time = (k - 1) * plan.settings.sample_time
-    observer, arrived = state.observer.advance(voltages, time, came_in or suspended, noise, values.now, plan)
+    observer, arrived = state.observer.advance(voltages, time, came_in or suspended, noise, state.twin, plan)
     weight, encoders, broken = Weight(()), state.encoders, suspended or stopped
     if came_in:
         weight = observer.weigh(plan)
@@ -76,7 +77,7 @@ def _pass_instant(
     fresh = came_in and not broken
     front, rear = state.predictions.arrived
     predictions = state.predictions._replace(arrived=(front + arrived[0], rear + arrived[1]), compared=False)
-    state = state._replace(samples=k, observer=observer, values=values, encoders=encoders, predictions=predictions)
+    state = state._replace(samples=k, observer=observer, encoders=encoders, predictions=predictions)
     events: list[Event] = []
     if broken and not suspended:
         state, events = _suspend(state, "frozen" if came_in else "stopped", plan)
@@ -112,7 +113,7 @@ def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> tuple[Co
     """Return the state with the observer begun again from a sample's ``angles``."""
     before, since, held = state.observer.instant.memory
     first = start_state(*angles, before.nu_front, before.nu_rear)._replace(cable_rest=before.cable_rest)
-    instant = start_instant(first, state.values.now.parameters, plan)
+    instant = start_instant(first, state.twin.parameters, plan)
     instant = instant._replace(memory=PlantMemory(instant.memory.state, since, held))
     return state.enter(
         "following" if state.is_noise_known else "starting",
@@ -127,7 +128,7 @@ def _take_innovations(
     """Return the sums with a sample's innovations; sums without them are spoiled."""
     instant, k = state.observer.instant, state.samples
     predicted = measured_angles(instant.memory.state)
-    resting = k < state.settled or state.mode == "suspended" or state.values.is_ramping(k, plan)
+    resting = k < max(state.settled, state.changed + SWINGING * plan.block) or state.mode == "suspended"
     result: list[Sums] = []
     for axis, total in enumerate(state.sums):
         if resting or state.encoders[axis].is_discounted(plan):
@@ -144,8 +145,8 @@ def _take_innovations(
 
 def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: FollowPlan) -> CorrectorState:
     """Move the copies of the twins; compare those that have run for 1 s, start new ones; take the products."""
-    k, values = state.samples, state.values
-    predictions = state.predictions.move((values.now, plan.alone, *values.rival), k, plan)
+    k = state.samples
+    predictions = state.predictions.move((state.twin, plan.alone, *state.rival), k, plan)
     if k % plan.launch == 0:
         if state.mode != "suspended" and k >= state.settled:
             predictions = predictions.launch(state.observer.instant.memory.state, angles, fresh, plan)
@@ -164,7 +165,7 @@ def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     if state.mode == "starting":
         return state
     seen = tuple([own.discount(one) for own, one in zip(state.baseline.now, block, strict=True)])
-    projected = [project_block(seen, change.direction(state.values.end)) for change in plan.changes]
+    projected = [project_block(seen, change.direction(state.twin.values)) for change in plan.changes]
     if state.mode == "following":
         state = state._replace(baseline=state.baseline.learn(seen, plan.deviations))
         if len(state.tested) >= PROVED + 2:  # a block and the two before it have been proved
@@ -182,9 +183,9 @@ def parameters_in_use(state: CorrectorState, plan: FollowPlan) -> tuple[PlantPar
     a = (f + r)/2, b = (f - r)/2: on the pitch k_x becomes a k_x, and the rotors' sum turns it by b k_x (rotor
     mismatch); k_z and k_y become a k_z and a k_y, where b (nu_f - nu_r) is left out.
     """
-    p, (front, rear) = plan.twin(state.values.end).parameters, state.values.end[-2:]
+    p, (front, rear) = state.twin.parameters, state.twin.values[-2:]
     names = plan.changeable[: len(plan.fields)]
-    errors = {name: error for name, error in zip(names, state.values.errors, strict=False) if error > 0.0}
+    errors = {name: error for name, error in zip(names, state.errors, strict=False) if error > 0.0}
     if front == 1.0 and rear == 1.0:
         return p, errors
     a, b = 0.5 * (front + rear), 0.5 * (front - rear)

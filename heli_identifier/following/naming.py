@@ -22,7 +22,7 @@ _LEAST_BLOCKS = 5  # blocks that are needed after them
 
 def sums_back(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:
     """Return D^T b and D^T R D of the last block, of the last two, and so on, of ``count`` at most."""
-    direction, found = plan.changes[number].direction(state.values.end), [(0.0, 0.0)]
+    direction, found = plan.changes[number].direction(state.twin.values), [(0.0, 0.0)]
     for block in reversed(state.blocks[-count:]):
         response, information = project_block(block, direction)
         found.append((found[-1][0] + response, found[-1][1] + information))
@@ -38,7 +38,7 @@ def explain(
     a ``share``, by default one over the change's own variance inflation factor.
     """
     change, share = plan.changes[number], share or 1.0 / state.inflations[number].factor
-    bounds = change.bounds(state.values.end)
+    bounds = change.bounds(state.twin.values)
     sums = list(enumerate(sums_back(state, number, count, plan), 1))
     chosen = sums[-1:] if whole else sums
     found = [judge_size(number, n, share * b, share * r, change.size, bounds) for n, (b, r) in chosen]
@@ -78,7 +78,7 @@ def refine_size(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Fi
     response, information = sums_back(state, finding.change, count, plan)[-1]
     if information <= 0.0:
         return finding
-    least, most = plan.changes[finding.change].bounds(state.values.end)
+    least, most = plan.changes[finding.change].bounds(state.twin.values)
     size = min(max(response / information, least), most)
     error = sqrt(state.inflations[finding.change].factor / information)
     return finding._replace(blocks=count, size=size, standard_error=error)
@@ -89,7 +89,7 @@ def make_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Findi
     time, (what, reason) = state.samples * plan.settings.sample_time, REASONS[why]
     if finding.change < 0:
         return Event(time, what, since=time, why=reason)
-    change, values = plan.changes[finding.change], state.values.end
+    change, values = plan.changes[finding.change], state.twin.values
     blocks = finding.blocks + (0 if why == "suspected" else SWINGING)
     return Event(
         time,

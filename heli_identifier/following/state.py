@@ -48,7 +48,6 @@ WHAT = tuple(dict.fromkeys([what for what, _ in REASONS.values()]))
 """Alarm, adopted, held, rolled back, stream."""
 
 _LEARNED = 9  # blocks from which the noise is known
-_RAMP = 2.0  # time in which an adopted change is ramped in [s]
 _KEYS = {"time": "time_s", "since": "since_s", "other": "or"}  # of an event in a file, where they differ
 _DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
@@ -88,37 +87,13 @@ class Event(NamedTuple):
         return {_KEYS.get(name, name): value for name, value in rounded._asdict().items()}
 
 
-class Values(NamedTuple):
-    """Twin in use ``now``; the ramp on which an adopted change comes in: its ends, and the sample at which it began.
-
-    ``rival``: the twin that is compared with the one in use, none or one; standard ``errors`` of what was adopted.
-    """
-
-    now: Twin
-    begin: Vector
-    end: Vector
-    errors: Vector
-    ramp: int = 0
-    rival: tuple[Twin, ...] = ()
-
-    def at(self, k: int, plan: FollowPlan) -> "Values":
-        """Return the values of sample ``k``."""
-        if self.now.values == self.end:
-            return self
-        share = min(1.0, (k - self.ramp) * plan.settings.sample_time / _RAMP)
-        now = tuple([a + share * (b - a) for a, b in zip(self.begin, self.end, strict=True)])
-        return self._replace(now=plan.twin(self.end if share >= 1.0 else now))
-
-    def is_ramping(self, k: int, plan: FollowPlan) -> bool:
-        """Return whether sample ``k`` lies on a ramp."""
-        return k < self.ramp + round(_RAMP / plan.settings.sample_time)
-
-
 class CorrectorState(NamedTuple):
     """Everything remembered.
 
     ``samples`` so far, after which instants without one are ``waiting`` for the next; ``mode``, and the sample
-    ``since`` which it lasts; ``settled``: sample from which sums count. ``blocks``: the last ones; ``tested``: D^T u
+    ``since`` which it lasts; ``settled``: sample from which sums count. The ``twin`` in use, standard ``errors`` of
+    what was adopted, and the sample at which it was ``changed`` last; ``rival``: the twin that is compared with it,
+    none or one. ``blocks``: the last ones; ``tested``: D^T u
     and D^T W D of every change (:mod:`.evidence`) in those that the CUSUMs take; the largest sum over its threshold
     (``alarm``), and ``run``: blocks for which the sum that gave it had been above zero.
     """
@@ -126,7 +101,8 @@ class CorrectorState(NamedTuple):
     settled: int
     observer: Observer
     encoders: tuple[Encoder, ...]
-    values: Values
+    twin: Twin
+    errors: Vector
     predictions: Predictions
     sums: tuple[Sums, ...]
     noises: tuple[Noise, ...]
@@ -134,6 +110,8 @@ class CorrectorState(NamedTuple):
     inflations: tuple[Inflation, ...]
     samples: int = 0
     waiting: int = 0
+    changed: int = 0
+    rival: tuple[Twin, ...] = ()
     mode: str = "starting"
     since: int = 0
     blocks: tuple[Block, ...] = ()
@@ -165,16 +143,14 @@ class CorrectorState(NamedTuple):
         """Return the state that enters ``mode`` now."""
         return self._replace(mode=mode, since=self.samples, **more)
 
-    def ramp_to(self, end: Vector, errors: Vector) -> "CorrectorState":
-        """Return the state in which the values ``end``, with their standard errors, are ramped in from now on."""
-        begin = self.values.now.values
-        return self._replace(values=self.values._replace(begin=begin, end=end, errors=errors, ramp=self.samples))
+    def use(self, values: Vector, errors: Vector, plan: FollowPlan) -> "CorrectorState":
+        """Return the state in which these ``values``, with their standard errors, are in use from now on."""
+        return self._replace(twin=plan.twin(values), errors=errors, changed=self.samples)
 
     def with_rival(self, *rival: Twin) -> "CorrectorState":
         """Return the state with a new ``rival``, or with none."""
         copies = (*self.predictions.copies[:2], *[Copies() for _ in rival])
-        predictions, values = self.predictions._replace(copies=copies), self.values._replace(rival=rival)
-        return self._replace(predictions=predictions, values=values)
+        return self._replace(predictions=self.predictions._replace(copies=copies), rival=rival)
 
     def follow_again(self) -> "CorrectorState":
         """Return the state that follows again, every CUSUM at zero, without a rival."""

@@ -70,7 +70,7 @@ def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Judged
     It waits while an encoder may be at fault.
     """
     used, alone = state.predictions.used.errors, state.predictions.alone.errors
-    if state.values.end != plan.alone.values and len(alone) == WINDOWS * plan.window:
+    if state.twin.values != plan.alone.values and len(alone) == WINDOWS * plan.window:
         mean, t = compare_errors(alone, used, (0, 1, 2))
         if mean < -_WORSE and t < -_CLEARLY:
             return take_back(state, plan.alone.values, "worse than alone", plan)
@@ -116,7 +116,7 @@ def _put_on_trial(state: CorrectorState, finding: Finding, plan: FollowPlan, *ev
     """Start a rival twin with the change; without corrections, hold. ``events`` are reported before."""
     if not plan.settings.correcting:
         return _hold(state, finding, "off", plan, *events)
-    rival = plan.twin(plan.changes[finding.change].applied(finding.size, state.values.end))
+    rival = plan.twin(plan.changes[finding.change].applied(finding.size, state.twin.values))
     return state.with_rival(rival).enter("on trial", finding=finding), [*events]
 
 
@@ -140,13 +140,13 @@ def try_change(state: CorrectorState, plan: FollowPlan) -> Judged:
         return _put_on_trial(state, likelier, plan, held, make_event(state, "named", plan, likelier))
     if difference >= 0.0 or t > -_SURELY:
         return _hold(state, latest, "not better", plan)
-    # adopted on a ramp; the values before are the rival from now on
-    event, before, change = make_event(state, "better", plan, latest), state.values, plan.changes[latest.change]
-    errors = list(before.errors)
+    # the twin before is the rival from now on
+    event, before, change = make_event(state, "better", plan, latest), state.twin, plan.changes[latest.change]
+    errors = list(state.errors)
     for place in change.places:
         errors[place] = event.standard_error
-    direction, end = change.direction(before.end), change.applied(latest.size, before.end)
-    state = state.ramp_to(end, tuple(errors)).with_rival(plan.twin(before.end))
+    direction, values = change.direction(before.values), change.applied(latest.size, before.values)
+    state = state.use(values, tuple(errors), plan).with_rival(before)
     return state.enter(
         "adopted",
         finding=latest,
@@ -161,7 +161,7 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> Judged:
     """Watch what was adopted: take it back if the values before predict better, refine it when the watch is over."""
     compared, mean, t = _compare_rival(state, plan)
     if mean < 0.0 and t < -_ROLL_BACK:
-        return take_back(state, state.values.rival[0].values, "worse", plan)
+        return take_back(state, state.rival[0].values, "worse", plan)
     if compared < _WATCH_WINDOWS * plan.window:
         return state, []
     number, count = state.finding.change, len(state.blocks)
@@ -175,8 +175,8 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> Judged:
     return _put_on_trial(state, left, plan) if left.change >= 0 else (state, [])
 
 
-def take_back(state: CorrectorState, end: Vector, why: str, plan: FollowPlan) -> Judged:
-    """Ramp the values ``end`` in again."""
-    state = state.ramp_to(end, state.values.errors)._replace(blocks=())
+def take_back(state: CorrectorState, values: Vector, why: str, plan: FollowPlan) -> Judged:
+    """Use these ``values`` again."""
+    state = state.use(values, state.errors, plan)._replace(blocks=())
     event = make_event(state, why, plan, Finding(state.finding.change))
     return state.follow_again(), [event._replace(since=event.time)]

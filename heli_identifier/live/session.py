@@ -275,7 +275,7 @@ class Session:
 
 def _values(state: CorrectorState, plan: FollowPlan, estimates: IdentifierOutput) -> list[dict[str, Any]]:
     """Return the identified parameters, and whatever else the twin has changed."""
-    start, pairs = plan.settings.parameters, zip(plan.alone.values, state.values.now.values, strict=True)
+    start, pairs = plan.settings.parameters, zip(plan.alone.values, state.twin.values, strict=True)
     values = dict(zip(plan.changeable, pairs, strict=True))
     found = []
     for field, estimate in estimates.parameters._asdict().items():
