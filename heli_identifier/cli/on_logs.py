@@ -121,7 +121,6 @@ def identify(
     logs: args.Logs,
     output: args.Folder = Path("identification"),
     filter_frequency: Annotated[float, option("Bandwidth of the state filters.", metavar="RAD/S")] = 1.0,
-    forgetting: Annotated[float, option("Forgetting alpha of the adaptation.", metavar="1/S")] = 0.001,
     method: Annotated[
         str | None, option("adaptation or prediction_error; by default the one that suits the logs.", metavar="NAME")
     ] = None,
@@ -143,7 +142,6 @@ def identify(
                 recorded,
                 configuration=configuration,
                 filter_frequency=filter_frequency,
-                forgetting=forgetting,
                 method=method,
                 progress=progress,
             )

@@ -74,7 +74,6 @@ def campaign(
     output: args.Folder = Path("campaign"),
     generator: Annotated[str, option(GENERATOR, metavar="MODULE:FUNCTION")] = "",
     rigs: Annotated[int | None, option("Rigs that the generator makes.", metavar="N")] = None,
-    first_seed: Annotated[int | None, option("Seed of the first of them; 0 by default.", metavar="SEED")] = None,
     workers: Annotated[int | None, option("Processes on this machine; one per core by default.", metavar="N")] = None,
     scheduler: Annotated[
         str | None, option("Dask scheduler of a cluster of machines, tcp://host:8786.", metavar="ADDRESS")
@@ -87,7 +86,7 @@ def campaign(
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
     configuration = args.found_configuration(config)
-    sources = _sources(folder, config, generator, rigs, first_seed)
+    sources = _sources(folder, config, generator, rigs)
     settings = hi.DiagnosisSettings.from_rig(configuration)
     with rigs_done() as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
@@ -113,21 +112,17 @@ def rigs_done() -> "Iterator[tools.Progress]":
         yield count
 
 
-def _sources(
-    folder: Path | None, config: Path | None, generator: str, rigs: int | None, first_seed: int | None
-) -> "list[tools.Source]":
+def _sources(folder: Path | None, config: Path | None, generator: str, rigs: int | None) -> "list[tools.Source]":
     """Give the rigs of a folder or of a generator, whichever was named."""
     refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
     if folder is not None:
         refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
-        said = f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none."
-        refuse(first_seed is not None, said)
         return [*tools.rigs_below(folder, args.configuration_file(config))]
     if rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
     sys.path.insert(0, os.getcwd())
-    return [*tools.generated_rigs(generator, rigs, first_seed or 0)]
+    return [*tools.generated_rigs(generator, rigs)]
 
 
 # --- to begin with ---------------------------------------------------------------------------------------------------
