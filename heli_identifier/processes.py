@@ -42,7 +42,6 @@ NO_WAIT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
 """Flags to open a pipe without a wait for its other end, and a terminal without becoming its process."""
 
 _ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGINT", "SIGBREAK") if hasattr(signal, name))
-_PATIENCE = 3.0  # how long a child process may take to clean up [s]
 
 _to_undo: list[tuple[int, Callable[[], object]]] = []
 
@@ -82,12 +81,9 @@ def _end(number: int, _frame: FrameType | None) -> None:
     for other in _ENDING:  # a second one would end the cleaning up
         signal.signal(other, signal.SIG_IGN)
     processes = sys.modules.get("multiprocessing")
-    children = processes.active_children() if processes else []
-    for child in children:
-        child.terminate()
-    for child in children:
-        child.join(_PATIENCE)
+    for child in processes.active_children() if processes else []:
         child.kill()
+        child.join()  # it may write until it is gone
     for process, undo in reversed(_to_undo):
         if process == os.getpid():
             with suppress(Exception):
