@@ -136,7 +136,7 @@ def test_a_retuned_loop_without_margins_is_not_to_be_flown():
     values = plant_values(TABLE_2._replace(k_x=6.0, a_wx=0.0, T_m=0.3), {})
     made = design_pid(ParameterSet("HelicopterPlant", values), draws=2)
     assert [note.partition(":")[0] for note in made.notes] == ["do not fly the retuned pitch loop"]
-    gains = made.retuned_parameters().start_values  # nobody builds what is refused
+    gains = made.delivered().start_values  # nobody builds what is refused
     assert gains["pitch.proportional"] == PID.pitch.proportional
     assert gains["elevation.proportional"] == made.robust.settings.elevation.proportional
 
@@ -147,7 +147,7 @@ def test_an_unstable_loop_has_no_margins_and_its_gains_are_not_to_be_flown():
     made = design_pid(ParameterSet("HelicopterPlant", values), draws=2)
     assert made.robust.figures["pitch.sensitivity"].value == np.inf
     assert [note.partition(":")[0] for note in made.notes] == ["WRONG SIGN", "do not fly the retuned PID"]
-    assert made.retuned_parameters().start_values["elevation.proportional"] == PID.elevation.proportional
+    assert made.delivered().start_values["elevation.proportional"] == PID.elevation.proportional
 
 
 def test_a_rig_that_the_present_pid_cannot_hold_gets_one_that_keeps_its_margins():

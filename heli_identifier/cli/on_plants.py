@@ -138,7 +138,7 @@ def linearise(
         files = {
             "linear_model.json": document,
             "linear_model.mat": matlab.getvalue(),
-            "controller.json": made.retuned_parameters(),
+            "controller.json": made.delivered(),
             "steps.svg": results.figure_file(tools.step_figure(made)),
         }
         results.write_files(draft, files)
@@ -185,7 +185,7 @@ def design_controller(
             "design.html": tools.controller_html(made),
             "controller.m": tools.controller_m(made),
             "init_heli_corrected.m": tools.corrected_init(given, model, course, configuration.geometry, name),
-            "controller.json": tools.controller_parameters(made.robust.settings, model.point),
+            "controller.json": made.delivered(),
             "nominal.json": tools.controller_parameters(made.baseline.settings, model.point),
         }
         if isinstance(made.robust.settings, FeedbackSettings):

@@ -20,10 +20,6 @@ from logging import CRITICAL
 from pathlib import Path
 from time import perf_counter
 
-import dask
-import pyarrow  # noqa: F401, writes the table at the end; where it is missing, that is said before the first rig
-from distributed import Client, as_completed
-
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.results import document_text, whole_folder
@@ -31,6 +27,14 @@ from heli_identifier.tools import campaign_rows
 from heli_identifier.tools.campaign_rows import Row
 from heli_identifier.tools.rigs import Source, error_text, source_digest, summary_of
 from heli_identifier.tracing import DiagnosisSettings
+
+try:
+    import dask
+    import pyarrow  # noqa: F401, writes the table at the end; where it is missing, that is said before the first rig
+    from distributed import Client, as_completed
+except ModuleNotFoundError as error:
+    said = f"a campaign needs the package {error.name}; install it with pip install 'heli-twin[cluster]'."
+    raise ConfigurationError(said) from error
 
 CONSOLIDATED = "campaign.parquet"
 

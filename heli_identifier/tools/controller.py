@@ -67,13 +67,13 @@ class Design:
 
     @property
     def refused(self) -> dict[str, float]:
-        """Loops that are not to be flown as they are designed, with the peak of the sensitivity."""
-        peaks = {axis: self.robust.figures[f"{axis}.sensitivity"].value for axis in LOOPS}
+        """Loops of a PID that are not to be flown as they are retuned, with the peak of the sensitivity."""
+        peaks = {axis: self.robust.figures[f"{axis}.sensitivity"].value for axis in LOOPS if self.kind == "pid"}
         return {axis: peak for axis, peak in peaks.items() if peak > 1.05 * PEAK}  # the bound of the search is soft
 
-    def retuned_parameters(self) -> ParameterSet:
-        """Return the retuned PID, of which refused loops keep the present gains, as parameters of its unit."""
-        kept = {axis: getattr(self.baseline.settings, axis) for axis in self.refused}
+    def delivered(self) -> ParameterSet:
+        """Return the robust design as parameters of its unit; refused loops keep the present gains."""
+        kept: dict[str, Any] = {axis: getattr(self.baseline.settings, axis) for axis in self.refused}
         return controller_parameters(self.robust.settings._replace(**kept), self.plants.model.point)
 
     def document(self) -> dict[str, Any]:
@@ -202,7 +202,7 @@ def design_controller(
             why = "; a higher --elevation gives the rotors more lift, so that a lean moves it more"
             why = why if axis == "travel" else "; --kind lqi takes away what an LQR leaves" if kind == "lqr" else ""
             notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s{why}")
-    return replace(made, notes=tuple(notes))
+    return replace(made, notes=(*notes, *made.notes))
 
 
 def _retuned(plants: Plants, present: PidSettings, axes: tuple[str, ...], progress: Progress) -> Design:
@@ -210,7 +210,19 @@ def _retuned(plants: Plants, present: PidSettings, axes: tuple[str, ...], progre
     new = retuned(plants.model, present, plants.drawn[:ROBUST])
     progress("judging", 0.8)
     before, after = (judge(plants, pid, axes) for pid in (present, new))
-    return Design("pid", axes, plants, before, after, (), names=("present", "retuned"))
+    made, notes = Design("pid", axes, plants, before, after, (), names=("present", "retuned")), list[str]()
+    others = "`heli design-controller` has other kinds of controllers"
+    for axis, peak in made.refused.items() if after.is_stable else ():
+        notes.append(
+            f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked "
+            f"for. controller.json keeps the present gains of the {axis}; {others}"
+        )
+    if not after.is_stable:
+        notes.append(
+            "do not fly the retuned PID: the loop is not stable with it. controller.json keeps the present gains; "
+            f"{others}"
+        )
+    return replace(made, notes=tuple(notes))
 
 
 def _robust(
@@ -259,18 +271,7 @@ def design_pid(
     ]
     if plant.input_delay_rotors:
         notes.append(f"an input delay of {plant.input_delay_rotors:.3g} s is in the margins, not in the matrices")
-    if not made.robust.is_stable:
-        notes.append(
-            "do not fly the retuned PID: the loop is not stable with it. controller.json keeps the present gains; "
-            "`heli design-controller` has other kinds of controllers"
-        )
-    for axis, peak in made.refused.items() if made.robust.is_stable else ():
-        notes.append(
-            f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked "
-            f"for. controller.json keeps the present gains of the {axis}; `heli design-controller` has other kinds of "
-            "controllers"
-        )
-    return replace(made, notes=(*_wrong_signs(parameters), *notes, *plants.notes))
+    return replace(made, notes=(*_wrong_signs(parameters), *notes, *made.notes, *plants.notes))
 
 
 def control_advice(
