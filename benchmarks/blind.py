@@ -19,8 +19,7 @@ from benchmarks.harness import ROOT, Strength, measured_at, table, write_strengt
 from benchmarks.rigs import DETECTABLE, GROUPS, blind_sources, measured_rig
 from heli_identifier.cli.on_rigs import rigs_done
 from heli_identifier.online import ModelParameters
-from heli_identifier.tools.campaign import run_campaign
-from heli_identifier.tools.campaign_rows import Judgement, Row, judged
+from heli_identifier.tools.campaign import Judgement, Row, judged, run_campaign
 from tests.blind.generator import Case
 from tests.blind.rigs import draw_rig
 

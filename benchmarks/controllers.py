@@ -96,7 +96,7 @@ def of_rig(plants: int, job: tuple[str, int]) -> dict[str, Verdict]:
     found: dict[str, Verdict] = {}
     first: Design | None = None
     for name, parameters in sets.items():
-        count = 2 if name == "published" else plants
+        count = 20 if name == "published" else plants
         try:
             design = design_controller(parameters, "lqi", "pitch", 0.0, aim=AIM, draws=count)
             first = first or design

@@ -27,8 +27,7 @@ from heli_identifier.tools import (
     rigs_below,
     run_campaign,
 )
-from heli_identifier.tools.campaign import result_key
-from heli_identifier.tools.campaign_rows import complete, judged, parquet_bytes, read_row, summarised
+from heli_identifier.tools.campaign import complete, judged, parquet_bytes, read_row, result_key, summarised
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
 from tests.commands import heli

@@ -145,7 +145,7 @@ def test_the_parameters_of_the_unit_are_the_controller():
 )
 def test_what_cannot_be_designed_is_refused_in_one_sentence(kind, elevation, period, said):
     with pytest.raises(ConfigurationError, match=said):
-        design_controller(parameters(), kind, "pitch", elevation, aim=replace(AIM, period=period), draws=2)
+        design_controller(parameters(), kind, "pitch", elevation, aim=replace(AIM, period=period), draws=20)
 
 
 def test_the_corrected_script_has_the_identified_gains():

@@ -46,8 +46,7 @@ __all__ = [
     "summarised",
 ]
 
-from .campaign import CONSOLIDATED, Progress, diagnosed, run_campaign
-from .campaign_rows import Row, campaign_tables, summarised
+from .campaign import CONSOLIDATED, Progress, Row, campaign_tables, diagnosed, run_campaign, summarised
 from .controller import Design, control_advice, design_controller, design_pid
 from .controller_page import controller_html, design_table, margin_table, step_figure
 from .course import controller_m, corrected_init, course_values
