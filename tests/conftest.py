@@ -1,13 +1,8 @@
-"""Fixtures that several test files share: built units, and a host process to run them in."""
+"""Fixtures that several test files share: built units, compiled once, and signals that commands hear."""
 
-import json
 import os
 import signal
-import subprocess
-import sys
 from hashlib import sha256
-from pathlib import Path
-from textwrap import dedent
 
 import pytest
 
@@ -17,8 +12,6 @@ from heli_identifier.files import write_atomically
 # in each other's way, fivefold on two cores. The variables count when NumPy is loaded, which no line above does.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
-
-HOSTS = Path(__file__).parent / "hosts"
 
 
 def pytest_configure(config):
@@ -58,6 +51,15 @@ def twins(tmp_path_factory):
     return Twins(tmp_path_factory.mktemp("native"))
 
 
+@pytest.fixture(scope="session")
+def log(tmp_path_factory):
+    """A log of 1 s for the LogPlayer, in which every voltage moves."""
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
+    path.write_text(header + "".join(f"{0.01 * k:.2f},{k},{-k},.1,.2,.3\n" for k in range(100)))
+    return path
+
+
 @pytest.fixture(scope="session", autouse=True)
 def compiled_once(tmp_path_factory):
     """Compile a native library once for all workers: the tests build the same units over and over."""
@@ -77,23 +79,3 @@ def compiled_once(tmp_path_factory):
     toolchain.compiled = compiled
     yield
     toolchain.compiled = compile_now
-
-
-@pytest.fixture(scope="session")
-def in_host():
-    """Run a script in a host process of its own; returns what it gives to ``answer``."""
-
-    def run(script, *arguments, timeout=300):
-        prelude = "import sys\nfrom unit_host import Unit, answer\n"
-        done = subprocess.run(
-            [sys.executable, "-c", prelude + dedent(script), *map(str, arguments)],
-            capture_output=True,
-            text=True,
-            timeout=timeout,
-            env={**os.environ, "PYTHONPATH": str(HOSTS)},
-            check=False,
-        )
-        assert done.returncode == 0, f"the host died with code {done.returncode}: {done.stdout}{done.stderr}"
-        return json.loads(done.stdout.strip().splitlines()[-1])
-
-    return run

@@ -1,6 +1,5 @@
 """Campaigns: where rigs come from, one row per rig whatever is killed, and rows judged against the truth."""
 
-import json
 import os
 import signal
 import sys
@@ -16,13 +15,12 @@ import pytest
 
 from heli_identifier import tools
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.records import Log, demo_files, read_log, write_log
+from heli_identifier.records import Log
 from heli_identifier.tools import (
     CONSOLIDATED,
     Rig,
     Source,
     campaign,
-    diagnosed,
     generated_rigs,
     rigs_below,
     run_campaign,
@@ -30,7 +28,6 @@ from heli_identifier.tools import (
 from heli_identifier.tools.campaign import complete, judged, parquet_bytes, read_row, result_key, summarised
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
-from tests.commands import heli
 
 SETTINGS = DiagnosisSettings()
 
@@ -59,12 +56,6 @@ def test_every_sub_folder_with_a_log_is_a_rig_whose_content_follows_every_byte_t
             (tmp_path / name).write_text("other")
             assert source.content() not in seen
             seen.add(source.content())
-
-
-def test_a_folder_without_rigs_is_refused(tmp_path):
-    folder_with(tmp_path, "empty/sub/readme.txt")
-    with pytest.raises(ConfigurationError, match="no sub-folder of"):
-        rigs_below(tmp_path / "empty")
 
 
 # What a worker does here in place of a diagnosis: it notes who begins and ends what, and takes its time.
@@ -249,15 +240,6 @@ AIRSPEED = {"airspeed_thrust_loss pitch": 0.03, "airspeed_thrust_loss elevation"
 DETENT = {"unknown pitch": None}
 
 
-def test_truth_stands_beside_a_failed_diagnosis_and_changes_nothing_of_it():
-    train, held = (Log(name, 100.0, np.zeros((400, 2)), np.zeros((400, 3))) for name in ("train", "held"))
-    with_truth, without = (
-        diagnosed(Source("given", partial(Rig, (train,), (held,), truth), str), SETTINGS) for truth in (FRICTION, None)
-    )
-    assert with_truth["truth"] == [{"name": name, "value": value} for name, value in FRICTION.items()]
-    assert with_truth["error"] == without["error"] != ""
-
-
 def found(name, axis, coefficient=0.02, standard_error=0.001):
     known = {"value": coefficient, "standard_error": standard_error, "unit": "1"}
     return {"name": name, "axis": axis, "coefficient": None if name == "unknown" else known}
@@ -332,26 +314,3 @@ def test_summary_counts_what_is_true_where_that_is_known_and_failures_apart():
     assert (summary["failures"], summary["coverage"]) == ([("bad", "unreadable")], 1.0)
     assert summary["seconds"] == [2.0, pytest.approx(3.7), 4.0]  # of 2, 2, 2, 4: the 95 % quantile is 2 + .85 * 2
     assert summarised([])["seconds"] is None
-
-
-# --- the command -------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_folder_of_rigs_is_diagnosed_from_the_command_line_and_a_bad_one_is_listed(tmp_path):
-    training, held = demo_files("rig-a")
-    folder_with(tmp_path, "rigs/b/train.csv", "rigs/b/held.csv", "rigs/a/readme.txt")
-    for path in (training[0], held[0]):
-        # Half a minute of two logs is enough to see what a row holds, in a few seconds.
-        write_log(read_log(path, end=30.0), tmp_path / "rigs" / "a" / path.name)
-    done = heli("campaign", tmp_path / "rigs", "--output", tmp_path / "out", "--workers", 1, "--json")
-    assert done.exit_code == 1, done.stderr
-    ((rig, error),) = json.loads(done.stdout)["failures"]
-    assert rig == "b" and "train.csv" in error
-    good, bad = pd.read_parquet(tmp_path / "out" / CONSOLIDATED).to_dict("records")
-    assert pd.isna(good["error"]) and bad["error"] == error
-    assert good["verdict"] in ("effects shown", "model adequate", "unknown effect")
-    assert good["parameters_a_th_value"] > 10.0 * good["parameters_a_th_standard_error"] > 0.0
-    # A second later the pitch is where the model says, to a small part of the .1 rad that it moves by.
-    after, floor = (good[f"prediction_1s_rad_pitch_{stage}"] for stage in ("after", "noise_floor"))
-    assert 0.0 < floor <= 1.5 * after < 0.03

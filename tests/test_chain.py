@@ -149,15 +149,6 @@ def test_a_log_of_a_rig_with_other_gains_does_not_belong_to_the_others():
     assert note.startswith("the log strange does not belong to the others: its gains differ")
 
 
-@pytest.mark.slow
-def test_a_coarse_encoder_is_the_only_fault_that_is_named():
-    """Its steps look like a play of half a count and like a delay of half a sample."""
-    *training, held = logs_of("elevation of 256 counts", 3)
-    found = diagnose(training, held_out=held)
-    assert [(fault.name, fault.channel) for fault in found.faults] == [("counts", "elevation")]
-    assert found.effects == ()
-
-
 def test_voltages_that_are_late_are_named_and_no_effect_is():
     """The plant of the damaged logs is that of the sound ones, and nothing is said against the rig."""
     sound, found = identify_plant(logs_of("none", 2)), identify_plant(logs_of("voltages late by a sample", 2))

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heli_identifier.tools.linearisation import linear_model
+from heli_identifier.tools.margins import closed_loop
 from heli_plant.control import AxisGains, PidSettings, PidState, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
-from heli_plant.plant import step
-from heli_plant.state import PlantState
 
 P, H = TABLE_2, 0.01
 PID = PidSettings()
@@ -42,35 +42,11 @@ def test_the_printed_sign_is_unstable_and_the_corrected_one_stable_and_damped():
 # --- the whole sampled loop, with one period of delay --------------------------------------------------------------
 
 
-def period(z, references, settings):
-    """One control period: the plant runs under the voltages computed from the angles one period ago."""
-    plant, pid, (v_front, v_rear) = PlantState(*z[:12]), PidState(*z[12:18]), z[18:]
-    pid, late = pid_step(pid, plant.pitch, plant.elevation, plant.travel, references, H, settings)
-    return np.array([*step(plant, v_front, v_rear, 0.0, 0.0, H, P), *pid, *late])
-
-
-def equilibrium(references, settings):
-    """State at rest at the references, with the integrals that hold it there."""
-    mu_sum = (P.a_e * references[1] + P.a_1) / P.k_z
-    mu_diff = P.a_th * np.sin(references[0] - P.theta0) / P.k_x
-    v = (0.5 * (mu_sum + mu_diff), 0.5 * (mu_sum - mu_diff))
-    integrals = (-mu_diff / settings.pitch.integral, (settings.trim - mu_sum) / settings.elevation.integral, 0.0)
-    plant = PlantState(*references, nu_front=v[0], nu_rear=v[1])
-    return np.array([*plant, *integrals, *references, *v])
-
-
-def modes(references, settings):
-    """Eigenvalues [1/s] of the sampled loop about its equilibrium, without those of plain integrators and delays."""
-    z, d = equilibrium(references, settings), 1e-6
-    np.testing.assert_allclose(period(z, references, settings), z, atol=1e-14)
-    columns = [
-        (period(z + d * e, references, settings) - period(z - d * e, references, settings)) / (2 * d)
-        for e in np.eye(len(z))
-    ]
-    z_plane = np.linalg.eigvals(np.array(columns).T)
+def modes(elevation, settings):
+    """Eigenvalues [1/s] of the sampled loop at rest there, without those of plain integrators and delays."""
+    z_plane = closed_loop(linear_model(P, 0.0, elevation, H), settings).poles()
     s_plane = np.log(z_plane[np.abs(z_plane) > 1e-3].astype(complex)) / H
-    # bending, ADO, cable rest and the unused integral of the travel do not move: eigenvalues at 1, left out
-    return s_plane[np.abs(s_plane) > 1e-5]
+    return s_plane[np.abs(s_plane) > 1e-5]  # an integral that is not used stays: an eigenvalue of 1
 
 
 def damping(s):
@@ -78,7 +54,7 @@ def damping(s):
 
 
 def test_default_loops_of_pitch_and_elevation_are_stable_and_damped():
-    s = modes((0.0, 0.2, 0.0), PID)
+    s = modes(0.2, PID)
     coasting = np.abs(s + P.a_wy) < 1e-4  # nothing controls the travel: it coasts with a_wy
     assert coasting.sum() == 1
     assert max(s[~coasting].real) < -0.5 and damping(s[~coasting]) > 0.5
@@ -86,7 +62,7 @@ def test_default_loops_of_pitch_and_elevation_are_stable_and_damped():
 
 @pytest.mark.parametrize("elevation", [0.08, 0.1, 0.2, 0.3, 0.4])
 def test_default_travel_loop_is_stable_wherever_there_is_lift(elevation):
-    s = modes((0.0, elevation, 0.0), TRAVEL)
+    s = modes(elevation, TRAVEL)
     assert max(s.real) < -0.05
     if elevation <= 0.2:  # its gain grows with the lift, and the damping of the pitch it drives falls
         assert damping(s) > 0.5
@@ -94,7 +70,7 @@ def test_default_travel_loop_is_stable_wherever_there_is_lift(elevation):
 
 def test_travel_loop_needs_lift():
     """Below .055 rad the rotors pull downwards, and a pitch drives the travel the wrong way."""
-    assert max(modes((0.0, 0.03, 0.0), TRAVEL).real) > 0.0
+    assert max(modes(0.03, TRAVEL).real) > 0.0
 
 
 # --- the law's parts -----------------------------------------------------------------------------------------------

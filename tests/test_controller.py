@@ -13,7 +13,7 @@ import pytest
 from fmu_src.native import controller_sources
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
-from heli_identifier.records import ControllerConfiguration, Log
+from heli_identifier.records import ControllerConfiguration, Log, write_log
 from heli_identifier.results import ParameterSet, document_text, plant_values
 from heli_identifier.tools import closed_loop_check, corrected_init, course_values, design_controller
 from heli_identifier.tools.course import corrected_values
@@ -253,16 +253,13 @@ def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):
     """The flight is one of the units' own PID; gains a fifth smaller ask for other voltages."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "parameters.json").write_text(document_text(parameters().to_dict()))
-    settings = PidSettings()
-    point = operating_point(TABLE_2, 0.0, 0.0)
+    settings, point = PidSettings(), operating_point(TABLE_2, 0.0, 0.0)
     wanted = np.zeros((4000, 3))
     wanted[500:2500, 1] = 0.1
     held = (point.v_front, point.v_rear)
     angles, voltages = fly(TABLE_2, settings, wanted, point.state(TABLE_2), held, H, begun(settings, 0.0, 0.0, 0.0))
-    columns = [np.arange(4000) * H, *voltages.T, *angles.T, wanted[:, 0], wanted[:, 1]]
-    head = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad],pitch_reference [rad]"
-    head = f"{head},elevation_reference [rad]"
-    np.savetxt("flight.csv", np.column_stack(columns), "%.9g", ",", header=head, comments="")
+    asked = {"pitch": wanted[:, 0], "elevation": wanted[:, 1]}
+    write_log(Log("flight", 1.0 / H, voltages, angles, references=asked), "flight.csv")
     differ = []
     for factor in (1.0, 0.8):
         gains = {axis: [factor * gain for gain in getattr(settings, axis)] for axis in ("pitch", "elevation")}
@@ -271,4 +268,4 @@ def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):
         said = heli("check", "flight.csv", "--limit", 1000, "--json")
         assert said.exit_code == 0, said.output
         differ.append(json.loads(said.stdout)["voltages_V"]["flight"])
-    assert differ[0] < 1e-5 < 0.05 < differ[1]  # nine digits of the angles by 25 + 20/.05 V/rad
+    assert differ[0] < 1e-9 < 0.05 < differ[1]

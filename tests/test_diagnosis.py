@@ -81,20 +81,6 @@ def test_errors_on_held_out_logs_are_near_the_noise_floor_and_those_of_a_rig_wit
     np.testing.assert_allclose(series.residual_after[500:].std(axis=0), 1.0, atol=0.1)
 
 
-def test_the_friction_is_drawn_as_a_step_of_its_size(diagnosed):
-    (curve,) = diagnosed["rig-a"].curves
-    assert (curve.name, curve.axis, curve.variable, curve.unit) == ("dry_friction", "pitch", "pitch rate", "rad/s")
-    x, y, low, high = curve.curve.T
-    fast = np.abs(x) > 0.05  # ten times the rate over which the law is smoothed
-    size = diagnosed["rig-a"].effects[0].coefficient.value
-    # smoothed over .6 s as the data are, the law takes in some of the turning points
-    np.testing.assert_allclose(y[fast], -size * np.sign(x[fast]), rtol=0.02)
-    assert np.all(low <= high)
-    assert np.all((low <= y) & (y <= high))
-    # the measured residual lies about the law: a bin's mean of 800 samples is good to a tenth of the step
-    np.testing.assert_allclose(curve.points[fast, 1], y[fast], atol=0.4 * size)
-
-
 def test_held_out_logs_of_another_rig_are_less_likely_and_that_is_said():
     """Held-out logs decide nothing: what the training logs hold is shown, and a note says that it does not hold."""
     moved = TABLE_2._replace(moving_mass_elevation=0.05, moving_mass_time=33.0)

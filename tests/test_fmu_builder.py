@@ -63,7 +63,6 @@ def test_parameters_become_start_values_of_their_type_and_change_hash_and_guid(f
 @pytest.mark.parametrize(
     ("unit", "parameters", "message"),
     [
-        ("HelicopterPlant", {"pitch.dampling": 1.0}, "no parameter 'pitch.dampling'; did you mean 'pitch.damping'"),
         ("HelicopterPlant", {"motor.time_constant": -0.03}, "motor.time_constant = -0.03 s must lie in [0, 5] s"),
         ("HelicopterPlant", {"v_front": 1.0}, "no parameter 'v_front'"),
         ("HelicoperPlant", {}, "did you mean 'HelicopterPlant'"),

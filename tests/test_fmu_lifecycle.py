@@ -2,7 +2,6 @@
 
 import ast
 import os
-import shutil
 import socket
 import subprocess
 import sys
@@ -14,13 +13,7 @@ import pytest
 
 from fmu_src import UNITS, build
 from fmu_src.native import NATIVE_UNITS
-from tests.units import HOSTS, compiled, described, host, written_log
-
-
-@pytest.fixture(scope="module")
-def log(tmp_path_factory):
-    """A log in which every signal moves."""
-    return written_log(tmp_path_factory.mktemp("log"))
+from tests.units import HOSTS, c_compiler, compiled, described, host, written_orders
 
 
 def free_port():
@@ -49,9 +42,9 @@ def parameters(unit, log):
     }[unit]  # fmt: skip
 
 
-def test_two_builds_of_the_plant_in_one_process_keep_their_own_parameters(fmus, in_host, tmp_path):
+def test_two_builds_of_the_plant_in_one_process_keep_their_own_parameters(fmus, tmp_path):
     other = build("HelicopterPlant", tmp_path, {"pitch.gain": 0.586})
-    first, second = in_host(
+    first, second = host(
         """
 a, b = Unit(sys.argv[1]).fresh(), Unit(sys.argv[2]).fresh()
 for unit in (a, b):
@@ -74,13 +67,14 @@ def test_what_a_unit_refuses_among_random_calls_has_no_effect_and_its_native_twi
     fmus, twins, log, tmp_path, unit
 ):
     """Calls of FMI, allowed and not: no crash, and a second instance gets the accepted calls alone."""
-    order = {"parameters": parameters(unit, log), "runs": 25, "calls": 80, "seed": 16}
-    found = host("random_calls.py", tmp_path, order, fmus[unit])
+    told = {"parameters": parameters(unit, log), "runs": 25, "calls": 80, "seed": 16}
+    order = written_orders(tmp_path, told)
+    found = host("random_calls.py", fmus[unit], order)
     assert found["wrong"] == []
     assert found["refused"] > 125
     assert found["accepted"] > 200
     if unit in NATIVE_UNITS:
-        assert host("random_calls.py", tmp_path, order, twins[unit])["digest"] == found["digest"]
+        assert host("random_calls.py", twins[unit], order)["digest"] == found["digest"]
 
 
 def bare(python, log, fmus, folder, *options):
@@ -115,11 +109,8 @@ def test_the_units_show_the_same_bits_on_a_bare_interpreter_elsewhere(fmus, log,
 
 @pytest.fixture(scope="module")
 def c_host(tmp_path_factory):
-    compiler = shutil.which("cc")
-    if compiler is None:
-        pytest.skip("this machine has no C compiler")
     target = tmp_path_factory.mktemp("host") / "c_host"
-    return compiled([compiler], [HOSTS / "c_host.c"], target, "-O1", "-Wall", "-Wextra", "-Werror")
+    return compiled(c_compiler(), [HOSTS / "c_host.c"], target, "-O1", "-Wall", "-Wextra", "-Werror")
 
 
 @pytest.mark.parametrize("unit", [unit for unit in UNITS if unit not in ("RigLink", "Corrector")])

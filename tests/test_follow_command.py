@@ -16,7 +16,6 @@ import pytest
 from heli_identifier.cli.after_flight import _drawbacks, part
 from heli_identifier.cli.arguments import controller_of
 from heli_identifier.cli.in_flight import Adviser
-from heli_identifier.errors import ConfigurationError
 from heli_identifier.live import USUAL_LAYOUT, Datagram, encode, read_layout
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_files, read_log, write_log
@@ -153,12 +152,10 @@ def test_what_came_in_before_the_command_was_ended_is_on_disk(flight, tmp_path, 
     assert isinstance(json.loads((tmp_path / "out/events.json").read_text()), list)
 
 
-def test_the_controller_of_the_rig_is_taken_from_its_file(tmp_path, flight):
+def test_the_controller_of_the_rig_is_taken_from_its_file(tmp_path):
     gains = ParameterSet("PidController", {"pitch.integral": Estimate(1.25, None, "V/(rad s)")})
     found = controller_of(PidSettings(), gains.write(tmp_path / "controller.json"))
     assert found == PidSettings()._replace(pitch=PidSettings().pitch._replace(integral=1.25))
-    with pytest.raises(ConfigurationError, match="those of the PidController are needed"):
-        controller_of(PidSettings(), flight / "parameters.json")
 
 
 def test_a_diagnosis_that_predicts_worse_or_does_not_determine_a_gain_does_not_replace_the_twin():

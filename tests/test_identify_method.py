@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import heli_identifier as hi
-from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, IdentifierSettings, gain_matrix
 from heli_identifier.records import Log
 from heli_identifier.tools.history import identify_log
@@ -99,5 +98,3 @@ def test_one_closed_loop_among_several_open_ones_is_found():
 
 def test_a_method_asked_for_is_taken():
     assert choose([(5.0, 5.0, 0.0)], ADAPTATION).method == ADAPTATION
-    with pytest.raises(ConfigurationError, match="method 'kalman' must be one of"):
-        hi.identify(closed_loop(TABLE_2, 12.0, 1), method="kalman")

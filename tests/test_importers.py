@@ -37,15 +37,13 @@ PARAMETERS = {
 }
 AGREEMENT = 1e-9
 IMPORTERS = [
-    ("libcosimpy_api", "libcosimpy", "json"),
-    ("libcosimpy_ssp", "libcosimpy", "ssp"),
-    ("ecos_api", "ecospy", "json"),
-    ("ecos_ssp", "ecospy", "ssp"),
+    ("libcosimpy", "libcosimpy", "ssp"),
+    ("ecos", "ecospy", "ssp"),
     ("fmucontainer", "fmu_manipulation_toolbox", "json"),
     ("fmpy_simulate_fmu", "fmpy", "json"),
 ]
 """Host, the package that it needs, and what it reads."""
-QUICK = ("libcosimpy_api", "fmpy_simulate_fmu")
+QUICK = ("libcosimpy", "fmpy_simulate_fmu")
 """Hosts that run native units each time."""
 
 

@@ -241,11 +241,7 @@ def test_a_loop_that_keeps_its_margins_is_left_alone_and_one_that_lost_them_is_o
 
 
 def parameter_set():
-    errors = {
-        name: Estimate(value.value, value.standard_error, value.unit)
-        for name, value in example().parameters_after.items()
-    }
-    return ParameterSet("HelicopterPlant", plant_values(AFTER, errors))
+    return ParameterSet("HelicopterPlant", plant_values(AFTER, example().parameters_after))
 
 
 def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_controller(tmp_path):

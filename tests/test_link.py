@@ -1,7 +1,6 @@
 """The link to a rig: datagrams that hold a sample, their order, the clock and the instants by which they are shown."""
 
 import json
-import random
 import struct
 from math import nan
 
@@ -9,11 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heli_identifier.errors import ConfigurationError
 from heli_identifier.live import JSON, USUAL_LAYOUT, Clock, Datagram, encode, read_address, read_layout, tick
-from heli_identifier.live.align import Counts, Grid, Order, continue_grid, place_sample, release, take
+from heli_identifier.live.align import Counts, Order, release, take
 from heli_identifier.live.datagrams import decode
-from heli_identifier.live.listening import find_rate, find_unit
+from heli_identifier.live.listening import find_unit
 
 H = 0.01
 USUAL = read_layout(USUAL_LAYOUT)
@@ -95,9 +93,7 @@ def test_a_sample_without_a_stamp_is_at_its_number_times_the_interval_or_when_it
         assert take(Order(), sample, 9.0, 0.02).newest.time == wanted
 
 
-def test_an_address_is_numeric_because_a_name_would_be_waited_for():
-    with pytest.raises(ConfigurationError, match="numeric address"):
-        read_address("example.org:5", "link.sender")
+def test_an_address_has_a_port_or_none():
     assert read_address("[::1]:25000", "x") == ("::1", 25000)
     assert read_address("localhost", "x") == ("127.0.0.1", -1)
 
@@ -147,11 +143,6 @@ def test_the_unit_of_the_rigs_clock_is_the_one_that_gives_a_usual_rate(unit):
     assert find_unit([0.5 * k for k in range(8)], 3.5) == 1.0  # 2 Hz, and no 2000 Hz in milliseconds
 
 
-def test_the_rate_is_found_from_uneven_times_of_which_some_are_missing():
-    generator = random.Random(1)
-    assert find_rate([0.002 * k + 1e-4 * generator.random() for k in range(11) if k not in (3, 4, 8)]) == 500.0
-
-
 # --- the clock of a co-simulation ------------------------------------------------------------------------------------
 
 CLOCK = Clock(delay=0.05, maximum_age=0.2, sample_time=H)
@@ -180,23 +171,3 @@ def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_ins
 
 
 # --- uniform instants ------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("numbered", [True, False])
-def test_instants_are_counted_by_the_numbers_of_samples_and_without_numbers_by_their_times(numbered):
-    samples = [Datagram(k if numbered else -1, k * H + 0.002, ()) for k in (7, 8, 11, 12)]
-    grid, instants = Grid(H, samples[0]._replace(time=0.07)), []
-    for sample in samples:
-        grid, instant = place_sample(grid, sample)
-        instants.append(instant)
-    assert instants == [0, 1, 4, 5]
-    assert place_sample(grid, samples[-1]._replace(time=0.124))[1] == -1  # the second one of an instant
-    assert place_sample(grid, Datagram(2**50, 0.13, ()))[1] == 6  # a damaged number is not believed
-
-
-def test_a_rig_whose_clock_stood_while_nothing_came_in_goes_on_at_the_next_instant():
-    first, second, third = sent([0, 1, 2])
-    grid, _ = place_sample(Grid(H, first), first)
-    grid, instant = place_sample(grid._replace(tick=500, silent=True), second)
-    assert instant == 501 and grid.time_of(third) == pytest.approx(5.02)
-    assert continue_grid(grid, sent([0], offset=1e6)[0], 22)[1] == 523

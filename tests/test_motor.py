@@ -64,14 +64,6 @@ def test_mean_is_the_integral_of_the_held_voltage(record, delay):
     assert delayed(record, k, delay) == pytest.approx(tuple(held.mean(axis=0)), abs=0.02)
 
 
-@pytest.mark.parametrize("steps", [0, 1, 3, 7, 29])
-def test_delay_of_whole_steps_is_a_pure_shift_despite_rounding(steps):
-    """Times have rounding errors of 1e-16 s, so the neighbouring voltage enters with a share of 1e-14 at most."""
-    record = [tuple(pair) for pair in np.random.default_rng(0).uniform(-5, 5, (40, 2)).tolist()]
-    for k in range(40):
-        assert delayed(record, k, steps * H) == pytest.approx(record[max(k - steps, 0)], abs=1e-12)
-
-
 @given(records, st.floats(0.0, 0.1))
 def test_compiled_code_and_a_growing_history_give_what_the_whole_record_gives(record, delay):
     """A unit keeps only the voltages that its delay can reach; a diagnosis has arrays of the whole record."""

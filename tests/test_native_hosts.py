@@ -11,11 +11,11 @@ from xml.etree import ElementTree
 
 import fmpy
 import pytest
-from fmpy.fmi2 import FMU2Slave
+from fmpy.simulation import instantiate_fmu
 
 from fmu_src.native import NATIVE_UNITS, build_native
 from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, compiler
-from tests.units import HOSTS, compiled, described, needs_a_compiler, written_log
+from tests.units import HOSTS, compiled, described, needs_a_compiler
 
 HOST = HOSTS / "native_host.c"
 STEPS = 1000
@@ -29,11 +29,6 @@ def opened(tmp_path_factory, twins):
         with zipfile.ZipFile(twins[unit]) as archive:
             archive.extractall(folder / unit)
     return {unit: folder / unit for unit in NATIVE_UNITS}
-
-
-@pytest.fixture(scope="module")
-def log(tmp_path_factory):
-    return written_log(tmp_path_factory.mktemp("log"))
 
 
 def sources_of(folder):
@@ -146,10 +141,7 @@ def test_instances_in_threads_show_what_they_show_alone(twins):
     outputs = [v.valueReference for v in description.modelVariables if v.causality == "output"]
 
     def shown(seed):
-        slave = FMU2Slave(
-            guid=description.guid, unzipDirectory=folder, modelIdentifier="AdaptiveIdentifier", instanceName=str(seed)
-        )
-        slave.instantiate()
+        slave = instantiate_fmu(folder, description)
         slave.setupExperiment(startTime=0.0)
         slave.enterInitializationMode()
         slave.exitInitializationMode()

@@ -3,14 +3,12 @@
 import json
 import zipfile
 
-import fmpy
 import numpy as np
 import pytest
 
 from fmu_src import OPEN_LOOP, MasterError
 from fmu_src.master import run_apart
 from heli_identifier.online import Estimate
-from heli_identifier.records import demo_files
 from heli_identifier.results.parameters import ParameterSet, plant_values
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from tests.commands import heli
@@ -97,18 +95,3 @@ def test_build_and_ssp_write_native_units_of_either_version(tmp_path):
         (tmp_path / "plant.fmu").write_bytes(archive.read("resources/plant.fmu"))
     with zipfile.ZipFile(tmp_path / "plant.fmu") as unit:
         assert "sources/model.c" in unit.namelist()
-
-
-@pytest.mark.slow
-def test_diagnose_hands_back_both_units_with_the_same_start_values(tmp_path):
-    needs_a_compiler()
-    (first, second, _), (held,) = demo_files("rig-a")
-    words = ["diagnose", first, second, "--validate", held, "--native", "--output", tmp_path / "result"]
-    done = heli(*words)
-    assert done.exit_code == 0 and "HelicopterPlant-native.fmu" in done.stderr
-    starts: list[dict] = []
-    for name in ("HelicopterPlant.fmu", "HelicopterPlant-native.fmu"):
-        description = fmpy.read_model_description(tmp_path / "result" / name)
-        starts.append({v.name: v.start for v in description.modelVariables})
-    assert starts[0] == starts[1]
-    assert float(starts[1]["effects.dry_friction.pitch"]) > 0.0  # rig-a has it

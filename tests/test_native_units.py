@@ -6,6 +6,7 @@ from random import Random
 from xml.etree import ElementTree
 
 import pytest
+from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from fmu_src import UNITS, BuildError, unit_class
@@ -15,7 +16,7 @@ from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
 from tests.fmi_rules import findings
 from tests.simulated import random_tables
-from tests.units import host, written_log
+from tests.units import host, written_orders
 
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
 VOLTAGES = {"v_front": [-5.0, 7.0], "v_rear": [-5.0, 7.0]}
@@ -105,7 +106,7 @@ def orders_of(unit, folder):
 @pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_a_native_unit_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins, unit):
     """Random inputs and steps; states are saved, serialised and restored in between; no difference is allowed."""
-    for run in host("lockstep.py", tmp_path, orders_of(unit, tmp_path), fmus[unit], twins[unit]):
+    for run in host("lockstep.py", fmus[unit], twins[unit], written_orders(tmp_path, orders_of(unit, tmp_path))):
         assert run["different"] == 0 and run["status"] == [0, 0], run
 
 
@@ -114,7 +115,7 @@ def test_a_native_unit_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins,
 )
 def test_both_versions_of_fmi_show_the_same_bits(tmp_path, twins, unit):
     chosen = [{**one, "steps": 300} for one in orders_of(unit, tmp_path)[-2:]]
-    for run in host("lockstep.py", tmp_path, chosen, twins[unit], twins[unit, 3]):
+    for run in host("lockstep.py", twins[unit], twins[unit, 3], written_orders(tmp_path, chosen)):
         assert run["different"] == 0, run
 
 
@@ -133,7 +134,7 @@ def said(unit, parameters):
 """
 
 
-def test_odd_logs_are_played_or_refused_alike(tmp_path, fmus, twins, in_host):
+def test_odd_logs_are_played_or_refused_alike(tmp_path, fmus, twins):
     """One grammar, the same words: bytes are put into a good log, taken out and replaced."""
     script = """
 import random
@@ -157,7 +158,7 @@ answer([different[:2], played])
 """
     (tmp_path / "good.csv").write_text("note," + HEADER + "".join(f'"a, ""b""",{row}\n' for row in ROWS.split()[:5]))
     paths = [fmus["LogPlayer"], twins["LogPlayer"], tmp_path / "good.csv", tmp_path / "odd.csv"]
-    different, played = in_host(IN_BOTH + script, *paths)
+    different, played = host(IN_BOTH + script, *paths)
     assert different == []
     assert 100 < played < 500
 
@@ -166,27 +167,25 @@ answer([different[:2], played])
     "unit, parameters, reason",
     [
         ("LogPlayer", {}, "log.path is empty"),
-        ("LogPlayer", {"log.path": "/no/such/log.csv"}, "cannot be read: No such file"),
         ("LogPlayer", {"log.path": "/dev/zero"}, "the log /dev/zero is no file"),
-        ("Exciter", {"excitation.base": 6.0}, "excitation.base = 6.0 V must lie in [-5, 5] V"),
         ("Exciter", {"excitation.experiment": 3, "multisine.period": 0.1}, "has no harmonic near 0.0333333 Hz"),
         ("AdaptiveIdentifier", {"filter.frequency": 100.0}, "filter.frequency = 100.0 rad/s must lie in [0.001, 20]"),
         ("HelicopterPlant", {"effects.motor_lag.rotors": -0.07, "motor.time_constant": 0.05}, "must not be negative"),
     ],
 )
-def test_what_the_initialisation_refuses_is_said_as_python_says_it(fmus, twins, in_host, unit, parameters, reason):
+def test_what_the_initialisation_refuses_is_said_as_python_says_it(fmus, twins, unit, parameters, reason):
     script = IN_BOTH + "answer([said(Unit(path), json.loads(sys.argv[3]))[::2] for path in sys.argv[1:3]])"
-    (_, theirs), (status, ours) = in_host(script, fmus[unit], twins[unit], json.dumps(parameters))
+    (_, theirs), (status, ours) = host(script, fmus[unit], twins[unit], json.dumps(parameters))
     assert status == 3 and reason in ours and ours == theirs
 
 
-def test_a_damaged_state_is_refused_and_changes_nothing(tmp_path, twins, in_host):
+def test_a_damaged_state_is_refused_and_changes_nothing(log, twins):
     """Every bit of some bytes of a state is flipped; one is cut off, one is of another unit."""
     script = """
 import random
-units = [Unit(path).instantiate(path) for path in sys.argv[1:3]]
 draw, wrong, others = random.Random(1), 0, []
-for unit in units:
+for path in sys.argv[1:3]:
+    unit = Unit(path).instantiate()
     unit.start({"log.path": sys.argv[3]} if "log.path" in unit.variables else {})
     unit.step(0.0, 0.01)
     data = bytes(unit.slave.serializeFMUstate(unit.slave.getFMUstate()))
@@ -207,11 +206,10 @@ for unit in units:
     wrong += unit.step(0.01, 0.01) != 0
 answer(wrong)
 """
-    log = written_log(tmp_path)
-    assert in_host(script, twins["LogPlayer"], twins["HelicopterPlant"], log) == 0
+    assert host(script, twins["LogPlayer"], twins["HelicopterPlant"], log) == 0
 
 
-def test_a_long_step_has_the_bits_of_python_and_takes_little_memory(fmus, twins, in_host):
+def test_a_long_step_has_the_bits_of_python_and_takes_little_memory(fmus, twins):
     """As many samples as one step may have; the state of before stays until the step is accepted."""
     script = """
 import resource
@@ -230,7 +228,7 @@ step(native, 0.0, 0.01, 0.0), step(native, 0.01, 900.0, 0.2)
 last = step(native, 900.01, 0.01, 0.1)
 answer([shown[0] == shown[1], last, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before])
 """
-    same, status, more = in_host(script, fmus["AdaptiveIdentifier"], twins["AdaptiveIdentifier"])
+    same, status, more = host(script, fmus["AdaptiveIdentifier"], twins["AdaptiveIdentifier"])
     assert same and status == 0
     assert more < 20_000, f"{more} kB"
 
@@ -238,26 +236,20 @@ answer([shown[0] == shown[1], last, resource.getrusage(resource.RUSAGE_SELF).ru_
 # The archive
 
 
-def root_of(path):
-    with zipfile.ZipFile(path) as archive:
-        return ElementTree.fromstring(archive.read("modelDescription.xml"))
-
-
 @pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_names_causalities_and_start_values_are_those_of_the_pythonfmu_unit(fmus, twins, unit):
-    ours, theirs, newer = (root_of(path) for path in (twins[unit], fmus[unit], twins[unit, 3]))
-    listed = [[(v.attrib, v[0].tag, v[0].attrib) for v in root.iter("ScalarVariable")] for root in (ours, theirs)]
-    assert listed[0] == listed[1]
-    structures = [ElementTree.tostring(root.find("ModelStructure")) for root in (ours, theirs)]
-    assert structures[0] == structures[1]
-    keys = ("name", "valueReference", "causality", "variability", "description")
-    old = [(*map(v.get, keys), v[0].get("unit"), v[0].get("start")) for v in ours.iter("ScalarVariable")]
-    starts = [(v.get("start") if v.find("Start") is None else v[0].get("value")) for v in newer.find("ModelVariables")]
-    new = [
-        (*map(v.get, keys), v.get("unit"), start) for v, start in zip(newer.find("ModelVariables"), starts, strict=True)
-    ]
-    assert new[:-1] == old
-    assert new[-1][:3] == ("time", str(len(old)), "independent")
+    parts = []
+    for path in (twins[unit], fmus[unit]):
+        with zipfile.ZipFile(path) as archive:
+            root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+        parts.append([ElementTree.tostring(root.find(part)) for part in ("ModelVariables", "ModelStructure")])
+    assert parts[0] == parts[1]
+    old, (*new, time) = (
+        [(v.name, v.valueReference, v.causality, v.variability, v.description, v.unit, v.start) for v in found]
+        for found in (read_model_description(path).modelVariables for path in (twins[unit], twins[unit, 3]))
+    )
+    assert new == old
+    assert time[:3] == ("time", len(old), "independent")
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
@@ -270,9 +262,12 @@ def test_fmpy_finds_no_problem_in_a_native_unit(twins, unit, fmi):
 def test_sources_and_their_description_are_always_there(tmp_path, twins):
     with zipfile.ZipFile(twins["PidController"]) as archive:
         names = archive.namelist()
-        described = ElementTree.fromstring(archive.read("sources/buildDescription.xml"))
+        described, root = (
+            ElementTree.fromstring(archive.read(name))
+            for name in ("sources/buildDescription.xml", "modelDescription.xml")
+        )
     compiled = [node.get("name") for node in described.iter("SourceFile")]
-    assert compiled == [node.get("name") for node in root_of(twins["PidController"]).iter("File")]
+    assert compiled == [node.get("name") for node in root.iter("File")]
     assert {f"sources/{name}" for name in compiled} <= set(names)
     assert not [name for name in names if name.endswith(".py")]
     for target in PLATFORMS:

@@ -22,7 +22,7 @@ from heli_identifier.online.linear_algebra import (
     total,
 )  # fmt: skip
 from heli_identifier.online.signals import advance_signals, regressions, settled_signals
-from heli_identifier.online.state_filter import discretise, filter_lagged, filter_line, second_derivative
+from heli_identifier.online.state_filter import discretise, filter_lagged, filter_line
 from heli_plant.parameters import TABLE_2
 from tests.simulated import H, record
 
@@ -80,19 +80,6 @@ def test_a_lagged_voltage_times_a_line_is_the_convolution_integral(lag):
     start = np.array([0.2, -0.5])
     reference = scipy.linalg.expm(a * H) @ start + quad_vec(integrand, 0.0, H, epsabs=1e-15)[0]
     np.testing.assert_allclose(filter_lagged(start, v, nu, c_0, c_1, f), reference, atol=1e-14)
-
-
-@pytest.mark.parametrize("w", [0.5, 8.0])
-def test_the_filtered_second_derivative_is_minus_w_squared_times_the_filtered_sine(w):
-    f, xi, seconds, firsts = discretise(1.0, 0.7, H, LAG), (0.0, w), [], []
-    u = [sin(w * k * H) for k in range(6000)]
-    for k in range(2, 6000):
-        xi = filter_line(xi, u[k - 1], u[k], f)
-        firsts.append(xi[0])
-        seconds.append(second_derivative(xi, u[k], u[k - 1], u[k - 2], f))
-    # The start has died away after 30/omega. What is left: the second difference is centred one sample back, and the
-    # mend of omega^2 (h^2/12) u'' therefore off by omega^2 (h^2/12) w^3 h; a tenth for the orders beyond.
-    np.testing.assert_allclose(seconds[3000:], -(w**2) * np.array(firsts[3000:]), atol=1.1 * (H * w) ** 3 / 12)
 
 
 def test_sums_are_added_from_left_to_right_on_every_python():

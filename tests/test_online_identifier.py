@@ -84,7 +84,6 @@ def test_standard_errors_cover_the_error_that_encoders_cause():
         ({"filter_frequency": 25.0}, r"filter.frequency = 25.0 rad/s must lie in \[0.001, 20\]"),
         ({"gain_limit": nan}, "adaptation.gain_limit = nan must be positive"),
         ({"initial": ModelParameters(k_x=nan)}, "initial.k_x = nan"),
-        ({"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
     ],
 )
 def test_impossible_settings_are_refused_with_name_value_and_bound(change, message):

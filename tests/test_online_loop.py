@@ -9,7 +9,7 @@ from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
 from heli_identifier.online.adaptation import gain_matrix
 from heli_identifier.online.instruments import add_signals, contradicts, evaluated, no_instruments
-from heli_identifier.online.loop import FILTERS, UNEXPLAINED, add_regressors, nothing_outside, products_every, shares
+from heli_identifier.online.loop import add_regressors, nothing_outside, products_every, shares
 from heli_identifier.tools.experiment import Proposal
 from heli_identifier.tools.flight import flown
 from heli_plant.control import PidSettings
@@ -42,20 +42,6 @@ def test_a_regressor_from_outside_counts_whole_and_an_answer_to_innovations_not_
     # 6000 products, correlated over .5 s, are some 600 independent ones: four filters explain 4/600 of anything.
     assert own == pytest.approx(1.0, abs=0.05)
     assert inside == pytest.approx(1e-4)
-
-
-def test_the_share_is_that_of_the_variance_with_the_filters_as_further_regressors():
-    rng = np.random.default_rng(1)
-    e, outside = rng.standard_normal((2, 40_000))
-    psi = np.column_stack([answer_to(e, 1.0) + 3.0 * answer_to(outside, 0.5), answer_to(e + outside, 3.0)])
-    o = gathered(e, psi)
-    n = FILTERS + 2
-    whole = np.zeros((n, n))
-    whole[np.triu_indices(n)] = o.products
-    whole += np.triu(whole, 1).T
-    expected = np.diag(np.linalg.inv(whole[FILTERS:, FILTERS:])) / np.diag(np.linalg.inv(whole))[FILTERS:]
-    counted = np.maximum((expected - UNEXPLAINED) / (1.0 - UNEXPLAINED), 1e-4)
-    assert shares(o, ONE) == pytest.approx(counted, rel=1e-9)
 
 
 def test_in_quiet_hover_nothing_is_called_determined():

@@ -71,10 +71,8 @@ def test_keys_arrive_where_they_belong(configured):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[log.sign]\npitch = -1", "key log.sign is unknown; did you mean 'signs'?"),
         ("[log.columns]\nyaw = 'psi'", "log.columns.yaw is unknown; choose one of time, v_front, .*travel"),
         ("[log.signs]\ntime = -1", "key log.signs.time is unknown; choose one of v_front, v_rear, pitch"),
-        ("[rig.effects]\ninertial_coupling = [1.0, 0.1]", "mean 'inertial_coupling_elevation' or 'inertial_.*_travel'"),
         ("[rig.effects]\ndry_friction_pitch = [0.0, 0.1]", "coefficient 0: what is not there need not be given"),
         ("[log]\nswap_rotors = 1", "log.swap_rotors = 1 must be true or false"),
         ("[rig.encoder_counts]\npitch = 4096.0", "rig.encoder_counts.pitch = 4096.0 must be a whole number"),

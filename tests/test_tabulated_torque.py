@@ -9,9 +9,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 from heli_plant import plant
 from heli_plant.effects import AXES
-from heli_plant.errors import ParameterError
 from heli_plant.laws import switched_on
-from heli_plant.parameters import PARAMETERS, TABLE_2, from_names
+from heli_plant.parameters import TABLE_2
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
 MOTION = SimpleNamespace(
@@ -67,12 +66,3 @@ def test_a_torque_of_the_travel_repeats_with_every_turn(turns):
     here = plant.accelerations(**state, switches=switched_on(p), p=p)
     there = plant.accelerations(**{**state, "la": state["la"] + turns * math.tau}, switches=switched_on(p), p=p)
     assert there == pytest.approx(here, abs=1e-13)  # some rounding errors of 40 turns times the slope
-
-
-def test_parameters_name_table_axis_and_place():
-    rows = [row for row in PARAMETERS if row.name.startswith("table.")]
-    assert len(rows) == 3 * (KNOTS + 3)
-    p = from_names({"table.elevation.variable": 2.0, "table.elevation.first": -0.3, "table.elevation.torque_21": 0.2})
-    assert (p.table_variable_elevation, p.table_first_elevation, p.table_torque_21_elevation) == (2.0, -0.3, 0.2)
-    with pytest.raises(ParameterError, match=r"table.pitch.spacing = 0.0 must lie in"):
-        from_names({"table.pitch.spacing": 0.0})

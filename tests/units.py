@@ -8,9 +8,10 @@ import subprocess
 import sys
 from importlib.resources import files
 from pathlib import Path
-from xml.etree import ElementTree
+from textwrap import dedent
 
 import pytest
+from fmpy import read_model_description
 
 from fmu_src.native import build_native
 from fmu_src.native.toolchain import LINUX, compiler
@@ -36,10 +37,10 @@ def needs_a_compiler(target=LINUX):
         pytest.skip(f"this machine has no C compiler for {target.fmi2} (extra 'native')")
 
 
-def library(folder, translation, more):
-    """Translated functions, compiled and loaded; ``more`` is C text behind them."""
+def library(folder, translation):
+    """Translated functions, compiled and loaded."""
     (folder / "model.h").write_text(header(translation))
-    (folder / "model.c").write_text(source(translation) + more)
+    (folder / "model.c").write_text(source(translation))
     command = [
         *c_compiler(), "-std=c11", "-O2", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror", "-ffp-contract=off",
         "-shared", "-fPIC", f"-I{RUNTIME}", "model.c", str(RUNTIME / "memory.c"), "-o", "model.so", "-lm",
@@ -49,16 +50,21 @@ def library(folder, translation, more):
     return ctypes.CDLL(str(folder / "model.so"))
 
 
-def host(program, folder, orders, *units):
-    """Give the answer of a host, a process of its own, that gives orders to FMUs."""
-    path = folder / "order.json"
-    path.write_text(json.dumps(orders))
+def host(program, *arguments):
+    """Give the answer of a host, a process of its own: a program of the folder ``hosts``, or the text of one."""
+    text = ["-c", "import sys\nfrom unit_host import Unit, answer\n" + dedent(program)]
     done = subprocess.run(
-        [sys.executable, str(HOSTS / program), *map(str, units), str(path)],
+        [sys.executable, *([str(HOSTS / program)] if program.endswith(".py") else text), *map(str, arguments)],
         capture_output=True, text=True, timeout=600, check=False, env={**os.environ, "PYTHONPATH": str(HOSTS)},
     )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.returncode == 0, f"the host died with code {done.returncode}: {done.stdout}{done.stderr}"
     return json.loads(done.stdout.strip().splitlines()[-1])
+
+
+def written_orders(folder, orders):
+    """Write what a host is ordered to do."""
+    (folder / "order.json").write_text(json.dumps(orders))
+    return folder / "order.json"
 
 
 class Twins(dict):
@@ -86,32 +92,20 @@ def compiled(command, sources, target, *flags):
     return target
 
 
-def written_log(folder):
-    """A log of 1 s for the LogPlayer."""
-    path = folder / "log.csv"
-    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
-    path.write_text(header + "".join(f"{0.01 * k:.2f},{k},{-k},.1,.2,.3\n" for k in range(100)))
-    return path
-
-
 def described(folder):
     """GUID, reference of the log's path or -1, and the references of inputs and outputs behind their number.
 
     As in hosts/bare_host.py, inputs whose range is narrow keep their start values.
     """
-    root = ElementTree.parse(folder / "modelDescription.xml").getroot()
-    variables = {v.get("name"): v for v in root.iter("ScalarVariable")}
+    description = read_model_description(str(folder))
+    variables = [v for v in description.modelVariables if not v.name.startswith(("correction.", "measured.fresh"))]
 
     def listed(causality):
-        found = [
-            v.get("valueReference")
-            for name, v in variables.items()
-            if v.get("causality") == causality and not name.startswith(("correction.", "measured.fresh"))
-        ]
+        found = [str(v.valueReference) for v in variables if v.causality == causality]
         return [str(len(found)), *found]
 
-    text = variables["log.path"].get("valueReference") if "log.path" in variables else "-1"
-    return root.get("guid"), text, [*listed("input"), *listed("output")]
+    text = next((str(v.valueReference) for v in variables if v.name == "log.path"), "-1")
+    return description.guid, text, [*listed("input"), *listed("output")]
 
 
 def initialised(kind, parameters=None):

@@ -19,11 +19,6 @@ def flown(folder):
     (folder / "out" / "recorded.csv").write_text("time [s]\n")
 
 
-def without(name):
-    """Give a function that writes a parameters.json without a parameter, and a log."""
-    return parameters(lambda d: d["values"].pop(name))
-
-
 def beside(make):
     """Give a function that makes what ``make`` makes in the folder ``out``, beside a log and a parameters.json."""
 
@@ -37,10 +32,8 @@ def beside(make):
 
 FLIGHTS = (
     Fault("neither a log nor a rig", parameters(), FOLLOW, "one of the two"),
-    Fault("a log and a rig", parameters(), f"{FOLLOW} log.csv --listen 127.0.0.1:0", "one of the two"),
     Fault("a folder with an earlier flight", flown, f"{FOLLOW} log.csv -o out", "out/recorded.csv is there already and is not replaced"),
     Fault("a folder of a flight where a file stands", parameters(), f"{FOLLOW} log.csv -o parameters.json", "parameters.json is read by this command and not written over; name another."),
-    Fault("a twin with a parameter missing", without("travel.gain"), f"{FOLLOW} log.csv -o out", "the plant's parameters lack travel.gain"),
     Fault("an address of another machine to listen on", parameters(), f"{FOLLOW} --listen 192.0.2.1:25000", "192.0.2.1:25000 cannot be listened on"),
     Fault("all networks to listen on", parameters(), f"{FOLLOW} --listen 0.0.0.0:25000", "stands for many machines or networks"),
     Fault("a name to listen on", parameters(), f"{FOLLOW} --listen lab:25000", "must be a numeric address"),
@@ -48,7 +41,6 @@ FLIGHTS = (
     Fault("a layout without time and no rate", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --layout 'v_front v_rear pitch elevation travel'", "give the rig's sampling rate with --rate"),
     Fault("a page where nothing can be served", parameters(), f"{FOLLOW} log.csv --serve --serve-at 192.0.2.1:8042", "192.0.2.1:8042 cannot be served"),
     Fault("a rate out of range", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --rate 10", "50 to 2000 Hz are"),
-    Fault("a sender without an address", parameters(), f"{LISTEN} --sender 0.0.0.0", "stands for many machines or networks"),
     Fault("a layout that no datagram holds", parameters(), f"{LISTEN} --layout '{MANY}'", "a datagram holds 8188 at most"),
     Fault("a log played at 1e-300 of its pace", parameters(), f"{INTO} log.csv --speed 1e-300", "--speed = 1e-300 times real time must lie in"),
     Fault("a page for every network", parameters(), f"{PLAY} --serve --serve-at 0.0.0.0:0", "stands for many machines or networks"),

@@ -29,7 +29,6 @@ CONFIGURATIONS = (
     Fault("a largest file of infinite size", configured("[log]\nlargest_file = inf\n"), IDENTIFY, "written: out/parameters.json", 0, ("out",)),
     Fault("a sign of 0", configured("[log.signs]\npitch = 0\n"), IDENTIFY, "voltages and angles take 1 or -1"),
     Fault("a column without a name", configured('[log.columns]\npitch = ""\n'), IDENTIFY, "column '' missing"),
-    Fault("a sum of the voltages without their difference", configured('[log.columns]\nv_sum = "v_front"\n'), IDENTIFY, "column 'v_difference [V]' missing"),
     Fault("a table where a number belongs", configured("[rig]\nvoltage_limit = {}\n"), IDENTIFY, "must be a number"),
     Fault("effects as a list", configured("[rig]\neffects = ['dry_friction']\n"), IDENTIFY, "must be a section that begins with [rig.effects]"),
     Fault("an effect without its deviation", friction("0.02"), IDENTIFY, "must be the coefficient and its standard deviation"),
@@ -38,7 +37,6 @@ CONFIGURATIONS = (
     Fault("an effect by the name of its law and its axis", configured('[rig.effects]\n"dry_friction.pitch" = [0.02, 0.01]\n'), IDENTIFY, "did you mean 'dry_friction_pitch'?"),
     Fault("a sign of an axis that there is not, in flight", parameters(more=configured("[log.signs]\nyaw = -1\n")), "heli follow log.csv --speed 0 -p parameters.json -o out", "key log.signs.yaw is unknown"),
     Fault("a heli.toml that is a pipe", here(pipe), IDENTIFY, "heli.toml cannot be read: it is a pipe"),
-    Fault("a heli.toml that is a link to nowhere", here(lambda p: p.symlink_to("none")), IDENTIFY, "heli.toml does not exist"),
     Fault("an encoder of 1e300 counts", configured(f"[rig.encoder_counts]\npitch = 1{'0' * 300}\n"), IDENTIFY, "must be counts per turn in [1, 4294967296]"),
 )  # fmt: skip
 
@@ -68,19 +66,10 @@ def repeated(folder):
     (folder / "parameters.json").write_text(text.replace('"values": {', '"values": {' + one + ", ", 1))
 
 
-LOST = parameters(lambda d: d["values"].pop("travel.gain"))
-LACK = "the plant's parameters lack travel.gain"
 CHECK = "heli check log.csv -p parameters.json --factor 1000"
 DESIGN = "heli design --show reverse_thrust_loss"
-COMMANDS = {
-    "build": "heli build HelicopterPlant -p parameters.json -o out",
-    "simulate": SIMULATE,
-    "ssp": "heli ssp open_loop -p parameters.json -o out.ssp",
-    "linearise": "heli linearise parameters.json -o out",
-    "check": "heli check log.csv -p parameters.json",
-}
 PARAMETERS = (
-    *(Fault(f"`heli {name}` with a parameter missing", LOST, words, LACK) for name, words in COMMANDS.items()),
+    Fault("`heli build` with a parameter missing", parameters(lambda d: d["values"].pop("travel.gain")), "heli build HelicopterPlant -p parameters.json -o out", "the plant's parameters lack travel.gain"),
     Fault("a parameter there twice", repeated, SIMULATE, "the key 'pitch.damping' stands there twice"),
     Fault("a parameter in another unit", value("pitch.damping", unit="deg/s"), SIMULATE, "pitch.damping is stated in 'deg/s'"),
     Fault("a value that is NaN", value("pitch.damping", value=float("nan")), SIMULATE, "a finite number is expected"),
@@ -88,7 +77,6 @@ PARAMETERS = (
     Fault("a value out of its range", value("pitch.damping", value=11.0), SIMULATE, "pitch.damping = 11.0 1/s must lie in [-10, 10] 1/s" ),
     Fault("a file of another schema", write('{"schema": "heli-diagnosis/1"}', "parameters.json"), SIMULATE, "must hold an object of schema"),
     Fault("brackets nested 100000 deep", write("[" * 100_000, "parameters.json"), SIMULATE, "is no JSON"),
-    Fault("a file that is no JSON", write("{", "parameters.json"), SIMULATE, "is no JSON"),
     Fault("a folder", lambda f: (f / "parameters.json").mkdir(), SIMULATE, "is a folder"),
     Fault("/dev/zero", nothing, "heli simulate open_loop -d 1 -p /dev/zero", "it is a device"),
     Fault("a file that is missing", nothing, SIMULATE, "does not exist"),

@@ -24,13 +24,11 @@ def parted(full):
 # libcosim
 
 
-def _references(execution, index):
-    return {variable.name.decode(): variable.reference for variable in execution.slave_variables(index)}
-
-
-def _cosim_recorded(execution, steps, names):
+def libcosimpy(ssp, steps, step, names):
+    from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimObserver import CosimObserver
 
+    execution = CosimExecution.from_ssp_file(ssp, round(step * 1e9))
     observer = CosimObserver.create_last_value()
     assert execution.add_observer(observer)
     wanted = {}
@@ -39,7 +37,7 @@ def _cosim_recorded(execution, steps, names):
         index = execution.slave_index_from_instance_name(unit)
         columns, wished = wanted.setdefault(index, ([], []))
         columns.append(column)
-        wished.append(_references(execution, index)[variable])
+        wished.append({v.name.decode(): v.reference for v in execution.slave_variables(index)}[variable])
     rows = np.empty((steps, len(names)))
     for row in rows:
         assert execution.step()
@@ -48,58 +46,18 @@ def _cosim_recorded(execution, steps, names):
     return rows
 
 
-def libcosimpy_api(order, steps, step, names):
-    from libcosimpy import CosimConstants
-    from libcosimpy.CosimExecution import CosimExecution
-    from libcosimpy.CosimSlave import CosimLocalSlave
-
-    execution = CosimExecution.from_step_size(round(step * 1e9))
-    slaves = {name: execution.add_local_slave(CosimLocalSlave(fmu, name)) for name, fmu in order["fmus"].items()}
-    known = {name: _references(execution, index) for name, index in slaves.items()}
-    for full, value in order["parameters"].items():
-        unit, variable = parted(full)
-        kind = {bool: "boolean", int: "integer", float: "real", str: "string"}[type(value)]
-        assert getattr(execution, f"{kind}_initial_value")(slaves[unit], known[unit][variable], value), full
-    for source, output, target, fed in order["connections"]:
-        wire = slaves[source], known[source][output], slaves[target], known[target][fed]
-        assert execution.connect_real_variables(*wire) == CosimConstants.success
-    return _cosim_recorded(execution, steps, names)
-
-
-def libcosimpy_ssp(ssp, steps, step, names):
-    from libcosimpy.CosimExecution import CosimExecution
-
-    return _cosim_recorded(CosimExecution.from_ssp_file(ssp, round(step * 1e9)), steps, names)
-
-
 # Ecos
 
 
-def _ecos_recorded(simulation, steps, names, parameter_set):
-    simulation.init(0.0, parameter_set)
-    rows = np.empty((steps, len(names)))
+def ecos(ssp, steps, step, names):
+    from ecospy import EcosSimulation
+
+    simulation, rows = EcosSimulation(step, ssp_path=ssp), np.empty((steps, len(names)))
+    simulation.init(0.0, "parameters")
     for row in rows:
         simulation.step()
         row[:] = [simulation.get_real(name.replace(".", "::", 1)) for name in names]
     return rows
-
-
-def ecos_api(order, steps, step, names):
-    from ecospy import EcosSimulation, EcosSimulationStructure
-
-    structure = EcosSimulationStructure()
-    for name, fmu in order["fmus"].items():
-        structure.add_model(name, fmu)
-    for source, output, target, fed in order["connections"]:
-        structure.make_real_connection(f"{source}::{output}", f"{target}::{fed}")
-    structure.add_parameter_set("given", {k.replace(".", "::", 1): v for k, v in order["parameters"].items()})
-    return _ecos_recorded(EcosSimulation(step, structure=structure), steps, names, "given")
-
-
-def ecos_ssp(ssp, steps, step, names):
-    from ecospy import EcosSimulation
-
-    return _ecos_recorded(EcosSimulation(step, ssp_path=ssp), steps, names, "parameters")
 
 
 # fmpy, and one FMU of all by fmucontainer

@@ -6,22 +6,10 @@ It runs in a process of its own, which ends by ``answer``: pythonfmu's binary ma
 import json
 import os
 import sys
-from ctypes import byref
 
 import fmpy
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import (
-    FMU2Slave,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-)
-from fmpy.fmi3 import FMU3Slave
-from fmpy.logging import addLoggerProxy
-
-_LOGS = {}
-"""Log of each instance by its name: fmpy's logger proxy serves one callback of a process."""
+from fmpy.simulation import instantiate_fmu
 
 
 class Unit:
@@ -34,22 +22,15 @@ class Unit:
         self.outputs = [v.name for v in self.description.modelVariables if v.causality == "output"]
         self.log = []
 
-    def instantiate(self, name="unit"):
-        self.slave = FMU2Slave(
-            guid=self.description.guid,
-            unzipDirectory=self.folder,
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName=name,
+    def instantiate(self):
+        """Make an instance; messages of all units of a process come to the one that was made last."""
+
+        def logger(*said):  # status, category and message come last in both versions of FMI
+            self.log.append((said[-3], said[-2], said[-1].decode()))
+
+        self.slave = instantiate_fmu(
+            self.folder, self.description, "CoSimulation", debug_logging=True, logger=logger
         )
-        _LOGS[name.encode()] = self.log
-        self.callbacks = fmi2CallbackFunctions()
-        self.callbacks.logger = fmi2CallbackLoggerTYPE(
-            lambda _, n, s, c, m: _LOGS[n].append((s, (c or b"").decode(), m.decode()))
-        )
-        self.callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-        self.callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
-        addLoggerProxy(byref(self.callbacks))
-        self.slave.instantiate(callbacks=self.callbacks, loggingOn=True)
         return self
 
     def start(self, parameters=None, inputs=None, at=0.0):
@@ -106,14 +87,6 @@ class Unit3(Unit):
     """A unit of FMI 3.0 under the same names."""
 
     SETTERS = {"Float64": "setFloat64", "Int32": "setInt32", "Boolean": "setBoolean", "String": "setString"}
-
-    def instantiate(self, name="unit"):
-        self.slave = FMU3Slave(
-            guid=self.description.guid, unzipDirectory=self.folder, instanceName=name,
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-        )  # fmt: skip
-        self.slave.instantiate(loggingOn=True, logMessage=lambda _, s, c, m: self.log.append((s, c, m.decode())))
-        return self
 
     def start(self, parameters=None, inputs=None, at=0.0):
         for name, value in (parameters or {}).items():
