@@ -26,7 +26,6 @@ from heli_identifier.following.covariance import correct_covariance, find_steady
 from heli_identifier.following.cusum import Inflation, Projection, cusum, siegmund_threshold
 from heli_identifier.following.encoders import Encoder
 from heli_identifier.following.evidence import Coefficients, shift_block, start_sums
-from heli_identifier.following.observer import Roughness
 from heli_identifier.following.prediction import compare_errors
 from heli_plant.observer import observer_gains
 from heli_plant.parameters import TABLE_2
@@ -254,34 +253,17 @@ def test_the_steady_state_solves_the_riccati_equation_and_has_the_observers_gain
     P = solve_discrete_are(F.T, FIRST.T, np.diag([0.0, 0.0, STEADY.drive]), np.eye(1))
     assert STEADY.variance == pytest.approx(P[0, 0] + 1.0, rel=1e-7)
     assert np.array(STEADY.covariance) == pytest.approx(P - P @ FIRST.T @ FIRST @ P / (P[0, 0] + 1.0), rel=1e-7)
-    optimal, _ = correct_covariance(predict_covariance(STEADY.covariance, H, KEPT, 0.0, STEADY.drive), KEPT)
+    optimal, _ = correct_covariance(predict_covariance(STEADY.covariance, H, KEPT, STEADY.drive), KEPT)
     assert optimal == pytest.approx(observer_gains(BANDWIDTH, H), rel=0.1 * BANDWIDTH * H)
 
 
 def test_prediction_and_correction_are_those_of_a_kalman_filter():
     root = np.random.default_rng(3).standard_normal((3, 3))
     P = root @ root.T
-    found = predict_covariance(rows_of(P), H, KEPT, 0.3, 0.7)
-    assert np.array(found) == pytest.approx(F @ P @ F.T + np.diag([0.0, 0.3, 0.7]))
+    found = predict_covariance(rows_of(P), H, KEPT, 0.7)
+    assert np.array(found) == pytest.approx(F @ P @ F.T + np.diag([0.0, 0.0, 0.7]))
     gain = P @ FIRST.T / (P[0, 0] + 1.0)
     assert np.array(correct_covariance(rows_of(P), KEPT)[1]) == pytest.approx((np.eye(3) - gain @ FIRST) @ P)
-
-
-def test_a_straight_line_misses_a_kick_and_its_neighbours_and_nothing_is_learned_across_a_gap():
-    """White voltages of the variance v: the middle one less the mean of its neighbours has 1.5 v.
-
-    The tolerance is four standard errors: n second differences are worth n/2 independent ones, of which a mean square
-    has the relative error sqrt(2/(n/2)). Sum and difference of two independent voltages have twice the variance of one.
-    """
-    rng, n = np.random.default_rng(5), 10000
-    rows = [tuple(row) for row in rng.standard_normal((n, 2)) * 0.1]
-    known = start = Roughness(0.0, 0.0, 0, rows[0], rows[0], 1)
-    for row in rows[1:]:
-        known = known.learn(row, False, H)
-    assert [known.total, known.difference] == pytest.approx([0.03, 0.03], rel=4.0 * math.sqrt(4.0 / n))
-    known = start.learn((5.0, 2.0), True, H).learn((9.0, 2.0), False, H)
-    assert known.samples == 0
-    assert known.learn((13.0, 3.0), False, H)[:3] == (0.25, 0.25, 1)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.03])

@@ -11,7 +11,7 @@ from .cusum import PROVED, Inflation, Projection
 from .encoders import Encoder
 from .evidence import Noise, Sums, project_block, settled_baseline, start_baseline
 from .naming import SWINGING, make_event
-from .observer import Angles, Observer, Roughness, Weight, start_instant
+from .observer import Angles, Observer, Weight, start_instant
 from .plan import FollowPlan
 from .prediction import Copies, Predictions
 from .state import CorrectorState, Event, Sample
@@ -28,7 +28,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     instant = start_instant(start_state(*angles, *voltages), twin.parameters, plan)
     return CorrectorState(
         settled=plan.settling,
-        observer=Observer(instant, voltages, Roughness(0.0, 0.0, 0, voltages, voltages, 1)),
+        observer=Observer(instant, voltages),
         encoders=tuple([Encoder(angle) for angle in angles]),
         twin=twin,
         errors=(0.0,) * len(twin.values),
@@ -66,7 +66,7 @@ def _pass_instant(
     k, suspended, voltages, angles = state.samples + 1, state.mode == "suspended", now[:2], now[2:5]
     noise, came_in = state.noise, now.fresh > 0.5
     time = (k - 1) * plan.settings.sample_time
-    observer, arrived = state.observer.advance(voltages, time, came_in or suspended, noise, state.twin, plan)
+    observer, arrived = state.observer.advance(voltages, time, came_in or suspended, state.twin, plan)
     weight, encoders, broken = Weight(()), state.encoders, suspended or stopped
     if came_in:
         weight = observer.weigh(plan)
@@ -84,7 +84,7 @@ def _pass_instant(
     elif suspended and fresh:
         state, events = _resume(state, angles, plan)
     sums = _take_innovations(state, angles, fresh, weight, noise, plan)
-    observer = state.observer.correct(angles, weight, plan) if fresh else state.observer._replace(missing=True)
+    observer = state.observer.correct(angles, weight, plan) if fresh else state.observer._replace(in_a_row=0)
     state = state._replace(sums=sums, observer=observer)
     if k % plan.coarse == 0:
         state = _coarse_step(state, angles, fresh, plan)

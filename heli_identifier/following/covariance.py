@@ -3,10 +3,10 @@
 With P the covariance of the errors (x, w, d) of an axis, in units of the variance r of the encoder's noise, and s that
 of the innovation,
 
-    P <- F P F^T + diag(0, q_w, q_d),    F = [[1, h, h^2/2], [0, 1, h], [0, 0, exp(-gamma h)]]
+    P <- F P F^T + diag(0, 0, q_d),    F = [[1, h, h^2/2], [0, 1, h], [0, 0, exp(-gamma h)]]
     s = P_xx + 1,    l = P_(.x)/s,    P <- P - l P_(x.)
 
-q_d = omega_o^6 h^2 is what the observer's bandwidth stands for; q_w is that of lost voltages (:mod:`.observer`).
+q_d = omega_o^6 h^2 is what the observer's bandwidth stands for.
 
 Sources: Anderson and Moore, Optimal Filtering, 1979, chapter 3; Gustafsson, Adaptive Filtering and Change Detection,
 2000, section 8.3; Sinopoli and others, IEEE Transactions on Automatic Control 49 (2004).
@@ -47,15 +47,15 @@ def find_steady_state(bandwidth: float, h: float) -> Steady:
     P: Matrix = ((1.0, 0.0, 0.0), (0.0, bandwidth**2, 0.0), (0.0, 0.0, bandwidth**4))
     variance = 1.0
     for _ in range(round(_STEADY * gap_memory(bandwidth, h))):
-        P = predict_covariance(P, h, gains.kept, 0.0, drive)
+        P = predict_covariance(P, h, gains.kept, drive)
         variance = P[0][0] + 1.0
         _, P = correct_covariance(P, gains.kept)
     return Steady(gains, P, variance, drive)
 
 
-def predict_covariance(P: Matrix, h: float, kept: float, of_rate: float, drive: float) -> Matrix:
-    """Return P one sampling interval later; ``of_rate`` q_w [1/s^2] and ``drive`` q_d [1/s^4]."""
-    F, q = ((1.0, h, 0.5 * h * h), (0.0, 1.0, h), (0.0, 0.0, kept)), (0.0, of_rate, drive)
+def predict_covariance(P: Matrix, h: float, kept: float, drive: float) -> Matrix:
+    """Return P one sampling interval later; ``drive`` q_d [1/s^4]."""
+    F, q = ((1.0, h, 0.5 * h * h), (0.0, 1.0, h), (0.0, 0.0, kept)), (0.0, 0.0, drive)
     moved = [[dot(row, column) for column in P] for row in F]  # P is symmetric
     rows = [[dot(row, other) for other in F] for row in moved]
     return tuple([tuple([x + (q[i] if i == j else 0.0) for j, x in enumerate(row)]) for i, row in enumerate(rows)])

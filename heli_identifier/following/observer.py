@@ -14,13 +14,10 @@ so that e = delta psi + white noise for a change of size delta along g. psi is k
     V_j = V_0 + (V_n - V_0) j/n,     j = 0 .. n - 1  of  n  sampling intervals
 
 Under the last voltages the twin would err along with the rate, as a friction does. The state is known less well after a
-gap, and the sample is weighed by the covariance (:mod:`.covariance`), with q_w = (k h sigma)^2/r for each lost voltage,
-k the gain of the axis. sigma is by how much the line misses, learned where no sample is missing, over two minutes:
-
-    sigma^2 = mean of (V_(k-1) - (V_(k-2) + V_k)/2)^2    for difference (front - rear) and sum of the voltages
+gap, and the sample is weighed by the covariance (:mod:`.covariance`).
 """
 
-from math import cos, sin, sqrt
+from math import cos, sqrt
 from typing import NamedTuple
 
 from heli_plant.communication import PlantMemory, begin, communicate
@@ -32,7 +29,6 @@ from heli_plant.state import PlantState
 
 from .changes import Matrix, Vector, regress_motion
 from .covariance import correct_covariance, gap_memory, predict_covariance
-from .evidence import MEMORY
 from .plan import FollowPlan, Twin
 
 Angles = tuple[float, float, float]
@@ -43,31 +39,6 @@ Voltages = tuple[float, float]
 
 Sensitivity = tuple[tuple[float, float, float], ...]
 """(x, w, d) of each regressor of an axis: what it makes of angle [rad], rate [rad/s] and torque [rad/s^2] per unit."""
-
-
-class Roughness(NamedTuple):
-    """sigma^2 of the ``difference`` and of the ``total`` of the voltages [V^2], over ``samples``.
-
-    The ``last`` sample's voltages and those ``before`` it [V]; ``in_a_row``: samples since one was missing.
-    """
-
-    difference: float
-    total: float
-    samples: int
-    last: Voltages
-    before: Voltages
-    in_a_row: int
-
-    def learn(self, voltages: Voltages, missing: bool, h: float) -> "Roughness":
-        """Return what is known after a sample with ``voltages`` [V], before which one was ``missing`` or not."""
-        in_a_row = 1 if missing else self.in_a_row + 1
-        if in_a_row < 3:
-            return self._replace(last=voltages, before=self.last, in_a_row=in_a_row)
-        front, rear = [b - 0.5 * (a + c) for a, b, c in zip(self.before, self.last, voltages, strict=True)]
-        count = min(self.samples + 1, round(MEMORY / h))
-        difference = self.difference + ((front - rear) * (front - rear) - self.difference) / count
-        total = self.total + ((front + rear) * (front + rear) - self.total) / count
-        return Roughness(difference, total, count, voltages, self.last, in_a_row)
 
 
 def apply_shares(voltages: Voltages, twin: Twin) -> Voltages:
@@ -125,35 +96,27 @@ class Weight(NamedTuple):
 class Observer(NamedTuple):
     """What the observer remembers.
 
-    The twin now; ``voltages`` held from now on [V]; their ``roughness``; P of the axes (``covariances``), empty in the
-    steady state; whether the last instant was ``missing``, without a sample.
+    The twin now; ``voltages`` held from now on [V]; P of the axes (``covariances``), empty in the steady state; samples
+    ``in_a_row`` since one was missing.
     """
 
     instant: Instant
     voltages: Voltages
-    roughness: Roughness
     covariances: tuple[Matrix, ...] = ()
-    missing: bool = False
+    in_a_row: int = 0
 
     def advance(
-        self, now: Voltages, time: float, seen: bool, noise: Vector, twin: Twin, plan: FollowPlan
+        self, now: Voltages, time: float, seen: bool, twin: Twin, plan: FollowPlan
     ) -> "tuple[Observer, Voltages]":
         """Return the observer one sampling interval after ``time`` [s], and the voltages that arrived meanwhile [V].
 
         The voltages ``now`` [V] are held from then on; it is before the correction by a sample, if one is ``seen``.
-        ``noise``: standard deviations of the innovations of the axes in the steady state [rad].
         """
         instant, arrived = self.instant.advance(self.voltages, time, twin, plan)
-        known, p, h = self.covariances, twin.parameters, plan.settings.sample_time
+        known, h = self.covariances, plan.settings.sample_time
         if known or not seen:
-            known, rough = known or tuple([one.covariance for one in plan.steady]), self.roughness
-            gains = p.k_x, p.k_z, p.k_y * sin(instant.memory.state.pitch)
-            missed = rough.difference, rough.total, rough.total
-            found = []
-            for P, one, k, square, deviation in zip(known, plan.steady, gains, missed, noise, strict=True):
-                of_rate = (k * h / deviation) ** 2 * square * one.variance if self.missing else 0.0
-                found.append(predict_covariance(P, h, one.gains.kept, of_rate, one.drive))
-            known = tuple(found)
+            pairs = zip(known or [one.covariance for one in plan.steady], plan.steady, strict=True)
+            known = tuple([predict_covariance(P, h, one.gains.kept, one.drive) for P, one in pairs])
         return self._replace(instant=instant, voltages=now, covariances=known), arrived
 
     def weigh(self, plan: FollowPlan) -> Weight:
@@ -168,16 +131,15 @@ class Observer(NamedTuple):
 
     def correct(self, angles: Angles, weight: Weight, plan: FollowPlan) -> "Observer":
         """Return the observer after the correction by a sample of the ``angles`` [rad]."""
-        before, h = self.instant, plan.settings.sample_time
+        before, in_a_row = self.instant, self.in_a_row + 1
         kept, torque = measured_against(before.memory.state, before.torque, angles, weight.gains)
         rows = []
         for own, g in zip(before.sensitivities, weight.gains, strict=True):
             left = 1.0 - g.angle
             rows.append(tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in own]))
         instant = Instant(before.memory._replace(state=kept), torque, tuple(rows))
-        roughness = self.roughness.learn(self.voltages, self.missing, h)
-        recent = roughness.in_a_row < gap_memory(plan.settings.observer_bandwidth, h)
-        return Observer(instant, self.voltages, roughness, weight.covariances if recent else ())
+        recent = in_a_row < gap_memory(plan.settings.observer_bandwidth, plan.settings.sample_time)
+        return Observer(instant, self.voltages, weight.covariances if recent else (), in_a_row)
 
 
 def start_instant(first: PlantState, p: PlantParameters, plan: FollowPlan) -> Instant:

@@ -99,10 +99,9 @@ def _text(value: float | None, times: float = 1.0) -> str:
 
 
 def _values(view: View) -> Table:
-    table = _table("parameter", "at the start", "in use", "estimate, 95 %", "unit")
+    table = _table("parameter", "at the start", "in use, 95 %", "unit")
     for value in view.values:
-        used = Text(significant(value["used"]), style="green" if value["used"] != value["start"] else "")
-        known = value["estimate"] is not None
-        text = with_interval(Estimate(value["estimate"], value["band"] / 1.96, "1")) if known else ""
-        table.add_row(value["name"], significant(value["start"]), used, text, value["unit"])
+        text = with_interval(Estimate(value["used"], value["band"] / 1.96 or None, "1"))
+        used = Text(text, style="green" if value["used"] != value["start"] else "")
+        table.add_row(value["name"], significant(value["start"]), used, value["unit"])
     return table

@@ -1,4 +1,4 @@
-"""One flight that a twin follows: its steps and those of the identifier beside it, with all that they say on disk.
+"""One flight that a twin follows: its steps, with all that they say on disk as it is said.
 
 Every row of a journal is handed to the system as it comes: a command that is killed loses none. Once a second the
 system is asked to put them on the disk, so that a loss of power costs a second.
@@ -11,17 +11,17 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, NamedTuple
 
-from heli_identifier import following, online
+from heli_identifier import following
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.following import CorrectorState, Event, FollowPlan, FollowSettings, Sample
 from heli_identifier.live.listening import Listening, Status
 from heli_identifier.live.sources import Player
-from heli_identifier.online import Estimate, IdentifierOutput, IdentifierSettings
+from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
 from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text, whole_folder
 from heli_plant.effects import AXES
-from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters
+from heli_plant.parameters import PARAMETERS, PlantParameters
 
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
 """Files of a flight: what came in, predictions, events, and the parameters that the twin uses."""
@@ -35,7 +35,6 @@ DIAGNOSED = "diagnosis.json"
 SYNCED_EVERY, WRITTEN_EVERY, SHOWN_EVERY = 1.0, 0.05, 0.2
 """Time between two requests to put rows on the disk, two writes to the journals, and two views [s]."""
 
-_FORGETTING, _REPORTS = 0.02, 2.0  # of the identifier [1/s], [s]: what changed a minute ago is known
 _PAST = 300  # comparisons that a view holds: a minute of flight, five a second
 _DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
@@ -95,8 +94,8 @@ class View(NamedTuple):
     ``suspect``; how the ``stream`` is doing; ``notice`` about the controller; ``events`` as they stand in their file.
     ``past``: instants for which predictions fell due, with the angles ``measured``, ``predicted`` 1 s before and by the
     twin left alone, and rms errors of both over the window (None where there is none yet) [rad]; ``declared``: those of
-    the parameters [rad]. ``values``: each at the ``start`` and as ``used``, with the ``estimate`` and half its 95 %
-    ``band``; none before the first step.
+    the parameters [rad]. ``values``: each at the ``start`` and as ``used``, with half the 95 % ``band`` of the latter, 0
+    where it is not known; none before the first step.
     """
 
     time: float = 0.0
@@ -142,7 +141,6 @@ class Session:
         self.predictions = Journal(folder / PREDICTIONS, ["time [s]", *angles])
         self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
         self.twin: tuple[FollowPlan, CorrectorState] | None = None  # from the first instant on
-        self.identifier: tuple[online.Plan, online.IdentifierState, IdentifierOutput] | None = None
         self.past: deque[dict[str, Any]] = deque(maxlen=_PAST)
         self.last_time = 0.0  # of a sample [s]
         self.notice = ""  # what is to be said about the controller
@@ -182,25 +180,13 @@ class Session:
             self.say(Event(self.time, "stream", why=last.faults))
 
     def _step(self, sample: Sample, sample_time: float) -> None:
-        now = sample[:5]
-        if self.twin is None or self.identifier is None:
+        if self.twin is None:
             plan = following.prepare_following(FollowSettings(sample_time=sample_time, parameters=self.plant))
-            beside = online.prepare(
-                IdentifierSettings(
-                    sample_time=sample_time,
-                    method=online.PREDICTION_ERROR,
-                    forgetting=_FORGETTING,
-                    report_interval=_REPORTS,
-                    motor_time_constant=self.plant.T_m,
-                    voltage_limit=self.plant.v_max,
-                )
-            )
             self.twin = plan, following.start_correcting(plan, sample)
-            self.identifier = beside, online.start(beside, now), online.before_samples(beside)
             return
-        (plan, state), (beside, identifier, _) = self.twin, self.identifier
+        plan, state = self.twin
         state, events = following.correct(state, sample, plan)
-        self.twin, self.identifier = (plan, state), (beside, *online.step(identifier, now, beside))
+        self.twin = plan, state
         self._time, self._elevation = state.instants * sample_time, sample.elevation
         twins, window = state.predictions, plan.window
         if twins.compared:
@@ -245,7 +231,7 @@ class Session:
                 self._noted.add(note)
                 self.say(Event(self.time, "stream", why=note))
         view = View(stream=stream, notice=self.notice, events=tuple(self.events), declared=self.declared)
-        if self.twin is None or self.identifier is None or self._time == 0.0:
+        if self.twin is None or self._time == 0.0:
             return view
         plan, now = self.twin
         return view._replace(
@@ -254,7 +240,7 @@ class Session:
             alarm=now.alarm,
             suspect=plan.changes[now.finding.change].name if now.finding.change >= 0 else "",
             past=tuple(self.past),
-            values=_values(now, plan, self.identifier[2]),
+            values=_values(now, plan, self.errors),
         )
 
     def in_use(self) -> ParameterSet:
@@ -273,19 +259,14 @@ class Session:
         return following.parameters_in_use(state, plan)
 
 
-def _values(state: CorrectorState, plan: FollowPlan, estimates: IdentifierOutput) -> list[dict[str, Any]]:
-    """Return the identified parameters, and whatever else the twin has changed."""
-    start, pairs = plan.settings.parameters, zip(plan.alone.values, state.twin.values, strict=True)
-    values = dict(zip(plan.changeable, pairs, strict=True))
-    found = []
-    for field, estimate in estimates.parameters._asdict().items():
-        row, band = BY_FIELD[field], 1.96 * getattr(estimates.standard_errors, field)
-        first, used = values.pop(row.name, (getattr(start, field),) * 2)
-        found.append((row.name, first, used, *((estimate, band) if estimates.adapting else (None, None))))
-    if values["rotor.front"] == values["rotor.rear"]:  # as an event calls it
-        values["rotor.both"] = values.pop("rotor.front")
-        del values["rotor.rear"]
-    found += [(name, first, used, None, None) for name, (first, used) in values.items() if used != first]
+def _values(state: CorrectorState, plan: FollowPlan, known: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Return what is on of what the twin may change; standard errors are ``known`` where nothing was adopted."""
     units = {row.name: unit_text(row.unit) or "1" for row in PARAMETERS}
-    keys = ("name", "start", "used", "estimate", "band", "unit")
-    return [dict(zip(keys, (*row, units.get(row[0], "1")), strict=True)) for row in found]
+    return [
+        {"name": name, "start": start, "used": used, "band": 1.96 * (error or known.get(name, 0.0)),
+         "unit": units.get(name, "1")}
+        for name, start, used, error in zip(
+            plan.changeable, plan.alone.values, state.twin.values, state.errors, strict=True
+        )
+        if start != 0.0 or used != 0.0
+    ]  # fmt: skip

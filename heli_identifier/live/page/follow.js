@@ -93,20 +93,6 @@ function within(value, half) { // as many digits as half of the interval leaves
   return `${value.toFixed(digits)} ± ${half.toFixed(digits)}`.replace("-", "−");
 }
 
-function band(value) {
-  const cell = document.createElement("td");
-  cell.className = "band";
-  if (value.estimate === null) return cell;
-  const low = Math.min(value.estimate - value.band, value.used), high = Math.max(value.estimate + value.band, value.used);
-  const x = (v) => (high > low ? 5 + (90 * (v - low)) / (high - low) : 50).toFixed(1);
-  const svg = made("svg", { viewBox: "0 0 100 12", role: "img", "aria-label": "estimate with its band, and value in use" });
-  svg.append(
-    made("line", { x1: x(value.estimate - value.band), x2: x(value.estimate + value.band), y1: 6, y2: 6, class: "bar" }),
-    made("line", { x1: x(value.used), x2: x(value.used), y1: 1, y2: 11, class: "used" }));
-  cell.append(svg);
-  return cell;
-}
-
 function cell(text, kind, label) {
   const node = document.createElement("td");
   node.textContent = text;
@@ -118,10 +104,8 @@ function cell(text, kind, label) {
 function table(values) {
   byId("values").replaceChildren(...values.map((value) => {
     const row = document.createElement("tr");
-    const estimate = value.estimate === null ? "" : within(value.estimate, value.band);
     row.append(cell(value.name), cell(shown(value.start), "", "at the start"),
-      cell(shown(value.used), value.used !== value.start ? "changed" : "", "in use"),
-      cell(estimate, "", "estimate"), cell(value.unit), band(value));
+      cell(within(value.used, value.band), value.used !== value.start ? "changed" : "", "in use"), cell(value.unit));
     return row;
   }));
 }
