@@ -94,8 +94,8 @@ class View(NamedTuple):
     ``suspect``; how the ``stream`` is doing; ``notice`` about the controller; ``events`` as they stand in their file.
     ``past``: instants for which predictions fell due, with the angles ``measured``, ``predicted`` 1 s before and by the
     twin left alone, and rms errors of both over the window (None where there is none yet) [rad]; ``declared``: those of
-    the parameters [rad]. ``values``: each at the ``start`` and as ``used``, with half the 95 % ``band`` of the latter, 0
-    where it is not known; none before the first step.
+    the parameters [rad]. ``values``: each at the ``start`` and as ``used``, with half the 95 % ``band`` of the latter,
+    0 where it is not known; none before the first step.
     """
 
     time: float = 0.0
