@@ -173,7 +173,7 @@ def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True)
     shifts = np.linspace(20, max(20, len(outputs) - 20), 99).astype(int)
     if added < max(_added_r2(target, own, np.roll(outputs, shift, axis=0))[0] for shift in shifts):
         return None
-    return f"it is feedback (past angles explain {100.0 * added:.0f} % of it, {100.0 * ADDED_R2:g} % are allowed)"
+    return f"it is feedback (past angles explain {100.0 * added:.0f} % of it, {100.0 * ADDED_R2:g} % is allowed)"
 
 
 _Shape = tuple[int, Array]
@@ -291,7 +291,7 @@ class _Law:
         share = float(outside.var() / (outside.var() + answer.var() + 1e-30))
         law = Controller(self.channel, gains, rates, periods * self.h)
         if share < OUTSIDE_SHARE:
-            return law, None, f"{100.0 * share:.0f} % of it come from outside, {100.0 * OUTSIDE_SHARE:g} % are needed"
+            return law, None, f"{100.0 * share:.0f} % of it comes from outside, {100.0 * OUTSIDE_SHARE:g} % is needed"
         if reason := refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False):
             return None, None, f"no usual control law fits, and {reason.replace('it', 'what remains', 1)}"
         return law, np.interp(np.arange(len(self.log.angles)), self.rows, outside), ""
