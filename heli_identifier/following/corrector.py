@@ -9,7 +9,7 @@ from heli_plant.state import start_state
 from .changes import Vector
 from .cusum import PROVED, Inflation, Projection
 from .encoders import Encoder
-from .evidence import Noise, Sums, project_block, settled_baseline, start_baseline
+from .evidence import Noise, Sums, project_block, start_baseline
 from .naming import SWINGING, make_event
 from .observer import Angles, Observer, Weight, start_instant
 from .plan import FollowPlan
@@ -104,7 +104,6 @@ def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> tuple[Correct
         "suspended",
         predictions=state.predictions.drop_running(),
         blocks=state.blocks[:-_DROPPED],
-        baseline=settled_baseline(state.baseline.proved),
         observer=state.observer._replace(covariances=()),
     ), events
 
@@ -164,15 +163,16 @@ def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     state = state._replace(sums=plan.no_sums)
     if state.mode == "starting":
         return state
-    seen = tuple([own.discount(one) for own, one in zip(state.baseline.now, block, strict=True)])
+    seen = tuple([own.discount(one) for own, one in zip(state.baseline, block, strict=True)])
     projected = [project_block(seen, change.direction(state.twin.values)) for change in plan.changes]
     if state.mode == "following":
-        state = state._replace(baseline=state.baseline.learn(seen, plan.deviations))
+        rows = zip(state.baseline, seen, plan.deviations, strict=True)
+        state = state._replace(baseline=tuple([own.learn(one, deviation) for own, one, deviation in rows]))
         if len(state.tested) >= PROVED + 2:  # a block and the two before it have been proved
             proved = zip(state.inflations, *state.tested[-PROVED : -PROVED - 3 : -1], strict=True)
             state = state._replace(inflations=tuple([one.learn(*blocks) for one, *blocks in proved]))
-    rows = zip(projected, state.inflations, strict=True)
-    tested = tuple([Projection(u, w, 1.0 / inflation.factor) for (u, w), inflation in rows])
+    counted = zip(projected, state.inflations, strict=True)
+    tested = tuple([Projection(u, w, 1.0 / inflation.factor) for (u, w), inflation in counted])
     return state._replace(blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_KEPT:])
 
 

@@ -23,7 +23,8 @@ Afterwards
     m <- m + P u,   P <- P - P W P     (Kalman filter),    then   m <- a m,   P <- a^2 P + (1 - a^2) P_0,
 
 the last because values wander within P_0 over a time of _WANDERING: a baseline never becomes certain. It is learned
-while the twin follows. A change is far larger than P_0 allows, so that little of it is learned before the alarm.
+while the twin follows, and begins again at an alarm. A change is far larger than P_0 allows, so that little of it is
+learned before.
 """
 
 from math import exp
@@ -39,7 +40,6 @@ MEMORY = 120.0
 _LARGEST = 4.0  # of the mean square of innovations over lambda in one block
 _COUNT = 1.5e-3  # width of an encoder's grid that the noise begins with [rad]
 _WANDERING = 1800.0  # blocks, of about 1 s, in which values wander: half an hour, in which motors and bearings warm up
-_AGE = 20  # blocks after which what was learned counts as learned without a change
 _ADOPTED = 0.1  # standard deviation of what was adopted as a share of the smallest change that matters
 
 
@@ -163,43 +163,8 @@ class Coefficients(NamedTuple):
         return Coefficients(tuple([kept * (m[i] + dot(p[i], u)) for i in range(n)]), tuple(covariance))
 
 
-class Baseline(NamedTuple):
-    """theta of pitch, elevation and travel: ``now``, and as it was a while ago.
-
-    ``proved`` is from one to two times _AGE blocks old, ``coming`` follows it in _AGE blocks less ``age``.
-    """
-
-    now: tuple[Coefficients, ...]
-    coming: tuple[Coefficients, ...]
-    proved: tuple[Coefficients, ...]
-    age: int = 0
-
-    def learn(self, tested: Block, deviations: Matrix) -> "Baseline":
-        """Return the baseline after a block in which nothing changed, ``tested`` as the tests see it."""
-        rows = zip(self.now, tested, deviations, strict=True)
-        now = tuple([own.learn(block, deviation) for own, block, deviation in rows])
-        if self.age + 1 < _AGE:
-            return self._replace(now=now, age=self.age + 1)
-        return Baseline(now, now, self.coming)
-
-    def loosen(self, direction: Direction, error: float, size: float) -> "Baseline":
-        """Return the baseline after an adoption along ``direction`` D: P + (error^2 + (.1 nu)^2) D D^T.
-
-        ``error`` is the standard error of what was adopted, ``size`` the smallest change that matters nu.
-        """
-        square = error * error + _ADOPTED * _ADOPTED * size * size
-        added = [[list(row) for row in own.covariance] for own in self.now]
-        for axis, i, x in direction:
-            for other, j, y in direction:
-                if other == axis:
-                    added[axis][i][j] += square * x * y
-        rows = zip(self.now, added, strict=True)
-        return settled_baseline(tuple([Coefficients(own.mean, tuple(map(tuple, new))) for own, new in rows]))
-
-
-def settled_baseline(axes: tuple[Coefficients, ...]) -> Baseline:
-    """Return a baseline of which nothing is to be forgotten."""
-    return Baseline(axes, axes, axes)
+Baseline = tuple[Coefficients, ...]
+"""theta of pitch, elevation and travel."""
 
 
 def start_baseline(deviations: Matrix) -> Baseline:
@@ -208,4 +173,19 @@ def start_baseline(deviations: Matrix) -> Baseline:
     for own in deviations:
         rows = [tuple([x * x if i == j else 0.0 for j in range(len(own))]) for i, x in enumerate(own)]
         axes.append(Coefficients((0.0,) * len(own), tuple(rows)))
-    return settled_baseline(tuple(axes))
+    return tuple(axes)
+
+
+def loosen_baseline(baseline: Baseline, direction: Direction, error: float, size: float) -> Baseline:
+    """Return the baseline after an adoption along ``direction`` D: P + (error^2 + (.1 nu)^2) D D^T.
+
+    ``error`` is the standard error of what was adopted, ``size`` the smallest change that matters nu.
+    """
+    square = error * error + _ADOPTED * _ADOPTED * size * size
+    added = [[list(row) for row in own.covariance] for own in baseline]
+    for axis, i, x in direction:
+        for other, j, y in direction:
+            if other == axis:
+                added[axis][i][j] += square * x * y
+    rows = zip(baseline, added, strict=True)
+    return tuple([Coefficients(own.mean, tuple(map(tuple, new))) for own, new in rows])

@@ -13,7 +13,7 @@ since the change. The values before go on as the rival after an adoption.
 
 from .changes import Vector
 from .cusum import NOTHING, Finding, cusum, siegmund_threshold
-from .evidence import settled_baseline, shift_block
+from .evidence import loosen_baseline, shift_block, start_baseline
 from .naming import LEAD, SWINGING, explain, find_changes, find_likelier, make_event, refine_size
 from .plan import FollowPlan
 from .prediction import WINDOWS, compare_errors
@@ -78,8 +78,7 @@ def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Judged
     if run > 0 and not any(one.is_doubtful(deviation, plan) for one, deviation in encoders):
         found, _ = find_changes(state, run + SWINGING, plan)
         first = found[0] if found else NOTHING
-        baseline = settled_baseline(state.baseline.proved)
-        state = state.enter("alarmed", finding=first, run=run, baseline=baseline)
+        state = state.enter("alarmed", finding=first, run=run, baseline=start_baseline(plan.deviations))
         return state, [make_event(state, "suspected", plan, first)]
     return state, []
 
@@ -151,7 +150,7 @@ def try_change(state: CorrectorState, plan: FollowPlan) -> Judged:
         "adopted",
         finding=latest,
         blocks=tuple([shift_block(block, direction, latest.size) for block in state.blocks[-latest.blocks :]]),
-        baseline=state.baseline.loosen(direction, latest.standard_error, change.size),
+        baseline=loosen_baseline(state.baseline, direction, latest.standard_error, change.size),
         tested=(),
         alarm=0.0,
     ), [event]
