@@ -55,12 +55,14 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
     target = Path(path)
     data = content.encode("utf-8", "replace") if isinstance(content, str) else content
     try:
-        present = None
+        present, is_output = None, False
         with suppress(FileNotFoundError, NotADirectoryError):
             present = target.stat()  # what stands at the end of all links; a link to itself is an error
+        with suppress(OSError):  # standard output is closed
+            is_output = present is not None and os.path.samestat(present, os.fstat(1))
         if present is not None and stat.S_ISDIR(present.st_mode):
             raise IsADirectoryError(errno.EISDIR, "it is a folder, a file is needed")
-        if present is not None and _is_standard_output(present):
+        if is_output:
             with open(os.dup(1), "wb") as file:  # what `-o /dev/stdout >> FILE` finds in FILE must stay
                 file.write(data)
         elif present is None or stat.S_ISREG(present.st_mode):
@@ -85,13 +87,6 @@ def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
         if present is not None:
             draft.chmod(stat.S_IMODE(present.st_mode))
         draft.replace(target)
-
-
-def _is_standard_output(present: os.stat_result) -> bool:
-    try:
-        return os.path.samestat(present, os.fstat(1))
-    except OSError:  # it is closed
-        return False
 
 
 def given_bytes(

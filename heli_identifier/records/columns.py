@@ -81,11 +81,6 @@ class Table:
             )
         return values
 
-    def holds_stamps(self, index: int) -> bool:
-        """Whether a column holds time stamps, by its first cell."""
-        values = self.columns[index]
-        return values.dtype.kind in "OM" and bool(np.isfinite(read_stamps(values[:1])).any())
-
     def values(self, column: Column) -> NDArray[np.float64]:
         """Give all cells of a signal in SI units, shape (N,), with NaN where a cell holds no number and no instant."""
         cells = self.columns[column.index]
@@ -156,7 +151,9 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
             raise LogError(f"{file}: {problem} under [log.columns] of {HELI_TOML}.")
         stated = format.units.get(signal) or name_and_unit(headers[index])[1]
         if stated is None:
-            stated = STAMP if signal == "time" and table.holds_stamps(index) else format.units.get(axis)
+            cells = table.columns[index]
+            is_stamp = signal == "time" and cells.dtype.kind in "OM" and np.isfinite(read_stamps(cells[:1])).any()
+            stated = STAMP if is_stamp else format.units.get(axis)
         if unit := understood(signal, stated or ""):
             columns.append(Column(signal, index, unit, factor_to_si(signal, unit, format.counts_per_turn(axis))))
         elif signal in wanted:

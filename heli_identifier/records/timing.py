@@ -118,18 +118,18 @@ def _rounded_rate(rate: float, uncertainty: float) -> float:
 
 def check_extent(rate_hz: float, samples: int, file: str) -> None:
     """Refuse a rate outside of 50 Hz to 2 kHz, and less than 5 s of samples, with the name of the file."""
-    problem = ""
+    rate = f"the rate of {rate_hz:.4g} Hz is"
     if rate_hz < LOWEST_RATE_HZ * (1.0 - _RATE_TOLERANCE):
-        problem = f"the rate of {rate_hz:.4g} Hz is below {LOWEST_RATE_HZ:g} Hz; log faster, or check the unit of time"
+        problem = f"{rate} below {LOWEST_RATE_HZ:g} Hz; log faster, or check the unit of time"
     elif rate_hz > HIGHEST_RATE_HZ * (1.0 + _RATE_TOLERANCE):
-        above = f"the rate of {rate_hz:.4g} Hz is above {HIGHEST_RATE_HZ:g} Hz"
-        problem = f"{above}; keep every n-th row, or check the unit of time"
+        problem = f"{rate} above {HIGHEST_RATE_HZ:g} Hz; keep every n-th row, or check the unit of time"
     # Half a sample of tolerance: a log is not refused for whether the last sample's hold counts.
     elif samples < SHORTEST_S * rate_hz - 0.5:
         # Six digits tell 5 s from half a step less at the highest rate, 4.99975 s.
         problem = f"{samples / rate_hz:.6g} s of log are shorter than {SHORTEST_S:g} s; log longer or cut less"
-    if problem:
-        raise LogError(f"{file}: {problem}.")
+    else:
+        return
+    raise LogError(f"{file}: {problem}.")
 
 
 def mean_of_held(time: Array, values: Array, grid: Array) -> Array:
