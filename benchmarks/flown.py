@@ -13,8 +13,7 @@ everything changes at once, or along a straight line in time where ``slow`` is g
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -103,19 +102,17 @@ def closed_loop_rig(
     rate: float = 100.0,
     noise: float = 1.0,
     lag: float = 0.08,
-    effects: Mapping[str, float] = MappingProxyType({}),
     durations: tuple[float, float] = DURATIONS,
     quiet_from: float | None = None,
 ) -> ClosedLoopRig:
     """Return a rig with the coefficients of Table 2, or each within 20 % of them, and five logs.
 
     ``rate`` is that of samples and controller [Hz], ``noise`` scales the random torque, ``lag`` is the motors' [s],
-    ``effects`` are further coefficients, ``durations`` the shortest and longest log [s]; from ``quiet_from`` [s] of a
-    log on nobody moves the joystick.
+    ``durations`` are the shortest and longest log [s]; from ``quiet_from`` [s] of a log on nobody moves the joystick.
     """
     rng = np.random.default_rng([13, seed])
     rig = draw_rig(rng, like_paper, lag)
-    truth, at, logs = rig.coefficients._replace(**effects), np.array([0.0, rig.hover[0], 0.0]), []
+    truth, at, logs = rig.coefficients, np.array([0.0, rig.hover[0], 0.0]), []
     for number in range(LOGS):
         samples = round((_LEAD + rng.uniform(*durations)) * rate)
         references = joystick(samples, rate, 1.0, False, rng)
