@@ -233,7 +233,8 @@ def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[st
         bound = np.full(2, 1.96 / np.sqrt(len(series.residual_after)))
         memory.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
         p = diagnosis.axes[axis].whiteness_p["after"]
-        white = f"Ljung-Box test of white innovations: {words.p_text(p) if np.isfinite(p) else 'no sample counts'}."
+        told = words.p_text(p) if p is not None and p >= 0.0 else "no sample counts"
+        white = f"Ljung-Box test of white innovations: {told}."
         said = f"of the innovations of the {axis} on {series.log.name}, before and after"
         drawn = [
             figure([spectrum], "frequency [Hz]", f"Power spectral density {said}", log_x=True),
