@@ -31,9 +31,9 @@ CONFIDENCE = 0.95  # share of the plants that keep what is promised
 LONGEST = 40.0  # length [s] of the steps whose settling is judged
 SHOWN = {"pitch": 12.0, "elevation": 12.0, "travel": 30.0}  # length [s] of the steps that are shown
 MARGINS = margins.Margins._fields
-UNSTABLE = margins.Margins(gain=1.0, gain_down=1.0, phase=0.0, sensitivity=inf, crossover=nan)  # nothing may change
+UNSTABLE = margins.Margins(gain=1.0, phase=0.0, sensitivity=inf, crossover=nan)  # nothing may change
 
-SMALLER_IS_BETTER = ("gain_down", "sensitivity", "settling")
+SMALLER_IS_BETTER = ("sensitivity", "settling")
 """Last part of the names of figures that a good loop has small."""
 
 

@@ -123,13 +123,11 @@ def unit_step(loop: StateSpace, drive: int, steps: int) -> Array:
 class Margins(NamedTuple):
     """Margins of one loop.
 
-    ``gain`` and ``gain_down`` are the factors by which the loop gain may grow (infinite if any) and shrink (0 if any),
-    ``phase`` [deg], ``sensitivity`` the peak of abs(1/(1 + l)), ``crossover`` the highest frequency [rad/s] of unit
-    gain.
+    ``gain`` is the factor by which the loop gain may grow, infinite if any; ``phase`` [deg]; ``sensitivity`` the peak
+    of abs(1/(1 + l)); ``crossover`` the highest frequency [rad/s] of unit gain.
     """
 
     gain: float
-    gain_down: float
     phase: float
     sensitivity: float
     crossover: float
@@ -150,7 +148,6 @@ def loop_margins(gain: Responses, omega: Array) -> Margins:
     phases = np.abs(np.angle(-before[unit] * np.exp(1j * share * np.angle(after[unit] / before[unit])), deg=True))
     return Margins(
         float(min(factors[factors > 1.0], default=np.inf)),
-        float(max(factors[factors < 1.0], default=0.0)),
         float(min(phases, default=np.inf)),
         float(np.max(1.0 / np.abs(1.0 + gain))),
         float(max(omega[unit] * (omega[unit + 1] / omega[unit]) ** share, default=np.nan)),
