@@ -236,7 +236,7 @@ def _plant_notes(found: Identification, expected: Mapping[str, Estimate]) -> Ite
         if report.contradicted:
             yield f"{name}: {report.why}; do not design a controller on this axis before the two agree"
         elif report.determination is Determination.NOT_DETERMINED:
-            missing.append(name)
+            missing.append("T_m" if name == LAG_FIELD else name)
     if missing:
         yield (
             f"these logs do not determine {', '.join(missing)}: the plant has their likeliest values within what is "
