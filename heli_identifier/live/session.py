@@ -262,11 +262,10 @@ class Session:
 def _values(state: CorrectorState, plan: FollowPlan, known: Mapping[str, float]) -> list[dict[str, Any]]:
     """Return what is on of what the twin may change; standard errors are ``known`` where nothing was adopted."""
     units = {row.name: unit_text(row.unit) or "1" for row in PARAMETERS}
-    return [
-        {"name": name, "start": start, "used": used, "band": 1.96 * (error or known.get(name, 0.0)),
-         "unit": units.get(name, "1")}
-        for name, start, used, error in zip(
-            plan.changeable, plan.alone.values, state.twin.values, state.errors, strict=True
-        )
-        if start != 0.0 or used != 0.0
-    ]  # fmt: skip
+    rows = zip(plan.changeable, plan.alone.values, state.twin.values, state.errors, strict=True)
+    found = []
+    for name, start, used, error in rows:
+        if start != 0.0 or used != 0.0:
+            band = 1.96 * (error or known.get(name, 0.0))
+            found.append({"name": name, "start": start, "used": used, "band": band, "unit": units.get(name, "1")})
+    return found
