@@ -37,7 +37,7 @@ from heli_identifier.chain import Event
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 
-from .fit import Fit, around, fit
+from .fit import Fit, fit
 from .helicopter import helicopter
 from .likelihood import Likelihood, without
 from .noise import error_dynamics, filters, physical, recoloured, start_response
@@ -401,7 +401,5 @@ def hold_to(
 def log_likelihood(plant: Parameters, logs: Sequence[Log]) -> float:
     """Give ln p of ``logs`` [nats] under a plant; the air, and what each log has of its own, are fitted to them."""
     rig = helicopter(DiagnosisSettings(), [own.angles for own in logs], [own.voltages for own in logs])
-    likelihood = Likelihood(rig, records_of(logs, rig, {}))
-    point = likelihood.resting(plant)
-    start = around(likelihood, (), point, likelihood.of_axes(likelihood.filtered(point)[0])[1])
-    return -fit(likelihood, (), start).value
+    rig = replace(rig, parameters=plant)
+    return -fit(Likelihood(rig, records_of(logs, rig, {})), ()).value
