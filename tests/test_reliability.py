@@ -1,4 +1,4 @@
-"""Every fault of tests/faults is answered as it should be, and docs/reliability.md says so."""
+"""Faults of tests/faults are answered by heli_identifier, heli_plant and fmu_src as docs/reliability.md says."""
 
 import pytest
 
