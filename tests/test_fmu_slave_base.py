@@ -11,7 +11,7 @@ from fmu_src.variables import output, parameter, real_input
 
 
 class Integrator(SlaveBase):
-    """dx/dt = gain u, with the sum of all inputs hidden from the variables."""
+    """dx/dt = order gain u, with the sum of all inputs hidden from the variables."""
 
     variables = (
         real_input("u", "V", 10.0, 1.0, "input"),
@@ -27,14 +27,14 @@ class Integrator(SlaveBase):
     def initialise(self, time):
         if self.value("note") == "broken":
             raise Refusal("the note is broken")
-        self.x, self.seen = self.value("initial.x"), 0.0
+        self.x, self.seen, self.order = self.value("initial.x"), 0.0, self.value("order")
         self.show([self.x])
 
     def advance(self, time, step_size):
         if self.values[U] == 7.0:
             raise ZeroDivisionError("seven")
         self.seen += self.values[U]
-        self.x += self.values[GAIN] * self.values[U] * step_size
+        self.x += self.order * self.values[GAIN] * self.values[U] * step_size
         self.show([self.x])
 
 
@@ -154,6 +154,8 @@ def test_a_saved_state_takes_unit_and_another_instance_back_to_the_bit_and_share
     unit.set_real([U, GAIN], [1.0 / 3.0, math.pi])
     unit.do_step(0.0, 0.1)
     saved, other = unit._get_fmu_state(), instantiated()
+    other.set_integer([ORDER], [3])  # what follows from it has to be made again
+    started(other)
     frozen = json.dumps(saved)
     unit.do_step(0.1, 0.1)
     first = unit.get_real([X, U, INITIAL, GAIN]), (unit.x, unit.seen)
