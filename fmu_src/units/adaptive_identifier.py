@@ -29,6 +29,7 @@ _OUTPUTS = (
         _ESTIMATED, output, "standard_error.{0}", "{1}", "standard error of {0}: {2}", ("adaptation.initial_gain",)
     ),
     *for_each(AXES, output, "sigma.{}", "rad/s^2", "adaptation error of the {}"),
+    *for_each(AXES, output, "excitation.{}", "1", "excitation level of the {}, 0 to 1"),
     *for_each(
         _ESTIMATED, output, "determined.{0}", "1",
         "1: half the 95 % interval of {0} is at most a tenth of its value, else 0",
@@ -55,6 +56,7 @@ _SETTINGS = (
     _setting("motor.time_constant", "motor_time_constant", "lag of both motors", "s", 0.0, 5.0),
     _setting("motor.lag_known", "lag_known", "prediction errors estimate no lag, it is motor.time_constant"),
     _setting("motor.voltage_limit", "voltage_limit", "saturation of both voltages", "V", 1e-6, 1e3),
+    _setting("excitation.window", "excitation_window", "window of the excitation level", "s", 1e-3, 1e6),
     _setting("report.interval", "report_interval", "time between two standard errors", "s", 1e-5, 1e6),
     *for_each(_ESTIMATED, _setting, "initial.{0}", "initial.{0}", "initial estimate: {2}", "{1}", -1e6, 1e6),
 )
@@ -68,6 +70,7 @@ def shown(estimate: online.IdentifierOutput, is_in_closed_loop: bool) -> Any:
         *estimate.parameters,
         *estimate.standard_errors,
         *estimate.sigma,
+        *estimate.excitation,
         *[float(online.determined(value, error, unit)) for value, error, unit in triples],
         *estimate.lag,
         *estimate.feedback,

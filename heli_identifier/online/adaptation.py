@@ -33,9 +33,9 @@ alpha + alpha_0 with
 
     alpha_0(t) = A/tau exp(-t/tau),    over samples n .. m kept: exp(-A (exp(-n h/tau) - exp(-m h/tau)))
 
-**An axis** of the identifier is the adaptation of its regression with standard errors. The adaptation takes every
-sample; the moments take means of z = (phi, y) over some twenty samples, since s^2 F passes the encoder noise, which one
-sample in twenty would alias.
+**An axis** of the identifier is the adaptation of its regression with standard errors and excitation level. The
+adaptation takes every sample; the moments take means of z = (phi, y) over some twenty samples, since s^2 F passes the
+encoder noise, which one sample in twenty would alias.
 
 Sources: the paper, eq. (7); Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, ch. V;
 Slotine and Li, Applied Nonlinear Control, 1991, section 8.7.5 (bounded-gain forgetting).
@@ -47,7 +47,7 @@ from operator import add
 from typing import NamedTuple
 
 from .linear_algebra import outer, unit_vector
-from .moments import Moments, add_products, no_moments, standard_errors, weighted_blocks
+from .moments import Moments, add_products, excitation_level, no_moments, standard_errors, weighted_blocks
 from .settings import AxisPlan, Plan
 
 _RESTORING_SHARE = 0.01  # share of the information that may be forgotten before it is restored: Gamma_max's overshoot
@@ -176,6 +176,7 @@ class AxisState(NamedTuple):
     sums: tuple[float, ...]  # of z, or of z z^T with prediction errors, since the last mean of them
     moments: Moments
     standard_errors: tuple[float, ...]  # of the reported parameters, as last evaluated
+    excitation: float  # level [1], as last evaluated
 
 
 def initial_axis(own: AxisPlan, plan: Plan) -> AxisState:
@@ -184,16 +185,16 @@ def initial_axis(own: AxisPlan, plan: Plan) -> AxisState:
     sums = (0.0,) * (size * (size + 1) // 2 if plan.predicting else size)
     certainty = (sqrt(plan.settings.initial_gain),) * own.reported
     factor = tuple(initial_factor(own.prior))
-    return AxisState(factor, own.first, 0.0, sums, no_moments(size), certainty)
+    return AxisState(factor, own.first, 0.0, sums, no_moments(size), certainty, 0.0)
 
 
 def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, plan: Plan) -> AxisState:
     """Return ``axis`` after one step of (7) on ``z`` = (phi, y); ``count`` numbers the steps."""
-    before, omega_before, _, sums, moments, errors = axis
+    before, omega_before, _, sums, moments, errors, excitation = axis
     factor, omega, settings = list(before), list(omega_before), plan.settings
     sigma = adapt(factor, omega, z, z[-1], count, settings.forgetting, plan.sample_time, settings.gain_limit)
     sums = tuple(map(add, sums, z))
-    return AxisState(tuple(factor), tuple(omega), sigma, sums, moments, errors)
+    return AxisState(tuple(factor), tuple(omega), sigma, sums, moments, errors, excitation)
 
 
 def observe_axis(axis: AxisState, count: int, plan: Plan) -> AxisState:
@@ -204,12 +205,14 @@ def observe_axis(axis: AxisState, count: int, plan: Plan) -> AxisState:
         products, weight = mean, 1.0 / kept_early(count, count + 1, plan.sample_time)
     else:
         products = outer(mean)
-    moments = add_products(axis.moments, products, weight, plan.moment_interval, settings.forgetting)
+    moments = add_products(
+        axis.moments, products, weight, plan.moment_interval, settings.forgetting, settings.excitation_window
+    )
     return axis._replace(sums=(0.0,) * len(mean), moments=moments)
 
 
 def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], count: int, plan: Plan) -> AxisState:
-    """Return ``axis`` with standard errors of ``combinations`` of Omega evaluated at a sample.
+    """Return ``axis`` with standard errors of ``combinations`` of Omega and excitation evaluated at a sample.
 
     The combinations are of the first parameters of Omega; those that follow are not reported (the noise model's).
     """
@@ -220,4 +223,7 @@ def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], 
     kept = kept_early(seen - 1, seen, plan.sample_time) if whitened else 1.0
     weights, blocks = weighted_blocks(moments, plan.settings.forgetting, interval, kept)
     gain = gain_matrix(axis.factor, n)
-    return axis._replace(standard_errors=standard_errors(weights, blocks, gain, omega, rows, interval, whitened))
+    return axis._replace(
+        standard_errors=standard_errors(weights, blocks, gain, omega, rows, interval, whitened),
+        excitation=excitation_level(moments.window, n + 1, reported),
+    )

@@ -121,7 +121,7 @@ def _advance(
     which: int, axis: Axis, z: tuple[float, ...], voltage: float, count: int, b: tuple[float, ...],
     references: References, plan: Plan,
 ) -> Axis:  # fmt: skip
-    """Return one axis after a sample, with its moments and, in its turn, its standard errors."""
+    """Return one axis after a sample, with its moments and, in its turn, its standard errors and excitation."""
     estimate, predictor, loop = axis
     own, h = plan.axes[which], plan.sample_time
     if count < 0:

@@ -1,4 +1,4 @@
-"""Second moments of an axis' signals in blocks of time, from which standard errors follow.
+"""Second moments of an axis' signals in blocks of time; standard errors and excitation follow from them.
 
 With z = (phi, y) the signals of one regression, a block holds the sum of z z^T over its samples, each a
 mean of z over .2/omega_f. From the blocks follow, for any Omega, the sums of phi (y - phi^T Omega) over each of them,
@@ -23,13 +23,21 @@ Where the residual is white with intensity 1 (:mod:`.prediction_error`), Gamma i
 standard errors is taken, since a rig may have an effect that the model lacks. A bias is not covered: a disturbance
 torque that moves the rig is correlated with the regressors.
 Sources: Newey and West, Econometrica 55 (1987); Flegal and Jones, Annals of Statistics 38 (2010).
+
+**Excitation level.** With G the mean of phi phi^T over an exponential window, the level is the smallest eigenvalue of
+
+    S_ij = G_ij / sqrt((G_ii + f^2)(G_jj + f^2))
+
+a pure number in [0, 1] whatever the regressors' units: 1 for regressors that are mutually orthogonal, 0 when one of
+them is a linear combination of others, or is silent (below f).
 """
 
+from collections.abc import Sequence
 from math import exp, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .linear_algebra import bilinear_form, dot, total
+from .linear_algebra import Rows, bilinear_form, bordered, dot, eliminated, is_singular, total
 
 CAPACITY = 32  # blocks kept at most; a standard error from 16 to 32 of them is itself known to some 15 to 20 %
 _FIRST_LENGTH = 5  # samples of the first blocks: 1/omega_f, since neighbouring blocks are evaluated together
@@ -43,22 +51,27 @@ class Moments(NamedTuple):
     length: int  # samples of a full one
     current: tuple[float, ...]
     blocks: tuple[tuple[float, ...], ...]  # the complete ones, oldest first
+    window: tuple[float, ...]  # exponentially weighted mean
 
 
 def no_moments(size: int) -> Moments:
     """Return the moments of a z of ``size`` signals before the first sample."""
     zeros = (0.0,) * (size * (size + 1) // 2)
-    return Moments(0, _FIRST_LENGTH, zeros, ())
+    return Moments(0, _FIRST_LENGTH, zeros, (), zeros)
 
 
-def add_products(m: Moments, products: list[float], weight: float, interval: float, alpha: float) -> Moments:
-    """Return ``m`` with a sample, ``interval`` [s] long, of packed products z z^T.
+def add_products(
+    m: Moments, products: list[float], weight: float, interval: float, alpha: float, window: float
+) -> Moments:
+    """Return ``m`` with a sample, ``interval`` [s] long, of packed products z z^T; ``window`` is a time constant [s].
 
     ``weight`` is that of the sample in the blocks [1]: its inverse is what early forgetting has left of the first one.
     """
     current = tuple([u + weight * p for u, p in zip(m.current, products, strict=True)])
+    renewal = 1.0 - exp(-interval / window)
+    mean = tuple([u + renewal * (p - u) for u, p in zip(m.window, products, strict=True)])
     if m.filled + 1 < m.length:
-        return Moments(m.filled + 1, m.length, current, m.blocks)
+        return Moments(m.filled + 1, m.length, current, m.blocks, mean)
     blocks, length = (*m.blocks, current), m.length
     if len(blocks) == CAPACITY:
         if length * alpha * interval * CAPACITY < _MEMORY:
@@ -66,7 +79,7 @@ def add_products(m: Moments, products: list[float], weight: float, interval: flo
             length *= 2
         else:
             blocks = blocks[1:]
-    return Moments(0, length, (0.0,) * len(current), blocks)
+    return Moments(0, length, (0.0,) * len(current), blocks, mean)
 
 
 def weighted_blocks(
@@ -124,3 +137,26 @@ def standard_errors(
         terms = [weight * interval * dot(form, block) for weight, block in zip(weights, blocks, strict=True)]
         errors.append(sqrt(correction * variance_of_sum(terms)))
     return tuple(map(max, errors, certain)) if whitened else tuple(errors)
+
+
+_SILENCE = 1e-2  # f [rad/s, rad, V, 1]: half a degree; encoder noise behind F is 1e-4 rad/s
+_HALVINGS = 50  # an eigenvalue between 0 and 1 is then known to rounding
+
+
+def excitation_level(window: Sequence[float], size: int, parameters: int) -> float:
+    """Return the level of the first ``parameters`` signals of a packed mean of z z^T with ``size`` signals."""
+    gram, _ = bordered(window, size, parameters)
+    scale = [1.0 / sqrt(row[0] + _SILENCE * _SILENCE) for row in gram]
+    return smallest_eigenvalue(
+        [[a * scale[i] * s for a, s in zip(row, scale[i:], strict=True)] for i, row in enumerate(gram)]
+    )
+
+
+def smallest_eigenvalue(A: Rows) -> float:
+    """Return the smallest eigenvalue, between 0 and 1, of A by rows from its diagonal: the largest x with A > x I."""
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        x = 0.5 * (low + high)
+        U, _ = eliminated([[row[0] - x, *row[1:]] for row in A], [[0.0] for _ in A])
+        low, high = (low, x) if is_singular(U) else (x, high)
+    return low

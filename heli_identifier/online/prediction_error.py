@@ -89,7 +89,7 @@ def predict_axis(
     c, by_rate, by_angle = plan.angle_slopes
     # taken apart once: the interpreter reads a local ten times faster than a named tuple's field
     before, past, w, outside, instruments = p
-    factor_before, omega_before, _, sums, moments, errors = axis
+    factor_before, omega_before, _, sums, moments, errors, excitation = axis
     memory, v = whiten(before, z, w)
     factor, omega = list(factor_before), list(omega_before)
     regressand = e = v[-1]
@@ -126,7 +126,7 @@ def predict_axis(
         w = whitening(omega[n], omega[n + 1], plan.filter, h)
 
     sums = tuple(map(add, sums, outer(seen)))
-    axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors)
+    axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation)
     stride = products_every(h)
     if (count + n) % stride == 0:  # n differs from axis to axis: their turns come in different samples
         outside = add_regressors(outside, seen[:n], kept_early(count, stride, h, alpha), stride * h)

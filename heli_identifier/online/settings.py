@@ -104,7 +104,8 @@ class IdentifierSettings:
     rest_angle: float | None = None  # theta0 [rad] where it is known; None to estimate it
     motor_time_constant: float = 0.08  # T_m [s]
     voltage_limit: float = 5.0  # saturation of both voltages [V]
-    report_interval: float = 5.0  # between two evaluations of standard errors [s]
+    excitation_window: float = 20.0  # time constant over which the excitation level is taken [s]
+    report_interval: float = 5.0  # between two evaluations of standard errors and levels [s]
     initial: ModelParameters = field(default_factory=ModelParameters)  # Omega(0); theta0 where it is estimated
     method: str = ADAPTATION  # the paper's, or prediction_error, which stays right in closed loop
     lag_known: bool = False  # else prediction errors estimate the lag along from motor_time_constant
@@ -126,6 +127,7 @@ class IdentifierSettings:
         require_range("motor.time_constant", self.motor_time_constant, "s", lower=0.0)
         if self.voltage_limit != inf:
             require_positive("motor.voltage_limit", self.voltage_limit, "V")
+        require_positive("excitation.window", self.excitation_window, "s")
         require_range("report_interval", self.report_interval, "s", lower=self.sample_time)
         for name, value in zip(ModelParameters._fields, self.initial, strict=True):
             require_range(f"initial.{name}", value, "(SI)")

@@ -51,6 +51,7 @@ class IdentifierOutput(NamedTuple):
     parameters: ModelParameters
     standard_errors: ModelParameters
     sigma: tuple[float, float, float]  # adaptation error [rad/s^2]
+    excitation: tuple[float, float, float]  # level [1]
     feedback: tuple[float, float, float]  # score of a closed loop [1]
     lag: Lag
     instruments: Gains  # what references say of the gains, 0 where none has moved
@@ -86,6 +87,7 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         ModelParameters._make((a_wx, a_th, k_x, theta0, *omega_2, *omega_3)),
         ModelParameters._make((*errors_1, *errors_2, *errors_3)),
         (pitch.estimate.sigma, elevation.estimate.sigma, travel.estimate.sigma),
+        (pitch.estimate.excitation, elevation.estimate.excitation, travel.estimate.excitation),
         (feedback_score(pitch.loop), feedback_score(elevation.loop), feedback_score(travel.loop)),
         lag_of(pitch.estimate, elevation.estimate, plan),
         instruments,
