@@ -47,6 +47,24 @@ def test_the_shell_completes_commands_scenarios_and_units(typed, offered):
     assert done.stdout.split() == [offered]
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes of Windows always wait")
+def test_nothing_is_lost_in_a_pipe_that_does_not_wait_for_its_reader():
+    """A shell whose parent reads without waiting hands on such pipes; they hold 64 KiB."""
+    script = """
+from heli_identifier.cli.terminal import open_streams
+flush = open_streams()
+print("x" * 300_000)
+flush()
+"""
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    with subprocess.Popen([sys.executable, "-c", script], stdout=writer) as child, open(reader, "rb") as pipe:
+        os.close(writer)
+        first = pipe.read(1)  # it is full by then, or soon
+        assert len(first + pipe.read()) == 300_001
+    assert child.returncode == 0
+
+
 def test_validate_takes_all_files_up_to_the_next_option():
     words = "diagnose a b --validate c d --output x e"
     assert spread(words.split()) == "diagnose a b --validate c --validate d --output x e".split()

@@ -201,6 +201,66 @@ def test_a_rotor_that_lost_thrust_is_told_from_a_gain():
     assert p.rotor_mismatch_pitch == pytest.approx(0.5 * (front - rear) * TABLE_2.k_x)
 
 
+@lru_cache(maxsize=1)
+def adopted_flight():
+    """States of a flight in which the elevation's gain changes and is adopted, up to behind the watch."""
+    return followed(changed_rows("elevation.gain"))[2]
+
+
+def first_of(mode, after=0):
+    """Number of the first state of a mode in that flight, from state ``after`` on."""
+    return next(k for k, state in enumerate(adopted_flight()[after:], after) if state.mode == mode)
+
+
+def continued(state, first):
+    """Return the state in which the flight goes on from sample ``first`` until something is said, and what is said."""
+    for row in changed_rows("elevation.gain")[first:]:
+        state, said = correct(state, Sample(*row), PLAN)
+        if said:
+            break
+    return state, said
+
+
+def test_a_change_that_went_on_trial_under_a_wrong_name_is_held_and_the_right_one_tried():
+    k, damping = first_of("on trial"), [change.name for change in PLAN.changes].index("elevation.damping")
+    state = adopted_flight()[k]
+    state, said = continued(state._replace(finding=state.finding._replace(change=damping, size=0.2)), k + 1)
+    assert [(one.what, one.name) for one in said] == [("held", "elevation.damping"), ("alarm", "elevation.gain")]
+    assert said[0].why == REASONS["outdone"][1]
+    assert (state.mode, PLAN.changes[state.finding.change].name) == ("on trial", "elevation.gain")
+
+
+def test_values_that_predict_worse_than_those_before_are_taken_back():
+    """As if the values before had been adopted in place of those after."""
+    k = first_of("adopted")
+    state = adopted_flight()[k]
+    (before,) = state.rival
+    after, said = continued(state._replace(twin=before, rival=(state.twin,)), k + 1)
+    assert [(one.what, one.why) for one in said] == [REASONS["worse"]]
+    assert (after.mode, after.twin) == ("following", state.twin)
+
+
+@pytest.mark.parametrize("late, share, mode", [(10, 0.1, "following"), (10, 0.8, "on trial"), (90, 0.4, "on trial")])
+def test_a_size_that_is_off_when_the_watch_ends_is_put_on_trial_again(late, share, mode):
+    """As if the gain had gone on by a share of the smallest change that matters, .1 of which is two standard errors.
+
+    In the mean over all blocks too little is seen of the last ten, so that they are looked at by themselves.
+    """
+    last = first_of("following", first_of("adopted"))
+    before = adopted_flight()[last - 1]
+    change = PLAN.changes[before.finding.change]
+    along = change.direction(before.twin.values)
+    blocks = tuple(shift_block(one, along, -share * change.size) for one in before.blocks[-late:])
+    state, _ = correct(
+        before._replace(blocks=(*before.blocks[:-late], *blocks)), Sample(*changed_rows("elevation.gain")[last]), PLAN
+    )
+    assert state.mode == mode
+    if mode == "on trial":
+        assert PLAN.changes[state.finding.change].name == "elevation.gain"
+        # the block that has just closed is not one of those
+        assert state.finding.size == pytest.approx(share * change.size, abs=4.0 * state.finding.standard_error)
+
+
 def test_without_corrections_a_change_is_reported_and_held():
     state, events, _, plan = followed(changed_rows("elevation.gain")[:5000], correcting=False)
     assert {event.what for event in events} == {"alarm", "held"}

@@ -208,6 +208,17 @@ def test_drawn_plants_keep_the_slope_at_the_operating_point_and_the_sign_of_a_ga
     assert np.corrcoef([p.k_x for p in drawn], [p.quadratic_thrust_rotors for p in drawn])[0, 1] < -0.1
 
 
+def test_drawn_plants_lift_their_weight_as_the_estimated_one_does():
+    """The gain is known to 20 %, the weight beyond what 3 V on both rotors lift to .01 rad/s^2: no arm falls."""
+    names = ("elevation.gain", "elevation.offset")
+    known = Covariance(names, names[:1], 3.0, np.diag([0.2, 0.01]) ** 2)
+    drawn = drawn_plants(ParameterSet("HelicopterPlant", plant_values(AFTER, {}), covariance=known), 400)
+    beyond = np.array([p.a_1 - 6.0 * p.k_z for p in drawn])
+    # four standard deviations of the mean and of the spread of 400 draws
+    assert beyond.mean() == pytest.approx(AFTER.a_1 - 6.0 * AFTER.k_z, abs=4.0 * 0.01 / 20.0)
+    assert beyond.std() == pytest.approx(0.01, rel=0.14)
+
+
 def test_the_covariance_of_a_diagnosis_is_written_and_read_and_its_damage_named(tmp_path):
     fields, variances = ("k_x", "motor_lag_rotors", "k_y"), np.array([4e-6, 1e-4, 1e-4])
     found = replace(example(), covariance=np.diag(variances), covariance_fields=fields)

@@ -231,6 +231,7 @@ REFUSED = [
     (LINES, {}, {"start": 20.0}, "start = 20 s lies after the log's end, 10 s"),
     (LINES, {}, {"end": -1.0}, "end = -1 s lies before the log's start at 0 s"),
     (LINES, {}, {"start": 8.0, "end": 3.0}, "end = 3 s must come after start = 8 s"),
+    (LINES, {}, {"end": float("nan")}, "end = nan s must be finite"),
     (LINES, {}, {"start": 7.0}, "3.01 s of log are shorter than 5 s"),
 ]
 

@@ -127,7 +127,7 @@ def _sources(
 
 
 def reference(name: str) -> str:
-    """Return the C name of a variable's value reference: ``score.pitch[1]`` is ``REF_score_pitch_1``."""
+    """Return the C name of a variable's value reference: ``feedback.pitch`` is ``REF_feedback_pitch``."""
     return "REF_" + re.sub(r"\W+", "_", name).strip("_")
 
 

@@ -47,7 +47,11 @@ class _Outlet(io.FileIO):
 
     def write(self, data: Any) -> int | None:  # type: ignore[override]
         try:
-            return super().write(data)
+            written = super().write(data)
+            if written is None:  # a full pipe that does not wait for its reader
+                os.set_blocking(self.fileno(), True)
+                written = super().write(data)
+            return written
         except OSError as error:
             if not isinstance(error, BrokenPipeError):
                 self.problem = error.strerror

@@ -92,6 +92,9 @@ def _cut(table: Table, column: Column, start: float | None, end: float | None) -
     """Find the samples from the first at or after `start` to the last before time passes `end`."""
     time = table.values(column)
     count, finite = len(time), time[np.isfinite(time)]
+    for option, instant in (("start", start), ("end", end)):
+        if instant is not None and not np.isfinite(instant):
+            raise LogError(f"{table.file}: {option} = {instant:g} s must be finite.")
     from_s, to_s = -np.inf if start is None else start, np.inf if end is None else end
     if to_s <= from_s:
         raise LogError(f"{table.file}: end = {to_s:g} s must come after start = {from_s:g} s.")

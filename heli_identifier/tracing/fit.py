@@ -102,7 +102,7 @@ class Fit:
         return tuple(coordinate.field for coordinate in self.coordinates if coordinate.fault is None)
 
     def estimate(self, name: str) -> float:
-        """Give the value of a parameter; of a gain the slope at the operating point."""
+        """Give the value of a parameter as the rig reads it: of a gain the slope, of a_1 what is beyond the lift."""
         return self.likelihood.rig.read(self.parameters, name)
 
     def slope(self, name: str) -> float:

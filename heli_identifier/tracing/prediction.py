@@ -256,7 +256,7 @@ def made_by_itself(run: Run, seed: int = 0) -> Run | None:
     for k, state in zip(firsts, run.states(firsts), strict=True):
         state[-3 * len(run.offset) :] = 0.0  # the air is drawn
         _, minus = model.run(blank, model.rig.still, run.offset + torque, k, k + length, state)
-        away = (np.abs(minus + record.angles[k : k + length]) >= np.pi).any(1)
+        away = ~(np.abs(minus + record.angles[k : k + length]) < np.pi).all(1)  # not a number is away, too
         count = int(away.argmax()) if away.any() else length
         made[k : k + count] = -minus[:count]
         passages.append((k, k + count, state))
