@@ -1,15 +1,19 @@
 """The measurement chain: faults undone, defects seen, and a damaged log of a clean rig named as such."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from heli_identifier.chain import FAULTS, find_events, inspected, undone, unslipped
+from benchmarks.rigs import log_of, windy_log
+from heli_identifier.chain import FAULTS, find_events, inspected, on_time, undone, unslipped
 from heli_identifier.chain.inspection import jitter, quantum
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 from heli_identifier.tracing import diagnose, identify_plant
 from tests.blind.damage import DAMAGES
 from tests.blind.generator import make_rig, simulate_log
+from tests.blind.windy import windy_rig
 
 H, COUNTS = 0.01, (4096, 4096, 8192)
 TIME = H * np.arange(3000)
@@ -159,3 +163,30 @@ def test_voltages_that_are_late_are_named_and_no_effect_is():
     for name in ("k_x", "k_z", "k_y"):  # within the interval of the sound logs
         one, other = sound.parameters[name].estimate, found.parameters[name].estimate
         assert abs(one.value - other.value) < 1.96 * (one.standard_error or 0.0)
+
+
+def test_a_controller_tells_by_how_much_an_angle_is_late_and_which_are_not():
+    """Damage made by other code. Voltages that are late as well only look like a controller that takes its time."""
+    flown = windy_rig(500, "ou", False, 100.0, "bare", True, {"a": 2, "b": 0, "t": 0, "c": 0})
+    logs = [windy_log(name, own) for name, own in flown.logs.items()]
+    assert on_time(logs) == (tuple(logs), (), frozenset(("pitch", "elevation", "travel")))
+    for damage, channel, samples in (
+        ("elevation late by 30 ms", 1, 3), ("pitch late by 20 ms", 0, 2), ("voltages late by a sample", None, 0),
+    ):  # fmt: skip
+        struck = []
+        for log in logs:
+            v, y = DAMAGES[damage](log.step * np.arange(log.samples, dtype=float), log.voltages, log.angles)
+            struck.append(replace(log, voltages=v, angles=y))
+        used, found, _ = on_time(struck)
+        said = [] if channel is None else [("late", ("pitch", "elevation")[channel])]
+        assert [(own.name, own.channel) for own in found] == said
+        for sound, own in zip(logs, used, strict=True):
+            kept = slice(samples, sound.samples - samples)  # a late channel begins with what it never had
+            if channel is not None:
+                np.testing.assert_allclose(own.angles[kept], sound.angles[kept], atol=1e-12)
+
+
+def test_voltages_that_nobody_answers_by_tell_nothing_of_late_angles():
+    rig = make_rig(9000, "clean")
+    logs = [log_of(f"log {i}", 100.0, log) for i, log in enumerate(rig.train[:2])]
+    assert on_time(logs)[1:] == ((), frozenset())

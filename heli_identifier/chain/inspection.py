@@ -64,7 +64,7 @@ controller's answer to the rates looks like."""
 
 @dataclass(frozen=True)
 class Defect:
-    """A defect of logs that cannot be undone."""
+    """A defect that logs show of themselves; a late angle is read earlier, the others cannot be undone."""
 
     name: str
     channel: str

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from heli_identifier.chain import FAULTS, Defect, Event, find_events, inspected, passages, unslipped
+from heli_identifier.chain import FAULTS, Defect, Event, find_events, inspected, on_time, passages, unslipped
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log, check_excitation, check_moving, read_logs
 
@@ -49,7 +49,9 @@ class Identification:
     unknown: tuple[FoundEffect, ...]
     """Torques that the catalogue cannot name."""
     defects: tuple[Defect, ...]
-    """What is wrong with the logs and cannot be undone."""
+    """What is wrong with the logs as they show it of themselves."""
+    on_time: frozenset[str]
+    """Axes that a controller is seen to answer at once: their angles are not late."""
     plant: Fit
     """The delivered plant."""
     covariance: NDArray[np.float64]
@@ -101,6 +103,8 @@ def identify_plant(
     tell("looking for what is wrong with the logs", 0.02)
     defects = inspected(used, given.counts, given.voltage_limit)
     imitated = {family for defect in defects for family in defect.imitates}
+    used, late, prompt = on_time(used)
+    defects = (*defects, *late)
     tell("looking for passages in which something else acts", 0.05)
     events = find_events(used, given.voltage_limit)
     left_out = {} if given.keep_events else passages(events)
@@ -112,7 +116,8 @@ def identify_plant(
     )
     _refuse_scaled(null, defects)
     tell("searching the catalogue", 0.3)
-    candidates = (*(e for e in rig.candidates if e.family not in imitated), *FAULT_EFFECTS)
+    faults = (e for e in FAULT_EFFECTS if e.name != "late" or e.axis not in prompt)
+    candidates = (*(e for e in rig.candidates if e.family not in imitated), *faults)
     selection, unknown = select(null, candidates), tuple[FoundEffect, ...]()
     if not imitated:  # an error of the voltages that cannot be undone bends every curve
         undone = {fault.field for fault in selection.fit.likelihood.faults}
@@ -126,7 +131,7 @@ def identify_plant(
     outside = _outside(plant, training, references)
     chosen = [finding.effect.field for finding in selection.findings]
     return Identification(
-        training, kept, left_out, selection, unknown, defects, plant, C, gains, references, outside,
+        training, kept, left_out, selection, unknown, defects, prompt, plant, C, gains, references, outside,
         parameter_reports(plant, C, outside), events, halves_agree(selection.last, chosen),
         (*slips, *notes),
     )  # fmt: skip
