@@ -7,10 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
+import fmpy
 import numpy as np
 import pytest
 
 from fmu_src import UNITS, build
+from fmu_src.native.toolchain import LINUX, compiler
+from heli_identifier.cli.on_logs import NATIVE_PLANT
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import LogFormat, demo_files, write_log
 from heli_identifier.results.parameters import plant_values
@@ -24,6 +27,7 @@ from tests.commands import heli
 from tests.diagnosis_example import AFTER, BEFORE, example, made_log
 
 RESULTS = {"diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu"}
+NATIVE = ["--native"] if compiler(LINUX) else []
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +35,7 @@ def diagnosed(tmp_path_factory):
     """The folder that ``heli diagnose`` leaves for a log of rig-a, and what it printed."""
     (training, *_), held_out = demo_files("rig-a")
     folder = tmp_path_factory.mktemp("rig-a") / "result"
-    words = ["diagnose", training, "--validate", *held_out, "--output", folder, "--json"]
+    words = ["diagnose", training, "--validate", *held_out, "--output", folder, "--json", *NATIVE]
     code = "from heli_identifier.cli import main; main()"
     done = subprocess.run([sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -40,7 +44,7 @@ def diagnosed(tmp_path_factory):
 
 def test_a_diagnosis_leaves_its_four_files_and_prints_its_document_and_finds_the_friction_of_rig_a(diagnosed):
     folder, printed = diagnosed
-    assert {path.name for path in folder.iterdir()} == RESULTS
+    assert {path.name for path in folder.iterdir()} == RESULTS | ({NATIVE_PLANT} if NATIVE else set())
     assert [path.name for path in folder.parent.iterdir()] == ["result"]
     assert json.loads(printed) == json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
     first = json.loads(printed)["effects"][0]
@@ -54,6 +58,15 @@ def test_the_parameters_of_a_diagnosis_build_the_unit_that_it_delivered(diagnose
     words = ("build", "HelicopterPlant", "--parameters", folder / "parameters.json", "--output", tmp_path)
     assert heli(*words).exit_code == 0
     assert (tmp_path / "HelicopterPlant.fmu").read_bytes() == (folder / "HelicopterPlant.fmu").read_bytes()
+
+
+@pytest.mark.skipif(not NATIVE, reason="this machine has no C compiler (extra 'native')")
+def test_the_native_unit_of_a_diagnosis_is_the_same_plant(diagnosed):
+    python, native = (
+        {own.name: own.start for own in fmpy.read_model_description(diagnosed[0] / file).modelVariables}
+        for file in ("HelicopterPlant.fmu", NATIVE_PLANT)
+    )
+    assert python == native and float(native["effects.dry_friction.pitch"]) > 0.0  # rig-a has it
 
 
 def test_a_check_passes_on_a_log_of_the_same_rig_and_fails_on_one_of_another(diagnosed, tmp_path):
