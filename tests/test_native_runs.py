@@ -6,7 +6,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from fmu_src import OPEN_LOOP, MasterError
+from fmu_src import CLOSED_LOOP, OPEN_LOOP, MasterError
 from fmu_src.master import run_apart
 from heli_identifier.online import Estimate
 from heli_identifier.results.parameters import ParameterSet, plant_values
@@ -25,6 +25,20 @@ def files(twins):
 
 def many(files, variations, **more):
     return run_apart(OPEN_LOOP, DURATION, 0.01, {}, files, variations=variations, record=RECORD, **more)
+
+
+def test_units_in_python_and_native_ones_give_the_same_bits_and_the_same_refusal(twins, fmus):
+    """They are stepped by two loops, one in Python and one in machine code."""
+    found, said = [], []
+    for units in (fmus, twins):
+        files = {name: str(units[kind]) for name, kind in CLOSED_LOOP.units}
+        found.append(run_apart(CLOSED_LOOP, DURATION, 0.01, {"plant.encoder.enabled": True}, files))
+        with pytest.raises(MasterError) as caught:
+            run_apart(CLOSED_LOOP, 4.0, 2.0, {"plant.solver.step": 1e-5}, files)
+        said.append(str(caught.value))
+    assert found[0].names == found[1].names
+    assert np.array_equal(found[0].values, found[1].values)
+    assert said[0] == said[1] and said[0].startswith("plant.doStep at t = 0 s answered discard: ")
 
 
 def test_every_run_begins_at_the_start_and_has_the_bits_of_a_run_alone(files):
