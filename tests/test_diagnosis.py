@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from heli_identifier.errors import LogError
+from heli_identifier.online import ModelParameters
 from heli_identifier.records import demo_files, demo_logs
 from heli_identifier.tracing import Determination, RigVerdict, Use, Verdict, diagnose
 from heli_plant.parameters import TABLE_2
@@ -66,6 +67,22 @@ def test_the_gains_of_a_calm_rig_in_open_loop_are_determined_and_fit_for_a_contr
         assert report.determination is Determination.OUTSIDE and not report.contradicted
         assert abs(report.instrument.value - report.estimate.value) < 0.05 * abs(report.estimate.value)
         assert result.axes[axis].use is Use.CONTROL
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_parameters_are_those_of_the_plant_that_is_delivered(diagnosed, rig):
+    """The fit has slopes in place of gains, and of a_1 what is beyond the lift; what is stated is the plant's own."""
+    result = diagnosed[rig]
+    reports = {name: own.estimate for name, own in result.parameters.items() if name not in ("k_x", "k_z", "k_y")}
+    for plant, listed in (
+        (result.plant_before, result.parameters_before), (result.plant_after, result.parameters_after | reports),
+    ):  # fmt: skip
+        assert set(listed) >= {*ModelParameters._fields, "T_m"}
+        for name in (*ModelParameters._fields, "T_m"):
+            assert listed[name].value == pytest.approx(getattr(plant, name), abs=1e-12), name
+    assert {*ModelParameters._fields} <= {*result.parameters}
+    offset = result.parameters["a_1"]
+    assert offset.plausible[0] < offset.estimate.value < offset.plausible[1]
 
 
 @pytest.mark.parametrize("rig", RIGS)

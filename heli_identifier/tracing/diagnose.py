@@ -286,8 +286,8 @@ def _voltage_notes(logs: Sequence[Log], limit: float) -> Iterator[str]:
     highest = max(float(np.abs(log.voltages).max()) for log in logs)
     if highest > limit:
         yield (
-            f"voltages reach {highest:.2f} V, beyond the limit of {limit:g} V that was given; the plant saturates at "
-            "the highest voltage of the training logs. Set the rig's limit in its configuration"
+            f"voltages reach {highest:.2f} V, beyond the limit of {limit:g} V; the plant saturates at the highest "
+            "voltage of the training logs. Set the rig's limit in its configuration"
         )
 
 
