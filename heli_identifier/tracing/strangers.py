@@ -164,9 +164,14 @@ def _other_gains(fitted: Fit) -> list[str]:
 
 
 def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
-    """Data's part of F [nats] of one log with its own offsets and scales, and these scales (a,) [rad]."""
-    F, sigma = fitted.likelihood.of_axes([own_offsets(fitted, record)[1]], [record])
-    return float(F.sum()), np.where(record.weights.any(0), sigma, np.nan)
+    """Data's part of F [nats] of one log with its own offsets and scales, and these scales (a,) [rad].
+
+    The plant may run away from a mirror image: its F is infinite then.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        F, sigma = fitted.likelihood.of_axes([own_offsets(fitted, record)[1]], [record])
+    total = float(F.sum())
+    return total if np.isfinite(total) else np.inf, np.where(record.weights.any(0), sigma, np.nan)
 
 
 def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
