@@ -193,13 +193,15 @@ def _with_rivals(finding: Finding, found: Identification) -> Finding:
     """Name beside a bending of the arm, or a delay of the rotors, an angle that is late, where a controller flew.
 
     Its voltages answer the angle before such a log has it, so every law that reads the voltages tells the log: the
-    likelihood does not decide between the two. The answers themselves do where they are seen.
+    likelihood does not decide between the two. The answers themselves do where they are seen, but an encoder with
+    backlash reads late whatever is answered.
     """
-    axes = set({BENDING: ("elevation",), TIMING: ("pitch", "elevation")}.get((finding.effect.family,), ()))
-    axes -= found.on_time
+    axes = {BENDING: ("elevation",), TIMING: ("pitch", "elevation")}.get((finding.effect.family,), ())
     if not axes or not found.references.closed_loop or not finding.established:
         return finding
-    late = tuple(e for e in FAULT_EFFECTS if e.name == "late" and e.axis in axes)
+    undone = found.selection.fit.likelihood.faults
+    late = [e for e in FAULT_EFFECTS if e.name == "late" and e.axis in axes and e.axis not in found.on_time]
+    late += [e for e in FAULT_EFFECTS if e.name == "backlash" and e.axis in axes and e.fault in undone]
     return replace(finding, alternatives=(*finding.alternatives, *late))
 
 
