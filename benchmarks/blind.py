@@ -21,7 +21,6 @@ from heli_identifier.cli.on_rigs import rigs_done
 from heli_identifier.online import ModelParameters
 from heli_identifier.tools.campaign import Judgement, Row, judged, run_campaign
 from tests.blind.generator import Case
-from tests.blind.rigs import draw_rig
 
 BASE = ModelParameters._fields
 
@@ -56,7 +55,7 @@ class Result(NamedTuple):
         """Whether everything that the rig has is found, and nothing else; of a torque its variable as well."""
         if self.case.group != "unknown":
             return self.row["error"] is None and self.own.all_named and not self.own.false
-        torque = draw_rig(0, self.case.kind).unknown
+        torque = self.case.rig(int(self.row["rig"].split()[-1])).truth.unknown  # the axis is drawn, and a detent lies on it
         named = {one["variable"] for one in self.row["effects"] or () if one["name"] == "unknown"}
         return not self.own.false and torque is not None and torque.variable in named
 
