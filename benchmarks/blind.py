@@ -55,7 +55,8 @@ class Result(NamedTuple):
         """Whether everything that the rig has is found, and nothing else; of a torque its variable as well."""
         if self.case.group != "unknown":
             return self.row["error"] is None and self.own.all_named and not self.own.false
-        torque = self.case.rig(int(self.row["rig"].split()[-1])).truth.unknown  # the axis is drawn, and a detent lies on it
+        # the axis is drawn rig by rig, and a detent lies on it
+        torque = self.case.rig(int(self.row["rig"].split()[-1])).truth.unknown
         named = {one["variable"] for one in self.row["effects"] or () if one["name"] == "unknown"}
         return not self.own.false and torque is not None and torque.variable in named
 
