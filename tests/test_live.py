@@ -229,8 +229,8 @@ def test_a_folder_with_an_earlier_diagnosis_is_refused(tmp_path):
 
 
 def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):
-    journal = Journal(tmp_path / "a.csv", ("x", "y"))
     resource = pytest.importorskip("resource")
+    journal = Journal(tmp_path / "a.csv", ("x", "y"))
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
