@@ -5,7 +5,7 @@ as the effects and undone in the log; it never becomes part of a plant. What a l
 such as columns that are alike, is found by the functions of :mod:`.inspection`.
 """
 
-from .answers import on_time
+from .answers import controller_samples, on_time
 from .events import SETTLING, Event, event_notes, find_events, local_cubic, passages, unslipped
 from .faults import FAULTS, Fault, undone
 from .inspection import BENDING, TIMING, Defect, inspected
@@ -18,6 +18,7 @@ __all__ = [
     "Fault",
     "SETTLING",
     "TIMING",
+    "controller_samples",
     "event_notes",
     "find_events",
     "inspected",

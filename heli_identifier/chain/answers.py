@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heli_identifier.records import Log
 
@@ -43,7 +44,7 @@ def on_time(logs: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[Defect, ...], f
     """
     used, found, prompt = list(logs), list[Defect](), set[str]()
     for column, axis in enumerate(ANGLES):
-        told = [own for log in logs if (own := _samples_late(log, column)) is not None]
+        told = [own for log in logs if (own := _lateness(log, column)) is not None]
         if not told:
             continue
         late = float(np.median(told))
@@ -58,13 +59,22 @@ def on_time(logs: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[Defect, ...], f
     return tuple(used), tuple(found), frozenset(prompt)
 
 
-def _samples_late(log: Log, column: int) -> float | None:
-    """Time [s] by which an angle is late in a log; None where no answer to it is seen."""
+def controller_samples(log: Log) -> tuple[NDArray[np.intp], int, int]:
+    """Give the samples at which a controller renews the voltages of a log, and how many lie between: it may be slower.
+
+    The third number says how often the voltages change.
+    """
     changes = np.flatnonzero(np.any(np.diff(log.voltages, axis=0) != 0.0, axis=1)) + 1
-    if len(changes) < 100:
+    hold = max(1, int(np.median(np.diff(changes)))) if len(changes) > 10 else 1
+    first = int(np.bincount(changes % hold).argmax()) if len(changes) else 0
+    return np.arange(first, log.samples, hold), hold, len(changes)
+
+
+def _lateness(log: Log, column: int) -> float | None:
+    """Time [s] by which an angle is late in a log; None where no answer to it is seen."""
+    rows, hold, changes = controller_samples(log)
+    if changes < 100:
         return None
-    hold = max(1, int(np.median(np.diff(changes))))  # a controller slower than its log
-    rows = np.arange(int(np.bincount(changes % hold).argmax()), log.samples, hold)
     sign, others = (1.0, []) if ANGLES[column] == "elevation" else (-1.0, [2 - column])
     answer = np.diff(log.voltages[rows] @ np.array([1.0, sign]), 2)
     angles = np.diff(log.angles[rows], 2, axis=0)

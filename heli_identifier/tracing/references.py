@@ -26,6 +26,7 @@ from scipy.optimize import minimize
 from scipy.signal import lfilter
 from scipy.special import fdtrc
 
+from heli_identifier.chain import controller_samples
 from heli_identifier.records import Log
 
 from .rig import Array
@@ -186,10 +187,8 @@ class _Law:
 
     def __init__(self, log: Log, channel: str) -> None:
         sign, self.axes, columns = CHANNELS[channel]
-        changes = np.flatnonzero(np.any(np.diff(log.voltages, axis=0) != 0.0, axis=1)) + 1
-        hold = max(1, int(np.median(np.diff(changes)))) if len(changes) > 10 else 1  # a controller slower than its log
-        first = int(np.bincount(changes % hold).argmax()) if len(changes) else 0
-        self.rows, self.h, self.log = np.arange(first, len(log.angles), hold), hold / log.rate_hz, log
+        self.rows, hold, _ = controller_samples(log)
+        self.h, self.log = hold / log.rate_hz, log
         voltages = log.voltages[self.rows]
         signals = np.vstack([voltages[:, 0] + sign * voltages[:, 1], log.angles[self.rows][:, list(columns)].T])
         prompt = signals - signals[:, :1]
