@@ -147,6 +147,7 @@ class Tables:
 
     variables = {name: unit for name, unit in VARIABLES.items() if name != "time"}
     """What a table may run over, with units; a torque in time repeats in no other log."""
+    knots = KNOTS
     turning = frozenset(("travel",))
     """Those of them that count within one turn."""
     held = frozenset((

@@ -46,12 +46,13 @@ class Point:
 
 
 class Move(NamedTuple):
-    """A coordinate moved: the plant, the difference, whether it acts on the reading alone, and the logs' faults."""
+    """A coordinate moved: the plant, the difference, whether it acts on the reading alone, faults, torques."""
 
     parameters: Parameters
     step: float
     in_reading: bool
     faults: Mapping[Fault, float] | None = None
+    torque: tuple[int, Sequence[Array]] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +145,8 @@ class Likelihood:
     def moved(self, point: Point, coordinate: Coordinate, x: float) -> Move:
         """Move one coordinate by its finite difference."""
         step = coordinate.step
+        if coordinate.torque is not None:
+            return Move(point.parameters, step, False, torque=coordinate.torque)
         if x + step > coordinate.bounds[1]:
             step = -step
         if coordinate.fault is not None:

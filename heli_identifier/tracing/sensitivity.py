@@ -171,12 +171,12 @@ class Sensitivities:
             self._at_rate[record.step] = self._axes(record)
         axes = self._at_rate[record.step]
         plants = [L.of_log(i, point, p) for p in (point.parameters, *(move.parameters for move in moves))]
-        pushing = [j for j, move in enumerate(moves) if not move.in_reading and move.faults is None]
+        pushing = [j for j, m in enumerate(moves) if not m.in_reading and m.faults is None and m.torque is None]
         acting = [plants[0], *(plants[j + 1] for j in pushing)]
         widths = np.array([move.step for move in moves])[:, None]
         slower, read = _slower(record, held), [dict[int, Array]() for _ in axes]
         for j, move in enumerate(moves):
-            if j in pushing:
+            if j in pushing or move.torque is not None:
                 continue
             other = record if move.faults is None else without(move.faults, L.logged[i] if L.faults else record)
             runs = move.in_reading or bool((other.inputs != record.inputs).any())
@@ -199,6 +199,8 @@ class Sensitivities:
             own, lagging = rig.accelerations(slower, acting, seen, blocks.start, lagging)
             torques[:, pushing] = (own[:, 1:] - own[:, :1]) / widths[pushing]
             torques[:, P] = 1.0
+            for j, (axis, given) in ((j, move.torque) for j, move in enumerate(moves) if move.torque is not None):
+                torques[axis, j] = given[i][blocks]
             fast, slow = [], []
             for k, axis in enumerate(axes):
                 passed = torques[k].any(1) | memory[k].any(1)

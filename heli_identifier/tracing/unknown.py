@@ -1,14 +1,13 @@
 r"""What the catalogue cannot name: on each axis a torque over one variable of the motion, or periodic in time.
 
-Both are searched in the same likelihood. The innovations e of a fit and their derivatives A by all that it estimates
-are averaged to :data:`.settings.SEEN_AT`; a further torque Phi x enters them as J = G Phi, G the filter's error
-dynamics, and beside A explains
+Both are searched in the same likelihood: its quadratic form takes the torques as further coordinates x, with standard
+normal priors, and beside the plant i that is fitted, in the air as it is, they explain
 
-    S = u' (D + 1)^-1 u / 2  [nats],   k = tr D (D + 1)^-1,   u = -J' M e,   D = J' M J,   M = 1 - A (A'A + 1)^-1 A'
+    S = u' (D + 1)^-1 u / 2  [nats],   k = tr D (D + 1)^-1,   u = H_xi H_ii^-1 g_i - g_x,   D = H_xx - H_xi H_ii^-1 H_ix
 
-in units of sigma and of the priors' widths; k are its degrees of freedom beside the fitted parameters. Phi of a curve
-are the weights of the torques in the plant's own table; of a period sine and cosine in every log apart, at the
-frequency where the periodogram of e stands out.
+with D and H_xx without the prior; k are their degrees of freedom beside the fitted parameters. The torques of a curve
+are those of the plant's own table; of a period sine and cosine in every log apart, at the frequency where the
+periodogram of the innovations stands out.
 
 The best are fitted, with the air, and the catalogue is selected anew beside them: what stood in their place leaves. One
 stays if the likelihood of named effects alone lacks :data:`.settings.UNKNOWN`, and more than comes from no law being
@@ -18,23 +17,18 @@ Sources: Cox and Hinkley, Theoretical Statistics, section 9.3; Hastie and Tibshi
 section 3.5 (degrees of freedom); Quinn and Hannan, The Estimation and Tracking of Frequency, chapter 2.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky, solve_triangular
-from scipy.optimize import minimize_scalar
-from scipy.signal import lfilter
 from scipy.special import chdtrc, chdtri, gammaln
 
 from .fit import Fit, covariance, fit
 from .helicopter import Tables
-from .noise import error_dynamics
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
-from .rig import Array, Effect
+from .rig import Array, Coordinate, Effect
 from .select import Selection, select
-from .sensitivity import Sensitivities, means
+from .sensitivity import linearise, means
 from .settings import OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
 
 TIME, POINTS = "time", 121
@@ -68,110 +62,77 @@ class Unknown:
         return float(depth - 0.5 * np.log(depth) - gammaln(0.5))
 
 
-class _Seen:
-    """What a fit says about further torques: averaged innovations by axis, and what explains them already."""
+Torques = tuple[str, float, float, float, Sequence[Array]]
+"""Variable, ``first`` and ``spacing`` as of :class:`Unknown`, width of the prior [rad/s^2], and of every record the
+torques (n_i, k) at every :attr:`~.rig.Record.held`-th sample, for weights of 1."""
 
-    def __init__(self, fitted: Fit):
-        L, point, rig, P = fitted.likelihood, fitted.point, fitted.likelihood.rig, len(fitted.x)
-        sensitivities = Sensitivities(L, point, fitted.coordinates, fitted.x)
-        self.tables, self.axes, self.steps, self.response = rig.tables, rig.axes, [], []
-        self.times, self.variables = [], []
-        self.w: list[Array] = []
-        self.e: list[Array] = []
-        self.A: list[Array] = []
-        self.root: list[Array] = []
-        rows: list[list[Array]] = [[] for _ in rig.axes]  # weight, weighted innovations and derivatives
-        for i, record in enumerate(L.records):
-            held = record.held
-            for chunk, _, slow in sensitivities.of_record(i, fitted.e[i], fitted.motion[i]):
-                first = np.arange(0, chunk.stop - chunk.start, held)
-                for a, (named, J) in enumerate(slow):
-                    w = record.weights[chunk, a]
-                    full = np.zeros((len(first), P + 5))
-                    at = [2 + (j if j < P else P + (j - sensitivities.own) // len(rows)) for j in named]
-                    full[:, 0] = np.add.reduceat(w, first)
-                    full[:, 1] = np.add.reduceat(w * fitted.e[i][chunk, a], first)
-                    full[:, at] = J.T * full[:, :1]
-                    rows[a].append(full)
-            self.steps.append(held * record.step)
-            self.response.append([error_dynamics(own, held) for own in L.filters(record, point)])
-            self.times.append(means(record.time[:, None], held)[:, 0])
-            self.variables.append(rig.tables.values(record, fitted.parameters, fitted.motion[i]))
-        self.ends = np.cumsum([0, *map(len, self.times)])
-        for a, chunks in enumerate(rows):
-            stacked = np.concatenate(chunks)
-            w = np.sqrt(stacked[:, 0]) / fitted.sigma[a]
-            stacked[:, 1:] *= (w / np.maximum(stacked[:, 0], 1e-12))[:, None]
-            e, A = stacked[:, 1], stacked[:, 2:]
-            self.w, self.A = [*self.w, w], [*self.A, A]
-            part = slice(a, 3 * len(rows), len(rows))  # torque, angle and rate of every log
-            prior = np.concatenate((np.ones(P), np.tile(L.widths[part] ** -2.0, len(self.times))))
-            H, left = np.diag(prior), self.across(a, A[:, :P])
-            H[:, :P] += left
-            H[:P, P:] += left[P:].T
-            for own, (first, last) in zip(range(P, len(H), 3), pairwise(self.ends), strict=True):
-                H[own : own + 3, own : own + 3] += A[first:last, P:].T @ A[first:last, P:]
-            root = cholesky(H, lower=True)
-            x = prior * np.concatenate((fitted.x, point.own[:, part].ravel()))
-            c = cho_solve((root, True), self.across(a, e) + x)
-            of_logs = [A[first:last, P:] @ own for own, (first, last) in
-                       zip(c[P:].reshape(-1, 3), pairwise(self.ends), strict=True)]  # fmt: skip
-            self.root, self.e = [*self.root, root], [*self.e, e - A[:, :P] @ c[:P] - np.concatenate(of_logs)]
 
-    def across(self, a: int, values: Array) -> Array:
-        """A'v of values v (N, ...): derivatives by the P coordinates first, then by the three of every log's own."""
-        A = self.A[a]
-        own = [A[first:last, -3:].T @ values[first:last] for first, last in pairwise(self.ends)]
-        return np.concatenate((A[:, :-3].T @ values, *own))
+def _explained(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unknown]:
+    """Weigh groups of torques of axis ``a``, each apart, beside the plant that is fitted."""
+    columns = [Coordinate("", 0.0, width, step=1.0, torque=(a, [width * own[:, j] for own in torques]))
+               for *_, width, torques in groups for j in range(torques[0].shape[1])]  # fmt: skip
+    P, x = len(fitted.x), np.concatenate((fitted.x, np.zeros(len(columns))))
+    H, g = linearise(
+        fitted.likelihood, fitted.point, (*fitted.coordinates, *columns), x, fitted.sigma, (fitted.e, fitted.motion)
+    ).total
+    beside, found, last = np.linalg.solve(H[:P, :P], H[:P]), list[Unknown](), P
+    for variable, head, spacing, width, torques in groups:
+        J = slice(last, last := last + torques[0].shape[1])
+        C = np.linalg.inv(H[J, J] - H[J, :P] @ beside[:, J])
+        u = beside[:, J].T @ g[:P] - g[J]
+        S, k = float(0.5 * u @ C @ u), float(len(C) - np.trace(C)) + (variable == TIME)  # its frequency is chosen
+        axis = fitted.likelihood.rig.axes[a]
+        found.append(Unknown(axis, variable, head, spacing, width * (C @ u), width**2 * C, S, k))
+    return found
 
-    def explained(self, a: int, torques: Sequence[Array], width: float) -> tuple[Array, Array, float, float]:
-        """Weights of torques (n_i, k) of axis ``a`` under a prior of ``width``, their covariance, S and k."""
-        parts = [lfilter(*response[a], Phi, axis=0) for response, Phi in zip(self.response, torques, strict=True)]
-        J: Array = np.concatenate(parts) * self.w[a][:, None]
-        known = solve_triangular(self.root[a], self.across(a, J), lower=True)
-        D = width**2 * (J.T @ J - known.T @ known)
-        u = -width * (J.T @ self.e[a])
-        C = np.linalg.inv(D + np.eye(len(D)))
-        return width * (C @ u), np.asarray(width**2 * C), float(0.5 * u @ C @ u), float(np.trace(D @ C))
 
-    def curve(self, a: int, variable: str) -> Unknown:
-        """Curve over one variable, where it has been."""
-        column, knots = list(self.tables.variables).index(variable), self.tables.basis(np.zeros(1)).shape[1]
-        x = [values[:, column] for values in self.variables]
-        low, high = np.quantile(np.concatenate(x)[self.w[a] > 0.0], (0.001, 0.999))
-        if variable in self.tables.turning:
+def _variables(fitted: Fit) -> list[Array]:
+    """Give the variables of the tables along each record's motion, shape (n_i, V)."""
+    L, tables = fitted.likelihood, fitted.likelihood.rig.tables
+    return [tables.values(record, fitted.parameters, own) for record, own in zip(L.records, fitted.motion, strict=True)]
+
+
+def _visited(fitted: Fit, a: int) -> Array:
+    """Variables of the tables where axis ``a`` counts, of all records, shape (n, V)."""
+    count = [means(record.weights[:, [a]], record.held)[:, 0] > 0.0 for record in fitted.likelihood.records]
+    return np.concatenate(_variables(fitted))[np.concatenate(count)]
+
+
+def _curves(fitted: Fit, a: int) -> Iterator[Torques]:
+    """Curves of an axis over each of the variables, where it has been."""
+    tables, x = fitted.likelihood.rig.tables, _variables(fitted)
+    ends = np.quantile(_visited(fitted, a), (0.001, 0.999), axis=0).T.tolist()
+    for column, (variable, (low, high)) in enumerate(zip(tables.variables, ends, strict=True)):
+        if variable in tables.turning:
             low, high = 0.0, 2.0 * np.pi
-        first, spacing = float(low), max(float(high - low), 1e-6) / (knots - 1)
-        torques = [_basis(self.tables, variable, first, spacing, own) for own in x]
-        return Unknown(self.axes[a], variable, first, spacing, *self.explained(a, torques, OWN[0]))
+        spacing = max(high - low, 1e-6) / (tables.knots - 1)
+        torques = [_basis(tables, variable, low, spacing, own[:, column]) for own in x]
+        yield variable, low, spacing, OWN[0], torques
 
-    def waves(self, a: int, frequency: float) -> Unknown:
-        """Torque of one frequency [Hz], its phase and amplitude free in every log."""
-        waves = [np.exp(2j * np.pi * frequency * t) for t in self.times]
-        both = [np.column_stack((wave.imag, wave.real)) for wave in waves]
-        torques = [np.kron(own, two) for own, two in zip(np.eye(len(both)), both, strict=True)]
-        x, C, S, k = self.explained(a, torques, 10.0 * OWN[0])
-        return Unknown(self.axes[a], TIME, 0.0, frequency, x, C, S, k + 1.0)
 
-    def refined(self, a: int, frequency: float) -> Unknown:
-        """Period that explains most within a bin of ``frequency`` [Hz], to .02 of a bin."""
-        bin_width = 1.0 / max(float(t[-1]) for t in self.times)
-        best = minimize_scalar(
-            lambda f: -self.waves(a, float(f)).nats, bounds=(frequency - bin_width, frequency + bin_width),
-            method="bounded", options={"xatol": 0.02 * bin_width},
-        )  # fmt: skip
-        return self.waves(a, float(best.x))
+def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
+    """Torque of one period, its phase and amplitude free in every log, where the periodogram stands out most.
 
-    def period(self, a: int) -> Unknown:
-        """Period where the periodogram, summed over the logs, stands out most."""
-        longest, step = max(float(t[-1]) for t in self.times), self.steps[0]
-        size = 2 ** int(np.ceil(np.log2(longest / step) + 3))  # a line between two bins loses 1 %
-        f, power = np.fft.rfftfreq(size, step), np.zeros(size // 2 + 1)
-        for h, first, last in zip(self.steps, self.ends, self.ends[1:], strict=False):
-            own = np.abs(np.fft.rfft(self.e[a][first:last], size)) ** 2 / (last - first)
-            power += np.interp(f, np.fft.rfftfreq(size, h), own)
-        power[(f < max(PERIODIC_BAND[0], PERIODS / longest)) | (f > PERIODIC_BAND[1])] = 0.0
-        return self.waves(a, float(f[power.argmax()]))
+    The periodogram is that of the innovations, summed over the logs; with ``near`` [Hz] within a bin of it.
+    """
+    records = fitted.likelihood.records
+    longest, step = max(float(record.time[-1]) for record in records), records[0].held * records[0].step
+    finer = 3 if near is None else 6  # a line between two bins loses 1 %, or lies within a hundredth of a bin
+    size = 2 ** int(np.ceil(np.log2(longest / step) + finer))
+    f, power = np.fft.rfftfreq(size, step), np.zeros(size // 2 + 1)
+    for record, e in zip(records, fitted.e, strict=True):
+        white = means((record.weights * e)[:, [a]], record.held)[:, 0]
+        own = np.abs(np.fft.rfft(white, size)) ** 2 / len(white)
+        power += np.interp(f, np.fft.rfftfreq(size, record.held * record.step), own)
+    low, high = max(PERIODIC_BAND[0], PERIODS / longest), PERIODIC_BAND[1]
+    if near is not None:
+        low, high = max(low, near - 1.0 / longest), min(high, near + 1.0 / longest)
+    power[(f < low) | (f > high)] = 0.0
+    frequency = float(f[power.argmax()])
+    turns = [np.exp(2j * np.pi * frequency * means(r.time[:, None], r.held)[:, 0]) for r in records]
+    both = [np.column_stack((turn.imag, turn.real)) for turn in turns]
+    of_logs = [np.kron(own, two) for own, two in zip(np.eye(len(both)), both, strict=True)]
+    return TIME, 0.0, frequency, 10.0 * OWN[0], of_logs
 
 
 def _basis(tables: type[Tables], variable: str, first: float, spacing: float, x: Array) -> Array:
@@ -185,12 +146,10 @@ def _basis(tables: type[Tables], variable: str, first: float, spacing: float, x:
 
 def scan(fitted: Fit) -> list[Unknown]:
     """Score what a fit and its catalogue lack: of every axis curves, if it has none, and the strongest period."""
-    seen, found = _Seen(fitted), []
-    for a, axis in enumerate(seen.axes):
-        if seen.w[a].any():
-            found.append(seen.period(a))
-            if not set(seen.tables.fields(axis, "")) & set(fitted.fields):
-                found += [seen.curve(a, name) for name in seen.tables.variables]
+    rig, moving, found = fitted.likelihood.rig, sum(r.weights.sum(0) for r in fitted.likelihood.records), []
+    for a in np.flatnonzero(moving).tolist():
+        has_table = set(rig.tables.fields(rig.axes[a], "")) & set(fitted.fields)
+        found += _explained(fitted, a, [_period(fitted, a), *(() if has_table else _curves(fitted, a))])
     return sorted(found, key=lambda u: -u.score)
 
 
@@ -221,7 +180,8 @@ def _started(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit, Un
     tables = fitted.likelihood.rig.tables
     if u.variable == TIME:
         alone = fit(fitted.likelihood, fitted.names, _with_waves(fitted, [*found, u]))  # air that does not follow it
-        u = _Seen(_with_waves(alone, found)).refined(fitted.likelihood.rig.axes.index(u.axis), u.spacing)
+        bare, a = _with_waves(alone, found), fitted.likelihood.rig.axes.index(u.axis)
+        (u,) = _explained(bare, a, [_period(bare, a, near=u.spacing)])
         return fit(fitted.likelihood, fitted.names, _with_waves(alone, [*found, u])), u
     fields = tables.fields(u.axis, u.variable)
     shapes = tables.placed(u.axis, u.variable, u.first, u.spacing) | dict(zip(fields, u.weights, strict=True))
@@ -265,10 +225,10 @@ def _described(fitted: Fit, u: Unknown) -> FoundEffect:
 
 def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     """Draw a table's torque where the logs were, less a constant and a line that the model before has itself."""
-    seen, a = _Seen(fitted), fitted.likelihood.rig.axes.index(u.axis)
-    tables, turning = seen.tables, u.variable in seen.tables.turning
-    x = u.first + u.spacing * np.linspace(0.0, tables.basis(np.zeros(1)).shape[1] - 1.0, POINTS)
-    values = np.concatenate(seen.variables)[seen.w[a] > 0.0, list(tables.variables).index(u.variable)]
+    tables = fitted.likelihood.rig.tables
+    turning = u.variable in tables.turning
+    x = u.first + u.spacing * np.linspace(0.0, tables.knots - 1.0, POINTS)
+    values = _visited(fitted, fitted.likelihood.rig.axes.index(u.axis))[:, list(tables.variables).index(u.variable)]
     values = u.first + np.mod(values - u.first, 2.0 * np.pi) if turning else np.clip(values, x[0], x[-1])
     visits = np.sqrt(np.histogram(values, np.append(x, x[-1]) - 0.5 * (x[1] - x[0]))[0])
     visits[[0, -1]] = visits[[0, -1]].max()  # half a bin each, and of a turn the same angle
