@@ -199,8 +199,9 @@ class Sensitivities:
             own, lagging = rig.accelerations(slower, acting, seen, blocks.start, lagging)
             torques[:, pushing] = (own[:, 1:] - own[:, :1]) / widths[pushing]
             torques[:, P] = 1.0
-            for j, (axis, given) in ((j, move.torque) for j, move in enumerate(moves) if move.torque is not None):
-                torques[axis, j] = given[i][blocks]
+            for j, move in enumerate(moves):
+                if move.torque is not None:
+                    torques[move.torque[0], j] = move.torque[1][i][blocks]
             fast, slow = [], []
             for k, axis in enumerate(axes):
                 passed = torques[k].any(1) | memory[k].any(1)

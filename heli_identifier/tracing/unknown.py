@@ -71,18 +71,18 @@ def _explained(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unknown]:
     """Weigh groups of torques of axis ``a``, each apart, beside the plant that is fitted."""
     columns = [Coordinate("", 0.0, width, step=1.0, torque=(a, [width * own[:, j] for own in torques]))
                for *_, width, torques in groups for j in range(torques[0].shape[1])]  # fmt: skip
-    P, x = len(fitted.x), np.concatenate((fitted.x, np.zeros(len(columns))))
+    P, all_x = len(fitted.x), np.concatenate((fitted.x, np.zeros(len(columns))))
     H, g = linearise(
-        fitted.likelihood, fitted.point, (*fitted.coordinates, *columns), x, fitted.sigma, (fitted.e, fitted.motion)
+        fitted.likelihood, fitted.point, (*fitted.coordinates, *columns), all_x, fitted.sigma, (fitted.e, fitted.motion)
     ).total
     beside, found, last = np.linalg.solve(H[:P, :P], H[:P]), list[Unknown](), P
     for variable, head, spacing, width, torques in groups:
         J = slice(last, last := last + torques[0].shape[1])
-        C = np.linalg.inv(H[J, J] - H[J, :P] @ beside[:, J])
+        C = np.asarray(np.linalg.inv(H[J, J] - H[J, :P] @ beside[:, J]), dtype=float)
         u = beside[:, J].T @ g[:P] - g[J]
         S, k = float(0.5 * u @ C @ u), float(len(C) - np.trace(C)) + (variable == TIME)  # its frequency is chosen
-        axis = fitted.likelihood.rig.axes[a]
-        found.append(Unknown(axis, variable, head, spacing, width * (C @ u), width**2 * C, S, k))
+        axis, x = fitted.likelihood.rig.axes[a], np.asarray(width * (C @ u))
+        found.append(Unknown(axis, variable, head, spacing, x, np.asarray(width**2 * C), S, k))
     return found
 
 
