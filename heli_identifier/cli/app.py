@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 import heli_identifier
-from heli_identifier.cli.arguments import Command
+from heli_identifier.cli.arguments import Command, Group
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.in_flight import follow, stream
 from heli_identifier.cli.on_logs import check, compare, diagnose, identify, look
@@ -16,6 +16,7 @@ from heli_identifier.cli.on_units import build, simulate, ssp
 
 app = typer.Typer(
     name="heli",
+    cls=Group,
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,

@@ -2,13 +2,13 @@
 
 import os
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperGroup
 
 import fmu_src
 import heli_identifier as hi
@@ -73,6 +73,30 @@ SPREAD = "--validate"
 """Option that takes several values in a row."""
 
 
+def in_a_sentence(use: Callable[..., Any], ctx: Any, *words: Any) -> Any:
+    """Parse words, or find the command that they name; a mistake in them is said in one sentence."""
+    try:
+        return use(ctx, *words)
+    except Exception as error:
+        if not hasattr(error, "format_message"):  # a usage error has it, whose class has another place by version
+            raise
+        said = error.format_message().rstrip(".")
+        raise fail(said if said.endswith("?") else f"{said}; see {ctx.command_path} --help") from error
+
+
+class Group(TyperGroup):
+    """The commands by their names."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the options before the command; without any word the help is shown."""
+        parsed: list[str] = in_a_sentence(super().parse_args, ctx, args) if args else super().parse_args(ctx, args)
+        return parsed
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find the command that is named."""
+        return in_a_sentence(super().resolve_command, ctx, args)
+
+
 class Command(TyperCommand):
     """A command whose option ``--validate`` takes all words up to the next option: ``--validate a.csv b.csv``."""
 
@@ -86,12 +110,8 @@ class Command(TyperCommand):
                 raise fail("an argument is empty; name the file, or set the variable that should name it")
             if any(a == SPREAD and b.startswith("-") for a, b in pairwise(args)):
                 raise fail(f"{SPREAD} names no log; put one or more after it, or leave it out")
-        try:
-            return super().parse_args(ctx, spread(args))
-        except Exception as error:
-            if not hasattr(error, "format_message"):  # a usage error has it, whose class has another place by version
-                raise
-            raise fail(f"{error.format_message().rstrip('.')}; see {ctx.command_path} --help") from error
+        parsed: list[str] = in_a_sentence(super().parse_args, ctx, spread(args))
+        return parsed
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Let the help show what a parameter is called, not its type in Python."""

@@ -44,6 +44,7 @@ OPTIONS = (
     Fault("an endless experiment", nothing, f"{DESIGN} --duration inf", "duration = inf s must lie in [20, 3600] s"),
     Fault("an operating point on the rig's back", parameters(), "heli linearise parameters.json --pitch 9 -o out", "pitch = 9.0 rad must lie in [-1.5, 1.5] rad"),
     Fault("too few plants for a design", parameters(), "heli design-controller parameters.json --plants 5 -o out", "plants = 5 must lie in [20, 20000]."),
+    Fault("a command that there is not", good, "heli diagnos log.csv", "No such command 'diagnos'. Did you mean 'diagnose'"),
     Fault("an option that there is not", good, "heli diagnose log.csv --outputs out", "No such option: --outputs"),
     Fault("a word for a number", good, "heli diagnose log.csv --from start", "Invalid value for '--from'"),
     Fault("a fleet of one rig by two names", lambda f: ((f / "a").mkdir(), good(f / "a"), (f / "b").symlink_to("a")), "heli fleet a b -o out", "a is given 2 times"),
