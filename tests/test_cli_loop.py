@@ -13,9 +13,9 @@ import pytest
 
 from fmu_src import UNITS, build
 from fmu_src.native.toolchain import LINUX, compiler
-from heli_identifier.cli.on_logs import NATIVE_PLANT
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import LogFormat, demo_files, write_log
+from heli_identifier.results import NATIVE_PLANT
 from heli_identifier.results.parameters import plant_values
 from heli_identifier.results.unit import check_free_run, unit_run
 from heli_identifier.tools import read_split

@@ -13,9 +13,8 @@ from time import monotonic, sleep
 import numpy as np
 import pytest
 
-from heli_identifier.cli.after_flight import _drawbacks, part
 from heli_identifier.cli.arguments import controller_of
-from heli_identifier.cli.in_flight import Adviser
+from heli_identifier.cli.flight import Adviser, _drawbacks, part
 from heli_identifier.live import USUAL_LAYOUT, Datagram, encode, read_layout
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_files, read_log, write_log

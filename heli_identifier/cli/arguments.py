@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -21,52 +21,51 @@ if TYPE_CHECKING:
     from heli_plant.control import PidSettings
 
 
-def option(text: str, *names: str, metavar: str = "", **more: Any) -> Any:
-    """Give an option of a command with its help; a flag has no ``metavar``."""
-    return typer.Option(*names, metavar=metavar, help=text, **more)
+def argument(default: Any, text: str, metavar: str, **more: Any) -> Any:
+    """Give an argument of a command with its default (... if it must be given) and its help."""
+    return typer.Argument(default, metavar=metavar, help=text, **more)
 
 
-def argument(text: str, metavar: str, **more: Any) -> Any:
-    """Give an argument of a command with its help."""
-    return typer.Argument(metavar=metavar, help=text, **more)
+def option(default: Any, text: str, *names: str, metavar: str = "", **more: Any) -> Any:
+    """Give an option of a command with its default and its help; a flag has no ``metavar``."""
+    return typer.Option(default, *names, metavar=metavar, help=text, **more)
 
 
-Logs = Annotated[list[Path], argument("Measured logs, CSV or MATLAB, 50 Hz to 2 kHz, all of one rig.", "LOG")]
-CONFIGURATION = "Configuration of the rig, written by `heli init`; heli.toml of this folder by default."
-Config = Annotated[Path | None, option(CONFIGURATION, "--config", "-c", metavar="FILE")]
-From = Annotated[float | None, option("First instant used, in the log's own time.", "--from", metavar="SECONDS")]
-To = Annotated[float | None, option("Last instant used, in the log's own time.", "--to", metavar="SECONDS")]
-Folder = Annotated[Path, option("Folder of the results.", "--output", "-o", metavar="DIR", show_default=True)]
-Json = Annotated[bool, option("Print the result as JSON, and nothing else, on standard output.", "--json")]
-Verbose = Annotated[bool, option("Print more: intervals, reasons, what was tried.", "--verbose", "-v")]
-SETTING = "A parameter by its structured name; may be repeated."
-Settings = Annotated[list[str], option(SETTING, "--set", "-s", metavar="NAME=VALUE", show_default=False)]
-OF_UNIT = "parameters.json of a diagnosis, for the unit it names."
-Parameters = Annotated[Path | None, option(OF_UNIT, "--parameters", "-p", metavar="FILE")]
-PlantFile = Annotated[Path, option("parameters.json of a diagnosis.", "--parameters", "-p", metavar="FILE")]
-PlantArgument = Annotated[Path, argument("parameters.json of a diagnosis or identification.", "FILE")]
-PLANT_FILE = Path("parameters.json")
-LAYOUT = "A datagram's doubles by name in their order, or json; by default"
-Layout = Annotated[
-    str | None, option(f"{LAYOUT} 'sequence time v_front v_rear pitch elevation travel'.", metavar="NAMES")
-]
-PID = "controller.json: parameters of the controller that flies the rig."
-Controller = Annotated[Path | None, option(PID, metavar="FILE")]
-IN_C = "Units in C, which need no Python on their host (compilers: extra `native`, or gcc)."
-Native = Annotated[bool, option(IN_C, "--native")]
-ScenarioName = Annotated[
-    str,
-    argument(
-        "open_loop, closed_loop, state_feedback, measured_data, plant_beside_log, follow or live.",
-        "SCENARIO",
-        autocompletion=lambda: list(fmu_src.SCENARIOS),
-    ),
-]
+def folder(default: str) -> Any:
+    """Give the option of the folder of the results."""
+    return option(Path(default), "Folder of the results.", "--output", "-o", metavar="DIR", show_default=True)
 
 
 def to_file(text: str) -> Any:
     """Give the option of a file to write."""
-    return Annotated[Path | None, option(text, "--output", "-o", metavar="FILE")]
+    return option(None, text, "--output", "-o", metavar="FILE")
+
+
+LOGS = argument(..., "Measured logs, CSV or MATLAB, 50 Hz to 2 kHz, all of one rig.", "LOG")
+OF_RIG = "Configuration of the rig, written by `heli init`; heli.toml of this folder by default."
+CONFIG = option(None, OF_RIG, "--config", "-c", metavar="FILE")
+FROM = option(None, "First instant used, in the log's own time.", "--from", metavar="SECONDS")
+TO = option(None, "Last instant used, in the log's own time.", "--to", metavar="SECONDS")
+JSON = option(False, "Print the result as JSON, and nothing else, on standard output.", "--json")
+VERBOSE = option(False, "Print more: intervals, reasons, what was tried.", "--verbose", "-v")
+SETTING = "A parameter by its structured name; may be repeated."
+SETTINGS = option([], SETTING, "--set", "-s", metavar="NAME=VALUE", show_default=False)
+OF_UNIT = "parameters.json of a diagnosis, for the unit it names."
+PARAMETERS = option(None, OF_UNIT, "--parameters", "-p", metavar="FILE")
+PLANT_FILE = Path("parameters.json")
+PLANT_OPTION = option(PLANT_FILE, "parameters.json of a diagnosis.", "--parameters", "-p", metavar="FILE")
+PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis or identification.", "FILE")
+USUAL = "A datagram's doubles by name in their order, or json; by default"
+LAYOUT = option(None, f"{USUAL} 'sequence time v_front v_rear pitch elevation travel'.", metavar="NAMES")
+CONTROLLER = option(None, "controller.json: parameters of the controller that flies the rig.", metavar="FILE")
+IN_C = "Units in C, which need no Python on their host (compilers: extra `native`, or gcc)."
+NATIVE = option(False, IN_C, "--native")
+
+
+def scenario_name(default: Any) -> Any:
+    """Give the argument that names a scenario."""
+    names = "open_loop, closed_loop, state_feedback, measured_data, plant_beside_log, follow or live."
+    return argument(default, names, "SCENARIO", autocompletion=lambda: list(fmu_src.SCENARIOS))
 
 
 SPREAD = "--validate"
@@ -192,6 +191,14 @@ def read_with_doubts(file: Path) -> "hi.ParameterSet":
     return parameters
 
 
+def warn_of_missing_compilers(all_platforms: bool = False) -> None:
+    """Say for which platforms native units hold sources only."""
+    from fmu_src.native import without_compiler
+
+    if problem := without_compiler(all_platforms):
+        warn(problem)
+
+
 def sets_by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, "hi.ParameterSet"]:
     """Give a parameters.json under the units that take it; refuse it if none of ``units`` does."""
     if file is None:
@@ -203,15 +210,16 @@ def sets_by_unit(file: Path | None, units: Collection[str], refusal: str) -> dic
     return dict.fromkeys(takers, parameters)
 
 
-def by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, dict[str, float]]:
-    """Give the values of a parameters.json under the units that take them, as :func:`sets_by_unit`."""
-    return {unit: own.start_values for unit, own in sets_by_unit(file, units, refusal).items()}
+def values_of(unit: str, file: Path | None) -> dict[str, float]:
+    """Give the values of a file that must hold parameters of a unit; none without a file."""
+    given = sets_by_unit(file, [unit], f"those of the {unit} are needed")
+    return given[unit].start_values if given else {}
 
 
 def controller_of(default: "PidSettings", file: Path | None, words: Sequence[str] = ()) -> "PidSettings":
     """Give a PID with the parameters of its file, if there is one, and of ``name=value`` words, which outrank it."""
     unit = tools.CONTROLLER
-    values: dict[str, Any] = by_unit(file, [unit], f"those of the {unit} are needed").get(unit, {})
+    values: dict[str, Any] = values_of(unit, file)
     own = fmu_src.checked_start_values(fmu_src.unit_class(unit), assignments(words))
     return tools.controller_settings(default, values | own)
 
@@ -224,10 +232,10 @@ def in_scenario(
     Units named in ``foreign`` come as FMU files, and their parameters are not checked here.
     """
     units = dict(fmu_src.scenario(scenario).units)
-    given = by_unit(file, units.values(), f"which scenario {scenario} does not have")
-    values: dict[str, fmu_src.Value] = {
-        f"{name}.{key}": value for name, unit in units.items() for key, value in given.get(unit, {}).items()
-    }
+    given = sets_by_unit(file, units.values(), f"which scenario {scenario} does not have")
+    values: dict[str, fmu_src.Value] = {}
+    for name, unit in units.items():
+        values |= {f"{name}.{key}": own for key, own in given[unit].start_values.items()} if unit in given else {}
     for label, text in assignments(words).items():
         unit, _, name = label.partition(".")
         if not name:

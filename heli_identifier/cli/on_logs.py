@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -13,32 +12,27 @@ from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
 from heli_identifier.cli.guard import refuse
-from heli_identifier.cli.terminal import note, print_notes, progress_bar, warn
+from heli_identifier.cli.terminal import note, print_notes, progress_bar
 from heli_identifier.errors import ConfigurationError, require_positive
-from heli_identifier.files import draft_folder, write_atomically
+from heli_identifier.files import write_atomically
 
 FAILED = 1
 """Exit code where the model no longer explains a log, or a rig could not be diagnosed."""
-
-NATIVE_PLANT = "HelicopterPlant-native.fmu"
-"""File of the corrected plant in C."""
 
 HELD_OUT = "Held-out logs; by default the last log, or the last third of a single one."
 
 
 def diagnose(
-    logs: args.Logs,
-    output: args.Folder = Path("diagnosis"),
-    validate: Annotated[list[Path], option(HELD_OUT, metavar="LOG...", show_default=False)] = [],
-    keep_events: Annotated[
-        bool, option("Keep passages in which a hand or an obstacle acts on the rig.", "--keep-events")
-    ] = False,
-    start: args.From = None,
-    end: args.To = None,
-    config: args.Config = None,
-    native: args.Native = False,
-    json: args.Json = False,
-    verbose: args.Verbose = False,
+    logs: list[Path] = args.LOGS,
+    output: Path = args.folder("diagnosis"),
+    validate: list[Path] = option([], HELD_OUT, metavar="LOG...", show_default=False),
+    keep_events: bool = option(False, "Keep passages in which a hand or an obstacle acts on the rig.", "--keep-events"),
+    start: float | None = args.FROM,
+    end: float | None = args.TO,
+    config: Path | None = args.CONFIG,
+    native: bool = args.NATIVE,
+    json: bool = args.JSON,
+    verbose: bool = args.VERBOSE,
 ) -> None:
     """Find what the model lacks, add it, compare on held-out logs, and build the corrected plant.
 
@@ -51,7 +45,9 @@ def diagnose(
     for line in () if json else results.diagnosis_lines(diagnosis, training):
         typer.echo(results.typeset(line))
     terminal.print_diagnosis(diagnosis, verbose, json)
-    terminal.note_written(output, (*results.RESULTS, NATIVE_PLANT) if native else results.RESULTS)
+    terminal.note_written(output, (*results.RESULTS, results.NATIVE_PLANT) if native else results.RESULTS)
+    if native:
+        args.warn_of_missing_compilers()
 
 
 def diagnosed(
@@ -82,32 +78,16 @@ def diagnosed(
 
             diagnosis = hi.diagnose(training, held_out=held_out, settings=settings, progress=first)
             progress("building and running the corrected unit", 0.9)
-            results.write_results(diagnosis, configuration.name, draft)
-            if native:
-                _build_native_plant(diagnosis, draft)
+            results.write_results(diagnosis, configuration.name, draft, native)
     return diagnosis, training, held_out
 
 
-def _build_native_plant(diagnosis: "hi.Diagnosis", folder: Path) -> None:
-    """Build the corrected plant in C beside the one in Python, and hold it to the reported free run as well."""
-    from fmu_src.native import runs_here, without_compiler
-
-    parameters = results.corrected_parameters(diagnosis)
-    with draft_folder() as apart:
-        built = hi.build(parameters.unit, apart, parameters, native=True)
-        if runs_here():
-            results.check_free_run(built, diagnosis)
-        (folder / NATIVE_PLANT).write_bytes(built.read_bytes())
-    if problem := without_compiler():
-        warn(problem)
-
-
 def look(
-    logs: args.Logs,
-    start: args.From = None,
-    end: args.To = None,
-    config: args.Config = None,
-    json: args.Json = False,
+    logs: list[Path] = args.LOGS,
+    start: float | None = args.FROM,
+    end: float | None = args.TO,
+    config: Path | None = args.CONFIG,
+    json: bool = args.JSON,
 ) -> None:
     """Look at the logs of one rig: who flew, what moved, which gains these logs determine, what to fly next.
 
@@ -117,17 +97,18 @@ def look(
     terminal.show(hi.look(recorded, configuration=configuration), json)
 
 
+METHOD = "adaptation or prediction_error; by default the one that suits the logs."
+
+
 def identify(
-    logs: args.Logs,
-    output: args.Folder = Path("identification"),
-    filter_frequency: Annotated[float, option("Bandwidth of the state filters.", metavar="RAD/S")] = 1.0,
-    method: Annotated[
-        str | None, option("adaptation or prediction_error; by default the one that suits the logs.", metavar="NAME")
-    ] = None,
-    start: args.From = None,
-    end: args.To = None,
-    config: args.Config = None,
-    json: args.Json = False,
+    logs: list[Path] = args.LOGS,
+    output: Path = args.folder("identification"),
+    filter_frequency: float = option(1.0, "Bandwidth of the state filters.", metavar="RAD/S"),
+    method: str | None = option(None, METHOD, metavar="NAME"),
+    start: float | None = args.FROM,
+    end: float | None = args.TO,
+    config: Path | None = args.CONFIG,
+    json: bool = args.JSON,
 ) -> None:
     """Run the on-line identifier over every log and draw how its parameters settle.
 
@@ -136,35 +117,31 @@ def identify(
     Writes parameters.json (all logs together, weighted by their certainty), history.csv and history.svg.
     """
     with results.whole_folder(output) as draft:
-        recorded, configuration = args.logs_of(logs, config, start, end)
+        recorded, known = args.logs_of(logs, config, start, end)
         with progress_bar() as progress:
             found = hi.identify(
-                recorded,
-                configuration=configuration,
-                filter_frequency=filter_frequency,
-                method=method,
-                progress=progress,
+                recorded, configuration=known, filter_frequency=filter_frequency, method=method, progress=progress
             )
             progress("drawing", 1.0)
             found.write(draft)
     terminal.show(found, json, written=(output, found.files))
 
 
+FLOWN = "controller.json of what flew; by default controller.pid of heli.toml."
+LIMIT = "Hold the closed loop's error over 3 s of every followed axis to this."
+
+
 def check(
-    logs: args.Logs,
-    parameters: args.PlantFile = args.PLANT_FILE,
-    factor: Annotated[float, option("Error allowed, as a multiple of the expected one.", metavar="FACTOR")] = 1.3,
-    junit: Annotated[Path | None, option("Write the outcome as JUnit XML.", metavar="FILE")] = None,
-    controller: Annotated[
-        Path | None, option("controller.json of what flew; by default controller.pid of heli.toml.", metavar="FILE")
-    ] = None,
-    limit: Annotated[
-        float | None, option("Hold the closed loop's error over 3 s of every followed axis to this.", metavar="MRAD")
-    ] = None,
-    start: args.From = None,
-    end: args.To = None,
-    config: args.Config = None,
-    json: args.Json = False,
+    logs: list[Path] = args.LOGS,
+    parameters: Path = args.PLANT_OPTION,
+    factor: float = option(1.3, "Error allowed, as a multiple of the expected one.", metavar="FACTOR"),
+    junit: Path | None = option(None, "Write the outcome as JUnit XML.", metavar="FILE"),
+    controller: Path | None = option(None, FLOWN, metavar="FILE"),
+    limit: float | None = option(None, LIMIT, metavar="MRAD"),
+    start: float | None = args.FROM,
+    end: float | None = args.TO,
+    config: Path | None = args.CONFIG,
+    json: bool = args.JSON,
 ) -> None:
     """Hold new logs to the error that the diagnosis found: exit 0 if the model still explains them, 1 if not.
 
@@ -194,18 +171,18 @@ def check(
         raise typer.Exit(FAILED)
 
 
+PREDICTED = "Log on which both plants are to predict; may be repeated."
+
+
 def compare(
-    first: Annotated[Path, argument("Folder that `heli diagnose` wrote.", "FIRST")],
-    second: Annotated[Path, argument("Another one, of this rig or of another.", "SECOND")],
-    log: Annotated[
-        list[Path],
-        option("Log on which both plants are to predict; may be repeated.", metavar="LOG", show_default=False),
-    ] = [],
-    start: args.From = None,
-    end: args.To = None,
-    config: args.Config = None,
-    json: args.Json = False,
-    verbose: args.Verbose = False,
+    first: Path = argument(..., "Folder that `heli diagnose` wrote.", "FIRST"),
+    second: Path = argument(..., "Another one, of this rig or of another.", "SECOND"),
+    log: list[Path] = option([], PREDICTED, metavar="LOG", show_default=False),
+    start: float | None = args.FROM,
+    end: float | None = args.TO,
+    config: Path | None = args.CONFIG,
+    json: bool = args.JSON,
+    verbose: bool = args.VERBOSE,
 ) -> None:
     """Compare two diagnoses: which parameters and effects differ by more than their intervals, which plant is better.
 

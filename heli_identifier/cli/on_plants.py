@@ -3,7 +3,7 @@
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 def effects(
-    axis: Annotated[str, option("Only effects on this axis: pitch, elevation, travel or rotors.", metavar="AXIS")] = "",
-    json: args.Json = False,
-    verbose: args.Verbose = False,
+    axis: str = option("", "Only effects on this axis: pitch, elevation, travel or rotors.", metavar="AXIS"),
+    json: bool = args.JSON,
+    verbose: bool = args.VERBOSE,
 ) -> None:
     """List every effect that a model may lack: its law, unit, plausible range and source."""
     from heli_plant.effects import CATALOGUE
@@ -40,7 +40,6 @@ def effects(
     answer(json, document, [results.Table("Effects", columns, rows)])
 
 
-SEPARATE = "Two effects to separate, each NAME or NAME:AXIS."
 CLOSED_LOOP = "What to add to a flight under the controller, for its parameters."
 
 READING = (
@@ -54,19 +53,19 @@ DEFAULT_GAINS = "no --controller given: the PID of the units flies with its defa
 
 
 def design(
-    separate: Annotated[tuple[str, str] | None, option(SEPARATE, metavar="A B")] = None,
-    show: Annotated[str | None, option("One effect to make visible, NAME or NAME:AXIS.", metavar="A")] = None,
-    parameters: args.Parameters = None,
-    duration: Annotated[float, option("Length of the experiment, 20 to 3600.", metavar="SECONDS")] = 90.0,
-    pitch_limit: Annotated[float, option("Largest pitch either way.", metavar="RAD")] = 1.2,
-    elevation_limit: Annotated[float, option("Largest elevation either way.", metavar="RAD")] = 0.8,
-    voltage_limit: Annotated[float, option("Largest voltage either way.", metavar="VOLT")] = 5.0,
-    output: args.to_file("Write the best experiment's voltages as CSV.") = None,  # type: ignore[valid-type]
-    closed_loop: Annotated[bool, option(CLOSED_LOOP, "--closed-loop")] = False,
-    hover: Annotated[float, option("Elevation held, with --closed-loop.", metavar="RAD")] = 0.15,
-    controller: args.Controller = None,
-    settings: args.Settings = [],
-    json: args.Json = False,
+    separate: tuple[str, str] | None = option(None, "Two effects to separate, each NAME or NAME:AXIS.", metavar="A B"),
+    show: str | None = option(None, "One effect to make visible, NAME or NAME:AXIS.", metavar="A"),
+    parameters: Path | None = args.PARAMETERS,
+    duration: float = option(90.0, "Length of the experiment, 20 to 3600.", metavar="SECONDS"),
+    pitch_limit: float = option(1.2, "Largest pitch either way.", metavar="RAD"),
+    elevation_limit: float = option(0.8, "Largest elevation either way.", metavar="RAD"),
+    voltage_limit: float = option(5.0, "Largest voltage either way.", metavar="VOLT"),
+    output: Path | None = args.to_file("Write the best experiment's voltages as CSV."),
+    closed_loop: bool = option(False, CLOSED_LOOP, "--closed-loop"),
+    hover: float = option(0.15, "Elevation held, with --closed-loop.", metavar="RAD"),
+    controller: Path | None = args.CONTROLLER,
+    settings: list[str] = args.SETTINGS,
+    json: bool = args.JSON,
 ) -> None:
     """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle.
 
@@ -112,16 +111,15 @@ def _plant(file: Path | None) -> "PlantParameters":
 
     if file is None:
         note("no --parameters given: the published model, Table 2, stands in for the rig")
-    unit = results.PLANT
-    return from_names(args.by_unit(file, [unit], f"those of the {unit} are needed").get(unit, {}))
+    return from_names(args.values_of(results.PLANT, file))
 
 
 def linearise(
-    parameters: args.PlantArgument = args.PLANT_FILE,
-    pitch: Annotated[float, option("Pitch of the operating point.", metavar="RAD")] = 0.0,
-    elevation: Annotated[float, option("Elevation of the operating point.", metavar="RAD")] = 0.0,
-    output: args.Folder = Path("control"),
-    json: args.Json = False,
+    parameters: Path = args.PLANT,
+    pitch: float = option(0.0, "Pitch of the operating point.", metavar="RAD"),
+    elevation: float = option(0.0, "Elevation of the operating point.", metavar="RAD"),
+    output: Path = args.folder("control"),
+    json: bool = args.JSON,
 ) -> None:
     """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
 
@@ -145,23 +143,21 @@ def linearise(
     answer(json, document, [tools.margin_table(made)], made.notes, (output, files))
 
 
-COURSE = "The course's script with masses and lengths, to compare with."
+CONTROLLED = "Angle controlled beside the elevation: pitch or travel."
 
 
 def design_controller(
-    parameters: args.PlantArgument = args.PLANT_FILE,
-    kind: Annotated[str, option("pid, lqr or lqi.", "--kind", "-k", metavar="KIND")] = "lqi",
-    axis: Annotated[
-        str, option("Angle controlled beside the elevation: pitch or travel.", "--axis", metavar="AXIS")
-    ] = "travel",
-    elevation: Annotated[float, option("Elevation of the operating point.", metavar="RAD")] = 0.1,
-    pitch: Annotated[float, option("Pitch of the operating point, with --axis pitch.", metavar="RAD")] = 0.0,
-    period: Annotated[float | None, option("Sampling period; heli.toml's or 0.01.", metavar="SECONDS")] = None,
-    plants: Annotated[int, option("Plants over which the designs are judged.", metavar="N")] = 1000,
-    init: Annotated[Path | None, option(COURSE, "--init", metavar="FILE.m")] = None,
-    config: args.Config = None,
-    output: args.Folder = Path("control"),
-    json: args.Json = False,
+    parameters: Path = args.PLANT,
+    kind: str = option("lqi", "pid, lqr or lqi.", "--kind", "-k", metavar="KIND"),
+    axis: str = option("travel", CONTROLLED, metavar="AXIS"),
+    elevation: float = option(0.1, "Elevation of the operating point.", metavar="RAD"),
+    pitch: float = option(0.0, "Pitch of the operating point, with --axis pitch.", metavar="RAD"),
+    period: float | None = option(None, "Sampling period; heli.toml's or 0.01.", metavar="SECONDS"),
+    plants: int = option(1000, "Plants over which the designs are judged.", metavar="N"),
+    init: Path | None = option(None, "The course's script with masses and lengths, to compare with.", metavar="FILE.m"),
+    config: Path | None = args.CONFIG,
+    output: Path = args.folder("control"),
+    json: bool = args.JSON,
 ) -> None:
     """Design a controller whose margins hold over every plant that the data allow, as a unit, MATLAB code and C.
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
-from typing import Annotated
 
 import typer
 
@@ -28,12 +27,12 @@ RIG_FOLDER = (
 
 
 def fleet(
-    folders: Annotated[list[Path], argument(RIG_FOLDER, "RIG_FOLDER")],
-    output: args.Folder = Path("fleet"),
-    start: args.From = None,
-    end: args.To = None,
-    config: args.Config = None,
-    json: args.Json = False,
+    folders: list[Path] = argument(..., RIG_FOLDER, "RIG_FOLDER"),
+    output: Path = args.folder("fleet"),
+    start: float | None = args.FROM,
+    end: float | None = args.TO,
+    config: Path | None = args.CONFIG,
+    json: bool = args.JSON,
 ) -> None:
     """Diagnose several rigs of one make, and say which effects repeat and which are one rig's own.
 
@@ -64,22 +63,20 @@ def fleet(
         raise typer.Exit(FAILED)
 
 
+OF_RIGS = "Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
+SCHEDULER = "Dask scheduler of a cluster of machines, tcp://host:8786."
 GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
 
 
 def campaign(
-    folder: Annotated[
-        Path | None, argument("Folder with a sub-folder for each rig, with its logs as for `heli fleet`.", "FOLDER")
-    ] = None,
-    output: args.Folder = Path("campaign"),
-    generator: Annotated[str, option(GENERATOR, metavar="MODULE:FUNCTION")] = "",
-    rigs: Annotated[int | None, option("Rigs that the generator makes.", metavar="N")] = None,
-    workers: Annotated[int | None, option("Processes on this machine; one per core by default.", metavar="N")] = None,
-    scheduler: Annotated[
-        str | None, option("Dask scheduler of a cluster of machines, tcp://host:8786.", metavar="ADDRESS")
-    ] = None,
-    config: args.Config = None,
-    json: args.Json = False,
+    folder: Path | None = argument(None, OF_RIGS, "FOLDER"),
+    output: Path = args.folder("campaign"),
+    generator: str = option("", GENERATOR, metavar="MODULE:FUNCTION"),
+    rigs: int | None = option(None, "Rigs that the generator makes.", metavar="N"),
+    workers: int | None = option(None, "Processes on this machine; one per core by default.", metavar="N"),
+    scheduler: str | None = option(None, SCHEDULER, metavar="ADDRESS"),
+    config: Path | None = args.CONFIG,
+    json: bool = args.JSON,
 ) -> None:
     """Diagnose many rigs, on all cores of this machine or on a cluster; started again, it continues where it stopped.
 
@@ -132,8 +129,8 @@ HERE = Path(records.CONFIGURATION_NAME)
 
 
 def init(
-    file: Annotated[Path, argument(TO_INIT, "FILE|LOG", show_default=False)] = HERE,
-    output: Annotated[Path, option("Configuration to write for a log.", "--output", "-o", metavar="FILE")] = HERE,
+    file: Path = argument(HERE, TO_INIT, "FILE|LOG", show_default=False),
+    output: Path = option(HERE, "Configuration to write for a log.", "--output", "-o", metavar="FILE"),
 ) -> None:
     """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag.
 
@@ -169,7 +166,7 @@ def _guess_configuration(log: Path, output: Path) -> Path:
     return path
 
 
-def demo(output: args.Folder = Path("build")) -> None:
+def demo(output: Path = args.folder("build")) -> None:
     """Build the units, then diagnose two rigs whose logs come with the package."""
     began, rigs = perf_counter(), ("rig-a", "rig-b")
     with progress_bar() as progress:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from math import floor, pi
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
@@ -20,24 +20,21 @@ from heli_identifier.cli.terminal import answer, note, progress_bar, warn
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 
+TO_BUILD = "Units to build; all if none is named."
+EVERYWHERE = "Native units for macOS and ARM as well (ARM: with --fmi 3)."
+EXCHANGE = "The native plant for Model Exchange as well, with derivatives."
+
 
 def build(
-    units: Annotated[
-        list[str],
-        argument("Units to build; all if none is named.", "UNIT", autocompletion=lambda: list(fmu_src.UNITS)),
-    ] = [],
-    output: args.Folder = Path("build"),
-    parameters: args.Parameters = None,
-    settings: args.Settings = [],
-    native: args.Native = False,
-    fmi: Annotated[int, option("FMI version of native units: 2 or 3.", metavar="VERSION", min=2, max=3)] = 2,
-    all_platforms: Annotated[
-        bool, option("Native units for macOS and ARM as well (ARM: with --fmi 3).", "--all-platforms")
-    ] = False,
-    model_exchange: Annotated[
-        bool, option("The native plant for Model Exchange as well, with derivatives.", "--model-exchange")
-    ] = False,
-    json: args.Json = False,
+    units: list[str] = argument([], TO_BUILD, "UNIT", autocompletion=lambda: list(fmu_src.UNITS)),
+    output: Path = args.folder("build"),
+    parameters: Path | None = args.PARAMETERS,
+    settings: list[str] = args.SETTINGS,
+    native: bool = args.NATIVE,
+    fmi: int = option(2, "FMI version of native units: 2 or 3.", metavar="VERSION", min=2, max=3),
+    all_platforms: bool = option(False, EVERYWHERE, "--all-platforms"),
+    model_exchange: bool = option(False, EXCHANGE, "--model-exchange"),
+    json: bool = args.JSON,
 ) -> None:
     """Build co-simulation units of FMI 2.0; a parameters.json makes the corrected plant.
 
@@ -64,7 +61,7 @@ def build(
             values: dict[str, float | str] = {**(taken.start_values if taken else {}), **own}
             hi.build(name, draft, whole or values, native=native, fmi=fmi, **kind)
     if native:
-        _warn_of_missing_compilers(all_platforms)
+        args.warn_of_missing_compilers(all_platforms)
         if not units:
             others = ", ".join(name for name in fmu_src.UNITS if name not in names)
             warn(f"not made in C: {others}; build them without --native")
@@ -76,20 +73,13 @@ def _with_size(file: Path) -> str:
     return f"{file}  {file.stat().st_size / 1000.0:.0f} kB"
 
 
-def _warn_of_missing_compilers(all_platforms: bool = False) -> None:
-    from fmu_src.native import without_compiler
-
-    if problem := without_compiler(all_platforms):  # for some platforms native units hold sources only
-        warn(problem)
-
-
 def ssp(
-    scenario: args.ScenarioName,
-    output: args.to_file("The .ssp file; SCENARIO.ssp by default.") = None,  # type: ignore[valid-type]
-    parameters: args.Parameters = None,
-    settings: args.Settings = [],
-    duration: Annotated[float, option("Stop time of the default experiment.", metavar="SECONDS")] = 90.0,
-    native: args.Native = False,
+    scenario: str = args.scenario_name(...),
+    output: Path | None = args.to_file("The .ssp file; SCENARIO.ssp by default."),
+    parameters: Path | None = args.PARAMETERS,
+    settings: list[str] = args.SETTINGS,
+    duration: float = option(90.0, "Stop time of the default experiment.", metavar="SECONDS"),
+    native: bool = args.NATIVE,
 ) -> None:
     """Write a scenario with its units and parameters as one SSP file."""
     from fmu_src.ssp import write_ssp
@@ -97,39 +87,36 @@ def ssp(
     values = args.in_scenario(scenario, parameters, settings)
     path = write_ssp(scenario, output or Path(f"{scenario}.ssp"), values, duration=duration, native=native)
     if native:
-        _warn_of_missing_compilers()
+        args.warn_of_missing_compilers()
     typer.echo(_with_size(path))
 
 
 # --- simulate --------------------------------------------------------------------------------------------------------
 
 OF_A_UNIT = "FMU file of a unit; by default the unit is built."
+LENGTH = "Length; by default the log's, or 60 s."
 RUNS = "With --native: N more runs, the plant's parameters drawn by the standard errors of --parameters."
 
 
 def simulate(
-    scenario: args.ScenarioName = "open_loop",
-    duration: Annotated[
-        float | None, option("Length; by default the log's, or 60 s.", "--duration", "-d", metavar="SECONDS")
-    ] = None,
-    step: Annotated[
-        float | None, option("Communication step; by default the log's, or 0.01 s.", metavar="SECONDS")
-    ] = None,
-    settings: args.Settings = [],
-    parameters: args.Parameters = None,
-    controller: args.Controller = None,
-    fmu: Annotated[list[str], option(OF_A_UNIT, metavar="UNIT=FILE", show_default=False)] = [],
-    log: Annotated[Path | None, option("Log that the scenario plays.", metavar="LOG")] = None,
-    start: args.From = None,
-    end: args.To = None,
-    config: args.Config = None,
-    output: args.to_file("Every output of every unit as CSV.") = None,  # type: ignore[valid-type]
-    plot: Annotated[Path | None, option("The run as a figure, .svg.", metavar="FILE")] = None,
-    native: args.Native = False,
-    runs: Annotated[int | None, option(RUNS, metavar="N", min=2, max=100_000)] = None,
-    seed: Annotated[int, option("Seed of the draws of --runs.", metavar="N", min=0)] = 0,
-    json: args.Json = False,
-    verbose: args.Verbose = False,
+    scenario: str = args.scenario_name("open_loop"),
+    duration: float | None = option(None, LENGTH, "--duration", "-d", metavar="SECONDS"),
+    step: float | None = option(None, "Communication step; by default the log's, or 0.01 s.", metavar="SECONDS"),
+    settings: list[str] = args.SETTINGS,
+    parameters: Path | None = args.PARAMETERS,
+    controller: Path | None = args.CONTROLLER,
+    fmu: list[str] = option([], OF_A_UNIT, metavar="UNIT=FILE", show_default=False),
+    log: Path | None = option(None, "Log that the scenario plays.", metavar="LOG"),
+    start: float | None = args.FROM,
+    end: float | None = args.TO,
+    config: Path | None = args.CONFIG,
+    output: Path | None = args.to_file("Every output of every unit as CSV."),
+    plot: Path | None = option(None, "The run as a figure, .svg.", metavar="FILE"),
+    native: bool = args.NATIVE,
+    runs: int | None = option(None, RUNS, metavar="N", min=2, max=100_000),
+    seed: int = option(0, "Seed of the draws of --runs.", metavar="N", min=0),
+    json: bool = args.JSON,
+    verbose: bool = args.VERBOSE,
 ) -> None:
     """Run units wired together, and print or draw what they did."""
     no_svg = plot is not None and plot.suffix.lower() != ".svg"

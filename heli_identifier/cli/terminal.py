@@ -23,10 +23,6 @@ from heli_identifier import records, results
 from heli_identifier.errors import printable
 from heli_identifier.processes import undone
 
-Progress = Callable[[str, float], None]
-"""Called with what is being done and the share that is done, 0 to 1."""
-
-
 _ALIKE = {"−": "-", "–": "-", "→": "->", "²": "^2", "±": "+-", "Γ": "Gamma"}
 """What stands for a character in an encoding without it: a minus that became a question mark would be a lost sign."""
 
@@ -178,33 +174,45 @@ def answer(
     written: tuple[Path, Iterable[str]] | None = None,
     heading: str = "",
     intervals: bool = True,
+    warnings: Iterable[str] = (),
 ) -> None:
-    """Print a result as JSON, or as heading, tables, remarks, and which files were written into which folder."""
+    """Print a result as JSON, or as heading, tables, remarks, and which files were written into which folder.
+
+    What puts it in doubt comes last, as what stands last on a terminal is seen.
+    """
     if json:
         print_json(document)
-        return
-    if heading:
-        typer.secho(heading, bold=True)
-    for table in tables:
-        print_table(table, intervals)
-    for text in remarks:
-        typer.echo(results.typeset(text))
-    if written:
-        note_written(*written)
+    else:
+        if heading:
+            typer.secho(heading, bold=True)
+        for table in tables:
+            print_table(table, intervals)
+        for text in remarks:
+            typer.echo(results.typeset(text))
+        if written:
+            note_written(*written)
+    for text in warnings:
+        warn(text)
 
 
 def show(
     found: "results.Tabular", json: bool, intervals: bool = True, written: tuple[Path, Iterable[str]] | None = None
 ) -> None:
-    """Print a value that shows itself as a table, and what puts it in doubt."""
-    answer(json, found.to_dict(), [found.table], found.remarks, written, intervals=intervals)
-    for text in found.warnings:
-        warn(text)
+    """Print a value that shows itself as a table."""
+    document, tables = found.to_dict(), [found.table]
+    answer(json, document, tables, found.remarks, written, intervals=intervals, warnings=found.warnings)
+
+
+def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False, json: bool = False) -> None:
+    """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue and intervals."""
+    tables, heading = results.diagnosis_tables(diagnosis, reasons), results.verdict_line(diagnosis)
+    doubts = results.remarks(diagnosis.notes)
+    answer(json, diagnosis.to_dict(), tables, heading=heading, intervals=reasons, warnings=doubts)
 
 
 @contextmanager
-def progress_bar() -> Iterator[Progress]:
-    """Show a bar on the error stream if that is a terminal."""
+def progress_bar() -> Iterator[Callable[[str, float], None]]:
+    """Give what is called with what is being done and the share that is done, 0 to 1: a bar, where it can be seen."""
     if not sys.stderr.isatty():
         yield lambda what, share: None
         return
@@ -216,11 +224,3 @@ def progress_bar() -> Iterator[Progress]:
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar, undone(bar.stop):
         task = bar.add_task("starting", total=1.0)
         yield lambda what, share: bar.update(task, description=what, completed=share)
-
-
-def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False, json: bool = False) -> None:
-    """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue and intervals."""
-    tables, verdict = results.diagnosis_tables(diagnosis, reasons), results.verdict_line(diagnosis)
-    answer(json, diagnosis.to_dict(), tables, heading=verdict, intervals=reasons)
-    for text in results.remarks(diagnosis.notes):  # last, as what stands last on a terminal is seen
-        warn(text)

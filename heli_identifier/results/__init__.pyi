@@ -3,6 +3,7 @@ __all__ = [
     "angle_text",
     "COLOURS",
     "Axes",
+    "NATIVE_PLANT",
     "PLANT",
     "RESULTS",
     "Check",
@@ -15,7 +16,6 @@ __all__ = [
     "Tabular",
     "build",
     "check",
-    "check_free_run",
     "compare",
     "corrected_parameters",
     "diagnosis_lines",
@@ -69,7 +69,7 @@ from .parameters import (
     drawn_values,
     plant_values,
 )
-from .report import RESULTS, notebook_view, rendered, write_results
+from .report import NATIVE_PLANT, RESULTS, notebook_view, rendered, write_results
 from .simulation import Simulation, simulate, started
 from .sources import PlantSource, plant_of, read_parameters
 from .svg import COLOURS, Axes, figure, figure_file, run_figure, thinned
@@ -79,7 +79,7 @@ from .tables import (
     diagnosis_summary,
     diagnosis_tables,
 )
-from .unit import build, check_free_run, played
+from .unit import build, played
 from .words import (
     AHEAD,
     angle_text,

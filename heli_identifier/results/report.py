@@ -35,6 +35,9 @@ from heli_plant.parameters import BY_FIELD
 RESULTS = ("diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu")
 """Files of a diagnosis."""
 
+NATIVE_PLANT = "HelicopterPlant-native.fmu"
+"""File of the corrected plant in C, where it is asked for."""
+
 TEMPLATES = Environment(
     loader=PackageLoader("heli_identifier.results"), autoescape=True, undefined=StrictUndefined, auto_reload=False
 )
@@ -60,9 +63,18 @@ WEIGHTS = {"unusable": 100, "gain": 4, "effect": 2, "bound": 1}
 effect, an effect that is not testable."""
 
 
-def write_results(diagnosis: Diagnosis, rig: str, folder: Path) -> None:
-    """Write the four files of a diagnosis into ``folder``; ``rig`` is what the report calls the rig."""
+def write_results(diagnosis: Diagnosis, rig: str, folder: Path, native: bool = False) -> None:
+    """Write the files of a diagnosis into ``folder``; ``rig`` is what the report calls the rig.
+
+    The plant, in Python and if it is asked for in C (``native``), is held to the reported free run.
+    """
     parameters = corrected_parameters(diagnosis)
+    if native:
+        from fmu_src.native import runs_here
+
+        in_c = build(PLANT, folder, parameters, native=True).rename(folder / NATIVE_PLANT)
+        if runs_here():
+            check_free_run(in_c, diagnosis)
     check_free_run(build(PLANT, folder, parameters), diagnosis)
     page = report_page(diagnosis, rig)
     write_files(folder, {"parameters.json": parameters, "report.html": page, "diagnosis.json": diagnosis.to_dict()})

@@ -1,9 +1,18 @@
-"""The end of a flight: its recording is diagnosed, and the plant to go on with is written."""
+"""What `heli follow` does besides following: where the flight is shown, advice on the controller, and the end.
 
-from collections.abc import Iterator, Sequence
+At the end the recording is diagnosed, and the plant to go on with is written. The controller is judged beside the loop
+after a change; gains are offered, never applied.
+"""
+
+import signal
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from math import inf
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import numpy as np
@@ -11,10 +20,15 @@ import numpy as np
 import heli_identifier as hi
 from heli_identifier import online, records, results, tools, tracing
 from heli_identifier.cli import terminal
+from heli_identifier.cli.arguments import controller_of
 from heli_identifier.cli.on_logs import diagnosed
 from heli_identifier.cli.terminal import note, note_written, warn
-from heli_identifier.errors import IdentifierError
-from heli_identifier.live.session import ADVICE, EVENTS, GAINS, IN_USE, PREDICTIONS, RECORDED, Session
+from heli_identifier.errors import ConfigurationError, IdentifierError
+from heli_identifier.live.page import served
+from heli_identifier.live.screen import print_events, screen
+from heli_identifier.live.session import ADVICE, EVENTS, GAINS, IN_USE, PREDICTIONS, RECORDED, Session, Show, View
+from heli_plant.control import PidSettings
+from heli_plant.parameters import PlantParameters
 
 LONGEST = 600.0
 """The end of a recording that is diagnosed [s]; more takes long and adds little."""
@@ -24,6 +38,67 @@ DIAGNOSIS = "diagnosis"
 
 LEAST_AFTER_CHANGE = 30.0
 """Time after the last change from which on only that is diagnosed [s]: the rig before was another one."""
+
+
+def shows(stack: ExitStack, title: str, address: str | None) -> Show:
+    """Open the screen and, at an ``address``, the page; give what shows a view on them."""
+    places = [stack.enter_context(screen(title)) if sys.stderr.isatty() else print_events()]
+    if address is not None:
+        url, page = stack.enter_context(served(address, title))
+        note(f"open {url} in a browser")
+        places.append(page)
+
+    def show(view: View) -> None:
+        for one in places:
+            one(view)
+
+    return show
+
+
+@contextmanager
+def first_interrupt() -> Iterator[Callable[[], bool]]:
+    """Give a function that says whether Ctrl-C has asked the block to end; a second one ends the command at once."""
+    asked, before = Event(), signal.getsignal(signal.SIGINT)
+
+    def ask(number: int, frame: Any) -> None:
+        asked.set()
+        signal.signal(signal.SIGINT, before)
+
+    if before != signal.SIG_IGN:
+        signal.signal(signal.SIGINT, ask)
+    try:
+        yield asked.is_set
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+class Adviser:
+    """Judges the controller of a parameters.json, by default the project's PID, in a thread of its own; writes it."""
+
+    def __init__(self, folder: Path, controller: Path | None) -> None:
+        self.folder = folder
+        self.settings = controller_of(PidSettings(), controller) if controller else None
+        self.thread = ThreadPoolExecutor(1)
+        self.asked: Future[tuple[dict[str, Any], hi.ParameterSet | None]] | None = None
+        self.sentence = ""
+
+    def ask(self, plant: PlantParameters, errors: Mapping[str, float], elevation: float) -> None:
+        """Have the controller judged around a plant; what was asked before, and has not begun, is left."""
+        if self.asked is not None:
+            self.asked.cancel()
+        self.asked = self.thread.submit(tools.control_advice, plant, dict(errors), elevation, self.settings)
+
+    def look(self, wait: bool = False) -> str:
+        """Return what is to be said about the controller now, after a wait for it if asked for; write what is new."""
+        if self.asked is not None and (wait or self.asked.done()):
+            asked, self.asked = self.asked, None
+            try:
+                document, gains = asked.result()
+                self.sentence = document["sentence"]
+                results.write_files(self.folder, {ADVICE: document, **({GAINS: gains} if gains else {})})
+            except ConfigurationError as error:
+                self.sentence = f"The controller cannot be judged around the changed plant: {error}"
+        return self.sentence
 
 
 def conclude(session: Session, folder: Path, configuration: hi.RigConfiguration) -> None:
