@@ -40,7 +40,7 @@ from benchmarks.harness import Words, in_parallel, table
 from fmu_src.master import run
 from heli_identifier import following
 from heli_identifier.following import Event, FollowSettings, Sample
-from heli_identifier.live import Clock, Datagram, tick
+from heli_identifier.live import Clock, Datagram
 from heli_identifier.records import demo_files
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -176,7 +176,7 @@ def late(rows: Array, fresh: Array, rng: np.random.Generator) -> list[float]:
         arrivals.setdefault(arrived, []).append(Datagram(k, k / RATE, tuple(rows[k].tolist())))
     clock, shown = Clock(DELAY, MAXIMUM_AGE, 1.0 / RATE), []
     for k in range(len(rows)):
-        clock = tick(clock, k / RATE, arrivals.get(k, []))
+        clock.tick(k / RATE, arrivals.get(k, []))
         shown.append(float(clock.fresh))
         rows[k] = rows[0] if clock.order.last is None else clock.order.last.signals
     return shown
@@ -245,13 +245,14 @@ def flown(half: int, seed: int, kind: str) -> Row:
     rows = flight(rig, tuple(stages), duration, seed % 2 == 0, rng)
     measured = rows.copy()
     fresh = broken(kind, rows, stages[-1].start, rng)
-    plan = following.prepare_following(FollowSettings(parameters=values))
-    fixed = following.prepare_following(FollowSettings(parameters=values, correcting=False))
+    plan = following.FollowPlan(FollowSettings(parameters=values))
+    fixed = following.FollowPlan(FollowSettings(parameters=values, correcting=False))
     errors, events, adoptions = followed(rows, fresh, plan)
 
     def with_values(begin: float, end: float, used: tuple[float, ...]) -> float:
         """Error of a twin with these values, which predicts from the same observer at the same samples."""
-        return rms(followed(rows, fresh, fixed._replace(alone=plan.twin(used)), begin, end)[0], columns=TWIN)
+        fixed.alone = plan.twin(used)
+        return rms(followed(rows, fresh, fixed, begin, end)[0], columns=TWIN)
 
     alarms = [event for event in events if event.what == "alarm"]
     first = stages[1].start if kinds else duration
@@ -291,10 +292,9 @@ def followed(
     """
     first, last = max(0, round(RATE * (begin - SETTLED))), min(len(rows), round(RATE * end) + 1)
     state = following.start_correcting(plan, Sample(*rows[first].tolist()))
-    now = state.observer.instant  # a cable hangs straight where the whole record begins
-    rest = now.memory.state._replace(cable_rest=float(rows[0, 4]))
-    now = now._replace(memory=now.memory._replace(state=rest))
-    state = state._replace(observer=state.observer._replace(instant=now))
+    memory = state.observer.memory  # a cable hangs straight where the whole record begins
+    memory = memory._replace(state=memory.state._replace(cable_rest=float(rows[0, 4])))
+    state = state._replace(observer=state.observer._replace(memory=memory))
     errors: list[tuple[float, ...]] = []
     events, adoptions = list[Event](), list[tuple[Event, tuple[float, ...]]]()
     for k in range(first + 1, last):

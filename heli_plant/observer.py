@@ -49,13 +49,6 @@ class ObserverGains(NamedTuple):
     kept: float
 
 
-class Kept(NamedTuple):
-    """State of a plant that is kept on a rig, and the accelerations that it lacks."""
-
-    state: PlantState
-    torque: Torque
-
-
 def observer_gains(bandwidth: float, h: float) -> ObserverGains:
     """Return the gains for poles of ``bandwidth`` omega_o [rad/s] and samples every ``h`` [s].
 
@@ -78,22 +71,22 @@ def observer_gains(bandwidth: float, h: float) -> ObserverGains:
     )
 
 
-def predicted(state: PlantState, torque: Torque, h: float, g: ObserverGains) -> Kept:
+def predicted(state: PlantState, torque: Torque, h: float, g: ObserverGains) -> tuple[PlantState, Torque]:
     """Return what the plant's step has led to in ``h`` [s], with the unmodelled accelerations added and faded."""
     angles = [x + 0.5 * h * h * d for x, d in zip(state[:3], torque, strict=True)]
     rates = [w + h * d for w, d in zip(state[3:6], torque, strict=True)]
-    return Kept(PlantState._make((*angles, *rates, *state[6:])), Torque(*(g.kept * d for d in torque)))
+    return PlantState._make((*angles, *rates, *state[6:])), Torque(*(g.kept * d for d in torque))
 
 
 def measured_against(
     state: PlantState, torque: Torque, angles: tuple[float, float, float], gains: tuple[ObserverGains, ...]
-) -> Kept:
+) -> tuple[PlantState, Torque]:
     """Return state and unmodelled accelerations after a sample of the three angles [rad]; ``gains`` of each axis."""
     errors = [(y - x, g) for y, x, g in zip(angles, measured_angles(state), gains, strict=True)]
     turned = [x + g.angle * e for x, (e, g) in zip(state[:3], errors, strict=True)]
     rates = [w + g.rate * e for w, (e, g) in zip(state[3:6], errors, strict=True)]
     torques = [d + g.torque * e for d, (e, g) in zip(torque, errors, strict=True)]
-    return Kept(PlantState._make((*turned, *rates, *state[6:])), Torque(*torques))
+    return PlantState._make((*turned, *rates, *state[6:])), Torque(*torques)
 
 
 GAINS, DAMPINGS = ("k_x", "k_z", "k_y"), ("a_wx", "a_wz", "a_wy")

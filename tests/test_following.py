@@ -15,11 +15,11 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.following import (
     REASONS,
     CorrectorState,
+    FollowPlan,
     FollowSettings,
     Sample,
     correct,
     parameters_in_use,
-    prepare_following,
     start_correcting,
 )
 from heli_identifier.following.covariance import correct_covariance, find_steady_state, predict_covariance
@@ -31,7 +31,7 @@ from heli_plant.observer import observer_gains
 from heli_plant.parameters import TABLE_2
 from tests.following import COUNT, H, record
 
-PLAN = prepare_following(FollowSettings())
+PLAN = FollowPlan(FollowSettings())
 CHANGES = {
     "pitch.gain": (TABLE_2._replace(k_x=0.75 * TABLE_2.k_x), "k_x"),
     "elevation.gain": (TABLE_2._replace(k_z=1.2 * TABLE_2.k_z), "k_z"),
@@ -53,7 +53,7 @@ def quiet_rows(seed):
 
 def followed(rows, fresh=lambda k: 1.0, **settings):
     """Return the corrector's last state, its events, its states from sample 0 on, and the plan."""
-    plan = prepare_following(FollowSettings(**settings))
+    plan = FollowPlan(FollowSettings(**settings))
     states, events = [start_correcting(plan, Sample(*rows[0]))], []
     for k, row in enumerate(rows[1:], 1):
         state, said = correct(states[-1], Sample(*row, float(fresh(k))), plan)
@@ -334,13 +334,13 @@ def test_voltages_on_a_straight_line_are_put_back_over_a_gap(delay):
     front, rear, *angles = rows[600]
     line = [(front + 0.05 * j, rear - 0.02 * j) for j in range(8)]
     state, _ = correct(state, Sample(*line[0], *angles), plan)
-    whole = state.observer.instant
+    whole = state.observer
     for j in range(7):
-        whole, _ = whole.advance(line[j], (600 + j) * H, plan.alone, plan)
+        whole, _ = whole._replace(voltages=line[j]).advance(line[j], (600 + j) * H, True, plan.alone, plan)
         now = Sample(*line[0], *angles, 0.0) if j < 6 else Sample(*line[7], *angles)
         state, _ = correct(state, now, plan)
         assert state.instants == 601 + j
-    assert state.observer.instant.memory.state[6:8] == pytest.approx(whole.memory.state[6:8], abs=1e-12)
+    assert state.observer.memory.state[6:8] == pytest.approx(whole.memory.state[6:8], abs=1e-12)
 
 
 # --- stops, and encoders that stand still ----------------------------------------------------------------------------

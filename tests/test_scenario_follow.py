@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fmu_src.master import run
-from heli_identifier.following import FollowSettings, Sample, correct, prepare_following, start_correcting
+from heli_identifier.following import FollowPlan, FollowSettings, Sample, correct, start_correcting
 from heli_plant.parameters import TABLE_2
 from tests.following import H, record
 
@@ -31,7 +31,7 @@ def result(rows, tmp_path_factory):
 @pytest.fixture(scope="module")
 def followed(rows):
     """States of the pure follower after samples 1, 2, ..., and its events; the units show them one step later."""
-    plan = prepare_following(FollowSettings())
+    plan = FollowPlan(FollowSettings())
     state, found, events = start_correcting(plan, Sample(*rows[0])), [], []
     for row in rows[1 : STEPS - 1]:
         state, said = correct(state, Sample(*row), plan)

@@ -67,7 +67,7 @@ class Corrector(SlaveBase):
         """Read the settings; show the start."""
         settings = self.settings(_DEFAULT)
         checked(settings.parameters)
-        self.plan = following.prepare_following(settings)
+        self.plan = following.FollowPlan(settings)
         self.state: following.CorrectorState | None = None
         self.first = time
         self.reports = 0
@@ -107,7 +107,7 @@ class Corrector(SlaveBase):
             *twins.used.predicted,
             *twins.alone.predicted,
             *errors,
-            *state.observer.instant.torque,
+            *state.observer.torque,
             float(twins.compared),
             self.bandwidth,
             state.alarm,

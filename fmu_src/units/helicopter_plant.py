@@ -156,11 +156,11 @@ class FollowingPlant(HelicopterPlant):
             if fresh > 0.5:
                 on_travel = observer.observer_gains(observer.TRAVEL_BANDWIDTH * bandwidth, step_size)
                 angles = (pitch, elevation, travel)
-                kept = observer.measured_against(memory.state, torque, angles, (gains, gains, on_travel))
-                memory, torque = memory._replace(state=kept.state), kept.torque
+                state, torque = observer.measured_against(memory.state, torque, angles, (gains, gains, on_travel))
+                memory = memory._replace(state=state)
         memory = self._flown(memory, v_front, v_rear, time, step_size)
         if bandwidth > 0.0:
-            kept = observer.predicted(memory.state, torque, step_size, gains)
-            memory, torque = memory._replace(state=kept.state), kept.torque
+            state, torque = observer.predicted(memory.state, torque, step_size, gains)
+            memory = memory._replace(state=state)
         self.memory, self.torque = memory, torque
         self.show(shown(memory.state, self.counts))

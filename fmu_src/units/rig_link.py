@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from pythonfmu.enums import Fmi2Status
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.live import USUAL_LAYOUT, Clock, Port, read_layout, restart, tick
+from heli_identifier.live import USUAL_LAYOUT, Clock, Port, read_layout
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase
@@ -102,18 +102,19 @@ class RigLink(SlaveBase):
         arrived = list(port.arrived(self.value("link.look_ahead")))
         if port.elections > self.elections:
             if self.elections:  # another sender has another clock
-                self.clock = self.clock._replace(order=restart(self.clock.order))
+                self.clock.order.restart()
                 self.log(f"{port.note}, which is heard", Fmi2Status.warning)
             self.elections = port.elections
-        self.clock = clock = tick(self.clock, time, arrived)
+        clock, counts = self.clock, self.clock.order.counts
+        clock.tick(time, arrived)
         # none is due before link.delay has passed: the first one is shown until then
         latest = clock.order.last or next(iter(clock.order.waiting), None)
-        counts, old = clock.order.counts, clock.order.last is None or clock.age > clock.maximum_age
+        old = clock.order.last is None or clock.age > clock.maximum_age
         shown = (
             *(self.values[:5] if latest is None else latest.signals),
-            clock.fresh, old, clock.age, clock.lead, len(clock.order.waiting), counts.received, counts.lost,
-            counts.reordered, counts.late, counts.duplicated, counts.stray, port.refused, port.foreign, clock.set_anew,
-            port.address[1],
+            clock.fresh, old, clock.age, clock.lead, len(clock.order.waiting),
+            *(counts[name] for name in ("received", "lost", "reordered", "late", "duplicated", "stray")),
+            port.refused, port.foreign, clock.set_anew, port.address[1],
         )  # fmt: skip
         self.show(map(float, shown))
         if port.reason and not self.said:  # one is enough; the output ``refused`` counts them

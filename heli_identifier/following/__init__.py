@@ -8,7 +8,6 @@ from .corrector import parameters_in_use as parameters_in_use
 from .corrector import start_correcting as start_correcting
 from .plan import FollowPlan as FollowPlan
 from .plan import FollowSettings as FollowSettings
-from .plan import prepare_following as prepare_following
 from .state import MODES as MODES
 from .state import REASONS as REASONS
 from .state import WHAT as WHAT

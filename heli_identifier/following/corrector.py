@@ -1,6 +1,5 @@
 """The corrector: one sample in, the values in use out."""
 
-from heli_plant.communication import PlantMemory
 from heli_plant.motor import saturate
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles
@@ -11,7 +10,7 @@ from .cusum import PROVED, Inflation, Projection
 from .encoders import Encoder
 from .evidence import Noise, Sums, project_block, start_baseline
 from .naming import SWINGING, make_event
-from .observer import Angles, Observer, Weight, start_instant
+from .observer import Angles, Weight, start_observer
 from .plan import FollowPlan
 from .prediction import Copies, Predictions
 from .state import CorrectorState, Event, Sample
@@ -24,11 +23,10 @@ _DROPPED = 2  # blocks before a fault of the stream that are dropped: it is seen
 
 def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     """Return the state at sample 0, the plant at rest in its angles."""
-    voltages, angles, twin, changes = now[:2], now[2:5], plan.alone, len(plan.changes)
-    instant = start_instant(start_state(*angles, *voltages), twin.parameters, plan)
+    voltages, angles, twin = now[:2], now[2:5], plan.alone
     return CorrectorState(
         settled=plan.settling,
-        observer=Observer(instant, voltages),
+        observer=start_observer(start_state(*angles, *voltages), voltages, twin.parameters, plan),
         encoders=tuple([Encoder(angle) for angle in angles]),
         twin=twin,
         errors=(0.0,) * len(twin.values),
@@ -36,7 +34,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         sums=plan.no_sums,
         noises=(Noise(),) * 3,
         baseline=start_baseline(plan.deviations),
-        inflations=(Inflation(),) * changes,
+        inflations=(Inflation(),) * len(plan.changes),
     )
 
 
@@ -70,7 +68,7 @@ def _pass_instant(
     weight, encoders, broken = Weight(()), state.encoders, suspended or stopped
     if came_in:
         weight = observer.weigh(plan)
-        read = zip(encoders, angles, observer.instant.memory.state[3:6], strict=True)
+        read = zip(encoders, angles, observer.memory.state[3:6], strict=True)
         encoders = tuple([one.read(angle, rate, plan) for one, angle, rate in read])
         scatter = zip(encoders, weight.deviations, noise, strict=True)
         broken = any([one.is_at_fault(a * b, plan) for one, a, b in scatter])
@@ -110,14 +108,13 @@ def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> tuple[Correct
 
 def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
     """Return the state with the observer begun again from a sample's ``angles``."""
-    before, since, held = state.observer.instant.memory
+    before, since, held = state.observer.memory
     first = start_state(*angles, before.nu_front, before.nu_rear)._replace(cable_rest=before.cable_rest)
-    instant = start_instant(first, state.twin.parameters, plan)
-    instant = instant._replace(memory=PlantMemory(instant.memory.state, since, held))
+    observer = start_observer(first, state.observer.voltages, state.twin.parameters, plan)
     return state.enter(
         "following" if state.is_noise_known else "starting",
         settled=state.samples + plan.settling,
-        observer=state.observer._replace(instant=instant),
+        observer=observer._replace(memory=observer.memory._replace(since=since, held=held)),
     ), [make_event(state, "back", plan)]
 
 
@@ -125,8 +122,7 @@ def _take_innovations(
     state: CorrectorState, angles: Angles, fresh: bool, weight: Weight, noise: Vector, plan: FollowPlan
 ) -> tuple[Sums, ...]:
     """Return the sums with a sample's innovations; sums without them are spoiled."""
-    instant, k = state.observer.instant, state.samples
-    predicted = measured_angles(instant.memory.state)
+    k, predicted = state.samples, measured_angles(state.observer.memory.state)
     resting = k < max(state.settled, state.changed + SWINGING * plan.block) or state.mode == "suspended"
     result: list[Sums] = []
     for axis, total in enumerate(state.sums):
@@ -137,7 +133,7 @@ def _take_innovations(
             innovation = share * (angles[axis] - predicted[axis])
             if state.mode != "starting":
                 innovation = saturate(innovation, _LARGEST_INNOVATION * noise[axis])
-            total = total.with_sample((*[share * x for x, _, _ in instant.sensitivities[axis]], innovation))
+            total = total.with_sample((*[share * x for x, _, _ in state.observer.sensitivities[axis]], innovation))
         result.append(total)
     return tuple(result)
 
@@ -148,7 +144,7 @@ def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: Follo
     predictions = state.predictions.move((state.twin, plan.alone, *state.rival), k, plan)
     if k % plan.launch == 0:
         if state.mode != "suspended" and k >= state.settled:
-            predictions = predictions.launch(state.observer.instant.memory.state, angles, fresh, plan)
+            predictions = predictions.launch(state.observer.memory.state, angles, fresh, plan)
         else:
             predictions = predictions.drop_running()
     return state._replace(predictions=predictions, sums=tuple([one.with_products() for one in state.sums]))

@@ -47,41 +47,6 @@ def apply_shares(voltages: Voltages, twin: Twin) -> Voltages:
     return with_share(voltages[0], twin.values[-2], limit), with_share(voltages[1], twin.values[-1], limit)
 
 
-class Instant(NamedTuple):
-    """The twin at one instant: its plant, the unmodelled accelerations [rad/s^2], the sensitivity of each axis."""
-
-    memory: PlantMemory
-    torque: Torque
-    sensitivities: tuple[Sensitivity, ...]
-
-    def advance(self, voltages: Voltages, time: float, twin: Twin, plan: FollowPlan) -> "tuple[Instant, Voltages]":
-        """Return the twin one sampling interval after ``time`` [s], and the voltages that arrived at its motors [V].
-
-        ``voltages`` [V] are held meanwhile; what arrived is without the rotors' shares.
-        """
-        h, p, before, gains = plan.settings.sample_time, twin.parameters, self.memory.state, plan.steady[0].gains
-        front, rear = apply_shares(voltages, twin)
-        memory = communicate(self.memory, front, rear, 0.0, time, 0.0, h, h, plan.delay, p)
-        if plan.delay > 0.0:
-            front, rear = arriving(memory.since, memory.held, len(memory.since) - 1, time, h, p)
-            voltages = (front / twin.values[-2], rear / twin.values[-1])
-        kept, torque = predicted(memory.state, self.torque, h, gains)
-        # the accelerations by which each change would have acted, from the motion at the step's begin
-        mu_diff, mu_sum = thrust_voltages(
-            0.5 * (before.nu_front + kept.nu_front), 0.5 * (before.nu_rear + kept.nu_rear), time + h, p
-        )
-        acting = regress_motion(before, mu_diff, mu_sum, p.theta0)
-        stiffnesses, dampings = (p.a_th * cos(before.pitch - p.theta0), p.a_e, 0.0), (p.a_wx, p.a_wz, p.a_wy)
-        found = []
-        for own, accelerations, a, b in zip(self.sensitivities, acting, stiffnesses, dampings, strict=True):
-            rows = []
-            for (x, w, d), g in zip(own, accelerations, strict=True):
-                total = g + d - a * x - b * w
-                rows.append((x + h * w + 0.5 * h * h * total, w + h * total, gains.kept * d))
-            found.append(tuple(rows))
-        return Instant(memory._replace(state=kept), torque, tuple(found)), voltages
-
-
 class Weight(NamedTuple):
     """How much a sample counts: the gains; the innovations' standard deviations in those of the steady state [1].
 
@@ -96,11 +61,13 @@ class Weight(NamedTuple):
 class Observer(NamedTuple):
     """What the observer remembers.
 
-    The twin now; ``voltages`` held from now on [V]; P of the axes (``covariances``), empty in the steady state; samples
-    ``in_a_row`` since one was missing.
+    The twin's plant now, its unmodelled accelerations [rad/s^2], the sensitivity of each axis; ``voltages`` held from
+    now on [V]; P of the axes (``covariances``), empty in the steady state; samples ``in_a_row`` since one was missing.
     """
 
-    instant: Instant
+    memory: PlantMemory
+    torque: Torque
+    sensitivities: tuple[Sensitivity, ...]
     voltages: Voltages
     covariances: tuple[Matrix, ...] = ()
     in_a_row: int = 0
@@ -111,13 +78,33 @@ class Observer(NamedTuple):
         """Return the observer one sampling interval after ``time`` [s], and the voltages that arrived meanwhile [V].
 
         The voltages ``now`` [V] are held from then on; it is before the correction by a sample, if one is ``seen``.
+        What arrived is without the rotors' shares.
         """
-        instant, arrived = self.instant.advance(self.voltages, time, twin, plan)
-        known, h = self.covariances, plan.settings.sample_time
+        h, p, before, gains = plan.settings.sample_time, twin.parameters, self.memory.state, plan.steady[0].gains
+        arrived, (front, rear) = self.voltages, apply_shares(self.voltages, twin)
+        memory = communicate(self.memory, front, rear, 0.0, time, 0.0, h, h, plan.delay, p)
+        if plan.delay > 0.0:
+            front, rear = arriving(memory.since, memory.held, len(memory.since) - 1, time, h, p)
+            arrived = (front / twin.values[-2], rear / twin.values[-1])
+        state, torque = predicted(memory.state, self.torque, h, gains)
+        # the accelerations by which each change would have acted, from the motion at the step's begin
+        mu_diff, mu_sum = thrust_voltages(
+            0.5 * (before.nu_front + state.nu_front), 0.5 * (before.nu_rear + state.nu_rear), time + h, p
+        )
+        acting = regress_motion(before, mu_diff, mu_sum, p.theta0)
+        stiffnesses, dampings = (p.a_th * cos(before.pitch - p.theta0), p.a_e, 0.0), (p.a_wx, p.a_wz, p.a_wy)
+        found = []
+        for own, accelerations, a, b in zip(self.sensitivities, acting, stiffnesses, dampings, strict=True):
+            rows = []
+            for (x, w, d), g in zip(own, accelerations, strict=True):
+                total = g + d - a * x - b * w
+                rows.append((x + h * w + 0.5 * h * h * total, w + h * total, gains.kept * d))
+            found.append(tuple(rows))
+        known = self.covariances
         if known or not seen:
             pairs = zip(known or [one.covariance for one in plan.steady], plan.steady, strict=True)
             known = tuple([predict_covariance(P, h, one.gains.kept, one.drive) for P, one in pairs])
-        return self._replace(instant=instant, voltages=now, covariances=known), arrived
+        return Observer(memory._replace(state=state), torque, tuple(found), now, known, self.in_a_row), arrived
 
     def weigh(self, plan: FollowPlan) -> Weight:
         """Return how much a sample counts that has come in."""
@@ -131,17 +118,19 @@ class Observer(NamedTuple):
 
     def correct(self, angles: Angles, weight: Weight, plan: FollowPlan) -> "Observer":
         """Return the observer after the correction by a sample of the ``angles`` [rad]."""
-        before, in_a_row = self.instant, self.in_a_row + 1
-        kept, torque = measured_against(before.memory.state, before.torque, angles, weight.gains)
-        rows = []
-        for own, g in zip(before.sensitivities, weight.gains, strict=True):
+        state, torque = measured_against(self.memory.state, self.torque, angles, weight.gains)
+        rows, in_a_row = [], self.in_a_row + 1
+        for own, g in zip(self.sensitivities, weight.gains, strict=True):
             left = 1.0 - g.angle
             rows.append(tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in own]))
-        instant = Instant(before.memory._replace(state=kept), torque, tuple(rows))
         recent = in_a_row < gap_memory(plan.settings.observer_bandwidth, plan.settings.sample_time)
-        return Observer(instant, self.voltages, weight.covariances if recent else (), in_a_row)
+        covariances = weight.covariances if recent else ()
+        return Observer(
+            self.memory._replace(state=state), torque, tuple(rows), self.voltages, covariances, in_a_row
+        )
 
 
-def start_instant(first: PlantState, p: PlantParameters, plan: FollowPlan) -> Instant:
-    """Return the twin in the state ``first``, nothing having acted on the regressors."""
-    return Instant(begin(first, p), Torque(), tuple([((0.0, 0.0, 0.0),) * len(own) for own in plan.deviations]))
+def start_observer(first: PlantState, voltages: Voltages, p: PlantParameters, plan: FollowPlan) -> Observer:
+    """Return the observer of a plant in the state ``first``, nothing having acted on the regressors."""
+    unmoved = tuple([((0.0, 0.0, 0.0),) * len(own) for own in plan.deviations])
+    return Observer(begin(first, p), Torque(), unmoved, voltages)

@@ -9,9 +9,9 @@ from heli_plant.observer import TRAVEL_BANDWIDTH
 from heli_plant.parameters import PlantParameters
 
 from ..errors import require_positive, require_range
-from .changes import Change, Matrix, Vector, list_changes, prior_deviations
-from .covariance import Steady, find_steady_state
-from .evidence import Sums, start_sums
+from .changes import Vector, list_changes, prior_deviations
+from .covariance import find_steady_state
+from .evidence import start_sums
 
 _BLOCK_TIME = 1.0  # length of a block of sums, about [s]
 _SLOWEST = 0.1  # longest sampling period [s]: the observer's poles of 7 rad/s need three samples in their time constant
@@ -54,8 +54,8 @@ class Twin(NamedTuple):
     parameters: PlantParameters
 
 
-class FollowPlan(NamedTuple):
-    """Coefficients and names.
+class FollowPlan:
+    """What a step computes with, made once from the settings.
 
     ``changes``: what may change. ``changeable``: names of the values in use, ``fields`` those of the parameters among
     them; the two rotors' shares stand last. ``alone``: the twin of the start. ``deviations``: by how much the twin's
@@ -66,59 +66,28 @@ class FollowPlan(NamedTuple):
     they run; a ``block`` of sums; ``settling``, ``stop`` and ``stuck``. ``window``: comparisons in a window.
     """
 
-    settings: FollowSettings
-    changes: tuple[Change, ...]
-    changeable: tuple[str, ...]
-    fields: tuple[str, ...]
-    alone: Twin
-    deviations: Matrix
-    no_sums: tuple[Sums, ...]
-    steady: tuple[Steady, ...]
-    delay: float
-    threshold: float
-    coarse: int
-    launch: int
-    horizon: int
-    block: int
-    settling: int
-    stop: int
-    stuck: int
-    window: int
+    def __init__(self, settings: FollowSettings) -> None:
+        h, p, bandwidth = settings.sample_time, settings.parameters, settings.observer_bandwidth
+        self.settings, self.changes, self.deviations = settings, list_changes(p), prior_deviations(p)
+        own = [change for change in self.changes if change.field]
+        self.changeable = (*(change.name for change in own), "rotor.front", "rotor.rear")
+        self.fields = tuple([change.field for change in own])
+        self.alone = Twin((*(getattr(p, field) for field in self.fields), 1.0, 1.0), p)
+        self.no_sums = tuple([start_sums(len(own)) for own in self.deviations])
+        self.steady = tuple([find_steady_state(one * bandwidth, h) for one in (1.0, 1.0, TRAVEL_BANDWIDTH)])
+        self.delay = input_delay(p)
+        self.threshold = log(2 * len(self.changes) * settings.false_alarm_time / _BLOCK_TIME)
+
+        def samples(time: float, multiple_of: int = 1) -> int:
+            return multiple_of * max(1, round(time / (multiple_of * h)))
+
+        self.coarse = samples(_COARSE)
+        self.launch = samples(_APART, self.coarse)
+        self.horizon, self.block = samples(_HORIZON, self.launch), samples(_BLOCK_TIME, self.coarse)
+        self.settling, self.stop, self.stuck = samples(_SETTLING), samples(_STOP), samples(_STUCK)
+        self.window = round(settings.window / (self.launch * h))
 
     def twin(self, values: Vector) -> Twin:
         """Return the twin with these values in use."""
         own = dict(zip(self.fields, values[: len(self.fields)], strict=True))
         return Twin(values, self.settings.parameters._replace(**own))
-
-
-def prepare_following(settings: FollowSettings) -> FollowPlan:
-    """Return the plan of ``settings``."""
-    h, p, bandwidth = settings.sample_time, settings.parameters, settings.observer_bandwidth
-    changes, deviations = list_changes(p), prior_deviations(p)
-    own = [change for change in changes if change.field]
-
-    def samples(time: float, multiple_of: int = 1) -> int:
-        return multiple_of * max(1, round(time / (multiple_of * h)))
-
-    coarse = samples(_COARSE)
-    launch = samples(_APART, coarse)
-    return FollowPlan(
-        settings=settings,
-        changes=changes,
-        changeable=(*(change.name for change in own), "rotor.front", "rotor.rear"),
-        fields=tuple([change.field for change in own]),
-        alone=Twin((*(getattr(p, change.field) for change in own), 1.0, 1.0), p),
-        deviations=deviations,
-        no_sums=tuple([start_sums(len(own)) for own in deviations]),
-        steady=tuple([find_steady_state(one * bandwidth, h) for one in (1.0, 1.0, TRAVEL_BANDWIDTH)]),
-        delay=input_delay(p),
-        threshold=log(2 * len(changes) * settings.false_alarm_time / _BLOCK_TIME),
-        coarse=coarse,
-        launch=launch,
-        horizon=samples(_HORIZON, launch),
-        block=samples(_BLOCK_TIME, coarse),
-        settling=samples(_SETTLING),
-        stop=samples(_STOP),
-        stuck=samples(_STUCK),
-        window=round(settings.window / (launch * h)),
-    )

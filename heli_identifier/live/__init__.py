@@ -5,8 +5,6 @@ The unit RigLink contains it, so that it needs the standard library alone. Comma
 """
 
 from .align import Clock as Clock
-from .align import restart as restart
-from .align import tick as tick
 from .datagrams import JSON as JSON
 from .datagrams import USUAL_LAYOUT as USUAL_LAYOUT
 from .datagrams import Datagram as Datagram

@@ -23,16 +23,14 @@ couple a rig by a broker (Frasheri, Ejersbo, Thule, Esterle, RMQFMU: bridging th
 **Grid.** A twin that follows steps by instants k h. A sample's number, or else its time, says which instant it belongs
 to. While nothing comes in, the instants go on by the clock of this computer, without samples; a rig whose own clock
 stood meanwhile, or that started again, then continues at the next instant.
-
-Everything is a pure step: ``order, samples = release(order, until, h)``, ``clock = tick(clock, time, samples)``.
 """
 
 from __future__ import annotations
 
 from bisect import bisect
+from collections import Counter, deque
 from collections.abc import Iterable
 from math import isnan
-from typing import NamedTuple
 
 from .datagrams import Datagram
 
@@ -44,181 +42,161 @@ _NEAR = 0.01  # share by which an age may be short of an interval and still be o
 _STANDS = 1e-6  # [s] by which a clock moves at most that stands still: times since 1970 are rounded
 
 
-class Counts(NamedTuple):
-    """How many samples were taken, and what was wrong with others [1]."""
+class Order:
+    """Samples that are ``waiting``, sorted by time, and ``counts`` of the words above and of those ``received``.
 
-    received: int = 0
-    lost: int = 0
-    reordered: int = 0
-    late: int = 0
-    duplicated: int = 0
-    unclocked: int = 0
-    stray: int = 0
-    restarted: int = 0
-
-
-class Order(NamedTuple):
-    """Samples that wait, those that were released, and counts.
-
-    ``waiting`` is sorted by time; ``last`` was released last, ``newest`` is the one of the largest time;
-    ``stray`` is far from it and needs a second one; ``recent`` are the times of the last samples released; ``shift``
-    is what the rig's clock lacks because it stood still or stepped back [s].
+    ``sample_time``: sampling interval of the rig [s]. ``last`` was released last, ``newest`` is the one of the largest
+    time; ``stray`` is far from it and needs a second one; ``recent`` are the times of the last samples released;
+    ``shift`` is what the rig's clock lacks because it stood still or stepped back [s].
     """
 
-    waiting: tuple[Datagram, ...] = ()
-    last: Datagram | None = None
-    newest: Datagram | None = None
-    stray: Datagram | None = None
-    recent: tuple[float, ...] = ()
-    shift: float = 0.0
-    counts: Counts = Counts()
+    def __init__(self, sample_time: float) -> None:
+        self.sample_time, self.counts = sample_time, Counter[str]()
+        self._begin()
 
-    def tally(self, **more: int) -> Order:
-        """Return the order with ``more`` added to its counts."""
-        added = {name: getattr(self.counts, name) + number for name, number in more.items()}
-        return self._replace(counts=self.counts._replace(**added))
+    def _begin(self) -> None:
+        self.waiting: list[Datagram] = []
+        self.last: Datagram | None = None
+        self.newest: Datagram | None = None
+        self.stray: Datagram | None = None
+        self.recent: deque[float] = deque(maxlen=RECENT)
+        self.shift = 0.0
+
+    def restart(self) -> None:
+        """Begin again for a rig that starts again; what waited is dropped, as nobody knows how long ago it was."""
+        self.counts["restarted"] += 1
+        self._begin()
+
+    def take(self, sample: Datagram, arrived: float) -> None:
+        """Take in one more sample.
+
+        Without a time it is of its number times the sampling interval, without both of when it ``arrived`` by the
+        receiver's clock [s].
+        """
+        if isnan(sample.time):
+            sample = sample._replace(time=arrived if sample.number < 0 else sample.number * self.sample_time)
+        newest, stray, counts = self.newest, self.stray, self.counts
+        sample = sample._replace(time=sample.time + self.shift)
+        if newest is None or -JUMP <= sample.time - newest.time <= JUMP:
+            if stray is not None:  # the sample after it does not continue it
+                self.stray = None
+                counts["stray"] += 1
+            if newest is not None and 0 <= newest.number < sample.number and sample.time <= newest.time + _STANDS:
+                time = newest.time + (sample.number - newest.number) * self.sample_time
+                self.shift += time - sample.time
+                counts["unclocked"] += 1
+                sample = sample._replace(time=time)
+            self._sort_in(sample)
+        elif stray is None or not 0.0 < sample.time - stray.time <= JUMP:
+            if stray is not None:
+                counts["duplicated" if sample.time == stray.time else "stray"] += 1
+            self.stray = sample
+        else:
+            if not 0.0 < stray.time - newest.time <= LONGEST_GAP:
+                self.restart()
+            self.stray = None
+            self._sort_in(stray)
+            self._sort_in(sample)
+
+    def _sort_in(self, sample: Datagram) -> None:
+        """Put a sample at its place, or count one that is late or came twice."""
+        last, newest, counts = self.last, self.newest, self.counts
+        if newest is None or sample.time > newest.time:
+            self.newest = sample
+        elif sample.time in self.recent or any(sample.time == other.time for other in self.waiting):
+            counts["duplicated"] += 1
+            return
+        elif last is not None and sample.time < last.time:
+            counts["late"] += 1
+            counts["lost"] -= counts["lost"] > 0
+            return
+        else:
+            counts["reordered"] += 1
+        counts["received"] += 1
+        self.waiting.append(sample)
+        self.waiting.sort(key=lambda one: one.time)
+
+    def release(self, until: float) -> list[Datagram]:
+        """Give out the samples up to ``until`` on the rig's clock [s].
+
+        Lost samples are counted by the sampling interval where there are no sequence numbers.
+        """
+        count = bisect([sample.time for sample in self.waiting], until)
+        released, self.waiting = self.waiting[:count], self.waiting[count:]
+        for sample in released:
+            if self.last is not None:
+                numbered = self.last.number >= 0 and sample.number >= 0
+                apart = (sample.time - self.last.time) / self.sample_time
+                steps = sample.number - self.last.number if numbered else round(apart)
+                self.counts["lost"] += max(steps - 1, 0)
+            self.last = sample
+            self.recent.append(sample.time)
+        return released
 
 
-def take(order: Order, sample: Datagram, arrived: float, sample_time: float) -> Order:
-    """Return the order with one more sample that came in; ``sample_time``: sampling interval of the rig [s].
+class Clock:
+    """Times by which a co-simulation shows samples, and what the last step shows: the last sample of its ``order``.
 
-    Without a time it is of its number times ``sample_time``, without both of when it ``arrived`` by the receiver's
-    clock [s].
+    ``delay`` and maximum age of data [s]; the ``offset`` of the rig's clock [s] (None before the first sample), and how
+    often it was set again. ``fresh``: the sample shown is a new one, and the one that was due; one that came in a
+    sampling interval late is not the rig's state of this instant. ``age`` is how long ago it was the rig's state,
+    beyond the delay, and ``lead`` how far the co-simulation runs ahead of the rig [s].
     """
-    if isnan(sample.time):
-        sample = sample._replace(time=arrived if sample.number < 0 else sample.number * sample_time)
-    newest, stray = order.newest, order.stray
-    sample = sample._replace(time=sample.time + order.shift)
-    if newest is None or -JUMP <= sample.time - newest.time <= JUMP:
-        if stray is not None:  # the sample after it does not continue it
-            order = order._replace(stray=None).tally(stray=1)
-        if newest is not None and 0 <= newest.number < sample.number and sample.time <= newest.time + _STANDS:
-            time = newest.time + (sample.number - newest.number) * sample_time
-            order = order._replace(shift=order.shift + time - sample.time).tally(unclocked=1)
-            sample = sample._replace(time=time)
-        return _sort_in(order, sample)
-    if stray is None or not 0.0 < sample.time - stray.time <= JUMP:
-        if stray is not None:
-            order = order.tally(stray=1) if sample.time != stray.time else order.tally(duplicated=1)
-        return order._replace(stray=sample)
-    if not 0.0 < stray.time - newest.time <= LONGEST_GAP:
-        order = restart(order)
-    return _sort_in(_sort_in(order._replace(stray=None), stray), sample)
+
+    def __init__(self, delay: float, maximum_age: float, sample_time: float) -> None:
+        self.delay, self.maximum_age, self.order = delay, maximum_age, Order(sample_time)
+        self.offset: float | None = None
+        self.set_anew, self.fresh, self.age, self.lead = 0, False, 0.0, 0.0
+
+    def tick(self, time: float, samples: Iterable[Datagram]) -> None:
+        """Go to simulated ``time`` [s], ``samples`` having come in."""
+        order, newest, restarted = self.order, self.order.newest, self.order.counts["restarted"]
+        for sample in samples:
+            order.take(sample, time)
+        if order.newest is None:
+            return
+        begin = order.newest.time - time - self.delay  # the offset without a lead
+        self.lead = 0.0 if self.offset is None else self.offset - begin
+        # Ahead: only a new sample shows where the rig's clock is; while none comes, the data grow old.
+        apart = self.lead < -self.maximum_age or (self.lead > self.maximum_age and order.newest is not newest)
+        if self.offset is None or apart or order.counts["restarted"] > restarted:
+            self.set_anew += self.offset is not None
+            self.offset, self.lead = begin, 0.0
+        released = order.release(time + self.offset + EARLY)
+        self.age = 0.0 if order.last is None else max(time + self.offset - order.last.time, 0.0)
+        self.fresh = bool(released) and self.age < (1.0 - _NEAR) * order.sample_time
 
 
-def restart(order: Order) -> Order:
-    """Return the order of a rig that starts again; what waited is dropped, as nobody knows how long ago it was."""
-    return Order(counts=order.counts).tally(restarted=1)
-
-
-def _sort_in(order: Order, sample: Datagram) -> Order:
-    """Return the order with a sample at its place, or with one more that is late or came twice."""
-    newest = order.newest
-    if newest is None or sample.time > newest.time:
-        return order._replace(waiting=(*order.waiting, sample), newest=sample).tally(received=1)
-    if sample.time in order.recent or any(sample.time == other.time for other in order.waiting):
-        return order.tally(duplicated=1)
-    if order.last is not None and sample.time < order.last.time:
-        return order.tally(late=1, lost=-1 if order.counts.lost else 0)
-    place = bisect([other.time for other in order.waiting], sample.time)
-    waiting = (*order.waiting[:place], sample, *order.waiting[place:])
-    return order._replace(waiting=waiting).tally(received=1, reordered=1)
-
-
-def release(order: Order, until: float, sample_time: float) -> tuple[Order, tuple[Datagram, ...]]:
-    """Return the order without the samples up to ``until`` on the rig's clock [s], and these samples.
-
-    By the ``sample_time`` [s] lost samples are counted where there are no sequence numbers.
-    """
-    count = bisect([sample.time for sample in order.waiting], until)
-    if not count:
-        return order, ()
-    released = order.waiting[:count]
-    lost, before = 0, order.last
-    for sample in released:
-        if before is not None:
-            numbered = before.number >= 0 and sample.number >= 0
-            steps = sample.number - before.number if numbered else round((sample.time - before.time) / sample_time)
-            lost += max(steps - 1, 0)
-        before = sample
-    recent = (*order.recent, *(sample.time for sample in released))[-RECENT:]
-    return order._replace(waiting=order.waiting[count:], last=before, recent=recent).tally(lost=lost), released
-
-
-class Clock(NamedTuple):
-    """Times by which a co-simulation shows samples, and what the last step shows: the last sample of its order.
-
-    ``delay``, maximum age of data and the rig's sampling interval [s]; the order of the samples; the ``offset`` of the
-    rig's clock [s] (None before the first sample), and how often it was set again. ``fresh``: the sample shown is a new
-    one, and the one that was due; one that came in a sampling interval late is not the rig's state of this instant.
-    ``age`` is how long ago it was the rig's state, beyond the delay, and ``lead`` how far the co-simulation runs ahead
-    of the rig [s].
-    """
-
-    delay: float
-    maximum_age: float
-    sample_time: float
-    order: Order = Order()
-    offset: float | None = None
-    set_anew: int = 0
-    fresh: bool = False
-    age: float = 0.0
-    lead: float = 0.0
-
-
-def tick(clock: Clock, time: float, samples: Iterable[Datagram]) -> Clock:
-    """Return the clock at simulated ``time`` [s] after ``samples`` have come in."""
-    order, offset, longest = clock.order, clock.offset, clock.maximum_age
-    for sample in samples:
-        order = take(order, sample, time, clock.sample_time)
-    if order.newest is None:
-        return clock._replace(order=order)
-    begin = order.newest.time - time - clock.delay  # the offset without a lead
-    lead = 0.0 if offset is None else offset - begin
-    # Ahead: only a new sample shows where the rig's clock is; while none comes, the data grow old.
-    apart = lead < -longest or (lead > longest and order.newest is not clock.order.newest)
-    if offset is None or apart or order.counts.restarted > clock.order.counts.restarted:
-        clock = clock._replace(set_anew=clock.set_anew + (offset is not None))
-        offset, lead = begin, 0.0
-    order, released = release(order, time + offset + EARLY, clock.sample_time)
-    age = 0.0 if order.last is None else max(time + offset - order.last.time, 0.0)
-    fresh = bool(released) and age < (1.0 - _NEAR) * clock.sample_time
-    return clock._replace(order=order, offset=offset, fresh=fresh, age=age, lead=lead)
-
-
-class Grid(NamedTuple):
+class Grid:
     """Instants k h: ``first`` is the sample that the others are counted from, at the instant ``base``.
 
     ``tick`` is the last instant passed; ``silent``: the clock brought it, without a sample.
     """
 
-    sample_time: float
-    first: Datagram
-    base: int = 0
-    tick: int = -1
-    silent: bool = False
+    def __init__(self, sample_time: float, first: Datagram) -> None:
+        self.sample_time, self.first = sample_time, first
+        self.base, self.tick, self.silent = 0, -1, False
 
     def time_of(self, sample: Datagram) -> float:
         """Return a sample's time since the first instant [s]."""
         return self.base * self.sample_time + sample.time - self.first.time
 
+    def place(self, sample: Datagram) -> int:
+        """Return a sample's instant; -1 for the second one of an instant."""
+        by_time = (sample.time - self.first.time) / self.sample_time
+        step = round(by_time)
+        if sample.number >= 0 and self.first.number >= 0:
+            counted = sample.number - self.first.number
+            # A number that does not go with its time is damaged.
+            if abs(counted - by_time) * self.sample_time <= JUMP:
+                step = counted
+        if self.base + step > self.tick:
+            self.tick, self.silent = self.base + step, False
+            return self.tick
+        return self.go_on(sample, 1) if self.silent else -1
 
-def place_sample(grid: Grid, sample: Datagram) -> tuple[Grid, int]:
-    """Return the grid after a sample, and the sample's instant; -1 for the second one of an instant."""
-    by_time = (sample.time - grid.first.time) / grid.sample_time
-    step = round(by_time)
-    if sample.number >= 0 and grid.first.number >= 0:
-        counted = sample.number - grid.first.number
-        # A number that does not go with its time is damaged.
-        if abs(counted - by_time) * grid.sample_time <= JUMP:
-            step = counted
-    number = grid.base + step
-    if number > grid.tick:
-        return grid._replace(tick=number, silent=False), number
-    return continue_grid(grid, sample, 1) if grid.silent else (grid, -1)
-
-
-def continue_grid(grid: Grid, sample: Datagram, pause: int) -> tuple[Grid, int]:
-    """Return the grid of a rig that goes on with ``sample``, ``pause`` instants after the last one, and its instant."""
-    number = grid.tick + pause
-    return grid._replace(first=sample, base=number, tick=number, silent=False), number
+    def go_on(self, sample: Datagram, pause: int) -> int:
+        """Return the instant of a rig that goes on with ``sample``, ``pause`` instants after the last one."""
+        self.first, self.base, self.silent = sample, self.tick + pause, False
+        self.tick = self.base
+        return self.tick

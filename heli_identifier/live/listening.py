@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.following import Sample
-from heli_identifier.live.align import Grid, Order, continue_grid, place_sample, release, restart, take
-from heli_identifier.live.datagrams import SIGNALS, Datagram, Layout, Port
+from heli_identifier.live.align import Grid, Order
+from heli_identifier.live.datagrams import SIGNALS, Datagram, Port
 from heli_identifier.records import LogFormat, factor_to_si, understood
 from heli_plant.motor import saturate
 
@@ -73,15 +73,18 @@ class Listening:
     """
 
     def __init__(self, port: Port, rate: float | None, format: LogFormat) -> None:
-        check_rate(port.layout, rate)
-        self.port, self.rate, self.format = port, rate, format
         names, factors = port.layout.names, port.layout.factors
+        if rate is not None:
+            _check_rate(rate)
+        elif "time" not in names:
+            raise ConfigurationError("this layout holds no time: give the rig's sampling rate with --rate.")
+        self.port, self.rate, self.format = port, rate, format
         # a unit that the layout states itself stays
         units = [_factor(name, format) if k is None else k for name, k in zip(names, factors, strict=True)]
         port.layout = port.layout._replace(factors=tuple(units))
         self.clock: RigClock | None = None  # until enough has come in
         self.unread: list[tuple[Datagram, float]] = []  # samples that are not in order yet, and when they came in [s]
-        self.order = Order()
+        self.order = Order(self.sample_time)
         self.grid: Grid | None = None
         self.heard = monotonic()
         self.counted, self.counted_at = 0, 0.0  # of a stream without numbers and times, and when [s]
@@ -91,7 +94,7 @@ class Listening:
 
     @property
     def sample_time(self) -> float:
-        """Time between two instants [s], once the first has come."""
+        """Time between two instants [s], once clock and rate are known."""
         return 1.0 / (self.rate or 1.0)
 
     @property
@@ -99,25 +102,26 @@ class Listening:
         """How the stream is doing."""
         port, counts, silence = self.port, self.order.counts, monotonic() - self.heard
         notes = [*(self.clock.notes if self.clock else ()), *([port.note] if port.elections > 1 else [])]
-        if counts.unclocked:
+        if counts["unclocked"]:
             notes.append("the rig's clock stands still or steps back; its sequence numbers are used")
         wrong = {
-            "were lost": counts.lost,
-            "came too late": counts.late,
-            "were overtaken": counts.reordered,
-            "came twice": counts.duplicated,
-            "had a damaged time": counts.stray,
+            "were lost": counts["lost"],
+            "came too late": counts["late"],
+            "were overtaken": counts["reordered"],
+            "came twice": counts["duplicated"],
+            "had a damaged time": counts["stray"],
             "datagrams held no sample": port.refused,
             "datagrams came from others": port.foreign,
-            "starts of the rig": counts.restarted + 1 if counts.restarted else 0,
+            "starts of the rig": counts["restarted"] + 1 if counts["restarted"] else 0,
         }
         told = ", ".join(f"{number} {what}" for what, number in wrong.items() if number)
-        faults = f"of {counts.received + counts.lost} samples {told}" if told else ""
+        received = counts["received"]
+        faults = f"of {received + counts['lost']} samples {told}" if told else ""
         if port.sender is None:
             refused = f"; {port.refused} datagrams refused: {port.reason}" if port.refused else ""
             return Status(f"waiting for the rig{refused}", faults, tuple(notes), silence > SILENCE)
         sender = port.sender[0] if port.sender[1] < 0 else f"{port.sender[0]}:{port.sender[1]}"
-        said = [f"{sender}: {faults or f'{counts.received} samples'}", *notes]
+        said = [f"{sender}: {faults or f'{received} samples'}", *notes]
         if silence > SILENCE:
             said.append(f"nothing for {silence:.1f} s")
         return Status("; ".join(said), faults, tuple(notes), silence > SILENCE)
@@ -145,13 +149,14 @@ class Listening:
         for datagram in self.port.arrived(_MOST):
             self.heard = monotonic()
             if self.port.elections > self.elections:  # somebody else is the rig: it has another clock
-                self.order = restart(self.order) if self.elections else self.order
+                if self.elections:
+                    self.order.restart()
                 self.elections, self.clock, self.unread = self.port.elections, None, []
             self.unread.append((datagram, self.heard))
         moves = len({datagram.time for datagram, _ in self.unread}) > 1
         self._sort(_ENOUGH if moves or self.rate else _ENOUGH_STUCK)
         if self.clock is not None:
-            _checked(self.clock.rate)
+            _check_rate(self.clock.rate)
 
     def _sort(self, enough: int) -> None:
         """Put what was read in order by the rig's clock; that is found from ``enough`` samples."""
@@ -160,6 +165,7 @@ class Listening:
                 return
             self.clock = find_clock(self.unread, self.rate)
             self.rate = self.clock.rate
+            self.order.sample_time = self.sample_time
         for datagram, arrived in self.unread:
             if self.clock.tells:
                 datagram = datagram._replace(time=datagram.time * self.clock.unit)
@@ -167,7 +173,7 @@ class Listening:
                 pause, self.counted_at = arrived - self.counted_at if self.counted else 0.0, arrived
                 self.counted += 1 if pause < SILENCE else max(round(pause * self.clock.rate), 1)
                 datagram = datagram._replace(number=self.counted, time=nan)
-            self.order = take(self.order, datagram, arrived, 1.0 / self.clock.rate)
+            self.order.take(datagram, arrived)
         self.unread = []
 
     def _place(self, age: float, keep: Keep) -> list[Sample]:
@@ -175,20 +181,21 @@ class Listening:
         found: list[Sample] = []
         if self.clock is None or self.order.newest is None:
             return found
-        self.order, samples = release(self.order, self.order.newest.time - age, 1.0 / self.clock.rate)
-        for sample in samples:
-            grid = self.grid or Grid(1.0 / self.clock.rate, sample)
-            if self.order.counts.restarted > self.restarts and self.grid:
+        is_new_start = self.grid is not None and self.order.counts["restarted"] > self.restarts
+        self.restarts = self.order.counts["restarted"]
+        for sample in self.order.release(self.order.newest.time - age):
+            grid = self.grid = self.grid or Grid(self.sample_time, sample)
+            before = grid.tick
+            if is_new_start:
                 # The rig was away for a time that nobody knows; it is long enough for the twin to notice.
-                pause = 1 if grid.silent else round(SILENCE * self.clock.rate) + 2
-                self.grid, number = continue_grid(grid, sample, pause)
+                number = grid.go_on(sample, 1 if grid.silent else round(SILENCE * self.clock.rate) + 2)
             else:
-                self.grid, number = place_sample(grid, sample)
-            self.restarts = self.order.counts.restarted
+                number = grid.place(sample)
+            is_new_start = False
             signals = orient(sample.signals, self.format)
-            keep(self.grid.time_of(sample), signals)
+            keep(grid.time_of(sample), signals)
             if number >= 0:
-                found += [self.last._replace(fresh=0.0)] * (number - grid.tick - 1)
+                found += [self.last._replace(fresh=0.0)] * (number - before - 1)
                 self.last = Sample(*signals)
                 found.append(self.last)
         return found
@@ -204,7 +211,7 @@ class Listening:
         due = self.quiet_from + int(silence / self.grid.sample_time)
         count = due - self.grid.tick
         if count > 0:
-            self.grid = self.grid._replace(tick=due, silent=True)
+            self.grid.tick, self.grid.silent = due, True
         return [self.last._replace(fresh=0.0)] * count
 
 
@@ -271,17 +278,9 @@ def orient(signals: tuple[float, ...], form: LogFormat) -> tuple[float, ...]:
     return (saturate(front, limit), saturate(rear, limit), *angles)
 
 
-def check_rate(layout: Layout, rate: float | None) -> None:
-    """Refuse a rate out of range, and a layout without time where no rate is given: a ConfigurationError."""
-    if rate is not None:
-        _checked(rate)
-    elif "time" not in layout.names:
-        raise ConfigurationError("this layout holds no time: give the rig's sampling rate with --rate.")
-
-
-def _checked(rate: float) -> float:
+def _check_rate(rate: float) -> None:
+    """Refuse a rate out of range: a ConfigurationError."""
     if not RATES[0] * 0.999 <= rate <= RATES[1] * 1.001:
         raise ConfigurationError(
             f"the rig sends at {rate:.4g} Hz, {RATES[0]:g} to {RATES[1]:g} Hz are followed; change its sampling rate."
         )
-    return rate

@@ -181,7 +181,7 @@ class Session:
 
     def _step(self, sample: Sample, sample_time: float) -> None:
         if self.twin is None:
-            plan = following.prepare_following(FollowSettings(sample_time=sample_time, parameters=self.plant))
+            plan = FollowPlan(FollowSettings(sample_time=sample_time, parameters=self.plant))
             self.twin = plan, following.start_correcting(plan, sample)
             return
         plan, state = self.twin
