@@ -43,6 +43,7 @@ from heli_identifier.following import Event, FollowSettings, Sample
 from heli_identifier.live import Clock, Datagram
 from heli_identifier.records import demo_files
 from heli_plant.effects import AXES
+from heli_plant.observer import FIELDS
 from heli_plant.parameters import PlantParameters
 from tests.blind.coefficients import Coefficients
 from tests.blind.plant import COUNTS_PER_TURN
@@ -273,7 +274,7 @@ def flown(half: int, seed: int, kind: str) -> Row:
         begin, last = end + 60.0, end + 90.0
         row["error"], row["alone"] = (rms(errors, begin, last, columns) for columns in (TWIN, ALONE))
         p = told(values, rig.coefficients, stages[-1])
-        row["told"] = with_values(begin, last, (*(getattr(p, field) for field in plan.fields), *stages[-1].shares))
+        row["told"] = with_values(begin, last, (*(getattr(p, field) for field in FIELDS), *stages[-1].shares))
     for event, before in adoptions:
         begin, last = event.time + 2.0, event.time + 62.0
         left = before == plan.alone.values

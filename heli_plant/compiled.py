@@ -144,13 +144,12 @@ def cache_folder() -> Path | None:
         folder = Path(named or Path.home() / ".cache" / "heli-twin")
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         status = folder.stat()
-        is_private = not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o022)
-        if is_private and (named or os.access(folder, os.W_OK | os.X_OK)):
-            return folder
-        reason = "others can write to it, so what is loaded need not be yours"
+        if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
+            raise OSError("others can write to it, so what is loaded need not be yours")
+        return folder if named or os.access(folder, os.W_OK | os.X_OK) else None
     except (RuntimeError, OSError) as problem:  # RuntimeError: there is no home
+        if not named:
+            return None
         reason = getattr(problem, "strerror", None) or str(problem)
-    if named:
         remedy = f"set {VARIABLE} to a folder that can be written, by you alone"
-        raise PlantError(f"compiled code cannot be kept in {named}: {reason}; {remedy}")
-    return None
+        raise PlantError(f"compiled code cannot be kept in {named}: {reason}; {remedy}") from problem

@@ -12,7 +12,7 @@ program, Communications of the ACM 7(8), 1964.)
 import math
 import operator
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from types import FunctionType
 from typing import Any
 
@@ -49,34 +49,17 @@ def _dual(x: Any) -> Dual:
     return x if isinstance(x, Dual) else Dual(x, 0.0)
 
 
-def _quotient(a: Dual, b: Dual) -> Dual:
-    value = a.value / b.value
-    return Dual(value, (a.slope - value * b.slope) / b.value)
-
-
 _OPERATIONS: dict[str, Callable[[Dual, Dual], Dual]] = {
     "add": lambda a, b: Dual(a.value + b.value, a.slope + b.slope),
     "sub": lambda a, b: Dual(a.value - b.value, a.slope - b.slope),
     "mul": lambda a, b: Dual(a.value * b.value, a.slope * b.value + a.value * b.slope),
-    "truediv": _quotient,
+    "truediv": lambda a, b: Dual(a.value / b.value, (a.slope - a.value / b.value * b.slope) / b.value),
 }
 for _name, _operation in _OPERATIONS.items():
     setattr(Dual, f"__{_name}__", lambda a, b, done=_operation: done(a, _dual(b)))
     setattr(Dual, f"__r{_name}__", lambda b, a, done=_operation: done(_dual(a), b))
 for _compare in (operator.lt, operator.le, operator.gt, operator.ge):
     setattr(Dual, f"__{_compare.__name__}__", lambda a, b, holds=_compare: holds(a.value, _dual(b).value))
-
-
-def _lifted(function: Callable[[float], float], slope: Callable[[float, float, Any], float]) -> Callable[[Any], Any]:
-    """Return a function of floats for duals as well."""
-
-    def lifted(x: Any) -> Any:
-        if not isinstance(x, Dual):
-            return function(x)
-        value = function(x.value)
-        return Dual(value, slope(x.value, value, math) * x.slope)
-
-    return lifted
 
 
 SLOPES: dict[Callable[..., Any], Callable[[Any, Any, Any], Any]] = {
@@ -90,8 +73,13 @@ SLOPES: dict[Callable[..., Any], Callable[[Any, Any, Any], Any]] = {
 }
 """The slope of each function of :mod:`math` that has one here, by its argument, its value and the functions of math."""
 
-FUNCTIONS = {function: _lifted(function, slope) for function, slope in SLOPES.items()}
-"""These functions for dual numbers."""
+
+def _applied(function: Callable[[float], float], x: Any) -> Any:
+    """Return a function of :data:`SLOPES` at a float or a dual."""
+    if not isinstance(x, Dual):
+        return function(x)
+    value = function(x.value)
+    return Dual(value, SLOPES[function](x.value, value, math) * x.slope)
 
 
 @cache
@@ -100,8 +88,8 @@ def with_duals(function: FunctionType) -> FunctionType:
     names = dict(function.__globals__)
     for name in function.__code__.co_names:
         called = names.get(name)
-        if called in FUNCTIONS.keys():
-            names[name] = FUNCTIONS[called]
+        if called in SLOPES.keys():
+            names[name] = partial(_applied, called)
         elif isinstance(called, FunctionType) and called.__module__.partition(".")[0] == __package__:
             names[name] = with_duals(called)
     return FunctionType(function.__code__, names, function.__name__, function.__defaults__)

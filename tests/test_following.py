@@ -24,10 +24,10 @@ from heli_identifier.following import (
 )
 from heli_identifier.following.covariance import correct_covariance, find_steady_state, predict_covariance
 from heli_identifier.following.cusum import Inflation, Projection, cusum, siegmund_threshold
-from heli_identifier.following.encoders import Encoder
 from heli_identifier.following.evidence import Coefficients, shift_block, start_sums
+from heli_identifier.following.observer import Encoder
 from heli_identifier.following.prediction import compare_errors
-from heli_plant.observer import observer_gains
+from heli_plant.observer import CORRECTED, observer_gains
 from heli_plant.parameters import TABLE_2
 from tests.following import COUNT, H, record
 
@@ -181,12 +181,12 @@ def test_a_change_is_noticed_named_measured_and_adopted(name):
     assert adopted[0].name == name and adopted[0].why == REASONS["better"][1]
     # four standard errors, and a twentieth of the change for what is not linear in it
     change = getattr(after, field) - getattr(TABLE_2, field)
-    found = getattr(parameters_in_use(state, plan)[0], field)
+    found = getattr(parameters_in_use(state)[0], field)
     assert abs(found - getattr(after, field)) < 4.0 * adopted[-1].standard_error + 0.05 * abs(change)
     twins, axis = state.predictions, ("pitch", "elevation", "travel").index(adopted[0].axis)
     assert twins.used.rms(plan.window)[axis] < twins.alone.rms(plan.window)[axis]
     assert compare_errors(twins.used.errors, twins.alone.errors, (axis,))[0] < 0.0
-    place, at = plan.changeable.index(name), round(adopted[0].time / H) - 1
+    place, at = [one for one, _ in CORRECTED].index(name), round(adopted[0].time / H) - 1
     begin, end = [states[at + k].twin.values[place] for k in (0, 1)]
     assert begin == getattr(TABLE_2, field) != end
 
@@ -196,7 +196,7 @@ def test_a_rotor_that_lost_thrust_is_told_from_a_gain():
     assert [event.name for event in events if event.what == "adopted"][:1] == ["rotor.front"]
     front, rear = state.twin.values[-2:]
     assert front == pytest.approx(0.8, abs=0.03) and rear == 1.0  # three standard errors
-    p = parameters_in_use(state, plan)[0]
+    p = parameters_in_use(state)[0]
     assert p.k_x == pytest.approx(0.5 * (front + rear) * TABLE_2.k_x)
     assert p.rotor_mismatch_pitch == pytest.approx(0.5 * (front - rear) * TABLE_2.k_x)
 
@@ -264,7 +264,7 @@ def test_a_size_that_is_off_when_the_watch_ends_is_put_on_trial_again(late, shar
 def test_without_corrections_a_change_is_reported_and_held():
     state, events, _, plan = followed(changed_rows("elevation.gain")[:5000], correcting=False)
     assert {event.what for event in events} == {"alarm", "held"}
-    assert parameters_in_use(state, plan)[0] == TABLE_2
+    assert parameters_in_use(state)[0] == TABLE_2
 
 
 def test_bad_settings_are_refused():
@@ -356,7 +356,7 @@ def test_a_stop_is_said_once_and_ends_a_trial_and_the_event_says_which_change_wa
     assert [(one.why, one.time) for one in (stopped, back)] == [(STOPPED, pytest.approx(42.19)), (BACK, 47.0)]
     assert (held.what, held.name, held.why) == ("held", "elevation.gain", REASONS["cut"][1]) and held.since < 40.0
     assert abs(held.value - 1.2 * TABLE_2.k_z) < 4.0 * held.standard_error
-    assert parameters_in_use(state, plan)[0] == TABLE_2
+    assert parameters_in_use(state)[0] == TABLE_2
 
 
 def test_an_encoder_that_stands_still_while_the_rig_moves_is_said_once_however_long_it_stands():
@@ -367,7 +367,7 @@ def test_an_encoder_that_stands_still_while_the_rig_moves_is_said_once_however_l
     state, events, _, plan = followed(rows)
     assert [event.why for event in events] == [FROZEN, BACK]
     assert 30.0 < events[0].time < 31.0 and events[1].time >= 36.0
-    assert parameters_in_use(state, plan)[0] == TABLE_2
+    assert parameters_in_use(state)[0] == TABLE_2
 
 
 def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settled():

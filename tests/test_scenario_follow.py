@@ -5,6 +5,7 @@ import pytest
 
 from fmu_src.master import run
 from heli_identifier.following import FollowPlan, FollowSettings, Sample, correct, start_correcting
+from heli_plant.observer import CORRECTED
 from heli_plant.parameters import TABLE_2
 from tests.following import H, record
 
@@ -46,7 +47,7 @@ def shown(result, name):
 
 def test_the_units_give_the_corrections_of_the_pure_follower(result, followed):
     states, _, plan = followed
-    for place, name in enumerate(plan.changeable):
+    for place, (name, _) in enumerate(CORRECTED):
         wanted = [state.twin.values[place] - plan.alone.values[place] for state in states]
         assert shown(result, f"corrector.correction.{name}")[2:STEPS].tolist() == wanted
 

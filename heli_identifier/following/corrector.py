@@ -1,20 +1,19 @@
 """The corrector: one sample in, the values in use out."""
 
 from heli_plant.motor import saturate
-from heli_plant.parameters import PlantParameters
+from heli_plant.observer import FIELDS
+from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.plant import measured_angles
 from heli_plant.state import start_state
 
 from .changes import Vector
 from .cusum import PROVED, Inflation, Projection
-from .encoders import Encoder
 from .evidence import Noise, Sums, project_block, start_baseline
-from .naming import SWINGING, make_event
-from .observer import Angles, Weight, start_observer
+from .observer import Angles, Encoder, Weight, start_observer
 from .plan import FollowPlan
 from .prediction import Copies, Predictions
 from .state import CorrectorState, Event, Sample
-from .trial import judge_block
+from .trial import SWINGING, judge_block, make_event
 
 _LARGEST_INNOVATION = 4.0  # innovations count with at most this many standard deviations
 _KEPT = 90  # blocks that are kept: a change is looked for in the last minute and a half
@@ -172,7 +171,7 @@ def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     return state._replace(blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_KEPT:])
 
 
-def parameters_in_use(state: CorrectorState, plan: FollowPlan) -> tuple[PlantParameters, dict[str, float]]:
+def parameters_in_use(state: CorrectorState) -> tuple[PlantParameters, dict[str, float]]:
     """Return the plant's parameters that the twin uses, and the standard errors of those that were adopted, by name.
 
     Rotors with the shares f and r of their thrust have mu_d = f nu_f - r nu_r = a (nu_f - nu_r) + b (nu_f + nu_r) with
@@ -180,8 +179,7 @@ def parameters_in_use(state: CorrectorState, plan: FollowPlan) -> tuple[PlantPar
     mismatch); k_z and k_y become a k_z and a k_y, where b (nu_f - nu_r) is left out.
     """
     p, (front, rear) = state.twin.parameters, state.twin.values[-2:]
-    names = plan.changeable[: len(plan.fields)]
-    errors = {name: error for name, error in zip(names, state.errors, strict=False) if error > 0.0}
+    errors = {BY_FIELD[field].name: error for field, error in zip(FIELDS, state.errors, strict=False) if error > 0.0}
     if front == 1.0 and rear == 1.0:
         return p, errors
     a, b = 0.5 * (front + rear), 0.5 * (front - rear)

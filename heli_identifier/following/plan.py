@@ -5,7 +5,7 @@ from math import log
 from typing import NamedTuple
 
 from heli_plant.laws import input_delay
-from heli_plant.observer import TRAVEL_BANDWIDTH
+from heli_plant.observer import FIELDS, TRAVEL_BANDWIDTH
 from heli_plant.parameters import PlantParameters
 
 from ..errors import require_positive, require_range
@@ -48,7 +48,7 @@ class FollowSettings:
 
 
 class Twin(NamedTuple):
-    """A twin: the values of what may change, the front and the rear rotor's share of thrust last, and its plant."""
+    """A twin: values of :data:`heli_plant.observer.CORRECTED`, the rotors' shares of thrust last, and its plant."""
 
     values: Vector
     parameters: PlantParameters
@@ -57,10 +57,9 @@ class Twin(NamedTuple):
 class FollowPlan:
     """What a step computes with, made once from the settings.
 
-    ``changes``: what may change. ``changeable``: names of the values in use, ``fields`` those of the parameters among
-    them; the two rotors' shares stand last. ``alone``: the twin of the start. ``deviations``: by how much the twin's
-    coefficients of the regressors of each axis may err; ``no_sums`` of them; ``steady``: the observer of each axis
-    without gaps; ``delay``: the plant's input delay [s]. ``threshold``: Lorden's.
+    ``changes``: what may change. ``alone``: the twin of the start. ``deviations``: by how much the twin's coefficients
+    of the regressors of each axis may err; ``no_sums`` of them; ``steady``: the observer of each axis without gaps;
+    ``delay``: the plant's input delay [s]. ``threshold``: Lorden's.
 
     In samples: the ``coarse`` step of copies, the time between two starts of them (``launch``) and the ``horizon`` that
     they run; a ``block`` of sums; ``settling``, ``stop`` and ``stuck``. ``window``: comparisons in a window.
@@ -69,10 +68,7 @@ class FollowPlan:
     def __init__(self, settings: FollowSettings) -> None:
         h, p, bandwidth = settings.sample_time, settings.parameters, settings.observer_bandwidth
         self.settings, self.changes, self.deviations = settings, list_changes(p), prior_deviations(p)
-        own = [change for change in self.changes if change.field]
-        self.changeable = (*(change.name for change in own), "rotor.front", "rotor.rear")
-        self.fields = tuple([change.field for change in own])
-        self.alone = Twin((*(getattr(p, field) for field in self.fields), 1.0, 1.0), p)
+        self.alone = Twin((*(getattr(p, field) for field in FIELDS), 1.0, 1.0), p)
         self.no_sums = tuple([start_sums(len(own)) for own in self.deviations])
         self.steady = tuple([find_steady_state(one * bandwidth, h) for one in (1.0, 1.0, TRAVEL_BANDWIDTH)])
         self.delay = input_delay(p)
@@ -89,5 +85,4 @@ class FollowPlan:
 
     def twin(self, values: Vector) -> Twin:
         """Return the twin with these values in use."""
-        own = dict(zip(self.fields, values[: len(self.fields)], strict=True))
-        return Twin(values, self.settings.parameters._replace(**own))
+        return Twin(values, self.settings.parameters._replace(**dict(zip(FIELDS, values, strict=False))))

@@ -5,9 +5,8 @@ from typing import Any, NamedTuple
 
 from .changes import Vector
 from .cusum import NOTHING, Finding, Inflation, Projection
-from .encoders import Encoder
 from .evidence import Baseline, Block, Noise, Sums
-from .observer import Observer
+from .observer import Encoder, Observer
 from .plan import FollowPlan, Twin
 from .prediction import Copies, Predictions
 

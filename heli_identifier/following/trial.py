@@ -9,15 +9,23 @@ smallest change that matters) and physically possible; else it is held. On trial
 a rival twin that has the change flies beside the one in use over the window, which begins after the change was
 estimated, so that its errors 1 s ahead are out of sample for both. Name and size are then judged again from everything
 since the change. The values before go on as the rival after an adoption.
+
+**Names.** psi is what a change makes of the innovations that has always acted; right after a change they still swing.
+Size and name are therefore taken from the blocks that begin two after the change, the same ones for every change, along
+the direction of each and divided by the variance inflation factor along it; changes are compared under one mean factor.
 """
 
+from math import sqrt
+
+from heli_plant.effects import AXES
+
+from ..online.linear_algebra import total
 from .changes import Vector
-from .cusum import NOTHING, Finding, cusum, siegmund_threshold
-from .evidence import loosen_baseline, shift_block, start_baseline
-from .naming import LEAD, SWINGING, explain, find_changes, find_likelier, make_event, refine_size
+from .cusum import NOTHING, Finding, cusum, judge_size, siegmund_threshold
+from .evidence import loosen_baseline, project_block, shift_block, start_baseline
 from .plan import FollowPlan
 from .prediction import WINDOWS, compare_errors
-from .state import CorrectorState, Event
+from .state import REASONS, CorrectorState, Event
 
 Judged = tuple[CorrectorState, list[Event]]
 """The state after a block, and what there is to report."""
@@ -34,6 +42,9 @@ _WORSE, _CLEARLY = 0.1, 4.7
 
 _WATCH_WINDOWS = 2  # an adopted change is watched for this many windows
 _REFINING = 2.5  # z of what is left of an adopted change at which its size is put on trial again
+_LEAD = 4.6  # lead in ln B, ln 100, at which the likeliest change is named without waiting
+SWINGING = 2  # blocks after a change in which the innovations still swing
+_LEAST_BLOCKS = 5  # blocks that are needed after them
 
 
 def judge_block(state: CorrectorState, plan: FollowPlan) -> Judged:
@@ -58,9 +69,9 @@ def _update_cusums(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorSt
         limit = plan.threshold
         if c.blocks > 0.0:
             limit = siegmund_threshold(limit, change.size * change.size * c.information / (c.blocks * c.factor))
-        for total, run in (cusum(own, change.size), cusum(own, -change.size)):
-            alarm = max(alarm, total / limit)
-            longest = max(longest, run if total > limit else 0)
+        for height, run in (cusum(own, change.size), cusum(own, -change.size)):
+            alarm = max(alarm, height / limit)
+            longest = max(longest, run if height > limit else 0)
     return state._replace(alarm=alarm), longest
 
 
@@ -91,7 +102,7 @@ def name_change(state: CorrectorState, plan: FollowPlan) -> Judged:
     if not found:
         return _hold(state, NOTHING, "impossible", plan) if late else (state, [])
     first = found[0]
-    leads = len(found) == 1 or first.evidence - found[1].evidence >= LEAD
+    leads = len(found) == 1 or first.evidence - found[1].evidence >= _LEAD
     if not leads:
         first = first._replace(other=found[1].change)
     state = state._replace(finding=first)
@@ -168,7 +179,7 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> Judged:
     if left.change < 0 or abs(left.z) < _REFINING:
         # of a slow change the last part tells most
         left = explain(state, number, count, plan, whole=False)
-        if left.evidence < LEAD:
+        if left.evidence < _LEAD:
             left = NOTHING
     state = state.follow_again()._replace(tested=state.tested)
     return _put_on_trial(state, left, plan) if left.change >= 0 else (state, [])
@@ -179,3 +190,87 @@ def take_back(state: CorrectorState, values: Vector, why: str, plan: FollowPlan)
     state = state.use(values, state.errors, plan)._replace(blocks=())
     event = make_event(state, why, plan, Finding(state.finding.change))
     return state.follow_again(), [event._replace(since=event.time)]
+
+
+def sums_back(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:
+    """Return D^T b and D^T R D of the last block, of the last two, and so on, of ``count`` at most."""
+    direction, found = plan.changes[number].direction(state.twin.values), [(0.0, 0.0)]
+    for block in reversed(state.blocks[-count:]):
+        response, information = project_block(block, direction)
+        found.append((found[-1][0] + response, found[-1][1] + information))
+    return found[1:]
+
+
+def explain(
+    state: CorrectorState, number: int, count: int, plan: FollowPlan, whole: bool = True, share: float = 0.0
+) -> Finding:
+    """Return the change ``number`` as the last ``count`` blocks have it, or nothing.
+
+    All of these blocks count, or if not ``whole`` those from the one on which makes it likeliest. Their sums count with
+    a ``share``, by default one over the change's own variance inflation factor.
+    """
+    change, share = plan.changes[number], share or 1.0 / state.inflations[number].factor
+    bounds = change.bounds(state.twin.values)
+    sums = list(enumerate(sums_back(state, number, count, plan), 1))
+    chosen = sums[-1:] if whole else sums
+    found = [judge_size(number, n, share * b, share * r, change.size, bounds) for n, (b, r) in chosen]
+    return max([one for one in found if one.change >= 0], key=lambda one: one.evidence, default=NOTHING)
+
+
+def rank_changes(state: CorrectorState, count: int, plan: FollowPlan, whole: bool = True) -> list[Finding]:
+    """Return every possible change from the last ``count`` blocks, the likeliest first; ``whole`` as above."""
+    share = len(plan.changes) / total([inflation.factor for inflation in state.inflations])
+    found = [explain(state, number, count, plan, whole, share) for number in range(len(plan.changes))]
+    return sorted([one for one in found if one.change >= 0], key=lambda one: one.evidence, reverse=True)
+
+
+def find_changes(state: CorrectorState, longest: int, plan: FollowPlan) -> tuple[list[Finding], bool]:
+    """Return every possible change with its size, the likeliest first, and whether it has been measured.
+
+    It began at most ``longest`` blocks ago. Until enough blocks have passed since, the sizes are those since it began,
+    and not to be used.
+    """
+    found = rank_changes(state, longest, plan, whole=False)
+    count = found[0].blocks - SWINGING if found else 0
+    return (found, False) if count < _LEAST_BLOCKS else (rank_changes(state, count, plan), True)
+
+
+def find_likelier(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Finding:
+    """Return the change that explains the blocks of ``finding`` better than it does by :data:`_LEAD`, or nothing."""
+    found = rank_changes(state, finding.blocks, plan)
+    own = [one.evidence for one in found if one.change == finding.change]
+    if found and found[0].change != finding.change and found[0].evidence > _LEAD + (own[0] if own else 0.0):
+        return found[0]
+    return NOTHING
+
+
+def refine_size(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Finding:
+    """Return the change on trial with its size from all blocks since it took place."""
+    count = min(finding.blocks + state.blocks_in_mode(plan), len(state.blocks))
+    response, information = sums_back(state, finding.change, count, plan)[-1]
+    if information <= 0.0:
+        return finding
+    least, most = plan.changes[finding.change].bounds(state.twin.values)
+    size = min(max(response / information, least), most)
+    error = sqrt(state.inflations[finding.change].factor / information)
+    return finding._replace(blocks=count, size=size, standard_error=error)
+
+
+def make_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> Event:
+    """Return the event of this sample that tells of a ``finding``, or of none; ``why`` is a key of the reasons."""
+    time, (what, reason) = state.samples * plan.settings.sample_time, REASONS[why]
+    if finding.change < 0:
+        return Event(time, what, since=time, why=reason)
+    change, values = plan.changes[finding.change], state.twin.values
+    blocks = finding.blocks + (0 if why == "suspected" else SWINGING)
+    return Event(
+        time,
+        what,
+        name=change.name,
+        other=plan.changes[finding.other].name if finding.other >= 0 else "",
+        axis=AXES[change.axes[0]] if change.field else "rotors",
+        value=change.value(change.applied(finding.size, values)),
+        standard_error=finding.standard_error * (1.0 if change.field else change.value(values)),
+        since=time - blocks * plan.block * plan.settings.sample_time,
+        why=reason,
+    )

@@ -21,6 +21,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
 from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text, whole_folder
 from heli_plant.effects import AXES
+from heli_plant.observer import CORRECTED
 from heli_plant.parameters import PARAMETERS, PlantParameters
 
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
@@ -208,8 +209,7 @@ class Session:
         self._write_events()
         if event.what in ("adopted", "rolled back"):
             self.in_use().write(self.folder / IN_USE)
-            plant, adopted = self._used()
-            self.changed(plant, {**self.errors, **adopted}, self._elevation)
+            self.changed(*self._used(), self._elevation)
 
     def _write_events(self) -> None:
         write_atomically(self.folder / EVENTS, document_text(self.events))
@@ -245,27 +245,27 @@ class Session:
 
     def in_use(self) -> ParameterSet:
         """Return the parameters that the twin uses; what was adopted has the standard error of its adoption."""
-        plant, adopted = self._used()
-        errors = {**self.errors, **adopted}
+        plant, errors = self._used()
         rows = [(row, errors[row.name]) for row in PARAMETERS if errors.get(row.name)]
         known = {row.field: Estimate(getattr(plant, row.field), error, row.unit) for row, error in rows}
         return ParameterSet(PLANT, plant_values(plant, known), {}, self.provenance)
 
     def _used(self) -> tuple[PlantParameters, dict[str, float]]:
-        """Return the plant in use, and the standard errors of the parameters that were adopted."""
+        """Return the plant in use, and the standard errors of its parameters that are known."""
         if self.twin is None:
-            return self.plant, {}
+            return self.plant, self.errors
         plan, state = self.twin
-        return following.parameters_in_use(state, plan)
+        plant, adopted = following.parameters_in_use(state)
+        return plant, {**self.errors, **adopted}
 
 
 def _values(state: CorrectorState, plan: FollowPlan, known: Mapping[str, float]) -> list[dict[str, Any]]:
     """Return what is on of what the twin may change; standard errors are ``known`` where nothing was adopted."""
-    units = {row.name: unit_text(row.unit) or "1" for row in PARAMETERS}
-    rows = zip(plan.changeable, plan.alone.values, state.twin.values, state.errors, strict=True)
     found = []
-    for name, start, used, error in rows:
+    for (name, unit), start, used, error in zip(
+        CORRECTED, plan.alone.values, state.twin.values, state.errors, strict=True
+    ):
         if start != 0.0 or used != 0.0:
             band = 1.96 * (error or known.get(name, 0.0))
-            found.append({"name": name, "start": start, "used": used, "band": band, "unit": units.get(name, "1")})
+            found.append({"name": name, "start": start, "used": used, "band": band, "unit": unit_text(unit) or "1"})
     return found
