@@ -39,7 +39,7 @@ from .result import (
 from .rig import Array, Effect
 from .score import Score
 from .select import Finding, Selection
-from .settings import CONFIRMED, DETERMINED, KEPT, LEAST_VISIBILITY, MATTERS, NAMED, SURE, TIMED
+from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, NAMED, SURE, TIMED
 
 
 def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimate]:
@@ -145,18 +145,18 @@ def _verdict(effect: Effect, found: Score | None, stated: FoundEffect | None, ne
         return CatalogueVerdict(effect.name, effect.axis, Verdict.NOT_TESTABLE, blind, 0.0, 0.0, None, why, "")
     verdict, estimate = Verdict.NOT_SHOWN, Estimate(found.value, found.standard_error, effect.unit)
     score, experiment, unit = found.score, "", _behind(effect.unit)
-    error, largest = found.standard_error, max(abs(effect.lower), abs(effect.upper))
+    error, largest, left = found.standard_error, max(abs(effect.lower), abs(effect.upper)), 100.0 * found.visibility
     if stated is not None:
         verdict, estimate, experiment = stated.verdict, stated.coefficient or estimate, stated.experiment
         score, why = stated.score, f"score {stated.score:.1f} nats"
     elif score > needed:
         why = f"score {score:.1f} nats beside what is in the plant, of which a fit with it keeps too little"
-    elif found.visibility < LEAST_VISIBILITY:
-        verdict, experiment = Verdict.NOT_TESTABLE, effect.experiment
-        why = f"only {100.0 * found.visibility:.2g} % of its signature is left beside the fitted parameters"
     elif 0.5 * (largest / max(error, 1e-300)) ** 2 < NAMED:
         verdict, experiment = Verdict.NOT_TESTABLE, effect.experiment
-        why = f"its standard error of {error:.2g}{unit} could not show even {largest:g}{unit}"
+        why = (
+            f"its standard error of {error:.2g}{unit} could not show even {largest:g}{unit}: {left:.2g} % of its "
+            "signature is left beside the fitted parameters"
+        )
     else:
         why = f"score {score:.1f} nats, {needed:.3g} needed"
     bound, share = None if verdict is Verdict.NOT_TESTABLE else _bound(effect, estimate), found.visibility

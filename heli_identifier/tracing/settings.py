@@ -138,9 +138,6 @@ NOT_MODELLED = 0.02
 likelihood leaves out, above all that encoders round and do not err at random, adds up with the length of flights, and
 looks like friction at rest: on clean rigs of up to 3600 s it was worth up to .017 nats per second."""
 
-LEAST_VISIBILITY = 0.01
-"""Share of an effect's signature, beside the fitted parameters, below which it is not testable."""
-
 DRAWS, HALVES_SPLITS, HALVES_DRAWS = 1000, 3, 5
 """Draws of a bootstrap: the ends of a 95 % interval are then known to a twentieth of its width. Splits of the logs into
 halves, and draws of the bootstrap that says what sampling allows them to agree on: the index to .1."""
@@ -208,7 +205,6 @@ WHITE_FLOOR = 1e-2
 SURE = 3.0
 """Standard errors beyond which a value is not where it is expected: one in four hundred is by chance."""
 
-
 DETERMINED = 0.35
 """Half-width of a 95 % interval over the gain above which a gain is not determined: a controller's margin of 3 dB. Of
 another parameter, over half of its plausible interval."""
@@ -223,10 +219,6 @@ and .8 dB matter to no controller."""
 
 # --- logs that do not fit the others (strangers.py) ---
 
-LEAST_ZERO = 0.2
-"""Zero of an elevation [rad] from which on it is another position: half of what an arm on the table lies below the
-horizontal."""
-
 ALIEN = 2.5
 """Ratio of a log's innovations to the others' beyond which it is of another rig: the air of one room hardly makes a
 ratio of two."""
@@ -234,12 +226,6 @@ ratio of two."""
 OUTLYING, FEWEST = 3.5, 3
 """Robust standard deviations from the median that make an outlier, the bound of Iglewicz and Hoaglin; logs of which one
 can be told to differ from the others."""
-
-OTHER_GAIN = 0.06
-"""Logarithm of a gain's ratio from which a log is of another rig: four times what a supply drifts from log to log."""
-
-LEAST_STIFFNESS = 0.1
-"""Stiffness a_e [1/s^2] below which the arm is balanced everywhere, and its zero shows in no torque."""
 
 # --- before and after (prediction.py, held_out.py) ---
 

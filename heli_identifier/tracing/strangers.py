@@ -8,12 +8,14 @@ that reads z less than the others needs the voltages of another height:
 
     eps'' = -a_e (eps + z) - a_1 + ...,    z_l = -(b_l - median over l of b_l) / a_e.
 
-Small zeros are offsets of a log, which the fits allow for. An arm that was balanced otherwise looks the same.
+Up to three standard deviations of b_l a zero is an offset of its log, which the fits allow for. An arm that was
+balanced otherwise looks the same.
 
 **Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.UNKNOWN` nats with
 the sign of an axis changed or the rotors swapped, its own offsets and scale of the noise allowed.
 
-**Gains.** A log of another rig has gains of its own, which the likelihood estimates beside those that the logs share.
+**Gains.** A log of another rig has gains of its own, which the likelihood estimates beside those that the logs share;
+they lie apart by more than three standard deviations of what a supply drifts from log to log.
 
 **Signs.** A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). The
 sign of k_y is a convention, the sense of the travel; where k_x < 0 it tells the two causes apart:
@@ -43,7 +45,7 @@ from .fit import Fit
 from .helicopter import Rig
 from .noise import error_dynamics
 from .rig import Array, LeftOut, Record, record_of
-from .settings import ALIEN, FEWEST, HUBER, LEAST_STIFFNESS, LEAST_ZERO, OTHER_GAIN, OUTLYING, ROUNDS, SURE, UNKNOWN
+from .settings import ALIEN, FEWEST, HUBER, OUTLYING, OWN, ROUNDS, SURE, UNKNOWN
 
 ELEVATION = 1
 
@@ -59,9 +61,12 @@ def aligned(
     logs, zero = given, np.zeros(len(given))
     null = fitted(logs[:count])
     for _ in range(ROUNDS):
-        moved = zero + _zeros(null, logs, left_out)
-        moved = np.where(_outlying(moved, LEAST_ZERO), moved, 0.0)
-        if np.allclose(moved, zero, rtol=0.0, atol=0.05 * LEAST_ZERO):
+        stiffness = null.likelihood.rig.linear(null.parameters)[ELEVATION][1]
+        if stiffness <= 0.0:
+            break
+        least, moved = SURE * OWN[0] / stiffness, zero + _excess(null, logs, left_out) / stiffness
+        moved = np.where(_outlying(moved, least), moved, 0.0)
+        if np.allclose(moved, zero, rtol=0.0, atol=0.05 * least):
             break
         zero = moved
         logs = tuple(_shifted(log, z) if z else log for log, z in zip(given, zero, strict=True))
@@ -76,16 +81,11 @@ def aligned(
     return null, logs[:count], logs[count:], notes
 
 
-def _zeros(null: Fit, logs: Sequence[Log], left_out: LeftOut) -> Array:
-    """Zero of each log's elevation [rad] against the others'."""
+def _excess(null: Fit, logs: Sequence[Log], left_out: LeftOut) -> Array:
+    """Torque [rad/s^2] by which the elevation of the others exceeds that of each log; zero where too few are known."""
     rig = null.likelihood.rig
-    stiffness = rig.linear(null.parameters)[ELEVATION][1]
-    if stiffness < LEAST_STIFFNESS or len(logs) < FEWEST:
-        return np.zeros(len(logs))
     b = np.array([own_offsets(null, record_of(log, rig, left_out))[0][ELEVATION] for log in logs])
-    if np.isfinite(b).sum() < FEWEST:
-        return np.zeros(len(logs))
-    return np.nan_to_num((np.nanmedian(b) - b) / stiffness)
+    return np.nan_to_num(np.nanmedian(b) - b) if np.isfinite(b).sum() >= FEWEST else np.zeros(len(logs))
 
 
 def _outlying(values: Array, least: float) -> NDArray[np.bool_]:
@@ -152,7 +152,7 @@ def _other_gains(fitted: Fit) -> list[str]:
     if len(records) < FEWEST:
         return notes
     gains = fitted.point.own[:, 3 * len(axes) :]
-    apart, outlying = gains - np.median(gains, axis=0), _outlying(gains, OTHER_GAIN)
+    apart, outlying = gains - np.median(gains, axis=0), _outlying(gains, SURE * OWN[3])
     for record, own, others in zip(records, apart, outlying, strict=True):
         if others.any():
             said = [f"{100.0 * np.expm1(own[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(others)]
