@@ -27,9 +27,8 @@ from benchmarks.harness import table
 from benchmarks.rigs import windy_logs
 from heli_identifier.online import GAINS, PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.records import Log
-from heli_identifier.tools.history import NAMES, EstimateHistory, identify_log
+from heli_identifier.tools.history import NAMES, EstimateHistory, identify_log, weighted
 from heli_identifier.tools.identification import identify
-from heli_identifier.tools.joint import weighted
 from tests.blind.windy import windy_rig
 
 JUDGED = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "k_z", "a_wy", "k_y")

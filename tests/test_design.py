@@ -11,6 +11,7 @@ from heli_identifier.tools.experiment import (
     Limits,
     Outlook,
     Proposal,
+    Sight,
     effects_named,
     outlook,
     proposals,
@@ -39,24 +40,27 @@ def seen(proposal, *effects):
 def test_rotors_that_never_reverse_cannot_show_a_loss_of_reverse_thrust():
     entry = effect("reverse_thrust_loss", "rotors")
     forward, reversing = seen(multisines(3.0, 0.2), entry), seen(multisines(0.0, 0.6), entry)
-    assert (forward.visibility, forward.standard_errors) == ((0.0,), (np.inf,))
-    assert reversing.standard_errors[0] < 0.2  # a fifth of all reverse thrust is seen at one standard error
+    assert (forward.effects[0].visibility, forward.effects[0].standard_error) == (0.0, np.inf)
+    assert reversing.effects[0].standard_error < 0.2  # a fifth of all reverse thrust is seen at one standard error
 
 
 def test_a_stronger_excitation_shows_drag_with_a_smaller_error():
     weak, strong = (seen(multisines(1.5, rms), effect("quadratic_drag", "pitch")) for rms in (0.1, 0.4))
     # drag grows with the square of the amplitude; noise does not
-    assert strong.standard_errors[0] < weak.standard_errors[0] / 4.0
+    assert strong.effects[0].standard_error < weak.effects[0].standard_error / 4.0
 
 
 def test_two_effects_that_look_alike_are_separated_with_larger_errors():
     found = seen(multisines(1.5, 0.5), *effects_named(("motor_lag", "input_delay")))
     assert found.correlation > 0.8  # a lag and a delay differ only in second order of the frequency
-    for alone, apart in zip(found.standard_errors, found.separated_errors, strict=True):
-        assert apart > 1.5 * alone
+    for own in found.effects:
+        # 1 / sqrt(1 - .8^2) = 1.67
+        assert own.standard_error_separated == pytest.approx(own.standard_error / np.sqrt(1.0 - found.correlation**2))
 
 
-ALIKE = Outlook(multisines(1.5, 0.5), 40.0, (0.1, 0.1), (1e-3, 2e-3), 0.99, 0.5, 0.3)
+def expected(*errors):
+    """An outlook whose effects have these standard errors if both are in question."""
+    return Outlook("", 40.0, tuple(Sight("", "", 0.1, 1e-3, error, "1") for error in errors), 0.9, 0.5, 0.3)
 
 
 def test_an_experiment_beyond_the_limits_is_not_proposed():
@@ -71,11 +75,8 @@ def test_every_proposal_keeps_the_voltage_limit_however_small():
 
 
 def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
-    lopsided, fair, alike = (
-        ALIKE._replace(standard_errors=errors, correlation=rho)
-        for errors, rho in (((0.5, 4.0), 0.0), ((1.0, 1.0), 0.0), ((0.9, 0.9), 0.9))
-    )
-    # relative to the smallest errors .5 and 1: 4, 2 and, with .9 / sqrt(1 - .81) = 2.06, 4.1
+    lopsided, fair, alike = expected(0.5, 4.0), expected(1.0, 1.0), expected(2.06, 2.06)
+    # relative to the smallest errors .5 and 1: 4, 2 and 4.1
     assert ranked([alike, lopsided, fair]) == [fair, lopsided, alike]
     assert ranked([]) == []
 

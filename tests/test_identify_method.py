@@ -6,9 +6,8 @@ import pytest
 import heli_identifier as hi
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, IdentifierSettings, gain_matrix
 from heli_identifier.records import Log
-from heli_identifier.tools.history import identify_log
+from heli_identifier.tools.history import identify_log, joint
 from heli_identifier.tools.identification import choose
-from heli_identifier.tools.joint import joint
 from heli_plant.parameters import TABLE_2
 from tests.simulated import closed_loop, drive, noisy
 

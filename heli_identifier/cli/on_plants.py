@@ -98,10 +98,10 @@ def design(
         ranked = tools.designs(plant, entries, duration, limits, progress=progress)
     refuse(not ranked, f"no proposal {no_flight}; widen the limits.")
     listed = ranked[: 10 if json else 5]
-    table, said = tools.experiment_table(listed, entries), READING if len(entries) > 1 else READING[:-1]
-    answer(json, results.plain([own.document(entries) for own in listed]), [table], said)
+    table, said = tools.experiment_table(listed), READING if len(entries) > 1 else READING[:-1]
+    answer(json, results.plain(listed), [table], said)
     if output is not None:
-        ranked[0].write_voltages(output)
+        tools.write_voltages(ranked[0], limits, output)
         note(f"voltages of the best: {output}")
 
 

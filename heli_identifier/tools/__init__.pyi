@@ -44,13 +44,14 @@ __all__ = [
     "source_digest",
     "step_figure",
     "summarised",
+    "write_voltages",
 ]
 
 from .campaign import CONSOLIDATED, Progress, Row, campaign_tables, diagnosed, run_campaign, summarised
 from .controller import Design, control_advice, design_controller, design_pid
 from .controller_page import controller_html, design_table, margin_table, step_figure
 from .course import controller_m, corrected_init, course_values
-from .experiment import Limits, designs, effects_named, experiment_table
+from .experiment import Limits, designs, effects_named, experiment_table, write_voltages
 from .fleet import Finding, diagnose_rigs, fleet_of
 from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table

@@ -10,9 +10,9 @@ inverse standard error of its coefficient. With rho the correlation of two signa
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,7 +34,8 @@ from heli_plant.state import rest_state
 Array = NDArray[np.float64]
 
 STEP = 0.01  # sampling period [s]
-BANDS = {"slow": (0.03, 0.4), "middle": (0.1, 1.2), "fast": (0.5, 3.0)}  # of the multisines [Hz]
+BANDS = {"slow": (0.03, 0.4), "middle": (0.1, 1.2), "fast": (0.5, 3.0)}
+"""Of the multisines [Hz]; the middle one lies around the crossover of a controller's loops."""
 
 BASES, PAPERS_BASE = (0.0, 0.6, 1.25, 2.5), 1.5
 """Base voltages of each rotor [V], near zero the rotors reverse; that of the paper's signals."""
@@ -70,6 +71,12 @@ class Limits:
         require_range("pitch limit", self.pitch, "rad", 0.01, 100.0)
         require_range("elevation limit", self.elevation, "rad", 0.01, 100.0)
 
+    def largest(self, angles: Array, hover: float = 0.0) -> tuple[float, float] | None:
+        """Return the largest pitch and departure from the elevation ``hover`` [rad]; None beyond the limits."""
+        pitch, elevation, travel = np.abs(angles - (0.0, hover, 0.0)).max(axis=0).tolist()
+        kept = pitch <= self.pitch and elevation <= self.elevation and np.isfinite(travel)
+        return (pitch, elevation) if kept else None
+
 
 class Proposal(NamedTuple):
     """An excitation in words; in closed loop it is added to the controller's voltages, with steps of references [rad].
@@ -88,47 +95,35 @@ class Proposal(NamedTuple):
         return np.array([voltages(k * STEP, own) for k in range(count)]) if own else np.zeros((count, 2))
 
 
-class Outlook(NamedTuple):
-    """The expected result of one experiment of a ``duration`` [s].
+@dataclass(frozen=True)
+class Sight:
+    """What an experiment shows of one effect.
 
-    ``visibility`` is the share of each effect's signature that the fitted parameters cannot imitate;
-    ``standard_errors`` are those of each coefficient if only this effect is added to the model; ``correlation`` is that
-    of the two signatures, of the shapes that show most, 0 for a single effect. The largest angles are in [rad].
+    ``visibility`` is the share of its signature that the fitted parameters cannot imitate; the standard errors are
+    those of its coefficient if only this effect is added to the model, and if both effects are in question.
     """
 
-    proposal: Proposal
-    duration: float
-    visibility: tuple[float, ...]
-    standard_errors: tuple[float, ...]
+    name: str
+    axis: str
+    visibility: float
+    standard_error: float
+    standard_error_separated: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """The expected result of one experiment, as its JSON.
+
+    ``correlation`` is that of the two signatures, of the shapes that show most, 0 for a single effect.
+    """
+
+    experiment: str
+    duration_s: float
+    effects: tuple[Sight, ...]
     correlation: float
-    largest_pitch: float
-    largest_elevation: float
-
-    @property
-    def separated_errors(self) -> tuple[float, ...]:
-        """Standard errors if both effects are in question."""
-        separable = float(np.sqrt(max(1.0 - self.correlation**2, 1e-12)))
-        return tuple(error / separable for error in self.standard_errors)
-
-    def document(self, effects: Sequence[Effect]) -> dict[str, Any]:
-        """Give the same for JSON."""
-        keys = ("name", "axis", "visibility", "standard_error", "standard_error_separated", "unit")
-        each = zip(effects, self.visibility, self.standard_errors, self.separated_errors, strict=True)
-        rows = [(own.name, own.axis, *figures, own.unit) for own, *figures in each]
-        return {
-            "experiment": self.proposal.name,
-            "duration_s": self.duration,
-            "effects": [dict(zip(keys, row, strict=True)) for row in rows],
-            "correlation": self.correlation,
-            "largest_pitch_rad": self.largest_pitch,
-            "largest_elevation_rad": self.largest_elevation,
-        }
-
-    def write_voltages(self, path: Path) -> None:
-        """Write time [s], v_front [V], v_rear [V] of the experiment as a CSV file that a rig can play."""
-        rows = enumerate(self.proposal.voltages(self.duration))
-        lines = ["time [s],v_front [V],v_rear [V]", *(f"{k * STEP:.2f},{one:.5f},{two:.5f}" for k, (one, two) in rows)]
-        write_atomically(path, "\n".join(lines) + "\n")
+    largest_pitch_rad: float
+    largest_elevation_rad: float
 
 
 def effects_named(words: Sequence[str]) -> tuple[Effect, ...]:
@@ -159,32 +154,28 @@ def proposals(limit: float) -> Iterator[Proposal]:
         name = f"the paper's experiment {experiment} on both channels, base {PAPERS_BASE:g} V"
         yield Proposal(name, Excitation(PAPERS_BASE, *paper_channels(experiment, "both"), limit))
     bases = [base for base in BASES if base <= limit]
-    for base, on_difference, on_sum, rms in product(bases, BANDS, BANDS, STRENGTHS):
-        signals = (
-            Multisine(rms, *BANDS[on_difference], period=30.0, seed=1),
-            Multisine(rms, *BANDS[on_sum], period=45.0, seed=2),
-        )
-        bands = f"{on_difference} on v_f - v_r and {on_sum} on v_f + v_r"
-        name = f"multisines of {rms:g} V rms, {bands}, base {base:g} V"
-        yield Proposal(name, Excitation(base, *signals, limit))
+    for base, *bands, rms in product(bases, BANDS, BANDS, STRENGTHS):
+        on_difference, on_sum = bands
+        name = f"multisines of {rms:g} V rms, {on_difference} on v_f - v_r and {on_sum} on v_f + v_r, base {base:g} V"
+        yield Proposal(name, multisines(base, (rms, rms), bands, limit))
 
 
-def rehearsed(parameters: PlantParameters, signal: Array) -> Array:
-    """Angles (N, 3) [rad] of a rig under ``signal`` (N, 2) [V], from its equilibrium under the first voltages."""
-    start = np.array(rest_state(parameters, float(signal[0].sum())), dtype=float)
-    return on_encoders(run_alone(signal, STEP, start, parameters, air_torque(len(signal))))
+def multisines(base: float, rms: tuple[float, float], bands: Sequence[str], limit: float = 5.0) -> Excitation:
+    """Return multisines of these strengths [V] on the difference and on the sum, clipped to ``limit`` [V]."""
+    on_difference, on_sum = (BANDS[band] for band in bands)
+    difference = Multisine(rms[0], *on_difference, period=30.0, seed=1)
+    return Excitation(base, difference, Multisine(rms[1], *on_sum, period=45.0, seed=2), limit)
 
 
 def outlook(
     proposal: Proposal, parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits
 ) -> Outlook | None:
-    """Simulate one proposal; None where it breaks a limit."""
-    signal = proposal.voltages(duration)
-    angles = rehearsed(parameters, signal)
-    pitch, elevation, _ = np.abs(angles).max(axis=0).tolist()
-    if not np.isfinite(angles).all() or pitch > limits.pitch or elevation > limits.elevation:
+    """Simulate one proposal, from the equilibrium under its first voltages; None where it breaks a limit."""
+    signal, fields = proposal.voltages(duration), [effect.field for effect in effects]
+    start = np.array(rest_state(parameters, float(signal[0].sum())), dtype=float)
+    angles = on_encoders(run_alone(signal, STEP, start, parameters, air_torque(len(signal))))
+    if (largest := limits.largest(angles)) is None:
         return None
-    fields = [effect.field for effect in effects]
     # the quadratic form of the likelihood around the plant without the effects in question
     log = Log("rehearsal", 1.0 / STEP, signal, angles)
     rig = tracing.helicopter(tracing.DiagnosisSettings(), [angles], [np.full((1, 2), TYPICAL)])
@@ -197,11 +188,13 @@ def outlook(
     known = tracing.around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
     scores = tracing.Scores(known, [effect for effect in rig.effects if effect.field in fields])
     found = scores.scores((), among=fields)
-    own = [found[field] for field in fields]
-    G = scores.signatures([score.column for score in own], ())
-    rho = abs(float(G[0, 1] / np.sqrt(G[0, 0] * G[1, 1]))) if len(own) > 1 else 0.0
-    errors = tuple(score.standard_error if score.visibility > 0.0 else np.inf for score in own)
-    return Outlook(proposal, duration, tuple(score.visibility for score in own), errors, rho, pitch, elevation)
+    G = scores.signatures([found[field].column for field in fields], ())
+    rho = abs(float(G[0, 1] / np.sqrt(G[0, 0] * G[1, 1]))) if len(fields) > 1 else 0.0
+    separable, seen = float(np.sqrt(max(1.0 - rho**2, 1e-12))), []
+    for own, score in ((own, found[own.field]) for own in effects):
+        error = score.standard_error if score.visibility > 0.0 else np.inf
+        seen.append(Sight(own.name, own.axis, score.visibility, error, error / separable, own.unit))
+    return Outlook(proposal.name, duration, tuple(seen), rho, *largest)
 
 
 def designs(
@@ -225,19 +218,26 @@ def designs(
 
 def ranked(outlooks: Sequence[Outlook]) -> list[Outlook]:
     """Sort by the larger of the effects' separated standard errors, each relative to the smallest of any outlook."""
-    errors = np.array([own.separated_errors for own in outlooks])
+    errors = np.array([[seen.standard_error_separated for seen in own.effects] for own in outlooks])
     order = np.argsort((errors / errors.min(axis=0)).max(axis=1)) if outlooks else ()
     return [outlooks[i] for i in order]
 
 
-def experiment_table(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> Table:
+def write_voltages(outlook: Outlook, limits: Limits, path: Path) -> None:
+    """Write time [s], v_front [V], v_rear [V] of an experiment as a CSV file that a rig can play."""
+    proposal = next(own for own in proposals(limits.voltage) if own.name == outlook.experiment)
+    rows = enumerate(proposal.voltages(outlook.duration_s))
+    lines = ["time [s],v_front [V],v_rear [V]", *(f"{k * STEP:.2f},{one:.5f},{two:.5f}" for k, (one, two) in rows)]
+    write_atomically(path, "\n".join(lines) + "\n")
+
+
+def experiment_table(outlooks: Sequence[Outlook]) -> Table:
     """Give visibility, separated standard error, correlation, largest angles."""
-    columns = [head for one in effects for head in (f"visibility of {one.name}", f"its error [{one.unit}]")]
+    columns = [head for own in outlooks[0].effects for head in (f"visibility of {own.name}", f"its error [{own.unit}]")]
     rows = []
     for one in outlooks:
-        pairs = zip(one.visibility, one.separated_errors, strict=True)
-        figures = [text for visible, error in pairs for text in (f"{100.0 * visible:.0f} %", f"{error:.2g}")]
-        angles = (f"{angle:.2f} rad" for angle in (one.largest_pitch, one.largest_elevation))
-        rows.append((one.proposal.name, *figures, f"{one.correlation:.2f}", *angles))
+        seen = [(f"{100.0 * own.visibility:.0f} %", f"{own.standard_error_separated:.2g}") for own in one.effects]
+        angles = (f"{angle:.2f} rad" for angle in (one.largest_pitch_rad, one.largest_elevation_rad))
+        rows.append((one.experiment, *chain(*seen), f"{one.correlation:.2f}", *angles))
     heads = ("experiment", *columns, "correlation", "pitch to", "elevation to")
     return Table("Experiments, best first", heads, rows)

@@ -13,10 +13,9 @@ import numpy as np
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, determined
-from heli_identifier.online.excitation import Excitation, Multisine
 from heli_identifier.records import Log
 from heli_identifier.results import Table
-from heli_identifier.tools.experiment import STEP, Limits, Proposal, air_torque, on_encoders
+from heli_identifier.tools.experiment import BANDS, STEP, Limits, Proposal, air_torque, multisines, on_encoders
 from heli_identifier.tools.history import identify_log
 from heli_identifier.tools.loop import fly
 from heli_plant.control import PidSettings, start_pid
@@ -28,7 +27,6 @@ JUDGED = ("a_th", "k_x", "a_e", "k_z", "k_y")  # stiffnesses and gains: what a l
 PERIOD = 6.0  # time between two steps of a reference [s]; those of the elevation come half of it later
 STEPS = ((0.05, 0.02), (0.1, 0.05), (0.2, 0.1))  # sizes of the steps of pitch and elevation [rad]
 VOLTAGES = (0.1, 0.2, 0.4)  # root-mean-square values of the multisines [V], on the difference and, doubled, on the sum
-BAND = (0.1, 1.2)  # of the multisines [Hz]: around the crossover of the loops
 
 
 @dataclass(frozen=True)
@@ -48,11 +46,9 @@ def additions() -> Iterator[Proposal]:
         words = f"reference steps of {pitch:g} rad (pitch) and {elevation:g} rad (elevation) every {PERIOD:g} s"
         yield Proposal(words, None, pitch, elevation)
     for rms in VOLTAGES:
-        signals = Multisine(rms, *BAND, period=30.0, seed=1), Multisine(2.0 * rms, *BAND, period=45.0, seed=2)
-        yield Proposal(
-            f"multisines of {rms:g} V rms on v_f - v_r and {2.0 * rms:g} V on v_f + v_r, {BAND[0]:g} to {BAND[1]:g} Hz",
-            Excitation(0.0, *signals),
-        )
+        words = "multisines of {:g} V rms on v_f - v_r and {:g} V on v_f + v_r, {:g} to {:g} Hz"
+        name = words.format(rms, 2.0 * rms, *BANDS["middle"])
+        yield Proposal(name, multisines(0.0, (rms, 2.0 * rms), ("middle", "middle")))
 
 
 def flown(addition: Proposal, plant: PlantParameters, pid: PidSettings, hover: float, duration: float) -> Log:
@@ -99,11 +95,10 @@ def flight_outlooks(
     for number, addition in enumerate(every):
         progress(f"flying: {addition.name}", number / len(every))
         log = flown(addition, plant, pid, hover, duration)
-        pitch, elevation, _ = np.abs(log.angles - (0.0, hover, 0.0)).max(axis=0).tolist()
-        if pitch <= limits.pitch and elevation <= limits.elevation:
+        if largest := limits.largest(log.angles, hover):
             last = identify_log(log, settings).last
             hidden = {name: (last[name].standard_error or 0.0) / max(abs(last[name].value), 1e-9) for name in JUDGED}
-            found.append(FlightOutlook(addition.name, hidden, pitch, elevation))
+            found.append(FlightOutlook(addition.name, hidden, *largest))
     return sorted(found, key=lambda one: max(one.relative_errors.values()))
 
 

@@ -1,7 +1,24 @@
-"""The on-line identifier over one log: its estimates over time, as a table and as a figure."""
+"""The on-line identifier over the logs of one rig: the estimates of each over time, and all logs together.
+
+**Prediction errors** of several logs, by the information that they have of each log. A log of half a minute leaves
+combinations of parameters open: gain with stiffness, gain with damping, gain with the colour of the air. Means of
+single parameters, each weighted by its own standard error, throw away what the logs say about the combinations. With
+Omega_l and Gamma_l of log l, the noise model nu behind the parameters, P the prior that each of the L logs began with,
+and Z by how much the zero of an encoder differs from log to log,
+
+    H     = sum_l (Gamma_l + Z)^-1 - (L - 1) P^-1
+    Omega = H^-1 (sum_l (Gamma_l + Z)^-1 Omega_l - (L - 1) P^-1 Omega(0))
+
+The variance of a combination j^T Omega is j^T H^-1 j, over the share of it that came from outside the loops of all logs
+(:mod:`heli_identifier.online.loop`), times the square of the Birge ratio (Birge, Physical Review 40 (1932)) where
+that exceeds 1: the logs then scatter beyond their errors. A single log keeps the standard errors that it has.
+
+**The adaptation**: means of single parameters, each weighted by the inverse square of its standard error, with the
+Birge ratio as well.
+"""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -11,14 +28,20 @@ from heli_identifier import online
 from heli_identifier.online import Estimate, IdentifierSettings, IdentifierState, ModelParameters, Plan
 from heli_identifier.records import Log
 from heli_identifier.results import Axes, figure, labelled
+from heli_identifier.tools import meta_analysis
 from heli_identifier.tracing import plausible_range
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
+
+Array = NDArray[np.float64]
 
 NAMES = ModelParameters._fields
 """The paper's symbols of the estimated parameters; fields of :class:`~heli_plant.parameters.PlantParameters`."""
 
 ROLES = ("after", "before", "third", "measured")  # colours of the logs; of more logs all have the last one
+ZERO = 0.02  # standard deviation of an encoder's zero from log to log [rad]: a rig is switched on in another position
+CONSISTENT = 2.0  # Birge ratio above which logs disagree by more than their standard errors allow
+_STIFFNESS, _TORQUE = 1, 2  # places in Omega: a zero moves the constant torque by the stiffness times itself
 
 
 class EstimateHistory(NamedTuple):
@@ -29,9 +52,9 @@ class EstimateHistory(NamedTuple):
     """
 
     name: str
-    time: NDArray[np.float64]
-    parameters: NDArray[np.float64]
-    standard_errors: NDArray[np.float64]
+    time: Array
+    parameters: Array
+    standard_errors: Array
     state: IdentifierState
     plan: Plan
 
@@ -105,3 +128,121 @@ def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, 
         panel.limits = (bottom - room, top + room)
         panels.append(panel)
     return figure(panels, "time [s]", "Estimates over time", 640.0)
+
+
+# --- all logs together ------------------------------------------------------------------------------------------------
+
+
+class Together(NamedTuple):
+    """Estimates from several logs together by symbol, with the motors' lag ``T_m`` where it was estimated.
+
+    ``notes`` are on logs that disagree; ``noise`` are the noise models of pitch, elevation and travel, none where the
+    method was the adaptation.
+    """
+
+    estimates: Mapping[str, Estimate]
+    notes: tuple[str, ...]
+    noise: tuple[online.Noise, ...] = ()
+
+
+def joint(histories: Sequence[EstimateHistory]) -> Together:
+    """Combine prediction errors of logs that began with one prior; their sampling periods may differ."""
+    plan = histories[-1].plan
+    omegas, errors, ratios = zip(*(_of_axis([one.state for one in histories], a, plan) for a in range(3)), strict=True)
+    state = _with(histories[-1].state, "omega", omegas)
+    output = online.output_of(_with(state, "standard_errors", errors), plan)
+    scatter = online.output_of(_with(state, "standard_errors", ratios), plan).standard_errors._asdict()
+    errors_or_none = [error if error > 0.0 else None for error in output.standard_errors]
+    found = estimates_of(output.parameters, errors_or_none, output.lag if plan.estimates_lag else None)
+    outputs = [online.output_of(one.state, one.plan) for one in histories]
+    notes = (*_disagreement(scatter), *_contradictions(found, outputs))
+    return Together(found, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
+
+
+def _of_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array, Array]:
+    """Omega of an axis, the standard errors of what is reported of it, and their Birge ratios; the prior is the plan's.
+
+    What a log gives enters by its time constants, not by its samples, so the plan of any log serves.
+    """
+    own, others, estimates = plan.axes[axis], len(states) - 1, [state.axes[axis].estimate for state in states]
+    omegas = np.array([one.omega for one in estimates])
+    gammas = np.array([online.gain_matrix(one.factor, len(one.omega)) for one in estimates])
+    spread = gammas.copy()
+    if others and own.gain > _TORQUE:
+        spread[:, _TORQUE, _TORQUE] += (ZERO * np.median(np.abs(omegas[:, _STIFFNESS]))) ** 2
+    informations, prior = np.linalg.inv(spread), np.diag(1.0 / np.array(own.prior))
+    H = informations.sum(axis=0) - others * prior
+    g = np.einsum("lij,lj->i", informations, omegas) - others * prior @ np.array(own.first)
+    omega = np.linalg.solve(H, g)
+    rows = np.array(online.combinations(axis, estimates[-1]._replace(omega=tuple(omega.tolist())), plan))
+    if not others:
+        return omega, np.array(estimates[0].standard_errors), np.zeros(len(rows))
+    outside = [p.outside for state in states if (p := state.axes[axis].predictor) is not None]
+    products = tuple(np.sum([one.products for one in outside], axis=0).tolist())
+    counted = np.array(online.shares(outside[0]._replace(products=products), tuple(map(tuple, rows.tolist()))))
+    rows = np.pad(rows, ((0, 0), (0, len(omega) - rows.shape[1])))  # of nu nothing is reported
+    scatter = ((omegas - omega) @ rows.T) ** 2 / np.einsum("mi,lij,mj->lm", rows, gammas, rows)
+    ratios = np.sqrt(scatter.sum(axis=0) / others)
+    variance = np.einsum("ij,ji->i", rows, np.linalg.solve(H, rows.T))
+    return omega, np.sqrt(variance / counted) * np.maximum(1.0, ratios), ratios
+
+
+def _with(state: IdentifierState, field: str, values: Sequence[Array]) -> IdentifierState:
+    """Return ``state`` with a ``field`` of the estimates of its three axes replaced."""
+    axes: Any = [
+        axis._replace(estimate=axis.estimate._replace(**dict[str, Any]({field: tuple(own.tolist())})))
+        for axis, own in zip(state.axes, values, strict=True)
+    ]
+    return state._replace(axes=tuple(axes))
+
+
+def weighted(logs: Sequence[Mapping[str, Estimate]]) -> Together:
+    """Combine estimates by symbol of several logs, each weighted by the inverse square of its standard error."""
+    found, ratios = {}, {}
+    for name, first in logs[0].items():
+        values = np.array([log[name].value for log in logs])
+        errors = np.array([log[name].standard_error for log in logs])
+        mean, error = float(values.mean()), None
+        if (errors > 0.0).all():  # a known rest angle has no error
+            mean, error, ratios[name] = _weighted_mean(values, errors)
+            error *= max(ratios[name], 1.0)
+        found[name] = Estimate(mean, error, first.unit)
+    return Together(found, _disagreement(ratios))
+
+
+def _weighted_mean(values: Array, errors: Array) -> tuple[float, float, float]:
+    """Return mean, standard error and Birge ratio, 0 of a single value."""
+    mean, Q, precision = meta_analysis.weighted(values, errors, 0.0)
+    return mean, precision**-0.5, float(np.sqrt(Q / max(len(values) - 1, 1)))
+
+
+def _contradictions(estimates: Mapping[str, Estimate], outputs: Sequence[Any]) -> list[str]:
+    """Return a sentence for each gain that the references of all logs exclude."""
+    found = []
+    for axis, name in enumerate(online.GAINS):
+        known = [(o.instruments[axis], o.instrument_errors[axis]) for o in outputs if o.instrument_errors[axis] > 0.0]
+        if not known:
+            continue
+        value, error, _ = _weighted_mean(*np.array(known).T)
+        if abs(value - estimates[name].value) > online.CONTRADICTION * error:
+            found.append(
+                f"{name} = {estimates[name].value:.3g} rests on a noise model that the references contradict: they "
+                f"give {value:.3g} ± {1.96 * error:.2g} {BY_FIELD[name].unit}. The air has another colour than the "
+                "model allows, or what was logged as a reference answers the rig"
+            )
+    return found
+
+
+def _disagreement(ratios: Mapping[str, float]) -> tuple[str, ...]:
+    """Return what is to be said of logs that scatter by these Birge ratios."""
+    notes = [
+        f"{name}: the logs scatter {ratio:.1f} times as far as their standard errors say"
+        for name, ratio in ratios.items()
+        if ratio > CONSISTENT
+    ]
+    if notes:
+        notes.append(
+            "logs that disagree come from a rig with an effect that the model lacks, or from a rig that changes: "
+            "run `heli diagnose`"
+        )
+    return tuple(notes)

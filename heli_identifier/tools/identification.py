@@ -2,9 +2,9 @@
 
 In open loop the identifier is the paper's adaptation, eq. (7). Where a controller flew, least squares is wrong and
 prediction errors with a noise model are minimised (:mod:`heli_identifier.online.prediction_error`). These pass every
-log twice. The first pass finds the noise model and the motors' lag of all logs together (:mod:`.joint`), which are the
-same for all logs of a rig, and the second begins with them. Nothing is counted twice: Gamma(0) is the same in both. In
-rough air the first pass takes the air for far slower than it is, which makes k_x too large; a third pass makes k_z
+log twice. The first pass finds the noise model and the motors' lag of all logs together (:mod:`.history`), which are
+the same for all logs of a rig, and the second begins with them. Nothing is counted twice: Gamma(0) is the same in both.
+In rough air the first pass takes the air for far slower than it is, which makes k_x too large; a third pass makes k_z
 worse by as much as it makes k_x better. References of a log are instruments.
 
 Whether a controller flew is asked of prediction errors, which hold in both cases and give a score of a closed loop on
@@ -31,8 +31,15 @@ from heli_identifier.provenance import provenance
 from heli_identifier.records import LogSource, RigConfiguration
 from heli_identifier.results import Table, Tabular
 from heli_identifier.signatures import typed
-from heli_identifier.tools.history import EstimateHistory, history_figure, history_text, identify_log
-from heli_identifier.tools.joint import Together, joint, weighted
+from heli_identifier.tools.history import (
+    EstimateHistory,
+    Together,
+    history_figure,
+    history_text,
+    identify_log,
+    joint,
+    weighted,
+)
 from heli_identifier.tracing import sign_notes
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
