@@ -25,10 +25,10 @@ from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, plant_values, significant
 from heli_identifier.tools import Design, design_controller
-from heli_identifier.tools.judging import Judged, Plants, judge
+from heli_identifier.tools.judging import Judged, judge
 from heli_identifier.tools.linearisation import linear_model
 from heli_identifier.tools.loop import step_response
-from heli_identifier.tools.margins import frequencies, plant_response
+from heli_identifier.tools.margins import Plants, frequencies, plant_response
 from heli_identifier.tracing import diagnose
 from heli_plant.parameters import TABLE_2, PlantParameters
 from tests.blind.air import COLOURS

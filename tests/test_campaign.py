@@ -96,12 +96,12 @@ def module(tmp_path, monkeypatch):
 
 
 def test_generator_is_called_with_one_seed_after_another_and_the_content_follows_seed_and_source(module, tmp_path):
-    sources = generated_rigs(f"{module}:make", 3, first_seed=5)
-    assert [source.rig for source in sources] == ["seed 5", "seed 6", "seed 7"]
-    assert [source.load().training[0].voltages[0, 0] for source in sources] == [5.0, 6.0, 7.0]
+    sources = generated_rigs(f"{module}:make", 3)
+    assert [source.rig for source in sources] == ["seed 0", "seed 1", "seed 2"]
+    assert [source.load().training[0].voltages[0, 0] for source in sources] == [0.0, 1.0, 2.0]
     source_digest.cache_clear()
     (tmp_path / f"{module}.py").write_text(MODULE.replace("9", "8"))
-    assert len({source.content() for source in sources + generated_rigs(f"{module}:make", 3, first_seed=5)}) == 6
+    assert len({source.content() for source in sources + generated_rigs(f"{module}:make", 3)}) == 6
 
 
 def test_rigs_that_are_none_are_refused(module):

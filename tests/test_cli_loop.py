@@ -14,11 +14,11 @@ import pytest
 from fmu_src import UNITS, build
 from fmu_src.native.toolchain import LINUX, compiler
 from heli_identifier.errors import IdentifierError, LogError
-from heli_identifier.records import LogFormat, demo_files, write_log
+from heli_identifier.records import demo_files, read_data_set, write_log
 from heli_identifier.results import NATIVE_PLANT
 from heli_identifier.results.parameters import plant_values
 from heli_identifier.results.unit import check_free_run, unit_run
-from heli_identifier.tools import read_split
+from heli_identifier.tools import split_logs
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_NAME
 from heli_plant.simulation import simulate
@@ -124,16 +124,16 @@ def logs(tmp_path):
 
 
 def test_without_a_held_out_log_the_last_one_is_held_out_and_a_short_single_one_is_refused(logs):
-    training, held, said = read_split(logs, [], LogFormat())
+    training, held, said = split_logs(*read_data_set(logs))
     assert ([log.name for log in training], [log.name for log in held]) == (["run30"], ["run20"])
     assert said.startswith("held out: ")
     with pytest.raises(LogError, match="too short"):
-        read_split(logs[:1], [], LogFormat(), 0.0, 24.0)
+        split_logs(*read_data_set(logs[:1], start=0.0, end=24.0))
 
 
 @pytest.mark.parametrize("start, end, samples", [(None, None, 3000), (3.0, 28.5, 2551)])
 def test_of_a_single_log_the_last_third_is_held_out_and_no_sample_is_in_both(logs, start, end, samples):
-    (training,), (held,), _ = read_split(logs[:1], [], LogFormat(), start, end)
+    (training,), (held,), _ = split_logs(*read_data_set(logs[:1], start=start, end=end))
     assert training.samples + held.samples == samples and held.samples == pytest.approx(samples / 3, abs=1)
     assert held.start > training.start + training.duration - 1.5 * training.step
     # the last sample kept is that of ``end``, which holds for one step

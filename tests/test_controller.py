@@ -16,7 +16,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration, Log, write_log
 from heli_identifier.results import ParameterSet, document_text, plant_values
 from heli_identifier.tools import closed_loop_check, corrected_init, course_values, design_controller
-from heli_identifier.tools.course import corrected_values
+from heli_identifier.tools.design_files import corrected_values
 from heli_identifier.tools.judging import kept_together
 from heli_identifier.tools.linearisation import linear_model, operating_point
 from heli_identifier.tools.loop import at_rest, begun, controller_parameters, controller_settings, fly

@@ -14,7 +14,6 @@ from heli_identifier.results.documents import document_text
 from heli_identifier.results.parameters import Covariance, ParameterSet, corrected_parameters, plant_values
 from heli_identifier.results.sources import read_parameters
 from heli_identifier.tools.controller import control_advice, design_pid
-from heli_identifier.tools.judging import drawn_plants
 from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
 from heli_identifier.tools.loop import step_response
 from heli_identifier.tools.margins import (
@@ -22,6 +21,7 @@ from heli_identifier.tools.margins import (
     closed_loop,
     controller,
     controller_response,
+    drawn_plants,
     frequencies,
     is_stable,
     loop_gain,

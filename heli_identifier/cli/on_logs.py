@@ -66,7 +66,8 @@ def diagnosed(
     ``way``: how to hold out others, where none are named.
     """
     with results.whole_folder(output) as draft:
-        training, held_out, held_back = tools.read_split(paths, validate, configuration.format, start, end)
+        logs = hi.read_data_set(paths, validate, configuration.format, start, end)
+        training, held_out, held_back = tools.split_logs(*logs)
         if held_back:
             note(held_back + way)
         print_notes((*training, *held_out))

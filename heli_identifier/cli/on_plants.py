@@ -132,7 +132,7 @@ def linearise(
         with progress_bar() as progress:
             made = tools.design_pid(given, pitch, elevation, progress=progress)
         document, matlab = made.linear_document(), BytesIO()
-        savemat(matlab, made.matrices())
+        savemat(matlab, made.matrices)
         files = {
             "linear_model.json": document,
             "linear_model.mat": matlab.getvalue(),

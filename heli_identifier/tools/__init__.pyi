@@ -37,25 +37,33 @@ __all__ = [
     "identify",
     "linearise",
     "margin_table",
-    "read_split",
     "rig_folders",
     "rigs_below",
     "run_campaign",
     "source_digest",
+    "split_logs",
     "step_figure",
     "summarised",
     "write_voltages",
 ]
 
 from .campaign import CONSOLIDATED, Progress, Row, campaign_tables, diagnosed, run_campaign, summarised
-from .controller import Design, control_advice, design_controller, design_pid
-from .controller_page import controller_html, design_table, margin_table, step_figure
-from .course import controller_m, corrected_init, course_values
+from .controller import control_advice, design_controller, design_pid
+from .design_files import (
+    controller_html,
+    controller_m,
+    corrected_init,
+    course_values,
+    design_table,
+    margin_table,
+    step_figure,
+)
 from .experiment import Limits, designs, effects_named, experiment_table, write_voltages
 from .fleet import Finding, diagnose_rigs, fleet_of
 from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table
 from .identification import Identification, identify
+from .judging import Design
 from .linearisation import linearise
 from .loop import CONTROLLER, closed_loop_check, controller_parameters, controller_settings
 from .rigs import (
@@ -63,8 +71,8 @@ from .rigs import (
     Rig,
     Source,
     generated_rigs,
-    read_split,
     rig_folders,
     rigs_below,
     source_digest,
+    split_logs,
 )

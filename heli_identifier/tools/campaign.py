@@ -15,7 +15,6 @@ coefficient holds the true value.
 """
 
 import hashlib
-import io
 import json
 import os
 from collections import Counter
@@ -124,8 +123,8 @@ def run_campaign(
         code = code_digest() + source_digest((work.__module__,))
         by_key = {result_key(own.rig, own.content(), settings, code): own for own in sources}
         files = {key: Path(folder) / "rows" / f"{key}.json" for key in by_key}
-        rows = {key: read_row(file) for key, file in files.items() if file.exists()}
-        known = {key: row for key, row in rows.items() if row["error"] is None}
+        kept = {key: read_row(file) for key, file in files.items() if file.exists()}
+        known = {key: row for key, row in kept.items() if row["error"] is None}
         progress(len(known), len(by_key), None)
         if waiting := {key: source for key, source in by_key.items() if key not in known}:
             client = _remote(scheduler, stack) if scheduler is not None else _local(workers, stack)
@@ -223,9 +222,8 @@ def read_row(path: Path) -> Row:
 def parquet_bytes(rows: Sequence[Row]) -> bytes:
     """Return rows as a Parquet file, a column for every plain value: ``parameters_k_x_value`` of ``parameters``."""
     known = [{key: value for key, value in row.items() if value is not None} for row in rows]
-    table, buffer = pd.json_normalize(known, sep="_"), io.BytesIO()
-    table.reindex(columns=[*dict.fromkeys((*KEYS[:4], *table.columns))]).to_parquet(buffer)
-    return buffer.getvalue()
+    table = pd.json_normalize(known, sep="_")
+    return table.reindex(columns=[*dict.fromkeys((*KEYS[:4], *table.columns))]).to_parquet()
 
 
 class Judgement(NamedTuple):

@@ -7,7 +7,7 @@ for :data:`ROBUST` of the plants and stands beside the present one, in :func:`de
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from math import isfinite
 from typing import Any
 
@@ -15,20 +15,19 @@ import numpy as np
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
-from heli_identifier.provenance import provenance
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, plain, plant_values
-from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Judged, Plants, Progress, allowed_plants, judge
-from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD, linear_system
+from heli_identifier.tools import margins
+from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge
+from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD
 from heli_identifier.tools.loop import CONTROLLER, controller_parameters
-from heli_identifier.tools.margins import LOOPS, closed_loop, controller_response, disk_margins, is_stable
+from heli_identifier.tools.margins import LOOPS, Plants, Progress, allowed_plants
 from heli_identifier.tools.synthesis import PEAK, retuned, synthesised
 from heli_identifier.tracing import DiagnosisSettings, Use, helicopter, sign_notes
 from heli_plant.control import PidSettings
 from heli_plant.parameters import BY_FIELD, BY_NAME, PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
 
-SCHEMA, LINEAR_SCHEMA = "heli-controller/1", "heli-linear-model/2"
 KINDS = ("lqi", "lqr", "pid")
 OTHERS = ("pitch", "travel")  # angles that are controlled beside the elevation
 DRAWS, TRIED = 1000, 200  # drawn plants over which a design is judged, and those over which a robust one is searched
@@ -39,90 +38,6 @@ LEAST_LIFT = 0.3
 """Sum of the thrust voltages [V] below which the travel cannot be controlled: a lean has no lateral force."""
 
 _GAINS = {"pitch": "k_x", "elevation": "k_z", "travel": "k_y"}
-
-
-@dataclass(frozen=True, eq=False)
-class Design:
-    """Two controllers of one kind around an identified plant.
-
-    ``kind`` is pid, lqr or lqi, ``axes`` the controlled angles, ``plants`` those over which both were judged:
-    ``baseline`` is what the weights say, or the present PID. ``continuous`` is the nominal design in continuous time,
-    None of a PID. ``names`` are what the two are called.
-    """
-
-    kind: str
-    axes: tuple[str, ...]
-    plants: Plants
-    baseline: Judged
-    robust: Judged
-    notes: tuple[str, ...]
-    continuous: FeedbackSettings | None = None
-    names: tuple[str, str] = ("nominal", "robust")
-
-    @property
-    def by_name(self) -> dict[str, Judged]:
-        """Both controllers by what they are called; the first alone where the other is the same."""
-        both = dict(zip(self.names, (self.baseline, self.robust), strict=True))
-        return both if self.robust is not self.baseline else {self.names[0]: self.baseline}
-
-    @property
-    def refused(self) -> dict[str, float]:
-        """Loops of a PID that are not to be flown as they are retuned, with the peak of the sensitivity."""
-        peaks = {axis: self.robust.figures[f"{axis}.sensitivity"].value for axis in LOOPS if self.kind == "pid"}
-        return {axis: peak for axis, peak in peaks.items() if peak > 1.05 * PEAK}  # the bound of the search is soft
-
-    def delivered(self) -> ParameterSet:
-        """Return the robust design as parameters of its unit; refused loops keep the present gains."""
-        kept: dict[str, Any] = {axis: getattr(self.baseline.settings, axis) for axis in self.refused}
-        return controller_parameters(self.robust.settings._replace(**kept), self.plants.model.point)
-
-    def document(self) -> dict[str, Any]:
-        """Return the content of design.json; null stands for an infinite value."""
-        model, own = self.plants.model, self.continuous
-        gains = {"K": own.gain, "K_z": own.integral, "L": own.innovation, "N": own.reference} if own else {}
-        return plain(
-            {
-                "schema": SCHEMA,
-                "kind": self.kind,
-                "axes": self.axes,
-                "operating_point": model.point,
-                "period_s": model.sampled.dt,
-                "input_delay_s": model.plant.input_delay_rotors,
-                "plants": len(self.plants.drawn),
-                "confidence": CONFIDENCE,
-                "nominal": self.baseline.document,
-                "robust": self.robust.document,
-                "continuous": gains,
-                "notes": self.notes,
-                "provenance": provenance(),
-            }
-        )
-
-    def linear_document(self) -> dict[str, Any]:
-        """Return the content of linear_model.json: the matrices by their names, and the loops."""
-        loops = {"before": self.baseline.document, "after": self.robust.document}
-        about = {"notes": self.notes, "provenance": provenance()}
-        return plain({"schema": LINEAR_SCHEMA, **self.matrices(), "loops": loops, **about})
-
-    def matrices(self) -> dict[str, Any]:
-        """Return A, B, C, D continuous, F, G sampled every ``period`` [s], names, and 95 % intervals of A and B."""
-        model = self.plants.model
-        continuous, *drawn = (linear_system(one.plant, one.point) for one in (model, *self.plants.drawn))
-        found = {
-            **{key: getattr(continuous, key) for key in "ABCD"},
-            "F": model.sampled.A,
-            "G": model.sampled.B,
-            "period": model.sampled.dt,
-            "states": continuous.state_labels,
-            "inputs": continuous.input_labels,
-            "outputs": continuous.output_labels,
-            "operating_point": asdict(model.point),
-            "input_delay": model.plant.input_delay_rotors,
-        }
-        for name in "AB":
-            ends = np.quantile([getattr(one, name) for one in drawn], (0.025, 0.975), axis=0)
-            found[f"{name}_low"], found[f"{name}_high"] = ends
-        return found
 
 
 def _check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use) -> None:
@@ -202,7 +117,7 @@ def design_controller(
             why = "; a higher --elevation gives the rotors more lift, so that a lean moves it more"
             why = why if axis == "travel" else "; --kind lqi takes away what an LQR leaves" if kind == "lqr" else ""
             notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s{why}")
-    return replace(made, notes=(*notes, *made.notes))
+    return replace(made, remarks=tuple(notes))
 
 
 def _retuned(plants: Plants, present: PidSettings, axes: tuple[str, ...], progress: Progress) -> Design:
@@ -210,19 +125,7 @@ def _retuned(plants: Plants, present: PidSettings, axes: tuple[str, ...], progre
     new = retuned(plants.model, present, plants.drawn[:ROBUST])
     progress("judging", 0.8)
     before, after = (judge(plants, pid, axes) for pid in (present, new))
-    made, notes = Design("pid", axes, plants, before, after, (), names=("present", "retuned")), list[str]()
-    others = "`heli design-controller` has other kinds of controllers"
-    for axis, peak in made.refused.items() if after.is_stable else ():
-        notes.append(
-            f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked "
-            f"for. controller.json keeps the present gains of the {axis}; {others}"
-        )
-    if not after.is_stable:
-        notes.append(
-            "do not fly the retuned PID: the loop is not stable with it. controller.json keeps the present gains; "
-            f"{others}"
-        )
-    return replace(made, notes=tuple(notes))
+    return Design("pid", axes, plants, before, after, ())
 
 
 def _robust(
@@ -235,9 +138,10 @@ def _robust(
     best, effort, reached = nominal, 1.0, 0.0
     for power in range(DEAREST):
         trial = synthesised(plants.model, aim, other, integral, DEARER**power)
-        if all(is_stable(closed_loop(one, trial)) for one in plants.drawn[:20]):
-            law = controller_response(trial, aim.period, plants.omega)
-            kept = float(np.quantile(disk_margins(plants.responses[1 : TRIED + 1], law), 1.0 - CONFIDENCE))
+        if all(margins.is_stable(margins.closed_loop(one, trial)) for one in plants.drawn[:20]):
+            law = margins.controller_response(trial, aim.period, plants.omega)
+            disks = margins.disk_margins(plants.responses[1 : TRIED + 1], law)
+            kept = float(np.quantile(disks, 1.0 - CONFIDENCE))
             if kept > reached:
                 best, effort, reached = trial, DEARER**power, kept
         if reached >= aim.disk_margin:
@@ -271,7 +175,7 @@ def design_pid(
     ]
     if plant.input_delay_rotors:
         notes.append(f"an input delay of {plant.input_delay_rotors:.3g} s is in the margins, not in the matrices")
-    return replace(made, notes=(*_wrong_signs(parameters), *notes, *made.notes, *plants.notes))
+    return replace(made, remarks=(*_wrong_signs(parameters), *notes, *plants.notes))
 
 
 def control_advice(

@@ -25,7 +25,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from heli_identifier import online
-from heli_identifier.online import Estimate, IdentifierSettings, IdentifierState, ModelParameters, Plan
+from heli_identifier.online import Estimate, IdentifierOutput, IdentifierState, ModelParameters, Plan
 from heli_identifier.records import Log
 from heli_identifier.results import Axes, figure, labelled
 from heli_identifier.tools import meta_analysis
@@ -61,21 +61,17 @@ class EstimateHistory(NamedTuple):
     @property
     def last(self) -> dict[str, Estimate]:
         """The last estimates by symbol."""
-        lag = online.output_of(self.state, self.plan).lag if self.plan.estimates_lag else None
-        return estimates_of(self.parameters[-1].tolist(), self.standard_errors[-1].tolist(), lag)
+        return estimates_of(online.output_of(self.state, self.plan), self.plan)
 
 
-def estimates_of(
-    values: Sequence[float], errors: Sequence[float | None], lag: tuple[float, float] | None
-) -> dict[str, Estimate]:
-    """Return estimates by symbol, with the motors' lag ``T_m`` where it was estimated."""
-    found: dict[str, tuple[float, float | None]] = dict(zip(NAMES, zip(values, errors, strict=True), strict=True))
-    if lag is not None:
-        found["T_m"] = lag
-    return {name: Estimate(*own, BY_FIELD[name].unit) for name, own in found.items()}
+def estimates_of(output: IdentifierOutput, plan: Plan) -> dict[str, Estimate]:
+    """Return estimates by symbol, with the motors' lag ``T_m`` where it was estimated; what is given has no error."""
+    found = list(zip(NAMES, output.parameters, output.standard_errors, strict=True))
+    found += [("T_m", *output.lag)] if plan.estimates_lag else []
+    return {name: Estimate(value, error or None, BY_FIELD[name].unit) for name, value, error in found}
 
 
-def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
+def identify_log(log: Log, settings: online.IdentifierSettings) -> EstimateHistory:
     """Run the identifier over a log, with its references where it has any.
 
     The history has a row for every evaluation of the standard errors.
@@ -152,8 +148,7 @@ def joint(histories: Sequence[EstimateHistory]) -> Together:
     state = _with(histories[-1].state, "omega", omegas)
     output = online.output_of(_with(state, "standard_errors", errors), plan)
     scatter = online.output_of(_with(state, "standard_errors", ratios), plan).standard_errors._asdict()
-    errors_or_none = [error if error > 0.0 else None for error in output.standard_errors]
-    found = estimates_of(output.parameters, errors_or_none, output.lag if plan.estimates_lag else None)
+    found = estimates_of(output, plan)
     outputs = [online.output_of(one.state, one.plan) for one in histories]
     notes = (*_disagreement(scatter), *_contradictions(found, outputs))
     return Together(found, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
@@ -201,7 +196,7 @@ def weighted(logs: Sequence[Mapping[str, Estimate]]) -> Together:
     found, ratios = {}, {}
     for name, first in logs[0].items():
         values = np.array([log[name].value for log in logs])
-        errors = np.array([log[name].standard_error for log in logs])
+        errors = np.array([log[name].standard_error or 0.0 for log in logs])
         mean, error = float(values.mean()), None
         if (errors > 0.0).all():  # a known rest angle has no error
             mean, error, ratios[name] = _weighted_mean(values, errors)

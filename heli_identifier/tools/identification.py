@@ -16,7 +16,7 @@ The adaptation takes the motors' lag T_m for known, and no standard error covers
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
@@ -31,15 +31,8 @@ from heli_identifier.provenance import provenance
 from heli_identifier.records import LogSource, RigConfiguration
 from heli_identifier.results import Table, Tabular
 from heli_identifier.signatures import typed
-from heli_identifier.tools.history import (
-    EstimateHistory,
-    Together,
-    history_figure,
-    history_text,
-    identify_log,
-    joint,
-    weighted,
-)
+from heli_identifier.tools import history
+from heli_identifier.tools.history import EstimateHistory, Together
 from heli_identifier.tracing import sign_notes
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -113,11 +106,11 @@ class Identification(Tabular):
                 results.meaning_of(name, value),
                 results.with_interval(value, unit=False),
                 results.unit_text(value.unit),
-                *(results.with_interval(history.last[name], unit=False) for history in self.histories),
+                *(results.with_interval(one.last[name], unit=False) for one in self.histories),
             )
             for name, value in self.estimates.items()
         ]
-        columns = ("parameter", "meaning", "together", "unit", *(history.name for history in self.histories))
+        columns = ("parameter", "meaning", "together", "unit", *(one.name for one in self.histories))
         return Table("Parameters with half of their 95 % intervals", columns, rows)
 
     def to_dict(self) -> dict[str, Any]:
@@ -134,8 +127,8 @@ class Identification(Tabular):
         """
         with results.whole_folder(folder) as draft:
             limit = self.histories[0].plan.settings.voltage_limit
-            drawn = results.figure_file(history_figure(self.histories, self.estimates, limit))
-            contents = (self.parameters, history_text(self.histories), drawn)
+            drawn = results.figure_file(history.history_figure(self.histories, self.estimates, limit))
+            contents = (self.parameters, history.history_text(self.histories), drawn)
             results.write_files(draft, dict(zip(self.files, contents, strict=True)))
         return Path(folder)
 
@@ -192,39 +185,36 @@ def identify(
     records.check_excitation(used)
     records.check_apart((), used)
 
-    def histories_of(number: int, **changes: Any) -> list[EstimateHistory]:
-        """Pass all logs once with changed settings, for the first or second time by ``number``."""
+    def histories_of(number: int, **known: Any) -> list[EstimateHistory]:
+        """Pass all logs for the first or second time by ``number``, with settings that are ``known``."""
         histories = []
-        for k, (log, one) in enumerate(zip(used, own, strict=True)):
+        for k, log in enumerate(used):
             progress(f"identifying from {log.name}", (number + k / len(used)) / 2.0)
-            histories.append(identify_log(log, replace(one, **changes)))
+            settings = IdentifierSettings(
+                sample_time=log.step,
+                filter_frequency=filter_frequency,
+                forgetting=forgetting,
+                rest_angle=rig.rest_pitch,
+                voltage_limit=rig.format.voltage_limit,
+                report_interval=max(0.5, 3.0 * log.step),
+                **known,
+            )
+            histories.append(history.identify_log(log, settings))
         return histories
 
-    own = [
-        IdentifierSettings(
-            sample_time=log.step,
-            filter_frequency=filter_frequency,
-            forgetting=forgetting,
-            rest_angle=rig.rest_pitch,
-            motor_time_constant=rig.motor_time_constant,
-            voltage_limit=rig.format.voltage_limit,
-            report_interval=max(0.5, 3.0 * log.step),
-            method=PREDICTION_ERROR,
-        )
-        for log in used
-    ]
-    histories = histories_of(0)
+    lag = rig.motor_time_constant
+    histories = histories_of(0, method=PREDICTION_ERROR, motor_time_constant=lag)
     choice = choose([online.output_of(one.state, one.plan).feedback for one in histories], method)
     if choice.method == PREDICTION_ERROR:  # once more, with the noise models and the motors' lag of all logs together
-        first = joint(histories)
+        first = history.joint(histories)
         known = first.estimates.get("T_m")
-        lag = max(known.value, 0.0) if known else rig.motor_time_constant
-        histories = histories_of(1, noise=first.noise, motor_time_constant=lag)
-        together = joint(histories)
+        lag_of_all = max(known.value, 0.0) if known else lag
+        histories = histories_of(1, method=PREDICTION_ERROR, motor_time_constant=lag_of_all, noise=first.noise)
+        together = history.joint(histories)
     else:
-        histories = histories_of(1, method=ADAPTATION)
-        together = weighted([history.last for history in histories])
-    values = {"T_m": rig.motor_time_constant} | {name: one.value for name, one in together.estimates.items()}
+        histories = histories_of(1, method=ADAPTATION, motor_time_constant=lag)
+        together = history.weighted([one.last for one in histories])
+    values = {"T_m": lag} | {name: one.value for name, one in together.estimates.items()}
     plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
     estimates = results.plant_values(plant, together.estimates)
     parameters = results.ParameterSet(results.PLANT, estimates, provenance=provenance())

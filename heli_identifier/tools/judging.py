@@ -1,12 +1,12 @@
-"""A controller judged around the estimated plant and around every plant that the data allow.
+"""Controllers judged around the estimated plant and around every plant that the data allow, and a design of two.
 
 What a design promises is what :data:`CONFIDENCE` of the plants keep, all figures at once. The margins are those of the
 loop with the period between reading and acting and with the input delay.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from math import ceil, inf, nan
 from typing import Any
 
@@ -15,17 +15,18 @@ from control import StateSpace
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
-from heli_identifier.errors import ConfigurationError
-from heli_identifier.results import ParameterSet, drawn_values
+from heli_identifier.provenance import provenance
+from heli_identifier.results import ParameterSet, plain
 from heli_identifier.tools import margins
-from heli_identifier.tools.linearisation import LinearModel, linear_model
-from heli_identifier.tools.loop import Settings, StepResponse, settling_time, step_response
-from heli_identifier.tools.margins import Array
+from heli_identifier.tools.linearisation import linear_system
+from heli_identifier.tools.loop import Settings, StepResponse, controller_parameters, settling_time, step_response
+from heli_identifier.tools.margins import LOOPS, Array, Plants
+from heli_identifier.tools.synthesis import PEAK
 from heli_plant.control import PidSettings
 from heli_plant.effects import AXES
-from heli_plant.parameters import BY_NAME, PlantParameters
+from heli_plant.state_feedback import FeedbackSettings
 
-Progress = Callable[[str, float], None]
+SCHEMA, LINEAR_SCHEMA = "heli-controller/1", "heli-linear-model/2"
 
 CONFIDENCE = 0.95  # share of the plants that keep what is promised
 LONGEST = 40.0  # length [s] of the steps whose settling is judged
@@ -35,52 +36,6 @@ UNSTABLE = margins.Margins(gain=1.0, phase=0.0, sensitivity=inf, crossover=nan) 
 
 SMALLER_IS_BETTER = ("sensitivity", "settling")
 """Last part of the names of figures that a good loop has small."""
-
-
-@dataclass(frozen=True, eq=False)
-class Plants:
-    """The estimated plant at an operating point, and M ``drawn`` plants that the data allow, each at its own.
-
-    ``responses`` (M + 1, N, 3, 2) are :func:`plant_response` of the estimated and the drawn plants at the frequencies
-    ``omega`` (N,) [rad/s]; ``notes`` say what was drawn from its prior, and how many plants were left out.
-    """
-
-    model: LinearModel
-    drawn: tuple[LinearModel, ...]
-    omega: Array
-    responses: margins.Responses
-    notes: tuple[str, ...]
-
-
-def drawn_plants(parameters: ParameterSet, count: int) -> list[PlantParameters]:
-    """Draw plants that the data allow (:func:`heli_identifier.results.parameters.drawn_values`)."""
-    plant, draws = parameters.plant(), drawn_values(parameters, count)
-    return [plant._replace(**{BY_NAME[name].field: value for name, value in drawn.items()}) for drawn in draws]
-
-
-def allowed_plants(
-    parameters: ParameterSet, pitch: float | None, elevation: float, period: float, draws: int, progress: Progress
-) -> Plants:
-    """Linearise the estimated plant and drawn ones, each at its own equilibrium.
-
-    ConfigurationError if the estimated plant has no equilibrium, or none of the drawn ones has one.
-    """
-    model, drawn = linear_model(parameters.plant(), pitch, elevation, period), list[LinearModel]()
-    for number, plant in enumerate(drawn_plants(parameters, draws)):
-        progress("linearising the plants that the data allow", 0.5 * number / draws)
-        with suppress(ConfigurationError):
-            drawn.append(linear_model(plant, pitch, elevation, period))
-    if not drawn:
-        raise ConfigurationError(
-            f"none of {draws} plants that the data allow has an equilibrium at pitch {model.point.pitch:g} rad, "
-            f"elevation {elevation:g} rad; choose a point nearer to rest."
-        )
-    omega, fallen = margins.frequencies(period), draws - len(drawn)
-    responses = np.array([margins.plant_response(one, omega) for one in (model, *drawn)])
-    notes = [parameters.drawn_from_prior] if parameters.drawn_from_prior else []
-    if fallen:
-        notes.append(f"{fallen} of {draws} plants that the data allow have no equilibrium there")
-    return Plants(model, tuple(drawn), omega, responses, tuple(notes))
 
 
 @dataclass(frozen=True)
@@ -123,13 +78,13 @@ class Judged:
         """What a JSON file holds of it."""
         own, figures, gains = self.settings, self.figures, {}
         if isinstance(own, PidSettings):
-            gains = {"gains": {axis: getattr(own, axis)._asdict() for axis in margins.LOOPS}, "trim_V": own.trim}
+            gains = {"gains": {axis: getattr(own, axis)._asdict() for axis in LOOPS}, "trim_V": own.trim}
         return {
             **gains,
             "effort": self.effort,
             "stable_share": self.stable,
             "disk_margin": figures["disk"],
-            "margins": {loop: {name: figures[f"{loop}.{name}"] for name in MARGINS} for loop in margins.LOOPS},
+            "margins": {loop: {name: figures[f"{loop}.{name}"] for name in MARGINS} for loop in LOOPS},
             "settling_time_s": {step.axis: figures[f"{step.axis}.settling"] for step in self.steps},
             "steps": {
                 step.axis: {"size_rad": step.size, "overshoot": step.overshoot, "settling_time_s": step.settling_time}
@@ -146,7 +101,7 @@ def judge(plants: Plants, settings: Settings, axes: Sequence[str], effort: float
     stable = np.array([margins.is_stable(loop) for loop in loops])
     law = margins.controller_response(settings, period, plants.omega)
     columns: dict[str, Array] = {}
-    for index, name in enumerate(margins.LOOPS):
+    for index, name in enumerate(LOOPS):
         gains = margins.loop_gain(plants.responses, law, index)
         found = np.transpose([
             margins.loop_margins(gain, plants.omega) if is_stable else UNSTABLE
@@ -204,3 +159,102 @@ def _poles(closed: StateSpace) -> NDArray[Any]:
     z = np.linalg.eigvals(closed.A).astype(complex)
     s = np.log(z[np.abs(z) > 1e-3]) / closed.dt
     return s[np.abs(s) > 1e-6]
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """Two controllers of one kind around an identified plant.
+
+    ``kind`` is pid, lqr or lqi, ``axes`` the controlled angles, ``plants`` those over which both were judged:
+    ``baseline`` is what the weights say, or the present PID, ``robust`` the other design, or the retuned PID.
+    ``remarks`` are on the plant and the search, ``continuous`` is the first design in continuous time, None of a PID.
+    """
+
+    kind: str
+    axes: tuple[str, ...]
+    plants: Plants
+    baseline: Judged
+    robust: Judged
+    remarks: tuple[str, ...]
+    continuous: FeedbackSettings | None = None
+
+    @property
+    def by_name(self) -> dict[str, Judged]:
+        """Both controllers by what they are called; the first alone where the other is the same."""
+        first, second = ("present", "retuned") if self.kind == "pid" else ("nominal", "robust")
+        return {first: self.baseline} | ({second: self.robust} if self.robust is not self.baseline else {})
+
+    @property
+    def refused(self) -> dict[str, float]:
+        """Loops of a PID that are not to be flown as they are retuned, with the peak of the sensitivity."""
+        peaks = {axis: self.robust.figures[f"{axis}.sensitivity"].value for axis in LOOPS if self.kind == "pid"}
+        return {axis: peak for axis, peak in peaks.items() if peak > 1.05 * PEAK}  # the bound of the search is soft
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The remarks, and what of a retuned PID is not to be flown."""
+        kept = "controller.json keeps the present gains"
+        others = "`heli design-controller` has other kinds of controllers"
+        if self.kind == "pid" and not self.robust.is_stable:
+            said = f"do not fly the retuned PID: the loop is not stable with it. {kept}; {others}"
+            return (*self.remarks, said)
+        refused = (
+            f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked "
+            f"for. {kept} of the {axis}; {others}"
+            for axis, peak in self.refused.items()
+        )
+        return (*self.remarks, *refused)
+
+    def delivered(self) -> ParameterSet:
+        """Return the robust design as parameters of its unit; refused loops keep the present gains."""
+        kept: dict[str, Any] = {axis: getattr(self.baseline.settings, axis) for axis in self.refused}
+        return controller_parameters(self.robust.settings._replace(**kept), self.plants.model.point)
+
+    def document(self) -> dict[str, Any]:
+        """Return the content of design.json; null stands for an infinite value."""
+        model, own = self.plants.model, self.continuous
+        gains = {"K": own.gain, "K_z": own.integral, "L": own.innovation, "N": own.reference} if own else {}
+        return plain(
+            {
+                "schema": SCHEMA,
+                "kind": self.kind,
+                "axes": self.axes,
+                "operating_point": model.point,
+                "period_s": model.sampled.dt,
+                "input_delay_s": model.plant.input_delay_rotors,
+                "plants": len(self.plants.drawn),
+                "confidence": CONFIDENCE,
+                "nominal": self.baseline.document,
+                "robust": self.robust.document,
+                "continuous": gains,
+                "notes": self.notes,
+                "provenance": provenance(),
+            }
+        )
+
+    def linear_document(self) -> dict[str, Any]:
+        """Return the content of linear_model.json: the matrices by their names, and the loops."""
+        loops = {"before": self.baseline.document, "after": self.robust.document}
+        about = {"notes": self.notes, "provenance": provenance()}
+        return plain({"schema": LINEAR_SCHEMA, **self.matrices, "loops": loops, **about})
+
+    @cached_property
+    def matrices(self) -> dict[str, Any]:
+        """A, B, C, D continuous, F, G sampled every ``period`` [s], names, and 95 % intervals of A and B."""
+        model = self.plants.model
+        continuous, *drawn = (linear_system(one.plant, one.point) for one in (model, *self.plants.drawn))
+        found = {
+            **{key: getattr(continuous, key) for key in "ABCD"},
+            "F": model.sampled.A,
+            "G": model.sampled.B,
+            "period": model.sampled.dt,
+            "states": continuous.state_labels,
+            "inputs": continuous.input_labels,
+            "outputs": continuous.output_labels,
+            "operating_point": asdict(model.point),
+            "input_delay": model.plant.input_delay_rotors,
+        }
+        for name in "AB":
+            ends = np.quantile([getattr(one, name) for one in drawn], (0.025, 0.975), axis=0)
+            found[f"{name}_low"], found[f"{name}_high"] = ends
+        return found

@@ -157,9 +157,8 @@ def fly(
 def settling_time(share: Array, period: float) -> float:
     """Return the time [s] from which a response (N,) to a unit step stays within :data:`SETTLED`; infinite if never."""
     outside = np.flatnonzero(~(np.abs(share - 1.0) <= SETTLED))
-    if not len(outside):
-        return 0.0
-    return float("inf") if outside[-1] == len(share) - 1 else float((outside[-1] + 1) * period)
+    last = outside.max(initial=-1)
+    return inf if last == len(share) - 1 else float((last + 1) * period)
 
 
 class StepResponse(NamedTuple):

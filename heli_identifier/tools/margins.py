@@ -22,6 +22,9 @@ Sources: P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78 (d
 have one size.
 """
 
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -29,12 +32,16 @@ import numpy as np
 from control import StateSpace, append, ss
 from numpy.typing import NDArray
 
-from heli_identifier.tools.linearisation import LinearModel
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.results import ParameterSet, drawn_values
+from heli_identifier.tools.linearisation import LinearModel, linear_model
 from heli_identifier.tools.loop import Settings, answered, begun
 from heli_plant.control import PidSettings
+from heli_plant.parameters import BY_NAME, PlantParameters
 from heli_plant.state_feedback import MOST_DELAY, Angles, FeedbackSettings, Rotors
 
 Array = NDArray[np.float64]
+Progress = Callable[[str, float], None]
 Responses = NDArray[Any]  # frequency responses, complex
 LOOPS = ("pitch", "elevation")  # loops, in the order of the channels: difference and sum of the voltages
 TO_ROTORS = np.array([[0.5, 0.5], [-0.5, 0.5]])  # (v_front, v_rear) from difference and sum of the voltages
@@ -193,3 +200,49 @@ def disk_margins(plants: Responses, law: Responses) -> Array:
     total = np.abs(M[..., 0, 0]) ** 2 + np.abs(M[..., 1, 1]) ** 2 + 2.0 * np.abs(M[..., 0, 1] * M[..., 1, 0])
     mu = np.sqrt(0.5 * (total + np.sqrt(np.maximum(total**2 - 4.0 * np.abs(np.linalg.det(M)) ** 2, 0.0))))
     return np.asarray(1.0 / mu.max(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class Plants:
+    """The estimated plant at an operating point, and M ``drawn`` plants that the data allow, each at its own.
+
+    ``responses`` (M + 1, N, 3, 2) are :func:`plant_response` of the estimated and the drawn plants at the frequencies
+    ``omega`` (N,) [rad/s]; ``notes`` say what was drawn from its prior, and how many plants were left out.
+    """
+
+    model: LinearModel
+    drawn: tuple[LinearModel, ...]
+    omega: Array
+    responses: Responses
+    notes: tuple[str, ...]
+
+
+def drawn_plants(parameters: ParameterSet, count: int) -> list[PlantParameters]:
+    """Draw plants that the data allow (:func:`heli_identifier.results.parameters.drawn_values`)."""
+    plant, draws = parameters.plant(), drawn_values(parameters, count)
+    return [plant._replace(**{BY_NAME[name].field: value for name, value in drawn.items()}) for drawn in draws]
+
+
+def allowed_plants(
+    parameters: ParameterSet, pitch: float | None, elevation: float, period: float, draws: int, progress: Progress
+) -> Plants:
+    """Linearise the estimated plant and drawn ones, each at its own equilibrium.
+
+    ConfigurationError if the estimated plant has no equilibrium, or none of the drawn ones has one.
+    """
+    model, drawn = linear_model(parameters.plant(), pitch, elevation, period), list[LinearModel]()
+    for number, plant in enumerate(drawn_plants(parameters, draws)):
+        progress("linearising the plants that the data allow", 0.5 * number / draws)
+        with suppress(ConfigurationError):
+            drawn.append(linear_model(plant, pitch, elevation, period))
+    if not drawn:
+        raise ConfigurationError(
+            f"none of {draws} plants that the data allow has an equilibrium at pitch {model.point.pitch:g} rad, "
+            f"elevation {elevation:g} rad; choose a point nearer to rest."
+        )
+    omega, fallen = frequencies(period), draws - len(drawn)
+    responses = np.array([plant_response(one, omega) for one in (model, *drawn)])
+    notes = [parameters.drawn_from_prior] if parameters.drawn_from_prior else []
+    if fallen:
+        notes.append(f"{fallen} of {draws} plants that the data allow have no equilibrium there")
+    return Plants(model, tuple(drawn), omega, responses, tuple(notes))

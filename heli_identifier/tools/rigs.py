@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from importlib import import_module
+from math import ceil
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,7 +20,7 @@ from typing import Any, NamedTuple
 from heli_identifier import records
 from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
 from heli_identifier.online import ModelParameters
-from heli_identifier.records import Log, LogFormat, RigConfiguration
+from heli_identifier.records import Log, RigConfiguration
 from heli_identifier.results import plain
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, FoundEffect, diagnose
 from heli_plant.effects import AXES, CATALOGUE
@@ -111,36 +112,29 @@ class Source(NamedTuple):
     content: Callable[[], str]
 
 
-def read_split(
-    training: Sequence[Path],
-    held_out: Sequence[Path],
-    form: LogFormat,
-    start: float | None = None,
-    end: float | None = None,
-) -> tuple[tuple[Log, ...], tuple[Log, ...], str]:
-    """Read training and held-out logs; without any of the latter hold back the last log, or the end of a single one.
+def split_logs(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[Log, ...], str]:
+    """Give training and held-out logs; without any of the latter hold back the last log, or the end of a single one.
 
-    The note says what was held back. LogError if a log cannot be read, or a single one does not move or is too short.
+    The note says what was held back. LogError if a single log does not move or is too short.
     """
-    note = ""
-    if not held_out and len(training) > 1:
-        note = f"held out: {training[-1]}, the last log"
-        training, held_out = training[:-1], training[-1:]
+    *others, last = training
     if held_out:
-        return (*records.read_data_set(training, held_out, form, start, end), note)
-    path = training[0]
-    whole = records.read_log(path, form, start, end)
-    records.check_moving((whole,))
-    if whole.duration < SHORTEST_TO_SPLIT:
+        return tuple(training), tuple(held_out), ""
+    if others:
+        return tuple(others), (last,), f"held out: {last.path}, the last log"
+    records.check_moving((last,))
+    if last.duration < SHORTEST_TO_SPLIT:
         raise LogError(
-            f"{path}: {whole.duration:.3g} s are too short to be split into a training part and a held-out part, "
+            f"{last.path}: {last.duration:.3g} s are too short to be split into a training part and a held-out part, "
             f"{SHORTEST_TO_SPLIT:g} s are needed; give a second log, which is then held out."
         )
-    cut = whole.start + TRAINING_SHARE * whole.duration
-    first = records.read_log(path, form, whole.start, cut - 0.5 * whole.step)
-    rest = records.read_log(path, form, cut, whole.start + whole.duration - 0.5 * whole.step)
-    note = f"held out: the last third of {path}, from {cut:.4g} s on"
-    return (first,), (replace(rest, name=f"{rest.name} from {cut:.4g} s"),), note
+    count, parts = ceil(TRAINING_SHARE * last.samples), []
+    for rows in (slice(count), slice(count, None)):
+        asked = {axis: values[rows] for axis, values in last.references.items()}
+        parts.append(replace(last, voltages=last.voltages[rows], angles=last.angles[rows], references=asked))
+    cut, (first, rest) = last.start + count * last.step, parts
+    rest = replace(rest, name=f"{last.name} from {cut:.4g} s", start=cut)
+    return (first,), (rest,), f"held out: the last third of {last.path}, from {cut:.4g} s on"
 
 
 def rig_folders(
@@ -209,26 +203,28 @@ def _read_rig(
 ) -> Rig:  # fmt: skip
     """Read the logs of a rig from ``start`` to ``end`` [s] in their own time, but those that cannot serve.
 
-    LogError as :func:`read_split`, and if no log can be fitted to.
+    LogError as :func:`split_logs`, and if no log can be fitted to.
     """
     configuration = records.read_configuration(file) if file else None
     form = (configuration or RigConfiguration()).format
-    bad = dict[Path, LogError]()
+    logs, bad = dict[Path, Log](), dict[Path, LogError]()
     for path in (*training, *held_out):
         try:
-            records.check_moving([records.read_log(path, form, start, end)])
+            records.check_moving([log := records.read_log(path, form, start, end)])
+            logs[path] = log
         except LogError as error:
             bad[path] = error
-    kept, held = ([path for path in paths if path not in bad] for paths in (training, held_out))
+    kept, held = ([logs[path] for path in paths if path in logs] for paths in (training, held_out))
     if not kept:
         raise bad[training[0]]
-    first, rest, note = read_split(kept, held, form, start, end)
+    named = records.read_logs((*kept, *held))
+    first, rest, note = split_logs(named[: len(kept)], named[len(kept) :])
     left_out = tuple(f"{path.name} is left out: {error}" for path, error in bad.items())
     return Rig(first, rest, configuration=configuration, note=note, left_out=left_out)
 
 
-def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[Source]:
-    """Return ``count`` rigs that ``generator`` makes from the seeds ``first_seed``, ``first_seed`` + 1, ...
+def generated_rigs(generator: str, count: int) -> list[Source]:
+    """Return ``count`` rigs that ``generator`` makes from the seeds 0, 1, ...
 
     The generator is "module:function" and takes one whole number. ConfigurationError if there is none, or no count.
     """
@@ -238,7 +234,7 @@ def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[Sour
     made_by = source_digest((generator.partition(":")[0],))
     return [
         Source(f"seed {seed}", partial(_make_rig, generator, seed), partial(str, f"{generator} {seed} {made_by}"))
-        for seed in range(first_seed, first_seed + count)
+        for seed in range(count)
     ]
 
 
