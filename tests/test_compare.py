@@ -11,7 +11,7 @@ import heli_identifier as hi
 from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import write_log
-from heli_identifier.results.comparing import Compared
+from heli_identifier.results.comparing import told_apart
 from tests.commands import heli
 from tests.diagnosis_example import AFTER, example, made_log
 
@@ -38,8 +38,7 @@ def test_alike_estimates_move_as_often_as_their_intervals_say():
     """Pairs drawn around one truth: 5 % move; 1000 of them leave a standard error of .7 %."""
     random, moved = np.random.default_rng(0), 0
     for first, second in random.normal(1.0, (0.1, 0.3), (1000, 2)):
-        pair = Compared("c", Estimate(first, 0.1, "1"), Estimate(second, 0.3, "1"))
-        moved += pair.outcome == "moved"
+        moved += told_apart(Estimate(first, 0.1, "1"), Estimate(second, 0.3, "1")) == "moved"
     assert abs(moved / 1000.0 - 0.05) < 3.0 * 0.007
 
 

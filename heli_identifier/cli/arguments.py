@@ -88,8 +88,7 @@ class Group(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the options before the command; without any word the help is shown."""
-        parsed: list[str] = in_a_sentence(super().parse_args, ctx, args) if args else super().parse_args(ctx, args)
-        return parsed
+        return in_a_sentence(super().parse_args, ctx, args) if args else super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command that is named."""
@@ -109,8 +108,7 @@ class Command(TyperCommand):
                 raise fail("an argument is empty; name the file, or set the variable that should name it")
             if any(a == SPREAD and b.startswith("-") for a, b in pairwise(args)):
                 raise fail(f"{SPREAD} names no log; put one or more after it, or leave it out")
-        parsed: list[str] = in_a_sentence(super().parse_args, ctx, spread(args))
-        return parsed
+        return in_a_sentence(super().parse_args, ctx, spread(args))
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Let the help show what a parameter is called, not its type in Python."""

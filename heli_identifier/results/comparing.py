@@ -4,17 +4,16 @@ A parameter has moved where the difference d of two estimates is more than its 9
 |d| > 1.96 sqrt(s_1^2 + s_2^2), with the standard errors s of two diagnoses that share no log.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, inf
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.records import LogSource, read_logs
-from heli_identifier.results.documents import plain, read_document
+from heli_identifier.results.documents import read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
 from heli_identifier.results.sources import read_parameters
 from heli_identifier.results.tables import Table, Tabular
@@ -26,44 +25,32 @@ from heli_plant.effects import AXES
 NOT_IN_PLANT = "not in the plant"
 
 
-class Compared(NamedTuple):
+@dataclass(frozen=True)
+class Compared:
     """A parameter or a coefficient of both plants; None where a plant does not have it."""
 
     name: str
     first: Estimate | None
     second: Estimate | None
-
-    @property
-    def outcome(self) -> str:
-        """Whether it moved by more than its interval, is only in one of them, or was given to both."""
-        first, second = self.first, self.second
-        if first is None or second is None:
-            return f"only in the {'second' if first is None else 'first'}"
-        if first.standard_error is None and second.standard_error is None:
-            return "given" if first.value == second.value else "given otherwise"
-        error = hypot(first.standard_error or 0.0, second.standard_error or 0.0)
-        return "moved" if abs(second.value - first.value) > 1.96 * error else "within its interval"
+    outcome: str
+    """Whether it moved by more than its interval, is only in one of them, or was given to both."""
 
 
-class ComparedError(NamedTuple):
+@dataclass(frozen=True)
+class ComparedError:
     """Errors ahead [rad] of both plants on one axis of one log."""
 
     log: str
     axis: str
     first: ErrorFigure
     second: ErrorFigure
-
-    @property
-    def outcome(self) -> str:
-        """Which plant is better: that whose interval lies below the other's."""
-        if self.first.high < self.second.low:
-            return "first is better"
-        return "second is better" if self.second.high < self.first.low else "not told apart"
+    outcome: str
+    """Which plant is better: that whose interval lies below the other's."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Tabular):
-    """Two diagnoses, of one rig or of two."""
+    """Two diagnoses, of one rig or of two; the fields are the keys of its document."""
 
     names: tuple[str, str]
     """What the two are called."""
@@ -71,16 +58,14 @@ class Comparison(Tabular):
     """Of the corrected plants by name, a gain as slope at the mean voltage of its logs."""
     effects: tuple[Compared, ...]
     """That one of the plants has."""
-    uses: Mapping[str, tuple[str, str]]
-    """What each axis may be used for."""
-    voltages: Sequence[float]
-    """At which the gains are slopes [V]."""
-    errors: tuple[ComparedError, ...] = ()
+    errors: tuple[ComparedError, ...]
     """On the logs that were given."""
-    judged: str = "prediction_1s"
-    """Which error: 1 s ahead, or `ahead_200ms` where a controller flew."""
-    shared: tuple[str, ...] = ()
-    """Logs that both diagnoses were made of: with them the standard errors of a difference are too large or small."""
+    judged: str
+    """Which error: 1 s ahead, `prediction_1s`, or `ahead_200ms` where a controller flew."""
+    use: Mapping[str, tuple[str, str]]
+    """What each axis may be used for."""
+    notes: tuple[str, ...]
+    """What limits the comparison."""
 
     @property
     def moved(self) -> tuple[str, ...]:
@@ -98,7 +83,7 @@ class Comparison(Tabular):
             for one in group:
                 shown = (with_interval(e) if e else absent for e in (one.first, one.second))
                 found.append((one.name, *shown, one.outcome))
-        for axis, two in self.uses.items():
+        for axis, two in self.use.items():
             found.append((f"use of the {axis}", *two, "the same" if two[0] == two[1] else "differs"))
         for error in self.errors:
             what = f"{error.log}, {error.axis} {AHEAD[self.judged]} [mrad]"
@@ -108,24 +93,7 @@ class Comparison(Tabular):
     @property
     def remarks(self) -> tuple[str, ...]:
         """What limits the comparison."""
-        said = [
-            "Of twenty estimates that are alike, one moves by more than its interval by chance.",
-            f"Gains are slopes at the mean voltages of the logs, {listed([f'{v:.3g} V' for v in self.voltages])}.",
-        ]
-        if self.shared:
-            said.append(
-                f"Both diagnoses use {', '.join(self.shared)}: their estimates are not independent, and the intervals "
-                "of differences hold only roughly."
-            )
-        return tuple(said)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give the same as values for JSON."""
-        groups = {
-            key: [{**one._asdict(), "outcome": one.outcome} for one in getattr(self, key)]
-            for key in ("parameters", "effects", "errors")
-        }
-        return plain({"names": self.names, **groups, "judged": self.judged, "use": self.uses, "notes": self.remarks})
+        return self.notes
 
 
 @typed
@@ -158,24 +126,50 @@ def compare(
     names, documents, plants = zip(*map(_opened, (first, second), ("first", "second")), strict=True)
     if names[0] == names[1]:
         names = tuple(str(own) for own in (first, second))
-    mapped = [(_slopes(own), dict(_in_plant(own))) for own in documents]
     parameters, effects = (
-        tuple(Compared(name, one.get(name), two.get(name)) for name in dict.fromkeys((*one, *two)))
-        for one, two in zip(*mapped, strict=True)
+        tuple(Compared(name, *(pair := (one.get(name), two.get(name))), told_apart(*pair)) for name in {**one, **two})
+        for one, two in (map(of, documents) for of in (_slopes, _in_plant))
     )
-    files = [{entry.sha256: entry.file for entry in own.data if entry.sha256} for own in documents]
     judged = "ahead_200ms" if any(own.closed_loop for own in documents) else "prediction_1s"
-    errors = [hold_to(own.plant(), dict.fromkeys(AXES, inf), read_logs(logs), judged) for own in plants if logs]
+    outcomes = (hold_to(own.plant(), dict.fromkeys(AXES, inf), read_logs(logs), judged) for own in plants if logs)
+    errors = [(one.log, one.axis, one.error, two.error) for one, two in zip(*outcomes, strict=True)]
+    voltages = [f"{own.settings['operating_point']:.3g} V" for own in documents]
+    notes = [
+        "Of twenty estimates that are alike, one moves by more than its interval by chance.",
+        f"Gains are slopes at the mean voltages of the logs, {listed(voltages)}.",
+    ]
+    files, others = ({entry.sha256: entry.file for entry in own.data if entry.sha256} for own in documents)
+    if shared := [files[key] for key in files if key in others]:
+        notes.append(
+            f"Both diagnoses use {', '.join(shared)}: their estimates are not independent, and the intervals of "
+            "differences hold only roughly."
+        )
     return Comparison(
         names,
         parameters,
         effects,
-        {axis: (str(own.use), str(documents[1].axes[axis].use)) for axis, own in documents[0].axes.items()},
-        [float(own.settings["operating_point"]) for own in documents],
-        tuple(ComparedError(one.log, one.axis, one.error, two.error) for one, two in zip(*errors, strict=True)),
+        tuple(ComparedError(*own, better(*own[2:])) for own in errors),
         judged,
-        tuple(files[0][key] for key in files[0] if key in files[1]),
+        {axis: (str(own.use), str(documents[1].axes[axis].use)) for axis, own in documents[0].axes.items()},
+        tuple(notes),
     )
+
+
+def told_apart(first: Estimate | None, second: Estimate | None) -> str:
+    """Say whether an estimate moved by more than its interval, is only in one plant, or was given to both."""
+    if first is None or second is None:
+        return f"only in the {'second' if first is None else 'first'}"
+    if first.standard_error is None and second.standard_error is None:
+        return "given" if first.value == second.value else "given otherwise"
+    error = hypot(first.standard_error or 0.0, second.standard_error or 0.0)
+    return "moved" if abs(second.value - first.value) > 1.96 * error else "within its interval"
+
+
+def better(first: ErrorFigure, second: ErrorFigure) -> str:
+    """Say which plant is better: that whose interval lies below the other's."""
+    if first.high < second.low:
+        return "first is better"
+    return "second is better" if second.high < first.low else "not told apart"
 
 
 def _opened(source: Diagnosis | str | PathLike[str], name: str) -> tuple[str, DiagnosisFile, ParameterSet]:
@@ -195,8 +189,7 @@ def _slopes(document: DiagnosisFile) -> dict[str, Estimate]:
     return {**document.parameters_after, **slopes}
 
 
-def _in_plant(document: DiagnosisFile) -> Iterator[tuple[str, Estimate]]:
+def _in_plant(document: DiagnosisFile) -> dict[str, Estimate]:
     """Give the effects that a corrected plant has and their coefficients; a torque by table has none."""
-    for entry in (*document.effects, *document.possible):
-        if entry.in_plant and entry.coefficient is not None:
-            yield effect_name(entry.name, entry.axis), entry.coefficient
+    found = (own for own in (*document.effects, *document.possible) if own.in_plant)
+    return {effect_name(own.name, own.axis): own.coefficient for own in found if own.coefficient is not None}

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from heli_identifier import tracing
 from heli_identifier.online import GAINS
 from heli_identifier.records import Log, LogSource, RigConfiguration, common_configuration, read_logs
 from heli_identifier.results.documents import plain
@@ -13,14 +14,6 @@ from heli_identifier.results.report import ranked_experiments
 from heli_identifier.results.tables import Table, Tabular, gain_cells
 from heli_identifier.results.words import listed, remarks, significant
 from heli_identifier.signatures import typed
-from heli_identifier.tracing import (
-    Determination,
-    Diagnosis,
-    DiagnosisSettings,
-    Identification,
-    ParameterReport,
-    identify_plant,
-)
 from heli_plant.effects import AXES
 
 _ORIGINS = {
@@ -34,13 +27,13 @@ _ORIGINS = {
 class Look(Tabular):
     """What logs of one rig can tell of its plant."""
 
-    identification: Identification
+    identification: tracing.Identification
     """Plant, names and reports behind the table."""
     movement: Mapping[str, float]
     """Root mean square of every axis's motion in all logs [encoder counts]."""
 
     @property
-    def gains(self) -> dict[str, ParameterReport]:
+    def gains(self) -> dict[str, tracing.ParameterReport]:
         """Gains of the plant as slopes at the logs' mean voltage [rad/s^2/V], by the paper's symbols."""
         reports = self.identification.parameters
         return {name: reports[name] for name in self.identification.plant.likelihood.rig.gains if name in reports}
@@ -107,14 +100,14 @@ def look_lines(
     closed_loop: bool,
     references: str,
     movement: Mapping[str, float],
-    reports: Mapping[str, ParameterReport],
+    reports: Mapping[str, tracing.ParameterReport],
     experiment: str,
 ) -> tuple[str, str, str]:
     """Say in three lines who flew and what moved the rig, how far each axis moved, and what each gain rests on."""
     flown = "A controller flew" if closed_loop else "Open loop"
     moved = listed([f"the {axis} by {significant(counts, 2)}" for axis, counts in movement.items()])
-    known = {base: [name for name, own in reports.items() if own.determination is base] for base in Determination}
-    said = ", ".join(f"{listed(names)} ({base})" for base, names in known.items() if names)
+    of = {base: [name for name, own in reports.items() if own.determination is base] for base in tracing.Determination}
+    said = ", ".join(f"{listed(names)} ({base})" for base, names in of.items() if names)
     return (
         f"{flown}; moved from outside: {references or 'nothing that these logs show'}.",
         f"Root mean square of the motion in encoder counts: {moved}.",
@@ -123,7 +116,7 @@ def look_lines(
     )
 
 
-def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str, str, str]:
+def diagnosis_lines(diagnosis: tracing.Diagnosis, training: Sequence[Log]) -> tuple[str, str, str]:
     """Give :func:`look_lines` of a diagnosis and its training logs; to fly next is what its report says."""
     counts = np.array(diagnosis.settings["counts"], dtype=float)
     gains = {name: diagnosis.parameters[name] for name in GAINS if name in diagnosis.parameters}
@@ -163,5 +156,5 @@ def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfigurati
     """
     used = read_logs(logs)
     known = configuration or common_configuration(used) or RigConfiguration()
-    found = identify_plant(used, DiagnosisSettings.from_rig(known))
+    found = tracing.identify_plant(used, tracing.DiagnosisSettings.from_rig(known))
     return Look(found, _movement(used, found.plant.likelihood.rig.resolution))

@@ -18,23 +18,17 @@ from heli_identifier import tracing
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
-from heli_identifier.results.documents import document_text, plain
+from heli_identifier.results.documents import document_text
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import listed, unit_text, uses_text, with_interval
-from heli_identifier.tracing import Diagnosis, ErrorFigure, Use
+from heli_identifier.tracing import Determination, Diagnosis, ErrorFigure, Use
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
 from heli_plant.parameters import BY_FIELD, BY_NAME, PARAMETERS, PlantParameters, from_names
 
 PLANT = "HelicopterPlant"
 
-LAG = "motor_lag_rotors"
-"""Field of the motors' lag beyond the time constant that was given."""
-
-IDENTIFIED = tuple(BY_FIELD[field_].name for field_ in ModelParameters._fields)
-"""Structured names of what a diagnosis identifies of every rig."""
-
-REQUIRED = (*IDENTIFIED, "motor.time_constant", "motor.voltage_limit")
+REQUIRED = (*(BY_FIELD[own].name for own in ModelParameters._fields), "motor.time_constant", "motor.voltage_limit")
 """Structured names of what makes a plant of a rig; the plant's defaults for them are those of another rig."""
 
 
@@ -180,13 +174,9 @@ class ParameterSet(Tabular):
         rows = [(name, with_interval(own, unit=False), unit_text(own.unit)) for name, own in self.values.items()]
         return Table(title, ("parameter", "value", "unit"), rows)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give the content of parameters.json."""
-        return plain(self)
-
     def write(self, path: str | PathLike[str]) -> Path:
         """Write a parameters.json; gives its path."""
-        return write_atomically(path, document_text(self.to_dict()))
+        return write_atomically(path, document_text(self))
 
 
 def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate]) -> dict[str, Estimate]:
@@ -232,23 +222,21 @@ def corrected_parameters(diagnosis: Diagnosis) -> ParameterSet:
 
 def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covariance:
     """Give the covariance with gains by logarithm; a lag that is no finding is part of the time constant."""
-    on = {BY_NAME[name].field for name in values}
-    names = [BY_FIELD["T_m" if f == LAG and f not in on else f].name for f in diagnosis.covariance_fields]
+    reports, fields = diagnosis.parameters, diagnosis.covariance_fields
+    names = [BY_FIELD[own].name for own in fields]
+    if (lag := BY_FIELD["motor_lag_rotors"].name) in names and lag not in values:
+        names[names.index(lag)] = BY_FIELD["T_m"].name
     kept = [i for i, name in enumerate(names) if name in values]
-    gains = {i: diagnosis.parameters[f].estimate.value for i, f in enumerate(diagnosis.covariance_fields) if f in GAINS}
+    gains = {i: reports[own].estimate.value for i, own in enumerate(fields) if own in GAINS}
     scale = np.array([gains.get(i, 1.0) for i in kept])
+    unknown = {own for own, report in reports.items() if report.determination is Determination.NOT_DETERMINED}
     return Covariance(
         tuple(names[i] for i in kept),
         tuple(names[i] for i in kept if i in gains),
         float(diagnosis.settings["operating_point"]),
         diagnosis.covariance[np.ix_(kept, kept)] / np.outer(scale, scale),
-        tuple(names[i] for i in kept if _is_open(diagnosis, diagnosis.covariance_fields[i])),
+        tuple(names[i] for i in kept if fields[i] in unknown),
     )
-
-
-def _is_open(diagnosis: Diagnosis, field_: str) -> bool:
-    report = diagnosis.parameters.get(field_)
-    return report is not None and report.determination is tracing.Determination.NOT_DETERMINED
 
 
 def drawn_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dict[str, float]]:

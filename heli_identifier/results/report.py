@@ -12,22 +12,12 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from scipy.signal import correlate, welch
 
+from heli_identifier import tracing
 from heli_identifier.results import tables, words
 from heli_identifier.results.folder import write_files
 from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.svg import Axes, figure
 from heli_identifier.results.unit import build, check_free_run
-from heli_identifier.tracing import (
-    AxisReport,
-    Determination,
-    Diagnosis,
-    EffectCurve,
-    HeldOutSeries,
-    NamedShape,
-    Use,
-    Verdict,
-    variable_name,
-)
 from heli_plant.effects import AXES
 from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameters import BY_FIELD
@@ -63,7 +53,7 @@ WEIGHTS = {"unusable": 100, "gain": 4, "effect": 2, "bound": 1}
 effect, an effect that is not testable."""
 
 
-def write_results(diagnosis: Diagnosis, rig: str, folder: Path, native: bool = False) -> None:
+def write_results(diagnosis: tracing.Diagnosis, rig: str, folder: Path, native: bool = False) -> None:
     """Write the files of a diagnosis into ``folder``; ``rig`` is what the report calls the rig.
 
     The plant, in Python and if it is asked for in C (``native``), is held to the reported free run.
@@ -80,7 +70,7 @@ def write_results(diagnosis: Diagnosis, rig: str, folder: Path, native: bool = F
     write_files(folder, {"parameters.json": parameters, "report.html": page, "diagnosis.json": diagnosis.to_dict()})
 
 
-def report_page(diagnosis: Diagnosis, rig: str) -> str:
+def report_page(diagnosis: tracing.Diagnosis, rig: str) -> str:
     """Give the text of report.html; ``rig`` is what it calls the rig."""
     own = {
         "residuals": [part for series in diagnosis.series for part in _residuals(diagnosis, series)],
@@ -95,12 +85,12 @@ def rendered(template: str, **parts: Any) -> str:
     return (PAGES if ".html" in template else TEMPLATES).get_template(template).render(**parts)
 
 
-def notebook_view(diagnosis: Diagnosis) -> str:
+def notebook_view(diagnosis: tracing.Diagnosis) -> str:
     """Give the HTML of a diagnosis, without script and style sheet, to be set into a page of any theme."""
     return rendered("notebook.html.j2", **_parts(diagnosis))
 
 
-def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
+def _parts(diagnosis: tracing.Diagnosis) -> dict[str, Any]:
     """Give what page and notebook show, without markup but for figures and tables."""
     return {
         "diagnosis": diagnosis,
@@ -116,7 +106,7 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
+def _card(diagnosis: tracing.Diagnosis, axis: str, report: tracing.AxisReport) -> dict[str, str]:
     """Give the card of an axis: its use in one word, the change of its error, its gain."""
     name, field = tables.GAIN_OF[axis], words.leading(diagnosis)
     change = report.change.get(field)
@@ -126,12 +116,12 @@ def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]
     found, symbol = diagnosis.parameters.get(name), BY_FIELD[name].symbol
     if found is None:
         gain = f"{symbol} = {words.with_interval(diagnosis.parameters_after[name])}, given"
-    elif found.determination is Determination.NOT_DETERMINED:
+    elif found.determination is tracing.Determination.NOT_DETERMINED:
         gain = f"{symbol} is not determined: {found.why}. {f'To fly: {found.experiment}' if found.experiment else ''}"
     else:
         volts = words.significant(diagnosis.settings["operating_point"])
         gain = f"{symbol} = {words.with_interval(found.estimate)} (slope at {volts} V), {found.determination}"
-    usable = report.use is not Use.NOTHING
+    usable = report.use is not tracing.Use.NOTHING
     over = f"usable for {report.use}".replace("prediction", f"prediction over {words.horizon(diagnosis)}")
     errors = [words.significant(1e3 * getattr(stage, field).value) for stage in (report.before, report.after)]
     return {
@@ -142,7 +132,7 @@ def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]
     }  # fmt: skip
 
 
-def _overlay(diagnosis: Diagnosis) -> str:
+def _overlay(diagnosis: tracing.Diagnosis) -> str:
     """Draw the measured motion of the first held-out log, and what the plant before and after makes of its voltages."""
     series, panels = diagnosis.series[0], []
     before, after, time = series.free_run_before, series.free_run_after, series.log.time
@@ -166,7 +156,7 @@ def _overlay(diagnosis: Diagnosis) -> str:
     return figure(panels, "time [s]", said, 1100.0)
 
 
-def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
+def _found(diagnosis: tracing.Diagnosis, number: int) -> dict[str, Any]:
     """Give facts and figure of an effect of the plant."""
     effect = diagnosis.effects[number]
     facts = []
@@ -174,7 +164,7 @@ def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
         entry = catalogue_effect(effect.name, effect.axis)
         facts += [("coefficient", words.with_interval(effect.coefficient)), ("law", words.law_text(entry.law))]
         facts.append(("source", entry.source))
-    if isinstance(effect.shape, NamedShape):
+    if isinstance(effect.shape, tracing.NamedShape):
         facts += [(name.replace("_", " "), words.with_interval(own)) for name, own in effect.shape.parameters.items()]
     else:
         facts += [("description", effect.shape.description), ("plant", f"table.{effect.axis}.*")]
@@ -187,7 +177,7 @@ def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
     earlier = sum((own.name, own.axis) == (effect.name, effect.axis) for own in diagnosis.effects[:number])
     curves = [own for own in diagnosis.curves if own.name == effect.name and effect.axis in (own.axis, "rotors")]
     drawn, axis = "", curves[earlier].axis if earlier < len(curves) else effect.axis
-    if axis in diagnosis.axes and diagnosis.axes[axis].use is Use.NOTHING:
+    if axis in diagnosis.axes and diagnosis.axes[axis].use is tracing.Use.NOTHING:
         facts.append(("figure", f"none: the {axis} of the plant is not usable"))
     elif earlier < len(curves):
         drawn = _law_figure(curves[earlier], words.effect_title(effect))
@@ -197,7 +187,7 @@ def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _law_figure(curve: EffectCurve, title: str) -> str:
+def _law_figure(curve: tracing.EffectCurve, title: str) -> str:
     """Draw the law over the torque that the plant without it leaves, averaged over bins of its variable."""
     x, y, low, high = curve.curve.T
     own = Axes("torque/inertia [mrad/s²]")
@@ -205,15 +195,15 @@ def _law_figure(curve: EffectCurve, title: str) -> str:
     own.line(x, 1e3 * y, "after", "law", 2.0)
     if len(curve.points):
         own.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
-    label = words.labelled(variable_name(curve.variable), curve.unit)
+    label = words.labelled(tracing.variable_name(curve.variable), curve.unit)
     return figure([own], label, f"{title}: the law with its band over what the training logs show")
 
 
-def ranked_experiments(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
+def ranked_experiments(diagnosis: tracing.Diagnosis) -> list[tuple[list[str], str]]:
     """Give every experiment that would help with what it would settle, the most valuable first."""
     worth: dict[str, int] = {}
     settles: dict[str, list[str]] = {}
-    unusable = [tables.GAIN_OF[axis] for axis, own in diagnosis.axes.items() if own.use is Use.NOTHING]
+    unusable = [tables.GAIN_OF[axis] for axis, own in diagnosis.axes.items() if own.use is tracing.Use.NOTHING]
 
     def ask(experiment: str, kind: str, what: str) -> None:
         if experiment:
@@ -221,18 +211,18 @@ def ranked_experiments(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
             settles.setdefault(experiment, []).append(what)
 
     for name, report in diagnosis.parameters.items():
-        if report.determination is not Determination.OUTSIDE:
+        if report.determination is not tracing.Determination.OUTSIDE:
             kind = "unusable" if name in unusable else "gain" if name in tables.GAIN_OF.values() else "effect"
             ask(report.experiment, kind, words.meaning(name))
     for effect in (*diagnosis.effects, *diagnosis.possible):
         ask(effect.experiment, "effect", words.effect_words(effect))
     for entry in diagnosis.catalogue:
-        if entry.verdict == Verdict.NOT_TESTABLE:
+        if entry.verdict == tracing.Verdict.NOT_TESTABLE:
             ask(entry.experiment, "bound", words.effect_name(entry.name, entry.axis))
     return [(settles[text], text) for text in sorted(worth, key=lambda text: -worth[text])]
 
 
-def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, list[str]]]:
+def _residuals(diagnosis: tracing.Diagnosis, series: tracing.HeldOutSeries) -> Iterator[tuple[str, str, list[str]]]:
     """Give every axis, whether its innovations are white, and figures of their spectrum and autocorrelation."""
     for index, axis in enumerate(AXES):
         spectrum, memory = Axes("innovations [1/Hz]", logarithmic=True), Axes("autocorrelation")
@@ -255,7 +245,7 @@ def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[st
         yield axis.capitalize(), white, drawn
 
 
-def _confused(diagnosis: Diagnosis) -> Iterator[str]:
+def _confused(diagnosis: tracing.Diagnosis) -> Iterator[str]:
     """Give pairs of effects whose signatures are alike, those that are most alike first."""
     names = [words.effect_name(*entry) for entry in diagnosis.correlation_labels]
     rows, columns = np.nonzero(np.tril(np.abs(diagnosis.correlation), -1) >= CONFUSED)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
+from heli_identifier.results.documents import plain
 from heli_identifier.tracing import CurveShape, Diagnosis, ErrorFigure, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -76,9 +77,9 @@ class Tabular(ABC):
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self.table.title}>"
 
-    @abstractmethod
     def to_dict(self) -> dict[str, Any]:
-        """Give the same as values for JSON."""
+        """Give the same as values for JSON; by default its fields by their names."""
+        return plain(self)
 
     def summary(self) -> str:
         """Give the table as plain text."""

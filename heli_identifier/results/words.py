@@ -5,18 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import floor, isfinite, log10
 from typing import Any
 
+from heli_identifier import tracing
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import (
-    AxisReport,
-    DiagnosisFile,
-    ErrorFigure,
-    FoundEffect,
-    NamedShape,
-    PeriodicShape,
-    Use,
-    Verdict,
-    variable_name,
-)
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
 
@@ -94,18 +84,18 @@ def p_text(p: float) -> str:
     return f"p = {significant(p, 2)}" if p >= SMALLEST_P else f"p < {SMALLEST_P:.4f}"
 
 
-def angle_value(figure: ErrorFigure | None) -> str:
+def angle_value(figure: tracing.ErrorFigure | None) -> str:
     """Give an angular error in mrad; a dash where there is none."""
     return significant(1e3 * figure.value) if figure and figure.is_known else "–"
 
 
-def angle_ends(figure: ErrorFigure | None) -> str:
+def angle_ends(figure: tracing.ErrorFigure | None) -> str:
     """Give the interval of an angular error in mrad; a dash where there is none, or a single segment to draw from."""
     known = figure is not None and figure.low < figure.high
     return " to ".join(significant(1e3 * x) for x in (figure.low, figure.high)) if figure and known else "–"
 
 
-def angle_text(figure: ErrorFigure | None) -> str:
+def angle_text(figure: tracing.ErrorFigure | None) -> str:
     """Give an angular error in mrad with its interval; a dash where there is none."""
     ends = angle_ends(figure)
     return angle_value(figure) if ends == "–" else f"{angle_value(figure)} ({ends})"
@@ -131,7 +121,7 @@ def _letter(word: str) -> str:
     return f"{_GREEK.get(head, head)}{mark}{subscript}"
 
 
-def leading(diagnosis: DiagnosisFile) -> str:
+def leading(diagnosis: tracing.DiagnosisFile) -> str:
     """Give the field of the error that leads: in closed loop that of the loop, where the controller is known."""
     if not diagnosis.closed_loop:
         return "prediction_1s"
@@ -139,7 +129,7 @@ def leading(diagnosis: DiagnosisFile) -> str:
     return "closed_loop_3s" if known else "ahead_200ms"
 
 
-def horizon(diagnosis: DiagnosisFile) -> str:
+def horizon(diagnosis: tracing.DiagnosisFile) -> str:
     """Give the time ahead over which the use of an axis was judged."""
     return ".2 s" if diagnosis.closed_loop else "1 s"
 
@@ -171,17 +161,17 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
-def uses_text(uses: Mapping[str, Use | None]) -> str:
+def uses_text(uses: Mapping[str, tracing.Use | None]) -> str:
     """Say which axes may be used for what; empty where none says it."""
-    of = {use: [axis for axis, own in uses.items() if own is use] for use in Use}
+    of = {use: [axis for axis, own in uses.items() if own is use] for use in tracing.Use}
     return "; ".join(f"{listed(axes)}: {use}" for use, axes in of.items() if axes)
 
 
-def verdict_line(diagnosis: DiagnosisFile) -> str:
+def verdict_line(diagnosis: tracing.DiagnosisFile) -> str:
     """Say in two lines what the model lacks and what the plant's error does on the held-out logs."""
     change = _best_change(diagnosis)
     if not diagnosis.effects:
-        untested = sum(entry.verdict == Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
+        untested = sum(entry.verdict == tracing.Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
         but = f"; {untested} of {len(diagnosis.catalogue)} effects could not be tested" if untested else ""
         return f"These logs do not refute the model{but}. {change}"
     named = [_with_rival(effect) for effect in diagnosis.effects if effect.in_plant and has_sign(effect)]
@@ -195,7 +185,7 @@ def verdict_line(diagnosis: DiagnosisFile) -> str:
     return both if len(both) <= TWO_LINES else one
 
 
-def change_of(report: AxisReport, field: str) -> int:
+def change_of(report: tracing.AxisReport, field: str) -> int:
     """Whether an error really falls (-1) or rises (1): its change and both ends print on one side of zero; else 0."""
     if field not in report.change:
         return 0
@@ -204,10 +194,10 @@ def change_of(report: AxisReport, field: str) -> int:
     return -1 if max(ends) <= -SMALLEST_SHARE else int(min(ends) >= SMALLEST_SHARE)
 
 
-def _best_change(diagnosis: DiagnosisFile) -> str:
+def _best_change(diagnosis: tracing.DiagnosisFile) -> str:
     """Say of the usable axis whose error really changes most by how much; and that none does."""
     field = leading(diagnosis)
-    usable = {axis: report for axis, report in diagnosis.axes.items() if report.use is not Use.NOTHING}
+    usable = {axis: report for axis, report in diagnosis.axes.items() if report.use is not tracing.Use.NOTHING}
     real = {axis: report.change[field].value for axis, report in usable.items() if change_of(report, field)}
     if not usable:
         return "On held-out logs no axis of the plant is usable."
@@ -225,7 +215,7 @@ def percent(share: float) -> str:
     return shown.replace("-", "−")
 
 
-def _with_rival(effect: FoundEffect) -> str:
+def _with_rival(effect: tracing.FoundEffect) -> str:
     """Name an effect, and what explains the logs as well."""
     if not effect.alternatives:
         return effect_words(effect)
@@ -235,7 +225,7 @@ def _with_rival(effect: FoundEffect) -> str:
     return f"{effect_words(effect)} or {effect_name(name, axis)}"
 
 
-def has_sign(effect: FoundEffect) -> bool:
+def has_sign(effect: tracing.FoundEffect) -> bool:
     """Whether the interval of an effect's coefficient excludes zero; a torque by table has no coefficient."""
     if effect.coefficient is None:
         return True
@@ -243,7 +233,7 @@ def has_sign(effect: FoundEffect) -> bool:
     return low > 0.0 or high < 0.0
 
 
-def held_out_sentence(diagnosis: DiagnosisFile) -> str:
+def held_out_sentence(diagnosis: tracing.DiagnosisFile) -> str:
     """Say what the held-out logs gain by the correction, and what the errors of 1 s are in closed loop."""
     held_out, gain = diagnosis.held_out, diagnosis.held_out.gain
     flown = "A controller flew these logs, so its voltages answer the air"
@@ -255,14 +245,14 @@ def held_out_sentence(diagnosis: DiagnosisFile) -> str:
     return typeset(said) + (decides if diagnosis.closed_loop else "")
 
 
-def score_text(effect: FoundEffect, settings: Mapping[str, Any]) -> str:
+def score_text(effect: tracing.FoundEffect, settings: Mapping[str, Any]) -> str:
     """Give the score of an effect, and from which on it is established: less for what every rig has."""
     every = any(own.certain for own in CATALOGUE if (own.name, own.axis) == (effect.name, effect.axis))
     needed = settings["score_needed_certain" if every else "score_needed"]
     return f"{significant(effect.score)} nats ({needed:.3g} show {'what every rig has' if every else 'it'})"
 
 
-def possible_sentence(effect: FoundEffect, settings: Mapping[str, Any]) -> str:
+def possible_sentence(effect: tracing.FoundEffect, settings: Mapping[str, Any]) -> str:
     """Say of a possible effect why it is no finding, and why the plant has it or not."""
     gain, place = effect.left_out_gain, "in the plant" if effect.in_plant else "not in the plant"
     if effect.in_plant and (gain or 0.0) <= 0.0:
@@ -283,16 +273,16 @@ def remarks(notes: Iterable[str]) -> list[str]:
     return [typeset(f"{name}: {'; '.join(said)}" if any(said) else name) for name, said in found.items()]
 
 
-def effect_words(effect: FoundEffect) -> str:
+def effect_words(effect: tracing.FoundEffect) -> str:
     """Give a found effect by its name; an unknown one by its axis and what it depends on."""
     shape = effect.shape
-    if effect.verdict != Verdict.UNKNOWN or isinstance(shape, NamedShape):
+    if effect.verdict != tracing.Verdict.UNKNOWN or isinstance(shape, tracing.NamedShape):
         return effect_name(effect.name, effect.axis)
-    if isinstance(shape, PeriodicShape):
+    if isinstance(shape, tracing.PeriodicShape):
         return f"a periodic torque on the {effect.axis} at {significant(shape.frequency_hz)} Hz"
-    return f"a torque on the {effect.axis} that depends on the {variable_name(shape.variable)}"
+    return f"a torque on the {effect.axis} that depends on the {tracing.variable_name(shape.variable)}"
 
 
-def effect_title(effect: FoundEffect) -> str:
+def effect_title(effect: tracing.FoundEffect) -> str:
     """Give the heading of a found effect."""
     return (text := effect_words(effect))[:1].upper() + text[1:]
