@@ -6,8 +6,11 @@ and what to do. The command line prints an `IdentifierError` as it stands and ex
 
 from math import inf, isfinite
 
-HELI_TOML = "heli.toml (written by `heli init`)"
-"""The configuration of a rig, as messages name it."""
+CONFIGURATION_NAME = "heli.toml"
+"""The configuration of a rig."""
+
+HELI_TOML = f"{CONFIGURATION_NAME} (written by `heli init`)"
+"""The same, as messages name it."""
 
 
 class IdentifierError(Exception):

@@ -12,10 +12,10 @@ from typer.core import TyperCommand, TyperGroup
 
 import fmu_src
 import heli_identifier as hi
-from heli_identifier import records, tools
+from heli_identifier import tools
 from heli_identifier.cli.guard import fail
 from heli_identifier.cli.terminal import note, print_notes, warn
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError
 
 if TYPE_CHECKING:
     from heli_plant.control import PidSettings
@@ -137,7 +137,7 @@ def spread(words: Iterable[str]) -> list[str]:
 
 def configuration_file(path: Path | None, rigs: str = ", for rigs without one of their own") -> Path | None:
     """Give the configuration that was named, else heli.toml of this folder, whatever it is, and say so; else None."""
-    here = Path(records.CONFIGURATION_NAME)
+    here = Path(CONFIGURATION_NAME)
     if path is not None or not os.path.lexists(here):
         return path
     note(f"configuration: {here} of this folder{rigs}")

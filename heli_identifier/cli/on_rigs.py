@@ -18,7 +18,7 @@ from heli_identifier.cli.arguments import argument, option
 from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.on_logs import FAILED, diagnosed
 from heli_identifier.cli.terminal import answer, note, print_notes, progress_bar, warn
-from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
+from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError
 
 RIG_FOLDER = (
     "Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins with held is "
@@ -125,7 +125,7 @@ def _sources(folder: Path | None, config: Path | None, generator: str, rigs: int
 # --- to begin with ---------------------------------------------------------------------------------------------------
 
 TO_INIT = "Configuration to write (.toml), or a log to look into."
-HERE = Path(records.CONFIGURATION_NAME)
+HERE = Path(CONFIGURATION_NAME)
 
 
 def init(

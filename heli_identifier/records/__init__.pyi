@@ -17,7 +17,6 @@ from .data_set import excitation_notes as excitation_notes
 from .data_set import read_data_set as read_data_set
 from .data_set import read_logs as read_logs
 from .guess import guess as guess
-from .heli_toml import CONFIGURATION_NAME as CONFIGURATION_NAME
 from .heli_toml import read_configuration as read_configuration
 from .heli_toml import write_template as write_template
 from .log import Log as Log

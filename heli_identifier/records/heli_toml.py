@@ -13,7 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heli_identifier.errors import ConfigurationError, printable, require_range
+from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, printable, require_range
 from heli_identifier.files import given_bytes, write_atomically
 from heli_identifier.online import Estimate
 from heli_identifier.signatures import typed
@@ -27,8 +27,6 @@ from .units import ANGLES
 
 if TYPE_CHECKING:
     from .guess import Guess
-
-CONFIGURATION_NAME = "heli.toml"
 
 _LARGEST_MB = 1.0  # size up to which it is read
 _TEMPLATE = Path(__file__).with_name("heli.toml.template")

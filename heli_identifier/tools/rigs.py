@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from heli_identifier import records
-from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
+from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log, RigConfiguration
 from heli_identifier.results import plain
@@ -179,7 +179,7 @@ def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] |
 
 def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = None) -> Source:
     """Find the logs of one rig, the held-out ones by their names; ConfigurationError if there is none to fit to."""
-    logs, own = _logs(folder), folder / records.CONFIGURATION_NAME
+    logs, own = _logs(folder), folder / CONFIGURATION_NAME
     held_out = [path for path in logs if path.name.startswith(HELD_OUT)]
     training = [path for path in logs if path not in held_out]
     if not training:
