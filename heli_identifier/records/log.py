@@ -116,12 +116,10 @@ def write_log(log: Log, path: str | PathLike[str]) -> Path:
 
     Missing folders above the file are made; a LogError says that it cannot be written.
     """
-    import pandas
-
-    references = {f"{axis}_reference [rad]": values for axis, values in log.references.items()}
-    text = pandas.DataFrame({**log.columns, **references}).to_csv(index=False, lineterminator="\n")
+    columns = log.columns | {f"{axis}_reference [rad]": values for axis, values in log.references.items()}
+    rows = (map(repr, row) for row in np.column_stack([*columns.values()]).tolist())
     try:
-        return write_atomically(path, text)
+        return write_atomically(path, "\n".join([*map(",".join, (columns, *rows)), ""]))
     except OSError as error:
         raise LogError(f"{path} cannot be written: {error.strerror}.") from error
 

@@ -14,17 +14,17 @@ line break is left out.
 
 import codecs
 import csv
-import io
 import re
-import warnings
-from itertools import zip_longest
+from collections.abc import Iterator, Sequence
+from itertools import islice, zip_longest
 from typing import Any, NamedTuple
 
+import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 
-from .columns import Table, as_numbers
+from .columns import Table
 from .configuration import LogFormat
 from .units import CONTRACT_HEADERS, SIGNALS, understood, with_unit
 
@@ -36,6 +36,8 @@ _COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
 _BLANKS = re.compile(r"\s+(?![\[(])")  # a unit in brackets belongs to the name before it
 _LABVIEW_UNITS = "Y_Unit_Label"
 _LOOKED_AT = 400  # lines from the beginning among which the table has to begin
+_BLOCK = 10_000  # rows whose cells are held as text at a time
+_MARKS = str.maketrans(",.", ".,")  # of a decimal comma and a point between thousands
 
 
 class _Layout(NamedTuple):
@@ -53,16 +55,16 @@ def read_text(data: bytes, file: str, format: LogFormat) -> Table:
     longer than the header.
     """
     text = _decoded(data, file)
-    ended, text = "\n" in text[len(text.rstrip()) :], text.rstrip()  # blank lines are rows but for those at the end
-    layout = _find_layout(text, file, format)
+    lines = text.rstrip().split("\n")  # blank lines are rows but for those at the end
+    layout = _find_layout(lines[:_LOOKED_AT], file, format)
     notes = []
     if layout.left_out:
-        lines = f"the first {layout.left_out} lines are" if layout.left_out > 1 else "line 1 is"
-        notes.append(f"{lines} no part of the table")
-    if not ended:
-        text, _, last = text.rpartition("\n")
-        notes.append(f"row {text.count(chr(10)) + 2} is left out: the file ends within it, after {last[-40:]!r}")
-    columns = _parse(text, layout, file, format.decimal)
+        above = f"the first {layout.left_out} lines are" if layout.left_out > 1 else "line 1 is"
+        notes.append(f"{above} no part of the table")
+    if "\n" not in text[len(text.rstrip()) :]:
+        last = lines.pop()
+        notes.append(f"row {len(lines) + 1} is left out: the file ends within it, after {last[-40:]!r}")
+    columns = _columns(lines, layout, file, format.decimal)
     return Table(file, tuple(layout.headers), columns, layout.above + 1, tuple(notes))
 
 
@@ -83,50 +85,46 @@ def _decoded(data: bytes, file: str) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray[Any], ...]:
-    """Give the columns of the samples."""
-    import pandas
-
-    separator, count, above = layout.separator, len(layout.headers), layout.above
-    rows = text.count("\n") + 1 - above
-    if rows <= 0 or not text:
+def _columns(lines: Sequence[str], layout: _Layout, file: str, decimal: str) -> tuple[NDArray[Any], ...]:
+    """Give the columns: floats, NaN where a cell is empty, or the texts of a column that holds something else."""
+    if len(lines) <= layout.above:
         raise LogError(f"{file} holds a header but no rows; log at least 5 s.")
-    if rows * count > len(text):
-        raise LogError(f"{file}: its {rows} rows have fewer cells than its {count} headers; save it again.")
+    count, samples = len(layout.headers), len(lines) - layout.above
+    if samples * count > sum(map(len, lines)) + len(lines):
+        raise LogError(f"{file}: its {samples} rows have fewer cells than its {count} headers; save it again.")
+    rows, blocks = _rows(lines, layout, file), list[list[NDArray[Any]]]()
+    while block := list(islice(rows, _BLOCK)):
+        blocks.append([_numbers(cells, decimal) for cells in zip(*block, strict=True)])
+    return tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
+
+
+def _rows(lines: Sequence[str], layout: _Layout, file: str) -> Iterator[list[str]]:
+    """Give the cells of every row below the header, as many as there are headers."""
+    count = len(layout.headers)
+    for row, line in enumerate(lines[layout.above :], layout.above + 1):
+        cells, wrong = _cells(line, layout.separator), ""
+        if line.count('"') % 2:
+            wrong = "a quotation mark is opened and never closed; correct it"
+        elif any(cells[count:]):
+            under = f"{len(cells)} cells stand under {count} headers"
+            wrong = f"{under}; look for a decimal comma or a separator too many"
+        if wrong:
+            raise LogError(f"{file}, row {row}: {wrong}.")
+        yield cells[:count] + [""] * (count - len(cells))
+
+
+def _numbers(cells: Sequence[str], decimal: str) -> NDArray[Any]:
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", pandas.errors.ParserWarning)
-            warnings.simplefilter("ignore", pandas.errors.DtypeWarning)
-            # One column more than there are headers catches rows that are too long.
-            frame = pandas.read_csv(
-                io.BytesIO(text.encode()),
-                sep=separator if separator != " " else r"\s+",
-                decimal=decimal,
-                header=None,
-                skiprows=above,
-                names=[str(index) for index in range(count + 1)],
-                index_col=False,
-                skip_blank_lines=False,
-                skipinitialspace=True,
-                float_precision="round_trip",  # the nearest number, as Python reads it
-            )
-        too_long = bool(frame.pop(str(count)).notna().to_numpy().any())
-    except (pandas.errors.ParserError, pandas.errors.ParserWarning) as error:
-        if quoted := re.search(r"EOF inside string starting at row (\d+)", str(error)):
-            row = int(quoted[1]) + 1
-            raise LogError(f"{file}, row {row}: a quotation mark is opened and never closed; correct it.") from error
-        too_long = True
-    if too_long:
-        lengths = ((row, len(_cells(line, separator))) for row, line in enumerate(text.split("\n"), 1))
-        row, cells = next((one for one in lengths if one[0] > above and one[1] > count), (above + 1, count + 1))
-        wrong = f"{cells} cells stand under {count} headers; look for a decimal comma or a separator too many"
-        raise LogError(f"{file}, row {row}: {wrong}.")
-    return tuple(as_numbers(frame[name].to_numpy()) for name in frame)
+        if "_" not in "".join(cells):  # 1_0 is ten in Python only
+            marked = [cell.translate(_MARKS) for cell in cells] if decimal == "," else cells
+            return np.array([cell.strip() or "nan" for cell in marked], dtype=float)
+    except ValueError:
+        pass
+    return np.array(cells, dtype=object)
 
 
-def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
+def _find_layout(lines: Sequence[str], file: str, format: LogFormat) -> _Layout:
     """Find separator, headers and first sample."""
-    lines = text.split("\n", _LOOKED_AT)[:_LOOKED_AT]
     separator = _separator(lines, format.decimal)
     rows = [_cells(_COMMENT.sub("", line), separator) for line in lines]
     comments = [bool(_COMMENT.match(line)) for line in lines]
@@ -176,14 +174,14 @@ def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool
 def _cells(line: str, separator: str) -> list[str]:
     """Split a line into its cells; a blank as the separator stands for any number of blanks."""
     if separator == " ":
-        return _BLANKS.split(line.strip()) if line.strip() else []
+        return _BLANKS.split(line.strip())
     try:
-        return next(csv.reader([line], delimiter=separator), [])
+        return next(csv.reader([line], delimiter=separator)) if '"' in line else line.split(separator)
     except csv.Error:  # a cell of more than 131072 characters
         return line.split(separator)
 
 
-def _separator(lines: list[str], decimal: str) -> str:
+def _separator(lines: Sequence[str], decimal: str) -> str:
     """Give the separator by which most lines are rows of samples, and these have most cells; rather no blanks."""
 
     def fit(mark: str) -> tuple[int, bool, int]:
