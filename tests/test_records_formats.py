@@ -11,8 +11,8 @@ import pytest
 from scipy.io import savemat
 
 from heli_identifier.errors import LogError
-from heli_identifier.records import LogFormat, demo_files, opening, read_log
-from heli_identifier.records.opening import apart
+from heli_identifier.records import LogFormat, binary, demo_files, read_log
+from heli_identifier.records.binary import apart
 from heli_identifier.records.text import read_text
 
 TRUE = read_log(demo_files("rig-c")[1][0], end=20.0)
@@ -144,8 +144,8 @@ def test_a_matlab_vector_that_is_no_signal_may_have_another_length(tmp_path):
 def test_a_reader_that_crashes_hangs_or_asks_for_all_memory_is_a_damaged_file(monkeypatch, read, argument):
     if read is bytes:
         pytest.importorskip("resource")  # Windows bounds no memory
-    monkeypatch.setattr(opening, "PATIENCE", 5.0)
-    monkeypatch.setattr(opening, "MEMORY", 10**9)
+    monkeypatch.setattr(binary, "PATIENCE", 5.0)
+    monkeypatch.setattr(binary, "MEMORY", 10**9)
     words = "its reader crashes, comes to no end within 5 s, or asks for more than 1 GB of memory; save it again"
     with pytest.raises(LogError, match=f"log.mat is not readable: {words}"):
         apart(read, argument, 1, "log.mat")

@@ -15,8 +15,17 @@ sheet that holds a table is read; its rows are laid out like the lines of a text
 
 A name in MATLAB holds no brackets; ``time_s``, ``v_front_V``, ``pitch_rad`` or ``pitch_deg`` stand for the contract's
 headers, and `find_columns` splits them. Files of version 7.3 (HDF5) and objects (tables) are read by mat-io.
+
+A damaged file can make the library that reads it crash the process (scipy's reader of MATLAB files, for one), run
+without end, or ask for all memory: zeros pack to a thousandth. So a process of its own reads it, within bounds, and
+hands over what it found.
 """
 
+import faulthandler
+import os
+import pickle
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -25,7 +34,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
-from heli_identifier.files import check_zip
+from heli_identifier.files import check_zip, draft_folder
+from heli_identifier.processes import bound_memory, python_command
 
 from .columns import Table, as_numbers
 from .configuration import LogFormat
@@ -35,17 +45,62 @@ from .units import with_unit
 LARGER = f"; cut it, or set largest_file under [log] of {HELI_TOML}"
 """What to do with a file that is too large."""
 
+PATIENCE, PATIENCE_PER_MB, MEMORY = 30.0, 3.0, 8_000_000_000
+"""Longest time that a reader may take [s], and its growth with the size of the file [s/MB]: some 30 times what readers
+need, because a machine that does other things, or a slow disk, is no defect. Memory that it may take beyond what its
+process has [bytes]; Windows sets no bound."""
+
 _MOST_ROWS = 200  # signals in a matrix; a matrix with more rows and columns is no log
 _FEWEST_SAMPLES = 100  # in a matrix; one that has fewer rows and columns holds gains or the like
 
 _Columns = dict[str, NDArray[Any]]
 
 
-def read_binary(path: Path, file: str, format: LogFormat) -> Table:
-    """Read a file whose ending is one of `READERS`; messages call it ``file``.
+def read_binary(data: bytes, ending: str, file: str, format: LogFormat) -> Table:
+    """Read the bytes of a file with one of the endings of `READERS`; messages call it ``file``.
 
     A LogError says that it is damaged, holds no table, or needs a package that is not installed.
     """
+    with draft_folder() as folder:
+        copy = folder / f"log{ending}"
+        copy.write_bytes(data)
+        table: Table = apart(_read, (copy, file, format), len(data), file)
+    return table
+
+
+def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
+    """Call ``read`` with ``arguments`` in a process of its own, which may crash, and raise the LogError that it raises.
+
+    A LogError names ``file``, of ``size`` [bytes], if that process gives no answer.
+    """
+    patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
+    command = python_command(f"from {__name__} import _answer; _answer()")
+    done = subprocess.run(command, input=pickle.dumps((read, arguments, patience, MEMORY)), capture_output=True)
+    if done.returncode != 0:
+        most = f"{MEMORY / 1e9:g} GB of memory"
+        reasons = f"its reader crashes, comes to no end within {patience:.3g} s, or asks for more than {most}"
+        raise LogError(f"{file} is not readable: {reasons}; save it again.")
+    answer = pickle.loads(done.stdout)
+    if isinstance(answer, LogError):
+        raise answer
+    return answer
+
+
+def _answer() -> None:
+    """Read in the process apart, which ends without an answer behind its bounds; what libraries print goes nowhere."""
+    read, arguments, patience, memory = pickle.load(sys.stdin.buffer)
+    with os.fdopen(os.dup(1), "wb") as out:
+        os.dup2(2, 1)
+        faulthandler.dump_traceback_later(patience, exit=True)
+        bound_memory(memory)
+        try:
+            answer = read(*arguments)
+        except LogError as error:
+            answer = error
+        pickle.dump(answer, out, protocol=pickle.HIGHEST_PROTOCOL)
+
+
+def _read(path: Path, file: str, format: LogFormat) -> Table:
     what, package, read = READERS[path.suffix]
     try:
         found = read(path, file, format)

@@ -29,8 +29,8 @@ from heli_identifier.errors import LogError
 
 from .columns import DECIMAL_COMMA, Table, name_and_unit, plain, read_stamps
 from .configuration import CONTRACT, LogFormat
-from .opening import open_table
 from .plausibility import encoder_step
+from .reading import open_table
 from .response import ELEVATION_SURE, PITCH_SURE, Filtered, Gains, coarse, filtered, find_responses, gains
 from .text import NUMBERED
 from .timing import check_extent

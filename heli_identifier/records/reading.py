@@ -1,6 +1,10 @@
 """From a file to a `Log`: find the columns, cut, check, convert and resample, and note all of it."""
 
+import gzip
+import hashlib
+import io
 import os
+import zlib
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -9,13 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError, printable
+from heli_identifier.files import given_bytes
 from heli_identifier.signatures import typed
 
+from .binary import LARGER, READERS, read_binary
 from .columns import Column, Table, find_columns
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
-from .opening import open_table
 from .plausibility import check_plausible, describe_values, unwrap_angle
+from .text import read_text
 from .timing import find_sampling
 from .units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
 
@@ -86,6 +92,32 @@ def read_log(
         start=float(time[0]),
         configuration=configuration,
     )
+
+
+def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
+    """Read a log as a table, and the SHA-256 of its bytes; a LogError if it is no file, too large or no table."""
+    inside = "name the log files in it"
+    data = given_bytes(path, format.largest_file, LogError, "; check the path", inside, LARGER)
+    digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
+    if name.endswith(".gz"):
+        data, name = _unpacked(data, path, format.largest_file), name.removesuffix(".gz")
+    ending = Path(name).suffix
+    is_text = ending not in READERS
+    return read_text(data, str(path), format) if is_text else read_binary(data, ending, str(path), format), digest
+
+
+def _unpacked(data: bytes, path: Path, largest: float) -> bytes:
+    """Give the content of a gzip file of at most ``largest`` MB."""
+    content = bytearray()
+    try:
+        with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
+            while len(content) <= 1e6 * largest and (piece := file.read(1 << 20)):
+                content += piece
+    except (OSError, EOFError, zlib.error) as error:
+        raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
+    if len(content) > 1e6 * largest:
+        raise LogError(f"{path} cannot be read: it has more than {largest:g} MB unpacked{LARGER}.")
+    return bytes(content)
 
 
 def _cut(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:
