@@ -16,6 +16,7 @@ import codecs
 import csv
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from itertools import islice, zip_longest
 from typing import Any, NamedTuple
 
@@ -102,14 +103,10 @@ def _rows(lines: Sequence[str], layout: _Layout, file: str) -> Iterator[list[str
     """Give the cells of every row below the header, as many as there are headers."""
     count = len(layout.headers)
     for row, line in enumerate(lines[layout.above :], layout.above + 1):
-        cells, wrong = _cells(line, layout.separator), ""
-        if line.count('"') % 2:
-            wrong = "a quotation mark is opened and never closed; correct it"
-        elif any(cells[count:]):
-            under = f"{len(cells)} cells stand under {count} headers"
-            wrong = f"{under}; look for a decimal comma or a separator too many"
-        if wrong:
-            raise LogError(f"{file}, row {row}: {wrong}.")
+        cells = _cells(line, layout.separator)
+        if any(cells[count:]):
+            wrong = f"{len(cells)} cells stand under {count} headers"
+            raise LogError(f"{file}, row {row}: {wrong}; look for a decimal comma or a separator too many.")
         yield cells[:count] + [""] * (count - len(cells))
 
 
@@ -175,10 +172,10 @@ def _cells(line: str, separator: str) -> list[str]:
     """Split a line into its cells; a blank as the separator stands for any number of blanks."""
     if separator == " ":
         return _BLANKS.split(line.strip())
-    try:
-        return next(csv.reader([line], delimiter=separator)) if '"' in line else line.split(separator)
-    except csv.Error:  # a cell of more than 131072 characters
-        return line.split(separator)
+    if '"' in line:
+        with suppress(csv.Error):  # a quotation mark is never closed; it stays in its cell
+            return next(csv.reader([line + "\n"], delimiter=separator, skipinitialspace=True, strict=True), [])
+    return line.split(separator)
 
 
 def _separator(lines: Sequence[str], decimal: str) -> str:

@@ -118,7 +118,7 @@ def endless(folder):
 
 TEXTS = (
     Fault("digits with an underscore, 1_0, which are ten in Python only", cell(700, PITCH, "1_0"), IDENTIFY, "'1_0', which is not a finite number"),
-    Fault("a quotation mark that is never closed", cell(700, PITCH, '"0.1'), IDENTIFY, "row 702: a quotation mark is opened and never closed"),
+    Fault("a quotation mark that is never closed", cell(700, PITCH, '"0.1'), IDENTIFY, "row 702, column 'pitch [rad]': the cell holds '\"0.1'"),
     Fault("a line separator (U+2028) within a comment", lines("# north\u2028lab", HEADER, *ROWS), IDENTIFY, "line 1 is no part of the table", 0, ("out",)),
     Fault("the header once more between the rows", lines(HEADER, *ROWS[:700], HEADER, *ROWS[700:]), IDENTIFY, "the cell holds 'time [s]'"),
     Fault("a comment between the rows", lines(HEADER, *ROWS[:700], "# pause", *ROWS[700:]), IDENTIFY, "the cell holds '# pause'"),
