@@ -20,6 +20,8 @@ from heli_plant.errors import did_you_mean
 from .configuration import LogFormat
 from .units import ANGLES, COMBINED, NAMED, REFERENCES, STAMP, VOLTAGES, factor_to_si, header, probably, understood
 
+Array = NDArray[np.float64]
+
 _LONGEST = 60  # characters of a cell that a message shows
 _WHOLE = 1e-6  # what a whole number may be off, as a print or an interpolation leaves it
 DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
@@ -54,7 +56,7 @@ class Table:
         file, row = self.file, self.first_row + first
         return lambda sample: f"{file}, row {sample + row}"
 
-    def numbers(self, column: Column, kept: slice) -> NDArray[np.float64]:
+    def numbers(self, column: Column, kept: slice) -> Array:
         """Give the kept cells of a signal in SI units, shape (N,), with the file's sign.
 
         A LogError names the first cell that is empty, not a number or not finite, and counts that are not whole.
@@ -81,7 +83,7 @@ class Table:
             )
         return values
 
-    def values(self, column: Column) -> NDArray[np.float64]:
+    def values(self, column: Column) -> Array:
         """Give all cells of a signal in SI units, shape (N,), with NaN where a cell holds no number and no instant."""
         cells = self.columns[column.index]
         return read_stamps(cells) if column.unit == STAMP else floats(cells) * column.factor
@@ -95,7 +97,7 @@ def as_numbers(values: Any) -> NDArray[Any]:
     return array.astype(float, copy=False) if array.dtype.kind in "iuf" else array.astype(object)
 
 
-def read_stamps(cells: NDArray[Any]) -> NDArray[np.float64]:
+def read_stamps(cells: NDArray[Any]) -> Array:
     """Give time stamps as seconds since the first one, shape (N,); NaN where a cell is none."""
     import pandas
 
@@ -109,7 +111,7 @@ def read_stamps(cells: NDArray[Any]) -> NDArray[np.float64]:
     return (found - found.bfill().iloc[:1].min()).dt.total_seconds().to_numpy(dtype=float)
 
 
-def floats(cells: NDArray[Any]) -> NDArray[np.float64]:
+def floats(cells: NDArray[Any]) -> Array:
     """Give cells as numbers, NaN where one is none."""
 
     def number(cell: Any) -> float:

@@ -23,11 +23,10 @@ from os import PathLike
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 
-from .columns import DECIMAL_COMMA, Table, name_and_unit, plain, read_stamps
+from .columns import DECIMAL_COMMA, Array, Table, name_and_unit, plain, read_stamps
 from .configuration import CONTRACT, LogFormat
 from .plausibility import encoder_step
 from .reading import open_table
@@ -63,8 +62,6 @@ _MIRRORED = (
     "which rotor is the front one cannot be seen where no column is called so: its mirror image, with the rotors "
     "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well: compare with the rig"
 )
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,12 @@ from os import PathLike
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from heli_identifier.errors import LogError
 from heli_identifier.files import write_atomically
 
+from .columns import Array
 from .configuration import HIGHEST_VOLTAGE, RigConfiguration
 from .units import ANGLES, CONTRACT_HEADERS
 
@@ -33,9 +34,9 @@ class Log:
     """Short name for tables and figures, unique within a data set."""
     rate_hz: float
     """Sampling rate [Hz]."""
-    voltages: NDArray[np.float64]
+    voltages: Array
     """Front and rear voltage [V], shape (N, 2), each held from its sample to the next."""
-    angles: NDArray[np.float64]
+    angles: Array
     """Pitch, elevation and travel [rad] at the samples, shape (N, 3)."""
     path: str = ""
     sha256: str = ""
@@ -44,7 +45,7 @@ class Log:
     """All that was converted or repaired on reading, one sentence each."""
     start: float = 0.0
     """What the file calls the instant time = 0 [s]."""
-    references: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    references: Mapping[str, Array] = field(default_factory=dict)
     """What was asked of the controller, by axis (pitch, elevation, travel), shape (N,) each [rad]."""
     configuration: RigConfiguration | None = None
     """The rig's, if the log was read with one."""
@@ -56,7 +57,7 @@ class Log:
         object.__setattr__(self, "references", {axis: _frozen(values) for axis, values in self.references.items()})
         object.__setattr__(self, "notes", tuple(self.notes))
         count, inf = len(self.angles), float("inf")
-        parts: list[tuple[str, NDArray[np.float64], tuple[int, ...], float, str]] = [
+        parts: list[tuple[str, Array, tuple[int, ...], float, str]] = [
             ("voltages", self.voltages, (count, 2), HIGHEST_VOLTAGE, "V"),
             ("angles", self.angles, (count, 3), FARTHEST_TRAVEL, "rad"),
         ]
@@ -83,7 +84,7 @@ class Log:
         return f"<Log {self.name}: {self.duration:g} s, {self.samples} samples at {self.rate_hz:g} Hz{of}>"
 
     @cached_property
-    def time(self) -> NDArray[np.float64]:
+    def time(self) -> Array:
         """Time since the first sample kept, i/rate_hz [s], shape (N,)."""
         return _frozen(np.arange(self.samples) / self.rate_hz)
 
@@ -103,7 +104,7 @@ class Log:
         return self.samples / self.rate_hz
 
     @property
-    def columns(self) -> dict[str, NDArray[np.float64]]:
+    def columns(self) -> dict[str, Array]:
         """The six signals under the contract's headers, each of shape (N,)."""
         values = (self.time, *self.voltages.T, *self.angles.T)
         return dict(zip(CONTRACT_HEADERS, values, strict=True))
@@ -124,7 +125,7 @@ def write_log(log: Log, path: str | PathLike[str]) -> Path:
         raise LogError(f"{path} cannot be written: {error.strerror}.") from error
 
 
-def _frozen(values: ArrayLike) -> NDArray[np.float64]:
+def _frozen(values: ArrayLike) -> Array:
     """Return a copy that cannot be written to; C order, so that compiled loops see one array type only."""
     array = np.array(values, dtype=float, order="C")
     array.flags.writeable = False

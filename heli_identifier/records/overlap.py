@@ -16,12 +16,10 @@ sums).
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import correlate
 
+from .columns import Array
 from .log import Log
-
-Array = NDArray[np.float64]
 
 RATE = 25.0  # of the common grid [Hz]
 PIECE = 8.0  # length of a piece [s]

@@ -13,11 +13,10 @@ edge at which it is folded: there an encoder's last count makes it jump to and f
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
 
-from .columns import Column
+from .columns import Array, Column
 from .configuration import HIGHEST_VOLTAGE
 from .log import FARTHEST_TRAVEL
 from .units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
@@ -46,8 +45,6 @@ _TURN = 2.0 * np.pi
 _MOST_TURNS = 2.0  # an encoder that is folded and loses count at once
 _JUMP = np.pi  # from one sample to the next this is 157 rad/s at the lowest rate; the rig reaches a few rad/s
 _OFF_TURN = 0.5  # largest own motion of the rig during a jump [rad]: 25 rad/s at the lowest rate
-
-Array = NDArray[np.float64]
 
 
 def unwrap_angle(angle: Array, signal: str, place: Callable[[int], str]) -> tuple[Array, list[str]]:

@@ -10,14 +10,13 @@ from os import PathLike
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError, printable
 from heli_identifier.files import given_bytes
 from heli_identifier.signatures import typed
 
 from .binary import LARGER, READERS, read_binary
-from .columns import Column, Table, find_columns
+from .columns import Array, Column, Table, find_columns
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
 from .plausibility import check_plausible, describe_values, unwrap_angle
@@ -25,7 +24,7 @@ from .text import read_text
 from .timing import find_sampling
 from .units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
 
-_Signals = dict[str, NDArray[np.float64]]
+_Signals = dict[str, Array]
 
 
 @typed

@@ -18,9 +18,9 @@ that of the second never below -3.2 with the right columns.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
+from .columns import Array
 from .log import Log
 
 PITCH_SURE, ELEVATION_SURE = 3.5, 6.0
@@ -30,8 +30,6 @@ _SHOWN = 2.0  # score from which a log shows that an angle follows its voltage
 _BANDWIDTH = 3.0  # ω of the filter [rad/s]: above the rig's own modes, below the noise of encoders
 _COARSE_HZ = 25.0  # rate to which a log is averaged before it is filtered; the filter passes nothing above
 _SETTLED_S = 1.5  # the filter forgets its start to 6 % in 4.7/ω
-
-Array = NDArray[np.float64]
 
 
 class Gains(NamedTuple):

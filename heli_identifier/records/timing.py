@@ -16,9 +16,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
+
+from .columns import Array
 
 LOWEST_RATE_HZ = 50.0
 HIGHEST_RATE_HZ = 2000.0
@@ -28,8 +29,6 @@ GAP_STEPS = 5
 _RATE_TOLERANCE = 1e-3  # a clock that runs .1 % slow is still that of a 50 Hz logger
 _UNIFORM_STEPS = 1e-3  # an angle that moves at 1 rad/s is off by 1e-5 rad at 100 Hz, 1/150 of an encoder count
 _OFTEN_DOUBLED = 0.24  # share of doubled steps from which a print in whole steps is coarse: up to 800 Hz (.25) in ms
-
-Array = NDArray[np.float64]
 
 
 class Sampling(NamedTuple):
