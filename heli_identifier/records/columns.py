@@ -7,7 +7,7 @@ a row of an unnamed matrix is called as MATLAB calls it: ``ans(4,:)``.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -51,30 +51,24 @@ class Table:
     first_row: int = 1  # of the first sample as an editor counts: 2 below a header line, 1 in a MATLAB array
     notes: tuple[str, ...] = ()  # what was left out of the file, or cannot be known of it
 
-    def places(self, first: int) -> Callable[[int], str]:
-        """Give what names the row of a sample that is counted from ``first``; it does not hold the columns."""
-        file, row = self.file, self.first_row + first
-        return lambda sample: f"{file}, row {sample + row}"
-
     def numbers(self, column: Column, kept: slice) -> Array:
         """Give the kept cells of a signal in SI units, shape (N,), with the file's sign.
 
         A LogError names the first cell that is empty, not a number or not finite, and counts that are not whole.
         """
-        is_stamp, header = column.unit == STAMP, repr(self.headers[column.index])
-        values = self.values(column)[kept]
+        header, values = repr(self.headers[column.index]), self.values(column)[kept]
         broken = ~np.isfinite(values)
         if broken.any():
-            sample = int(broken.argmax())
-            text = str(self.columns[column.index][kept][sample]).strip()
-            shown = repr(text if len(text) <= _LONGEST else f"{text[:_LONGEST]}...")
-            is_not = "no time stamp like 2026-03-01T12:00:00.010" if is_stamp else "not a finite number"
-            is_empty = text in ("", "nan", "NaT")  # NaN is what stands for an empty cell
-            what = "the cell is empty or NaN" if is_empty else f"the cell holds {shown}, which is {is_not}"
-            advice = "correct the cell, or cut the stretch away with --from and --to"
+            sample = kept.start + int(broken.argmax())
+            text = str(self.columns[column.index][sample]).strip()
+            what, advice = "the cell is empty or NaN", "correct the cell, or cut the stretch away with --from and --to"
+            if text not in ("", "nan", "NaT"):  # NaN is what stands for an empty cell
+                shown = repr(text if len(text) <= _LONGEST else f"{text[:_LONGEST]}...")
+                wanted = "no time stamp like 2026-03-01T12:00:00.010" if column.unit == STAMP else "not a finite number"
+                what = f"the cell holds {shown}, which is {wanted}"
             if DECIMAL_COMMA.fullmatch(text):
                 advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
-            raise LogError(f"{self.places(kept.start)(sample)}, column {header}: {what}; {advice}.")
+            raise LogError(f"{self.file}, row {self.first_row + sample}, column {header}: {what}; {advice}.")
         counts = values / column.factor
         if column.unit == "counts" and np.mean(np.abs(counts - np.round(counts)) > _WHOLE) > 0.5:
             raise LogError(

@@ -92,7 +92,13 @@ def guess(path: str | PathLike[str]) -> Guess:
         for i, v in numbers.items()
         if i != time and len(v) == len(seconds) and not _is_clock(v)
     }
-    chosen = _choose(table, candidates, named, rate_hz)
+    chosen = _choose(candidates, named, rate_hz)
+    if not chosen:
+        raise LogError(
+            f"{table.file} holds {len(candidates)} columns of numbers beside the time, among which the two voltages "
+            "and three angles of a rig are not found; name them under [log.columns]: `heli init` writes a heli.toml "
+            "with every key explained."
+        )
     columns = {signal: headers[index] for signal, index in ({"time": time} | chosen).items()}
     units, counts, values = {"time": unit}, dict(zip(ANGLES, CONTRACT.encoder_counts, strict=True)), []
     for signal, index in chosen.items():
@@ -174,27 +180,15 @@ def _is_clock(values: Array) -> bool:
     return len(steps) > 0 and bool(steps.min() > 0.0 and steps.max() < 20.0 * np.median(steps))
 
 
-def _choose(
-    table: Table, candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: float
-) -> dict[str, int]:
-    """Choose the columns of voltages and angles by what they do to each other; those of plain names are known."""
-    places, values = list(candidates), [*candidates.values()]
-    known = {signal: places.index(index) for signal, index in named.items() if index in candidates}
-    found = _best_choice(np.column_stack(values), rate_hz, known) if 5 <= len(places) <= _MOST_COLUMNS else None
-    if found is None:
-        raise LogError(
-            f"{table.file} holds {len(places)} columns of numbers beside the time, among which the two voltages and "
-            "three angles of a rig are not found; name them under [log.columns]: `heli init` writes a heli.toml with "
-            "every key explained."
-        )
-    return {signal: places[index] for signal, index in found.items()}
+def _choose(candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: float) -> dict[str, int]:
+    """Choose the columns of voltages and angles of highest score; those of plain names are known.
 
-
-def _best_choice(columns: Array, rate_hz: float, known: Mapping[str, int]) -> dict[str, int] | None:
-    """Choose the columns, shape (N, k), of highest score, with those that are ``known`` unchanged.
-
-    Gives the index of each signal's column, with v_front and v_rear or v_sum and v_difference; None if too few move.
+    Gives the place of each signal's column, with v_front and v_rear or v_sum and v_difference; none if too few move.
     """
+    if not 5 <= len(candidates) <= _MOST_COLUMNS:
+        return {}
+    at, columns = list(candidates), np.column_stack([*candidates.values()])
+    known = {signal: at.index(index) for signal, index in named.items() if index in candidates}
     values, step = coarse(columns, rate_hz)
     found = filtered(values, step)
     taken = _derivatives(found) | {*known.values()}
@@ -204,7 +198,7 @@ def _best_choice(columns: Array, rate_hz: float, known: Mapping[str, int]) -> di
     kinds = [kind for kind in count if count[kind] == max(count.values())]
     pairs = [(kind, i, j) for kind in kinds for i in options[kind[0]] for j in options[kind[1]] if i != j]
     if not pairs or not all(options[angle] for angle in ANGLES):
-        return None
+        return {}
     of_pairs, first, second = zip(*pairs, strict=True)
     both = np.array([kind == VOLTAGES for kind in of_pairs])
     v, w = values[:, first], values[:, second]
@@ -213,7 +207,7 @@ def _best_choice(columns: Array, rate_hz: float, known: Mapping[str, int]) -> di
     in_steps = [_IN_STEPS * (encoder_step(column) is not None) for column in columns.T]
     elevations, travels = (np.array(options[angle])[:, None] for angle in ANGLES[1:])
     of_elevation = np.stack([gains(found, e, by_total).share + in_steps[e] for e in options["elevation"]])
-    best, chosen = -np.inf, None
+    best, chosen = -np.inf, dict[str, int]()
     for p in options["pitch"]:
         unit, _, turn = _angle_unit(columns[:, p])
         pitch = values[:, p] * factor_to_si("pitch", unit, turn or CONTRACT.counts_per_turn("pitch"))
@@ -227,7 +221,7 @@ def _best_choice(columns: Array, rate_hz: float, known: Mapping[str, int]) -> di
         t, e, pair = np.unravel_index(score.argmax(), score.shape)
         if score[t, e, pair] > best + 1e-6:
             best, own = score[t, e, pair], (first[pair], second[pair], p, options["elevation"][e], options["travel"][t])
-            chosen = dict(zip((*of_pairs[pair], *ANGLES), own, strict=True))
+            chosen = {signal: at[i] for signal, i in zip((*of_pairs[pair], *ANGLES), own, strict=True)}
     return chosen
 
 

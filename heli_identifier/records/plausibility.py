@@ -10,7 +10,7 @@ edge at which it is folded: there an encoder's last count makes it jump to and f
 (999), a lost sample written as 0, or a bit that was hit.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -47,11 +47,11 @@ _JUMP = np.pi  # from one sample to the next this is 157 rad/s at the lowest rat
 _OFF_TURN = 0.5  # largest own motion of the rig during a jump [rad]: 25 rad/s at the lowest rate
 
 
-def unwrap_angle(angle: Array, signal: str, place: Callable[[int], str]) -> tuple[Array, list[str]]:
+def unwrap_angle(angle: Array, signal: str, file: str, row: int) -> tuple[Array, list[str]]:
     """Remove the jumps of whole turns of an angle [rad], shape (N,), that is folded into one turn; say what was done.
 
-    A LogError names the row, by ``place``, where it jumps by more than half a turn, but not by one or two whole turns,
-    or leaves for one sample: the encoder or the logger failed.
+    A LogError names the row of the file, whose first sample stands in ``row``, where it jumps by more than half a turn,
+    but not by one or two whole turns, or leaves for one sample: the encoder or the logger failed.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # of values like 1e308, which are refused below
         jumps = np.diff(angle)
@@ -70,13 +70,14 @@ def unwrap_angle(angle: Array, signal: str, place: Callable[[int], str]) -> tupl
         at = int(alone.argmax()) + 1
         before, own, after = angle[at - 1 : at + 2]
         raise LogError(
-            f"{place(at)}: {signal} is {own:.6g} rad for one sample, {before:.4g} rad before and {after:.4g} rad after "
-            f"it, which no rig can; is it a mark of a missing value? Correct the value or {advice}"
+            f"{file}, row {row + at}: {signal} is {own:.6g} rad for one sample, {before:.4g} rad before and "
+            f"{after:.4g} rad after it, which no rig can; is it a mark of a missing value? Correct the value or "
+            f"{advice}"
         )
     if broken.any():
         at = int(broken.argmax())
         jump = f"{signal} jumps by {jumps[at]:.3g} rad from the row before"
-        raise LogError(f"{place(at + 1)}: {jump}, which no rig can; correct the value or {advice}")
+        raise LogError(f"{file}, row {row + at + 1}: {jump}, which no rig can; correct the value or {advice}")
     count = int(large.sum())
     if not count:
         return angle, []

@@ -64,13 +64,13 @@ def read_log(
     values = {column.signal: table.numbers(column, kept) for column in columns}
     time = values.pop("time")
     notes = [*table.notes, *notes]
-    file, place = table.file, table.places(kept.start)
+    file, row = table.file, table.first_row + kept.start
     del table  # a large one is let go of when its columns have been taken over
 
-    sampling = find_sampling(time, place, file)
+    sampling = find_sampling(time, file, row)
     turns = []
     for signal in ANGLES:
-        values[signal], note = unwrap_angle(values[signal], signal, place)
+        values[signal], note = unwrap_angle(values[signal], signal, file, row)
         turns += note
     if time[0] != 0.0:
         notes.append(f"time counts from 0, which the file calls {time[0]:g} s")

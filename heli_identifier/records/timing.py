@@ -12,7 +12,6 @@ Identification needs samples at i/rate. There are three kinds of time column:
 A gap of more than `GAP_STEPS` median steps is refused, because nothing is known of the rig during it.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -47,11 +46,11 @@ class Sampling(NamedTuple):
         return mean_of_held(time, values, grid) if held else np.interp(grid, time, values)
 
 
-def find_sampling(time: Array, place: Callable[[int], str], file: str) -> Sampling:
+def find_sampling(time: Array, file: str, row: int) -> Sampling:
     """Find the uniform rate behind the instants [s] of a log, shape (N,).
 
-    A LogError says, at the row that ``place`` names, that time does not increase or has too long a gap; or that rate
-    or length lie outside of the bounds.
+    A LogError says, at a row of the file, whose first sample stands in ``row``, that time does not increase or has too
+    long a gap; or that rate or length lie outside of the bounds.
     """
     if len(time) < 2:
         raise LogError(f"{file}: {len(time)} sample is not a log; log at least 5 s.")
@@ -60,13 +59,13 @@ def find_sampling(time: Array, place: Callable[[int], str], file: str) -> Sampli
         at = int((intervals <= 0.0).argmax()) + 1
         what = f"runs back from {time[at - 1]:g} s to" if time[at] < time[at - 1] else "stands still at"
         advice = "it must increase from row to row, cut the log or correct its clock"
-        raise LogError(f"{place(at)}: time {what} {time[at]:g} s; {advice}.")
+        raise LogError(f"{file}, row {row + at}: time {what} {time[at]:g} s; {advice}.")
     median = float(np.median(intervals))
     gaps = intervals > (GAP_STEPS + 0.5) * median  # half a step, as the instants on both sides jitter too
     if gaps.any():
         at = int(gaps.argmax()) + 1
         raise LogError(
-            f"{place(at)}: no samples for {intervals[at - 1]:.4g} s before {time[at]:g} s, at most "
+            f"{file}, row {row + at}: no samples for {intervals[at - 1]:.4g} s before {time[at]:g} s, at most "
             f"{GAP_STEPS} steps of {median:.4g} s are bridged; cut the log in two there with --from and --to."
         )
     found = _sampling(time, intervals, median)
