@@ -28,6 +28,12 @@ class ConfigurationError(IdentifierError):
     """A setting is unknown, of the wrong type or out of bounds."""
 
 
+def refuse(wrong: bool, sentence: str) -> None:
+    """Refuse what was given if that is wrong: a ConfigurationError says the sentence."""
+    if wrong:
+        raise ConfigurationError(sentence)
+
+
 def printable(text: str) -> str:
     """Give a text without control characters, by which the name of a file could command a terminal."""
     return "".join(letter if letter.isprintable() else " " if letter.isspace() else "?" for letter in text)

@@ -108,7 +108,7 @@ def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_p
 
 @pytest.mark.slow
 def test_in_closed_loop_quiet_hover_hides_gain_and_stiffness_and_multisines_on_the_voltages_show_them():
-    outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 30.0, Limits())
+    outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 30.0, Limits(), lambda what, share: None)
     determined = {
         one.added: {name for name, error in one.relative_errors.items() if 1.96 * error <= 0.1} for one in outlooks
     }
@@ -120,7 +120,8 @@ def test_in_closed_loop_quiet_hover_hides_gain_and_stiffness_and_multisines_on_t
 
 
 def test_in_closed_loop_no_proposal_departs_by_more_than_the_limits():
-    outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 20.0, Limits(pitch=0.2, elevation=0.06))
+    limits = Limits(pitch=0.2, elevation=0.06)
+    outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 20.0, limits, lambda what, share: None)
     assert outlooks
     assert all(one.pitch_to_rad <= 0.2 and one.elevation_by_rad <= 0.06 for one in outlooks)
     assert len(outlooks) < len(list(additions()))  # steps of .2 and .1 rad go beyond

@@ -78,12 +78,6 @@ def fail(sentence: str) -> typer.Exit:
     return typer.Exit(BAD_INPUT)
 
 
-def refuse(wrong: bool, sentence: str) -> None:
-    """Refuse what a command was given if that is wrong: a ConfigurationError says the sentence."""
-    if wrong:
-        raise ConfigurationError(sentence)
-
-
 _WRITTEN = ("output", "junit", "plot")
 """Options that name a file to write."""
 

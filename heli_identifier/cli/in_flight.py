@@ -9,8 +9,8 @@ import typer
 
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import argument, option
-from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.terminal import note, progress_bar, warn
+from heli_identifier.errors import refuse
 from heli_identifier.processes import undone
 
 if TYPE_CHECKING:

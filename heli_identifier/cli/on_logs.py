@@ -11,9 +11,8 @@ from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
-from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.terminal import note, print_notes, progress_bar
-from heli_identifier.errors import ConfigurationError, require_positive
+from heli_identifier.errors import ConfigurationError, refuse, require_positive
 from heli_identifier.files import write_atomically
 
 FAILED = 1

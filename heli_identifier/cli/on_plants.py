@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import option
-from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.terminal import answer, note, progress_bar
-from heli_identifier.errors import require_range
+from heli_identifier.errors import refuse, require_range
 
 if TYPE_CHECKING:
     from heli_plant.parameters import PlantParameters

@@ -15,10 +15,9 @@ from heli_identifier import records, results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
-from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.on_logs import FAILED, diagnosed
 from heli_identifier.cli.terminal import answer, note, print_notes, progress_bar, warn
-from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError
+from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError, refuse
 
 RIG_FOLDER = (
     "Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins with held is "

@@ -15,9 +15,8 @@ from fmu_src import master
 from heli_identifier import results
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import argument, option
-from heli_identifier.cli.guard import refuse
 from heli_identifier.cli.terminal import answer, note, progress_bar, warn
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import write_atomically
 
 TO_BUILD = "Units to build; all if none is named."

@@ -29,7 +29,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.results import Table, document_text, whole_folder
@@ -111,13 +111,12 @@ def run_campaign(
     ConfigurationError if two rigs have the same name, no scheduler answers, it has no worker or its workers run another
     version of this software, or the folder cannot be used.
     """
-    if workers is not None and scheduler is not None:
-        raise ConfigurationError(f"workers = {workers} is for processes on this machine; {scheduler} has its own.")
+    both = workers is not None and scheduler is not None
+    refuse(both, f"workers = {workers} is for processes on this machine; {scheduler} has its own.")
     if workers is not None:
         require_range("workers", workers, "1", 1, 1000)
     for name, count in Counter(source.rig for source in sources).most_common(1):
-        if count > 1:
-            raise ConfigurationError(f"two rigs are called {name!r}; every rig needs its own name.")
+        refuse(count > 1, f"two rigs are called {name!r}; every rig needs its own name.")
     settings = settings or DiagnosisSettings()
     with whole_folder(folder) as draft, ExitStack() as stack:
         code = code_digest() + source_digest((work.__module__,))
@@ -177,10 +176,9 @@ def _remote(scheduler: str, stack: ExitStack) -> Client:
             f"no Dask scheduler answers at {scheduler} with a worker that has this software; start `dask "
             f"scheduler`, and `dask worker {scheduler} --nthreads 1 --nworkers -1` on every machine."
         ) from error
-    if any(digest != code_digest() for digest in digests.values()):
-        raise ConfigurationError(
-            f"workers of {scheduler} run another version of this software; install the same one on every machine."
-        )
+    advice = "install the same one on every machine."
+    other = any(digest != code_digest() for digest in digests.values())
+    refuse(other, f"workers of {scheduler} run another version of this software; {advice}")
     return client
 
 
@@ -190,10 +188,8 @@ def _arriving(
     """Give all rigs to the workers, and yield each row as it arrives."""
     futures = [client.submit(work, source, settings, key=key, pure=False) for key, source in waiting.items()]
     for future in as_completed(futures):
-        if future.cancelled():
-            raise ConfigurationError(
-                "the scheduler went away; the results so far are kept, and the same command continues from there."
-            )
+        advice = "the results so far are kept, and the same command continues from there."
+        refuse(future.cancelled(), f"the scheduler went away; {advice}")
         try:
             row = future.result()
         except Exception as error:

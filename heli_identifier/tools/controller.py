@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, plain, plant_values
@@ -21,9 +21,9 @@ from heli_identifier.tools import margins
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge
 from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD
 from heli_identifier.tools.loop import CONTROLLER, controller_parameters
-from heli_identifier.tools.margins import LOOPS, Plants, Progress, allowed_plants
+from heli_identifier.tools.margins import LOOPS, Plants, allowed_plants
 from heli_identifier.tools.synthesis import PEAK, retuned, synthesised
-from heli_identifier.tracing import DiagnosisSettings, Use, helicopter, sign_notes
+from heli_identifier.tracing import DiagnosisSettings, Progress, Use, helicopter, sign_notes
 from heli_plant.control import PidSettings
 from heli_plant.parameters import BY_FIELD, BY_NAME, PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
@@ -74,23 +74,21 @@ def design_controller(
     motors' voltages, the design is unstable, or the period too long.
     """
     aim, travels, axes = aim or ControllerConfiguration(), other == "travel", ("elevation", other)
-    if kind not in KINDS or other not in OTHERS:
-        raise ConfigurationError(
-            f"{kind} of {other} is not designed; choose of {', '.join(KINDS)}, of pitch or travel."
-        )
-    if travels and pitch != 0.0:
-        raise ConfigurationError(
-            f"a pitch of {pitch:g} rad cannot be held while the travel is controlled; leave it out, or control the "
-            "pitch in place of the travel."
-        )
+    known = kind in KINDS and other in OTHERS
+    refuse(not known, f"{kind} of {other} is not designed; choose of {', '.join(KINDS)}, of pitch or travel.")
+    refuse(
+        travels and pitch != 0.0,
+        f"a pitch of {pitch:g} rad cannot be held while the travel is controlled; leave it out, or control the pitch "
+        "in place of the travel.",
+    )
     _check_usable(parameters, (*LOOPS, *(("travel",) if travels else ())), Use.NOTHING, Use.PREDICTION)
     plants = allowed_plants(parameters, None if travels else pitch, elevation, aim.period, draws, progress)
     model, notes = plants.model, [*_wrong_signs(parameters), *plants.notes]
-    if travels and abs(model.point.lift) < LEAST_LIFT:
-        raise ConfigurationError(
-            f"at elevation {elevation:g} rad the rotors hardly lift ({model.point.lift:.2g} V together), so a lean "
-            "does not move the travel; choose a higher --elevation."
-        )
+    refuse(
+        travels and abs(model.point.lift) < LEAST_LIFT,
+        f"at elevation {elevation:g} rad the rotors hardly lift ({model.point.lift:.2g} V together), so a lean does "
+        "not move the travel; choose a higher --elevation.",
+    )
     progress("designing", 0.6)
     if kind == "pid":
         present = PidSettings(voltage_limit=model.plant.v_max, travel_enabled=travels)
@@ -109,9 +107,8 @@ def design_controller(
         remedy = "lower the weights of the angles, or sample faster"
         if kind == "pid":
             remedy = ", ".join(_wrong_signs(parameters)) or "take --kind lqi"
-        raise ConfigurationError(
-            f"the designed loop is unstable on the identified plant, with its delay and bending; {remedy}."
-        )
+        said = "the designed loop is unstable on the identified plant, with its delay and bending"
+        raise ConfigurationError(f"{said}; {remedy}.")
     for axis in axes:
         if not isfinite(made.robust.figures[f"{axis}.settling"].promised):
             why = "; a higher --elevation gives the rotors more lift, so that a lean moves it more"

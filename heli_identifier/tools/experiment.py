@@ -8,7 +8,7 @@ inverse standard error of its coefficient. With rho the correlation of two signa
 1 / sqrt(1 - rho^2) if both effects are in question.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, product
 from pathlib import Path
@@ -198,11 +198,7 @@ def outlook(
 
 
 def designs(
-    parameters: PlantParameters,
-    effects: Sequence[Effect],
-    duration: float,
-    limits: Limits,
-    progress: Callable[[str, float], None],
+    parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits, progress: tracing.Progress
 ) -> list[Outlook]:
     """Simulate every proposal for a ``duration`` [s]; give those within the limits, best first.
 

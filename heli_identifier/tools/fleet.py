@@ -15,7 +15,7 @@ catalogue's plausible range: no loss of thrust is negative. Where the rigs' coef
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import combinations, product
@@ -31,7 +31,7 @@ from heli_identifier.records import shared_flight
 from heli_identifier.results import effect_name, plain
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
 from heli_identifier.tools.rigs import Rig, error_text, summary_of
-from heli_identifier.tracing import CatalogueVerdict, Diagnosis, Verdict
+from heli_identifier.tracing import CatalogueVerdict, Diagnosis, Progress, Verdict
 from heli_plant.effects import effect
 
 FALSE_DISCOVERY_RATE = 0.005
@@ -137,9 +137,7 @@ class Fleet:
 
 
 def diagnose_rigs(
-    rigs: Mapping[str, Rig],
-    failures: Mapping[str, str] | None = None,
-    progress: Callable[[str, float], None] = lambda what, share: None,
+    rigs: Mapping[str, Rig], failures: Mapping[str, str] | None = None, progress: Progress = lambda what, share: None
 ) -> Fleet:
     """Diagnose rigs one after the other; a rig whose logs cannot be diagnosed is lost alone, as are ``failures``.
 

@@ -6,7 +6,7 @@ or nothing. The on-line identifier listens with prediction errors, and its own s
 whose angles depart from the references by more than the limits is left out.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,7 @@ from heli_identifier.results import Table
 from heli_identifier.tools.experiment import BANDS, STEP, Limits, Proposal, air_torque, multisines, on_encoders
 from heli_identifier.tools.history import identify_log
 from heli_identifier.tools.loop import fly
+from heli_identifier.tracing import Progress
 from heli_plant.control import PidSettings, start_pid
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles
@@ -72,12 +73,7 @@ def flown(addition: Proposal, plant: PlantParameters, pid: PidSettings, hover: f
 
 
 def flight_outlooks(
-    plant: PlantParameters,
-    pid: PidSettings,
-    hover: float,
-    duration: float,
-    limits: Limits,
-    progress: Callable[[str, float], None] = lambda what, share: None,
+    plant: PlantParameters, pid: PidSettings, hover: float, duration: float, limits: Limits, progress: Progress
 ) -> list[FlightOutlook]:
     """Fly all additions for a ``duration`` [s] at the elevation ``hover`` [rad]; return those within the limits.
 

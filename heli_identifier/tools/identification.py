@@ -15,7 +15,7 @@ of the scores over sqrt(n) is beyond ``CLOSED``. One log in closed loop suffices
 The adaptation takes the motors' lag T_m for known, and no standard error covers a wrong one.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -33,7 +33,7 @@ from heli_identifier.results import Table, Tabular
 from heli_identifier.signatures import typed
 from heli_identifier.tools import history
 from heli_identifier.tools.history import EstimateHistory, Together
-from heli_identifier.tracing import sign_notes
+from heli_identifier.tracing import Progress, sign_notes
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 
@@ -145,7 +145,7 @@ def identify(
     filter_frequency: float = 1.0,
     forgetting: float = 0.001,
     method: str | None = None,
-    progress: Callable[[str, float], None] = lambda what, share: None,
+    progress: Progress = lambda what, share: None,
 ) -> Identification:
     """Estimate the eleven parameters of the simplified model, by the method that suits the logs.
 

@@ -21,7 +21,7 @@ import numpy as np
 from control import StateSpace, ss
 from scipy.optimize import root
 
-from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.results import PlantSource, plant_of
 from heli_identifier.signatures import typed
 from heli_plant.dual import seeded, slopes, with_duals
@@ -162,10 +162,8 @@ def linear_model(
 
 def linear_system(parameters: PlantParameters, point: OperatingPoint, period: float | None = None) -> StateSpace:
     """Linearise the plant at an operating point as :func:`linearise` does; ConfigurationError without a motors' lag."""
-    if motor_time_constant(parameters) <= 0.0:
-        raise ConfigurationError(
-            "motor.time_constant with its effect motor_lag is 0 s; a linear model needs a positive lag."
-        )
+    no_lag = motor_time_constant(parameters) <= 0.0
+    refuse(no_lag, "motor.time_constant with its effect motor_lag is 0 s; a linear model needs a positive lag.")
     smooth = parameters._replace(**dict.fromkeys(NOT_LINEAR, 0.0))
     states = STATES + (BENDING if smooth.arm_bending_elevation != 0.0 else ())
     n = len(states)

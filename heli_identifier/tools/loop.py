@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 
 from fmu_src import TYPES, Variable, field_of, unit_class, with_fields
 from heli_identifier import results
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log, LogSource, read_logs
@@ -263,8 +263,5 @@ def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[
         held = float(log.voltages[k, 0]), float(log.voltages[k, 1])
         angles, _ = fly(plant, settings, references[part], state, held, log.step, memories[k])
         errors.append(angles - log.angles[part])
-    if not errors:
-        raise ConfigurationError(
-            f"log {log.name} lasts {log.duration:.3g} s; to be flown again it needs {3 * AHEAD:g} s."
-        )
+    refuse(not errors, f"log {log.name} lasts {log.duration:.3g} s; to be flown again it needs {3 * AHEAD:g} s.")
     return errors, float(np.sqrt(np.mean((asked[:-1] - log.voltages[1:]) ** 2)))

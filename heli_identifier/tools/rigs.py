@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from heli_identifier import records
-from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError
+from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError, refuse
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log, RigConfiguration
 from heli_identifier.results import plain
@@ -147,14 +147,10 @@ def rig_folders(
     """
     paths = [Path(folder).resolve() for folder in folders]
     for folder, path in zip(folders, paths, strict=True):
-        if not path.is_dir():
-            raise ConfigurationError(f"{folder} is no folder; name a folder of logs for each rig.")
-        if paths.count(path) > 1:
-            raise ConfigurationError(f"{folder} is given {paths.count(path)} times; name each rig once.")
-    if len(paths) < 2:
-        raise ConfigurationError(
-            f"a fleet needs two rigs or more, {len(paths)} given; `heli diagnose` is for the logs of one rig."
-        )
+        refuse(not path.is_dir(), f"{folder} is no folder; name a folder of logs for each rig.")
+        refuse(paths.count(path) > 1, f"{folder} is given {paths.count(path)} times; name each rig once.")
+    count, advice = len(paths), "`heli diagnose` is for the logs of one rig."
+    refuse(count < 2, f"a fleet needs two rigs or more, {count} given; {advice}")
     found = Counter(path.name for path in paths)
     names = [path.name if found[path.name] == 1 else str(own) for own, path in zip(folders, paths, strict=True)]
     return [rig_folder(Path(own), name, configuration) for own, name in zip(folders, names, strict=True)]
@@ -165,15 +161,12 @@ def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] |
 
     ConfigurationError if the folder is missing, no sub-folder holds a log, or one holds none to fit to.
     """
-    if not Path(folder).is_dir():
-        raise ConfigurationError(f"{folder} is no folder; name one with a sub-folder for each rig.")
+    refuse(not Path(folder).is_dir(), f"{folder} is no folder; name one with a sub-folder for each rig.")
     below = sorted(Path(folder).resolve().iterdir())  # workers run in another folder
     shared = Path(configuration).resolve() if configuration else None
     rigs = [rig_folder(path, path.name, shared) for path in below if path.is_dir() and _logs(path)]
-    if not rigs:
-        raise ConfigurationError(
-            f"no sub-folder of {folder} holds a log ({' or '.join(ENDINGS)}); each rig needs one with its logs."
-        )
+    endings = " or ".join(ENDINGS)
+    refuse(not rigs, f"no sub-folder of {folder} holds a log ({endings}); each rig needs one with its logs.")
     return rigs
 
 
@@ -182,11 +175,9 @@ def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = Non
     logs, own = _logs(folder), folder / CONFIGURATION_NAME
     held_out = [path for path in logs if path.name.startswith(HELD_OUT)]
     training = [path for path in logs if path not in held_out]
-    if not training:
-        found = f"only {held_out[0].name}, which is held out" if held_out else "no log"
-        raise ConfigurationError(
-            f"{folder} holds {found}; put the rig's logs there ({' or '.join(ENDINGS)}), one of them to fit to."
-        )
+    found = f"only {held_out[0].name}, which is held out" if held_out else "no log"
+    advice = f"put the rig's logs there ({' or '.join(ENDINGS)}), one of them to fit to."
+    refuse(not training, f"{folder} holds {found}; {advice}")
     configuration = own if os.path.lexists(own) else Path(shared) if shared else None
     files = (*training, *held_out, *([configuration] if configuration else ()))
     return Source(name, partial(_read_rig, training, held_out, configuration), partial(_digest, files))
@@ -228,8 +219,7 @@ def generated_rigs(generator: str, count: int) -> list[Source]:
 
     The generator is "module:function" and takes one whole number. ConfigurationError if there is none, or no count.
     """
-    if count < 1:
-        raise ConfigurationError(f"rigs = {count} must be at least 1.")
+    refuse(count < 1, f"rigs = {count} must be at least 1.")
     named_function(generator)
     made_by = source_digest((generator.partition(":")[0],))
     return [
@@ -248,8 +238,7 @@ def _make_rig(generator: str, seed: int) -> Rig:
 def named_function(name: str) -> Callable:
     """Import a function by "module:function"; ConfigurationError says why it cannot be had."""
     module, _, function = name.partition(":")
-    if not (module and function):
-        raise ConfigurationError(f"{name!r} must read module:function, for instance my_rigs:make.")
+    refuse(not (module and function), f"{name!r} must read module:function, for instance my_rigs:make.")
     try:
         found = getattr(import_module(module), function, None)
     except (Exception, SystemExit) as error:  # whatever the user's own file does

@@ -23,6 +23,7 @@ __all__ = [
     "Outcome",
     "ParameterReport",
     "PeriodicShape",
+    "Progress",
     "Model",
     "Rig",
     "RigVerdict",
@@ -52,7 +53,7 @@ from .diagnose import diagnose
 from .fit import Fit, around, fit
 from .held_out import Outcome, hold_to, log_likelihood, rms_figures
 from .helicopter import BASE, Rig, helicopter, plausible_range, record_start
-from .identification import Identification, identify_plant
+from .identification import Identification, Progress, identify_plant
 from .instruments import instruments
 from .likelihood import Likelihood
 from .noise import coordinates_of
