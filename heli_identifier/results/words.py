@@ -259,6 +259,8 @@ def possible_sentence(effect: tracing.FoundEffect, settings: Mapping[str, Any]) 
         place += ", as every rig has it and these logs do not contradict it"
     elif gain is not None:
         place += f", as left-out logs {'gain' if gain > 0.0 else 'lose'} {significant(abs(gain), 2)} nats with it"
+    elif not effect.in_plant:
+        place += ", as a step at one instant repeats in no other flight"
     if effect.score > settings["score_needed"]:  # a friction that fades over less than the encoders resolve
         place += "; slow turns that the encoders round look like it"
     return f"{effect_title(effect)}: possible, {score_text(effect, settings)}; {place}."

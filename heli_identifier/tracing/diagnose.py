@@ -132,6 +132,7 @@ def diagnose(
             *stranger_notes(after, (*found.logs, *found.beside), found.left_out),
             *found.references.notes,
             *_plant_notes(found, settings.effects),
+            *_size_notes(effects),
             *_geometry_notes(settings.geometry, after_values, after.fields, joint),
             *_voltage_notes((*training, *kept), settings.voltage_limit),
             *_held_out_notes(nats.gain, after),
@@ -261,6 +262,18 @@ def _plant_notes(found: Identification, expected: Mapping[str, Estimate]) -> Ite
                 f"rig.effects of heli.toml expects {field} = {given.value:.3g} ± {given.standard_error:.2g}, but the "
                 f"logs give {value:.3g}, {distance:.2g} standard deviations away. Check the entry; if it is right, the "
                 "logs hold something that the model lacks"
+            )
+
+
+def _size_notes(effects: Sequence[FoundEffect]) -> Iterator[str]:
+    """Name the effects that act beyond doubt while the interval of their coefficient holds zero."""
+    for effect in effects:
+        size = effect.coefficient
+        if size is not None and effect.in_plant and size.interval[0] <= 0.0 <= size.interval[1]:
+            yield (
+                f"the {effect.name.replace('_', ' ')} of the {effect.axis} acts, by {effect.score:.2g} nats, but its "
+                "coefficient trades off against its shape or another parameter: the plant's torque is that of these "
+                "logs, and its coefficient alone means nothing"
             )
 
 

@@ -175,15 +175,17 @@ def _refuse_scaled(null: Fit, defects: Sequence[Defect]) -> None:
 
 
 def _not_worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:
-    """Gain on left-out logs of every possible effect, and those that the plant does without."""
+    """Gain on left-out logs of every possible effect, and those that the plant does without.
+
+    A torque that may step at one instant is among these without a gain: it repeats in no other flight.
+    """
     kept = [f.effect.field for f in selection.findings if f.established or f.effect.fault]
-    gains: dict[str, float] = {}
-    for finding in selection.findings:
-        if not finding.established and finding.effect.fault is None:
-            gains[finding.effect.field] = left_out_gain(selection.last, kept, finding.effect.field)
-            if gains[finding.effect.field] > 0.0:
-                kept.append(finding.effect.field)
-    return gains, [name for name in gains if name not in kept]
+    gains, dropped = dict[str, float](), list[str]()
+    for effect in (f.effect for f in selection.findings if not f.established and f.effect.fault is None):
+        if not effect.steps_in_time:
+            gains[effect.field] = left_out_gain(selection.last, kept, effect.field)
+        (kept if gains.get(effect.field, 0.0) > 0.0 else dropped).append(effect.field)
+    return gains, dropped
 
 
 def delivered(selection: Selection, dropped: Sequence[str]) -> Fit:

@@ -145,7 +145,8 @@ class FoundEffect:
     in_plant: bool = True
     """Whether the corrected plant has it. A periodic torque never is in it; an unknown curve is, as a table."""
     left_out_gain: float | None = None
-    """Of a possible effect: the rise of the log-likelihood of training logs, each left out in turn [nats]."""
+    """Of a possible effect: the rise of the log-likelihood of training logs, each left out in turn [nats]. None for a
+    torque that steps at one instant, which repeats in no other flight."""
     together: str = ""
     """What the effect and its alternatives come to together, in words; empty where there is no such figure."""
 
