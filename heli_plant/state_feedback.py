@@ -145,8 +145,11 @@ def feedback_step(
     """
     x, angles = state.estimate, (pitch, elevation, travel)
     wrong = Angles._make([y - point - own for y, point, own in zip(angles, s.point, x[:3], strict=True)])
-    ahead = corrected(moved(x, arrived(state, s.delay), s), wrong, s)
-    late = predicted(ahead, state, s)
+    moved = _moved(x, _arrived(state, s.delay), s)
+    ahead = Motion._make([own + _dot(L, wrong) for own, L in zip(moved, s.innovation, strict=True)])
+    late = ahead  # the estimate at which the voltages that are under way have arrived
+    for k in range(s.delay):
+        late = _moved(late, _arrived(state, s.delay - 1 - k), s)
     asked = Pair(references[1] - s.point.elevation, _other(references[0], references[2], s))
     errors = Pair(elevation - references[1], _other(pitch, travel, s) - asked.other)
     old = state.integrals
@@ -172,29 +175,17 @@ def feedback_step(
     return FeedbackState(ahead, integrals, now, (state.now, *state.before[:-1]))
 
 
-def moved(x: Motion, u: Rotors, s: FeedbackSettings) -> Motion:
+def _moved(x: Motion, u: Rotors, s: FeedbackSettings) -> Motion:
     """F x + G u."""
     return Motion._make([_dot(F, x) + _dot(G, u) for F, G in zip(s.transition, s.drive, strict=True)])
 
 
-def corrected(x: Motion, wrong: Angles, s: FeedbackSettings) -> Motion:
-    """Add L times what the measured angles [rad] are beside their estimate."""
-    return Motion._make([own + _dot(L, wrong) for own, L in zip(x, s.innovation, strict=True)])
-
-
-def arrived(state: FeedbackState, periods: int) -> Rotors:
+def _arrived(state: FeedbackState, periods: int) -> Rotors:
     """Voltages [V] of so many periods ago."""
     for age, voltages in enumerate((state.now, *state.before)):
         if age >= periods:
             return voltages
     return state.before[-1]
-
-
-def predicted(x: Motion, state: FeedbackState, s: FeedbackSettings) -> Motion:
-    """Predict the estimate at which the voltages that are under way have arrived."""
-    for k in range(s.delay):
-        x = moved(x, arrived(state, s.delay - 1 - k), s)
-    return x
 
 
 def _other(of_pitch: float, of_travel: float, s: FeedbackSettings) -> float:

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are
 
 from fmu_src.state import frozen_state, thawed_state
-from heli_identifier.errors import ConfigurationError
 from heli_identifier.following import (
     REASONS,
     CorrectorState,
@@ -265,12 +264,6 @@ def test_without_corrections_a_change_is_reported_and_held():
     state, events, _, plan = followed(changed_rows("elevation.gain")[:5000], correcting=False)
     assert {event.what for event in events} == {"alarm", "held"}
     assert parameters_in_use(state)[0] == TABLE_2
-
-
-def test_bad_settings_are_refused():
-    for settings in ({"sample_time": 0.5}, {"window": 1.0}):
-        with pytest.raises(ConfigurationError):
-            FollowSettings(**settings)
 
 
 def test_the_state_comes_back_from_json_to_the_bit_in_the_middle_of_a_trial_and_of_a_gap():

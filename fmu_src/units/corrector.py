@@ -43,6 +43,7 @@ _OUTPUTS = (
 _DEFAULT = following.FollowSettings()
 _setting = partial(setting, _DEFAULT)
 _SETTINGS = (
+    # the observer's poles of 7 rad/s need three samples in their time constant
     _setting("sample.time", "sample_time", "time between two samples", "s", 1e-4, 0.1),
     _setting("window", "window", "time over which errors 1 s ahead are compared", "s", 4.0, 60.0),
     _setting("false_alarm.time", "false_alarm_time", "mean time between false alarms", "s", 60.0, 1e9),

@@ -1,50 +1,38 @@
 """Settings of the following twin, and what a step of it computes with, made once from them."""
 
-from dataclasses import dataclass, field
 from math import log
 from typing import NamedTuple
 
 from heli_plant.laws import input_delay
 from heli_plant.observer import FIELDS, TRAVEL_BANDWIDTH
-from heli_plant.parameters import PlantParameters
+from heli_plant.parameters import TABLE_2, PlantParameters
 
-from ..errors import require_positive, require_range
 from .changes import Vector, list_changes, prior_deviations
 from .covariance import find_steady_state
 from .evidence import start_sums
 
 _BLOCK_TIME = 1.0  # length of a block of sums, about [s]
-_SLOWEST = 0.1  # longest sampling period [s]: the observer's poles of 7 rad/s need three samples in their time constant
 _COARSE = 0.05  # step of the copies that run 1 s ahead, about [s]: a hundredth of the shortest period of the motion
 _APART, _HORIZON = 0.2, 1.0  # time between two starts of copies, and time that a copy runs, about [s]
 _SETTLING = 3.0  # time until the observer has settled [s]
 _STOP, _STUCK = 0.2, 0.5  # times without a sample that is a stop, and at one count that does not count [s]
 
 
-@dataclass(frozen=True)
-class FollowSettings:
+class FollowSettings(NamedTuple):
     """Everything that can be set on the following twin.
 
     Time between two samples h [s]; ``parameters`` in use at the start; ``window`` over which errors 1 s ahead are
     compared [s]; mean time between two false alarms that is asked for, at least [s]; bandwidth of the observer's poles
     on pitch and elevation [rad/s] (:mod:`heli_plant.observer`); ``correcting``: whether changes are adopted or only
-    reported.
-    What is out of range is a ConfigurationError; the message names it, its value and its bound.
+    reported. The unit Corrector has the bounds.
     """
 
     sample_time: float = 0.01
-    parameters: PlantParameters = field(default_factory=PlantParameters)
+    parameters: PlantParameters = TABLE_2
     window: float = 10.0
     false_alarm_time: float = 36000.0
     observer_bandwidth: float = 6.6
     correcting: bool = True
-
-    def __post_init__(self) -> None:
-        require_positive("sample_time", self.sample_time, "s")
-        require_range("sample_time", self.sample_time, "s", upper=_SLOWEST)
-        require_range("window", self.window, "s", 4.0, 60.0)
-        require_range("false_alarm_time", self.false_alarm_time, "s", 60.0, 1e9)
-        require_range("observer.bandwidth", self.observer_bandwidth, "rad/s", 2.0, 30.0)
 
 
 class Twin(NamedTuple):
