@@ -206,21 +206,3 @@ def _dot(row: Any, x: Any) -> float:
     for a, b in zip(row, x, strict=True):
         total = total + a * b
     return total
-
-
-def rows_of(matrix: tuple[Any, ...]) -> dict[str, Any]:
-    """Return the rows of a matrix by their names, those of the states or of the rotors."""
-    return dict(zip(Motion._fields if len(matrix) == len(Motion._fields) else Rotors._fields, matrix, strict=True))
-
-
-def entry_unit(matrix: str, row: str, column: str) -> str:
-    """Return the unit of an entry of a matrix: that of its row over that of its column; the integrals' is [rad s]."""
-    above, below = _unit_of(row), "rad s" if matrix == "integral" else _unit_of(column)
-    short = {"rad/s/rad": "1/s", "rad/rad/s": "s", "V/rad/s": "V s/rad", "rad/s/V": "rad/(V s)", "V/rad s": "V/(rad s)"}
-    return "1" if above == below else short.get(f"{above}/{below}", f"{above}/{below}")
-
-
-def _unit_of(name: str) -> str:
-    if name in ("front", "rear", "nu_front", "nu_rear"):
-        return "V"
-    return "rad/s" if name.endswith("_rate") else "rad"

@@ -100,16 +100,31 @@ _LARGEST = 1e6
 
 
 def _entries(matrix: str) -> tuple[Variable, ...]:
-    """Return the parameters that are the entries of a matrix."""
+    """Return the parameters that are the entries of a matrix, whose rows are those of the states or of the rotors."""
+    rows = getattr(_FEEDBACK, matrix)
+    kind = state_feedback.Rotors if len(rows) == 2 else state_feedback.Motion
     return tuple(
         _feedback(
             f"{matrix}.{row}.{column}", f"{matrix}.x{number}.{column}",
             f"entry {_MATRICES[matrix]}: {row.replace('_', ' ')} by {column.replace('_', ' ')}",
-            state_feedback.entry_unit(matrix, row, column), -_LARGEST, _LARGEST,
+            _entry_unit(matrix, row, column), -_LARGEST, _LARGEST,
         )
-        for number, (row, own) in enumerate(state_feedback.rows_of(getattr(_FEEDBACK, matrix)).items())
+        for number, (row, own) in enumerate(zip(kind._fields, rows, strict=True))
         for column in own._fields
     )  # fmt: skip
+
+
+def _entry_unit(matrix: str, row: str, column: str) -> str:
+    """Return the unit of an entry of a matrix: that of its row over that of its column; the integrals' is [rad s]."""
+    above, below = _unit_of(row), "rad s" if matrix == "integral" else _unit_of(column)
+    short = {"rad/s/rad": "1/s", "rad/rad/s": "s", "V/rad/s": "V s/rad", "rad/s/V": "rad/(V s)", "V/rad s": "V/(rad s)"}
+    return "1" if above == below else short.get(f"{above}/{below}", f"{above}/{below}")
+
+
+def _unit_of(name: str) -> str:
+    if name in ("front", "rear", "nu_front", "nu_rear"):
+        return "V"
+    return "rad/s" if name.endswith("_rate") else "rad"
 
 
 class StateFeedback(Controller):

@@ -47,7 +47,6 @@ Voltages = tuple[float, float]
 Sensitivity = tuple[tuple[float, float, float], ...]
 """(x, w, d) of each regressor of an axis: what it makes of angle [rad], rate [rad/s] and torque [rad/s^2] per unit."""
 
-
 _PATH, _PATH_NOISE = 7.5e-3, 8.0
 """Path [rad], and path in standard deviations of the innovations, at which an encoder that stands still is at fault:
 five counts of 4096, and more of a coarser one. The larger of the two counts."""
@@ -139,9 +138,7 @@ class Observer(NamedTuple):
             rows.append(tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in own]))
         recent = in_a_row < gap_memory(plan.settings.observer_bandwidth, plan.settings.sample_time)
         covariances = weight.covariances if recent else ()
-        return Observer(
-            self.memory._replace(state=state), torque, tuple(rows), self.voltages, covariances, in_a_row
-        )
+        return Observer(self.memory._replace(state=state), torque, tuple(rows), self.voltages, covariances, in_a_row)
 
 
 def start_observer(first: PlantState, voltages: Voltages, p: PlantParameters, plan: FollowPlan) -> Observer:
