@@ -83,8 +83,20 @@ def in_a_sentence(use: Callable[..., Any], ctx: Any, *words: Any) -> Any:
         raise fail(said if said.endswith("?") else f"{said}; see {ctx.command_path} --help") from error
 
 
+def without_types(parameters: list[Any]) -> list[Any]:
+    """Let the help show what parameters are called, not their types in Python."""
+    for own in parameters:
+        if own.param_type_name == "argument" or own.metavar is None:
+            own.display_type_rich = lambda ctx: ""
+    return parameters
+
+
 class Group(TyperGroup):
     """The commands by their names."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Give the options before the command."""
+        return without_types(super().get_params(ctx))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the options before the command; without any word the help is shown."""
@@ -111,12 +123,8 @@ class Command(TyperCommand):
         return in_a_sentence(super().parse_args, ctx, spread(args))
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Let the help show what a parameter is called, not its type in Python."""
-        found: list[Any] = super().get_params(ctx)
-        for parameter in found:
-            if parameter.param_type_name == "argument" or parameter.metavar is None:
-                parameter.display_type_rich = lambda ctx: ""
-        return found
+        """Give its parameters."""
+        return without_types(super().get_params(ctx))
 
 
 def spread(words: Iterable[str]) -> list[str]:

@@ -81,9 +81,9 @@ def campaign(
 
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
-    configuration = args.found_configuration(config)
-    sources = _sources(folder, config, generator, rigs)
-    settings = hi.DiagnosisSettings.from_rig(configuration)
+    file = args.configuration_file(config)
+    sources = _sources(folder, file, generator, rigs)
+    settings = hi.DiagnosisSettings.from_rig(hi.read_configuration(file) if file else hi.RigConfiguration())
     with rigs_done() as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
     summary = tools.summarised(rows)
@@ -113,7 +113,7 @@ def _sources(folder: Path | None, config: Path | None, generator: str, rigs: int
     refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
     if folder is not None:
         refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
-        return [*tools.rigs_below(folder, args.configuration_file(config))]
+        return [*tools.rigs_below(folder, config)]
     if rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.

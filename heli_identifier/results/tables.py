@@ -158,7 +158,8 @@ def parameter_table(diagnosis: Diagnosis) -> Table:
         slope = " at 0 V" if name in GAINS else ""
         rows.append((name, words.meaning_of(name, value) + slope, was, now, words.unit_text(value.unit)))
     columns = ("parameter", "meaning", "before", "after", "unit")
-    return Table("Parameters (± the half-width of the 95 % interval: 1.96 standard errors)", columns, rows)
+    title = "Parameters (± the half-width of the 95 % interval: 1.96 standard errors)"
+    return Table(title, columns, rows, [words.held_out_sentence(diagnosis)])
 
 
 def effect_table(diagnosis: Diagnosis) -> Table:
@@ -173,7 +174,8 @@ def effect_table(diagnosis: Diagnosis) -> Table:
         rows.append((*told, place if effect.in_plant else "no", rivals))
     columns = ("effect", "it is", "coefficient", "score [nats]", "left-out logs gain [nats]", "in the plant", "or")
     title = "Effects that the model lacks" if diagnosis.effects else "Possible effects, no findings"
-    return Table(f"{title} (± 1.96 standard errors)", columns, rows)
+    said = ["or: explains these logs about as well; the report says what to measure to decide"]
+    return Table(f"{title} (± 1.96 standard errors)", columns, rows, said if any(row[-1] for row in rows) else [])
 
 
 def catalogue_table(diagnosis: Diagnosis) -> Table:
@@ -191,7 +193,8 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
         )
         for entry in diagnosis.catalogue
     ]
-    return Table("Every effect of the catalogue", columns, rows)
+    share = "visibility: share of an effect's signature that no change of the fitted parameters could imitate"
+    return Table("Every effect of the catalogue", columns, rows, [share, *untestable(diagnosis)])
 
 
 def untestable(diagnosis: Diagnosis) -> list[str]:
@@ -248,16 +251,9 @@ def setting_table(diagnosis: Diagnosis) -> Table:
 
 def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterator[Table]:
     """Give the tables of a diagnosis, with ``everything`` that of the catalogue as well."""
-    found = effect_table(diagnosis)
-    if found.rows:
-        rivals = ["or: explains these logs about as well; the report says what to measure to decide"]
-        yield found._replace(remarks=rivals if any(row[-1] for row in found.rows) else [])
-    yield gain_table(diagnosis)
-    yield parameter_table(diagnosis)._replace(remarks=[words.held_out_sentence(diagnosis)])
-    yield error_table(diagnosis)
-    if everything:
-        share = "visibility: share of an effect's signature that no change of the fitted parameters could imitate"
-        yield catalogue_table(diagnosis)._replace(remarks=[share, *untestable(diagnosis)])
+    named = (effect_table,) if diagnosis.effects or diagnosis.possible else ()
+    last = (catalogue_table,) if everything else ()
+    yield from (make(diagnosis) for make in (*named, gain_table, parameter_table, error_table, *last))
 
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
