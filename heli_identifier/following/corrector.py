@@ -13,7 +13,7 @@ from .observer import Angles, Encoder, Weight, start_observer
 from .plan import FollowPlan
 from .prediction import Copies, Predictions
 from .state import CorrectorState, Event, Sample
-from .trial import SWINGING, judge_block, make_event
+from .trial import SWINGING, judge_block, say
 
 _LARGEST_INNOVATION = 4.0  # innovations count with at most this many standard deviations
 _KEPT = 90  # blocks that are kept: a change is looked for in the last minute and a half
@@ -45,20 +45,17 @@ def correct(state: CorrectorState, now: Sample, plan: FollowPlan) -> tuple[Corre
     """
     came_in, n = now.fresh > 0.5, state.waiting + 1
     if not came_in and state.mode != "suspended" and n < plan.stop:
-        return state._replace(waiting=n, predictions=state.predictions._replace(compared=False)), ()
-    state, events = state._replace(waiting=0), list[Event]()
+        return state._replace(waiting=n, events=(), predictions=state.predictions._replace(compared=False)), ()
+    state = state._replace(waiting=0, events=())
     begin, end = state.observer.voltages, now[:2] if came_in else state.observer.voltages
     for j in range(1, n):
         front, rear = [a + j / n * (b - a) for a, b in zip(begin, end, strict=True)]
-        state, said = _pass_instant(state, now._replace(v_front=front, v_rear=rear, fresh=0.0), False, plan)
-        events += said
-    state, said = _pass_instant(state, now, not came_in, plan)
-    return state, (*events, *said)
+        state = _pass_instant(state, now._replace(v_front=front, v_rear=rear, fresh=0.0), False, plan)
+    state = _pass_instant(state, now, not came_in, plan)
+    return state, state.events
 
 
-def _pass_instant(
-    state: CorrectorState, now: Sample, stopped: bool, plan: FollowPlan
-) -> tuple[CorrectorState, list[Event]]:
+def _pass_instant(state: CorrectorState, now: Sample, stopped: bool, plan: FollowPlan) -> CorrectorState:
     """Take in sample k = ``state.samples`` + 1, or an instant without one, at which the stream may have ``stopped``."""
     k, suspended, voltages, angles = state.samples + 1, state.mode == "suspended", now[:2], now[2:5]
     noise, came_in = state.noise, now.fresh > 0.5
@@ -75,46 +72,44 @@ def _pass_instant(
     front, rear = state.predictions.arrived
     predictions = state.predictions._replace(arrived=(front + arrived[0], rear + arrived[1]), compared=False)
     state = state._replace(samples=k, observer=observer, encoders=encoders, predictions=predictions)
-    events: list[Event] = []
     if broken and not suspended:
-        state, events = _suspend(state, "frozen" if came_in else "stopped", plan)
+        state = _suspend(state, "frozen" if came_in else "stopped", plan)
     elif suspended and fresh:
-        state, events = _resume(state, angles, plan)
+        state = _resume(state, angles, plan)
     sums = _take_innovations(state, angles, fresh, weight, noise, plan)
     observer = state.observer.correct(angles, weight, plan) if fresh else state.observer._replace(in_a_row=0)
     state = state._replace(sums=sums, observer=observer)
     if k % plan.coarse == 0:
         state = _coarse_step(state, angles, fresh, plan)
     if k % plan.block == 0:
-        state, said = judge_block(_close_block(state, plan), plan)
-        events = events + said
-    return state, events
+        state = judge_block(_close_block(state, plan), plan)
+    return state
 
 
-def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
+def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> CorrectorState:
     """Return the state with everything at rest; a trial is broken off."""
-    events = [make_event(state, why, plan)]
+    state = say(state, why, plan)
     if state.mode == "on trial":
-        events.append(make_event(state, "cut", plan, state.finding))
+        state = say(state, "cut", plan, state.finding)
     state = state.follow_again()
     return state.enter(
         "suspended",
         predictions=state.predictions.drop_running(),
         blocks=state.blocks[:-_DROPPED],
         observer=state.observer._replace(covariances=()),
-    ), events
+    )
 
 
-def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
+def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> CorrectorState:
     """Return the state with the observer begun again from a sample's ``angles``."""
     before, since, held = state.observer.memory
     first = start_state(*angles, before.nu_front, before.nu_rear)._replace(cable_rest=before.cable_rest)
     observer = start_observer(first, state.observer.voltages, state.twin.parameters, plan)
-    return state.enter(
+    return say(state, "back", plan).enter(
         "following" if state.is_noise_known else "starting",
         settled=state.samples + plan.settling,
         observer=observer._replace(memory=observer.memory._replace(since=since, held=held)),
-    ), [make_event(state, "back", plan)]
+    )
 
 
 def _take_innovations(

@@ -94,7 +94,7 @@ class CorrectorState(NamedTuple):
     what was adopted, and the sample at which it was ``changed`` last; ``rival``: the twin that is compared with it,
     none or one. ``blocks``: the last ones; ``tested``: D^T u
     and D^T W D of every change (:mod:`.evidence`) in those that the CUSUMs take; the largest sum over its threshold
-    (``alarm``), and ``run``: blocks for which the sum that gave it had been above zero.
+    (``alarm``), and ``run``: blocks for which the sum that gave it had been above zero. ``events`` of the last sample.
     """
 
     settled: int
@@ -118,6 +118,7 @@ class CorrectorState(NamedTuple):
     alarm: float = 0.0
     run: int = 0
     finding: Finding = NOTHING
+    events: tuple[Event, ...] = ()
 
     @property
     def instants(self) -> int:

@@ -27,9 +27,6 @@ from .plan import FollowPlan
 from .prediction import WINDOWS, compare_errors
 from .state import REASONS, CorrectorState, Event
 
-Judged = tuple[CorrectorState, list[Event]]
-"""The state after a block, and what there is to report."""
-
 _PATIENCE = 15  # blocks after an alarm in which the lead is waited for
 _LEAST_Z = 4.0
 _SURELY = 0.5  # t of the fall of errors on trial: the likelihood has shown the change, the trial shows that it helps
@@ -47,12 +44,12 @@ SWINGING = 2  # blocks after a change in which the innovations still swing
 _LEAST_BLOCKS = 5  # blocks that are needed after them
 
 
-def judge_block(state: CorrectorState, plan: FollowPlan) -> Judged:
-    """Return the state after a complete block, and what there is to report."""
+def judge_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
+    """Return the state after a complete block."""
     if state.mode == "starting" and state.is_noise_known:
-        return state.enter("following"), []
+        return state.enter("following")
     if state.mode in ("starting", "suspended"):
-        return state, []
+        return state
     if state.mode == "following":
         return look_for_change(*_update_cusums(state, plan), plan)
     if state.mode == "alarmed":
@@ -75,7 +72,7 @@ def _update_cusums(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorSt
     return state._replace(alarm=alarm), longest
 
 
-def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Judged:
+def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> CorrectorState:
     """Raise an alarm where a CUSUM, above zero for ``run`` blocks (0: no alarm), says so.
 
     It waits while an encoder may be at fault.
@@ -89,18 +86,18 @@ def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Judged
     if run > 0 and not any(one.is_doubtful(deviation, plan) for one, deviation in encoders):
         found, _ = find_changes(state, run + SWINGING, plan)
         first = found[0] if found else NOTHING
-        state = state.enter("alarmed", finding=first, run=run, baseline=start_baseline(plan.deviations))
-        return state, [make_event(state, "suspected", plan, first)]
-    return state, []
+        state = say(state, "suspected", plan, first)
+        return state.enter("alarmed", finding=first, run=run, baseline=start_baseline(plan.deviations))
+    return state
 
 
-def name_change(state: CorrectorState, plan: FollowPlan) -> Judged:
+def name_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Name the change as soon as it leads, or when patience is over."""
     elapsed = state.blocks_in_mode(plan)
     found, measured = find_changes(state, state.run + SWINGING + elapsed, plan)
     late = elapsed >= _PATIENCE
     if not found:
-        return _hold(state, NOTHING, "impossible", plan) if late else (state, [])
+        return _hold(state, NOTHING, "impossible", plan) if late else state
     first = found[0]
     leads = len(found) == 1 or first.evidence - found[1].evidence >= _LEAD
     if not leads:
@@ -112,22 +109,21 @@ def name_change(state: CorrectorState, plan: FollowPlan) -> Judged:
     elif abs(first.z) < _LEAST_Z:
         why = "insignificant"
     if not why and (leads or late):
-        event = make_event(state, "named" if leads else "ambiguous", plan, first)
-        return _put_on_trial(state, first, plan, event)
-    return _hold(state, first, why, plan) if late else (state, [])
+        return _put_on_trial(say(state, "named" if leads else "ambiguous", plan, first), first, plan)
+    return _hold(state, first, why, plan) if late else state
 
 
-def _hold(state: CorrectorState, finding: Finding, why: str, plan: FollowPlan, *events: Event) -> Judged:
-    """Follow again without a change; ``events`` are reported before."""
-    return state.follow_again(), [*events, make_event(state, why, plan, finding)]
+def _hold(state: CorrectorState, finding: Finding, why: str, plan: FollowPlan) -> CorrectorState:
+    """Follow again without a change."""
+    return say(state, why, plan, finding).follow_again()
 
 
-def _put_on_trial(state: CorrectorState, finding: Finding, plan: FollowPlan, *events: Event) -> Judged:
-    """Start a rival twin with the change; without corrections, hold. ``events`` are reported before."""
+def _put_on_trial(state: CorrectorState, finding: Finding, plan: FollowPlan) -> CorrectorState:
+    """Start a rival twin with the change; without corrections, hold."""
     if not plan.settings.correcting:
-        return _hold(state, finding, "off", plan, *events)
+        return _hold(state, finding, "off", plan)
     rival = plan.twin(plan.changes[finding.change].applied(finding.size, state.twin.values))
-    return state.with_rival(rival).enter("on trial", finding=finding), [*events]
+    return state.with_rival(rival).enter("on trial", finding=finding)
 
 
 def _compare_rival(state: CorrectorState, plan: FollowPlan) -> tuple[int, float, float]:
@@ -138,23 +134,23 @@ def _compare_rival(state: CorrectorState, plan: FollowPlan) -> tuple[int, float,
     return len(rival), *compare_errors(rival, used, plan.changes[state.finding.change].axes)
 
 
-def try_change(state: CorrectorState, plan: FollowPlan) -> Judged:
+def try_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Adopt the change if the rival was better over the window, hold it if not; else wait for another window."""
     compared, difference, t = _compare_rival(state, plan)
     if compared < plan.window or (abs(t) < _SURELY and compared < _TRIAL_WINDOWS * plan.window):
-        return state, []
+        return state
     latest = refine_size(state, state.finding, plan)
     likelier = find_likelier(state, latest, plan)
     if likelier.change >= 0:
-        held = make_event(state, "outdone", plan, latest)
-        return _put_on_trial(state, likelier, plan, held, make_event(state, "named", plan, likelier))
+        state = say(say(state, "outdone", plan, latest), "named", plan, likelier)
+        return _put_on_trial(state, likelier, plan)
     if difference >= 0.0 or t > -_SURELY:
         return _hold(state, latest, "not better", plan)
     # the twin before is the rival from now on
-    event, before, change = make_event(state, "better", plan, latest), state.twin, plan.changes[latest.change]
+    state, before, change = say(state, "better", plan, latest), state.twin, plan.changes[latest.change]
     errors = list(state.errors)
     for place in change.places:
-        errors[place] = event.standard_error
+        errors[place] = state.events[-1].standard_error
     direction, values = change.direction(before.values), change.applied(latest.size, before.values)
     state = state.use(values, tuple(errors), plan).with_rival(before)
     return state.enter(
@@ -164,16 +160,16 @@ def try_change(state: CorrectorState, plan: FollowPlan) -> Judged:
         baseline=loosen_baseline(state.baseline, direction, latest.standard_error, change.size),
         tested=(),
         alarm=0.0,
-    ), [event]
+    )
 
 
-def watch_change(state: CorrectorState, plan: FollowPlan) -> Judged:
+def watch_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Watch what was adopted: take it back if the values before predict better, refine it when the watch is over."""
     compared, mean, t = _compare_rival(state, plan)
     if mean < 0.0 and t < -_ROLL_BACK:
         return take_back(state, state.rival[0].values, "worse", plan)
     if compared < _WATCH_WINDOWS * plan.window:
-        return state, []
+        return state
     number, count = state.finding.change, len(state.blocks)
     left = explain(state, number, count, plan)
     if left.change < 0 or abs(left.z) < _REFINING:
@@ -182,14 +178,13 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> Judged:
         if left.evidence < _LEAD:
             left = NOTHING
     state = state.follow_again()._replace(tested=state.tested)
-    return _put_on_trial(state, left, plan) if left.change >= 0 else (state, [])
+    return _put_on_trial(state, left, plan) if left.change >= 0 else state
 
 
-def take_back(state: CorrectorState, values: Vector, why: str, plan: FollowPlan) -> Judged:
+def take_back(state: CorrectorState, values: Vector, why: str, plan: FollowPlan) -> CorrectorState:
     """Use these ``values`` again."""
     state = state.use(values, state.errors, plan)._replace(blocks=())
-    event = make_event(state, why, plan, Finding(state.finding.change))
-    return state.follow_again(), [event._replace(since=event.time)]
+    return say(state, why, plan, Finding(state.finding.change)).follow_again()
 
 
 def sums_back(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:
@@ -256,21 +251,19 @@ def refine_size(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Fi
     return finding._replace(blocks=count, size=size, standard_error=error)
 
 
-def make_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> Event:
-    """Return the event of this sample that tells of a ``finding``, or of none; ``why`` is a key of the reasons."""
+def say(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> CorrectorState:
+    """Return the state with an event that tells of a ``finding``, or of none; ``why`` is a key of the reasons."""
     time, (what, reason) = state.samples * plan.settings.sample_time, REASONS[why]
-    if finding.change < 0:
-        return Event(time, what, since=time, why=reason)
-    change, values = plan.changes[finding.change], state.twin.values
-    blocks = finding.blocks + (0 if why == "suspected" else SWINGING)
-    return Event(
-        time,
-        what,
-        name=change.name,
-        other=plan.changes[finding.other].name if finding.other >= 0 else "",
-        axis=AXES[change.axes[0]] if change.field else "rotors",
-        value=change.value(change.applied(finding.size, values)),
-        standard_error=finding.standard_error * (1.0 if change.field else change.value(values)),
-        since=time - blocks * plan.block * plan.settings.sample_time,
-        why=reason,
-    )
+    event = Event(time, what, since=time, why=reason)
+    if finding.change >= 0:
+        change, values = plan.changes[finding.change], state.twin.values
+        blocks = finding.blocks + (SWINGING if finding.blocks > 0 and why != "suspected" else 0)
+        event = event._replace(
+            name=change.name,
+            other=plan.changes[finding.other].name if finding.other >= 0 else "",
+            axis=AXES[change.axes[0]] if change.field else "rotors",
+            value=change.value(change.applied(finding.size, values)),
+            standard_error=finding.standard_error * (1.0 if change.field else change.value(values)),
+            since=time - blocks * plan.block * plan.settings.sample_time,
+        )
+    return state._replace(events=(*state.events, event))
