@@ -30,6 +30,9 @@ H = 0.01
 PROCESS_NOISE = 0.003
 """Standard deviation of the process noise on each axis [rad/s^2]; it is correlated over 1 s."""
 
+COUNT = 2.0 * pi / 4096
+"""Of an encoder [rad]."""
+
 Controller = Callable[[int, tuple[float, float, float]], tuple[float, float]]
 
 
@@ -57,10 +60,12 @@ def pushed(
     torque: np.ndarray,
     law: Callable[[int, PlantState], tuple[float, float, float]] | None = None,
     controller: Controller | None = None,
+    changed: Callable[[int], tuple[PlantParameters, float]] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Simulate with accelerations ``torque`` (N, 3) and a further ``law`` of sample and state [rad/s^2].
 
-    Returns the voltages (N, 2), which are the controller's if there is one, and the angles (N, 3).
+    ``changed`` gives the parameters at a sample, and the share of thrust that the front rotor keeps. Returns the
+    voltages (N, 2), which are the controller's if there is one, and the angles (N, 3).
     """
     state, held = rigid_start(rest(parameters, voltages), parameters), []
     time = [k * H for k in range(len(voltages))]
@@ -69,9 +74,10 @@ def pushed(
         angles[k] = measured_angles(state)
         if controller is not None:
             used[k] = controller(k, tuple(angles[k]))
-        held.append((float(used[k, 0]), float(used[k, 1])))
+        now, share = (parameters, 1.0) if changed is None else changed(k)
+        held.append((share * float(used[k, 0]), float(used[k, 1])))
         d = torque[k] if law is None else torque[k] + law(k, state)
-        moved = advance(state, time, held, k, 0.0, H, parameters)
+        moved = advance(state, time, held, k, 0.0, H, now)
         state = moved._replace(
             pitch=moved.pitch + 0.5 * H * H * d[0],
             elevation=moved.elevation + 0.5 * H * H * d[1],
@@ -87,6 +93,24 @@ def noisy(parameters, voltages, seed, law=None, deviation=PROCESS_NOISE, name="n
     """Record with process noise, read by the rig's encoders."""
     torque = process_noise(len(voltages), seed, deviation)
     return Log(name, 1.0 / H, voltages, read(pushed(parameters, voltages, torque, law)[1]))
+
+
+def changing(seconds, after=TABLE_2, change=np.inf, seed=0, before=TABLE_2, front=1.0, lift=1.0):
+    """Rows (two voltages [V], three angles [rad]) of a rig that changes in flight, in open loop under multisines.
+
+    At ``change`` [s] it gets the parameters ``after`` and its front rotor keeps the share ``front`` of its thrust;
+    ``lift``: by how much the sum of the voltages moves more than usual. The air has .012 rad/s^2.
+    """
+    rng, t = np.random.default_rng(seed), np.arange(round(seconds / H)) * H
+    lines = np.array([0.07, 0.11, 0.19, 0.31, 0.5, 0.8])[:, None]
+    waves = [np.sin(2 * np.pi * lines * t + rng.uniform(0, 2 * np.pi, (6, 1))).sum(0) for _ in range(2)]
+    total, apart = 4.5 + lift * 0.35 * waves[0], 0.31 + 0.15 * waves[1]
+    voltages, torque = np.column_stack([total + apart, total - apart]) / 2, process_noise(len(t), seed, 0.012)
+    _, angles = pushed(
+        before, voltages, torque, changed=lambda k: (after, front) if k * H >= change else (before, 1.0)
+    )
+    counts = angles / COUNT + 0.25 * rng.standard_normal(angles.shape)
+    return np.hstack([voltages, COUNT * np.round(counts)]).tolist()
 
 
 def closed_loop(parameters, seconds, seed, name="closed loop"):
