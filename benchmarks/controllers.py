@@ -14,12 +14,12 @@ corrected plant, against those of the true plant; the corrected plant's error ov
 """
 
 from functools import partial
-from statistics import median
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
+import pandas
 
-from benchmarks.harness import in_parallel, span, table
+from benchmarks.harness import count, in_parallel, span, table
 from benchmarks.rigs import windy_logs, windy_plant
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
@@ -36,40 +36,25 @@ from tests.blind.windy import windy_rig
 
 AIM = ControllerConfiguration()
 MODELS = ("corrected", "before", "published")
+KEPT = ("stable", "keeps the margin", "settles in time", "keeps both")
 LOGS = {"a": 5, "t": 2}
 
 CHANCE = 0.02
 """A settling time may be missed by this share: the response crosses the 5 % band between two samples."""
 
 
-class Verdict(NamedTuple):
-    """One design on the true plant: why there is none, or whether it is stable and keeps what it promised."""
-
-    refused: str = ""
-    stable: bool = False
-    margin: bool = False
-    settling: bool = False
-    transfer: float = float("nan")
-
-    @property
-    def holds(self) -> bool:
-        """Whether it keeps both."""
-        return self.margin and self.settling
-
-
-def judged_on(truth: PlantParameters, design: Design, judged: Judged, transfer: float) -> Verdict:
-    """Put a design around the true plant, linearised where the true plant is in equilibrium."""
+def kept(truth: PlantParameters, design: Design, judged: Judged) -> dict[str, bool]:
+    """Say what a design keeps around the true plant, linearised where the true plant is in equilibrium."""
     point, omega = design.plants.model.point, frequencies(AIM.period)
     model = linear_model(truth, point.pitch, point.elevation, AIM.period)
     responses = plant_response(model, omega)[None].repeat(2, axis=0)
     found = judge(Plants(model, (model,), omega, responses, ()), judged.settings, design.axes)
     if not found.is_stable:
-        return Verdict(transfer=transfer)
-    names = [f"{axis}.settling" for axis in design.axes]
+        return dict.fromkeys(KEPT, False)
     margin = found.figures["disk"].value >= judged.figures["disk"].promised - 1e-3
     settles = all(found.figures[name].value <= judged.figures[name].promised * (1.0 + CHANCE) + AIM.period
-                  for name in names)  # fmt: skip
-    return Verdict("", True, margin, settles, transfer)
+                  for name in (f"{axis}.settling" for axis in design.axes))  # fmt: skip
+    return dict(zip(KEPT, (True, margin, settles, margin and settles), strict=True))
 
 
 def predicted_steps(plant: PlantParameters, judged: Judged, design: Design) -> np.ndarray:
@@ -79,34 +64,35 @@ def predicted_steps(plant: PlantParameters, judged: Judged, design: Design) -> n
     return np.concatenate([step_response(model, judged.settings, axis, 0.1, 8.0).angle for axis in design.axes])
 
 
-def of_rig(plants: int, job: tuple[str, int]) -> dict[str, Verdict]:
-    """Identify a rig, design on each model, and judge on the truth; give a verdict by model and design."""
+def of_rig(plants: int, job: tuple[str, int]) -> list[dict[str, Any]]:
+    """Identify a rig, design on each model, and judge on the truth; give a row for each design."""
     colour, seed = job
     rig = windy_rig(seed, colour, counts=LOGS)
     truth = windy_plant(rig)
+    row = {"rig": f"{colour} {seed}", "refused": "", "transfer": np.nan, **dict.fromkeys(KEPT, False)}
     try:
         diagnosis = diagnose(windy_logs(rig, "a"), held_out=windy_logs(rig, "t"))
     except IdentifierError as error:
-        return dict.fromkeys(MODELS, Verdict(str(error)))
+        return [{**row, "design": name, "refused": str(error)} for name in MODELS]
     sets = {
         "corrected": corrected_parameters(diagnosis),
         "before": ParameterSet(PLANT, plant_values(diagnosis.plant_before, diagnosis.parameters_before)),
         "published": ParameterSet(PLANT, plant_values(TABLE_2, {})),
     }
-    found: dict[str, Verdict] = {}
+    rows: list[dict[str, Any]] = []
     first: Design | None = None
     for name, parameters in sets.items():
-        count = 20 if name == "published" else plants
+        drawn = 20 if name == "published" else plants
         try:
-            design = design_controller(parameters, "lqi", "pitch", 0.0, aim=AIM, draws=count)
+            design = design_controller(parameters, "lqi", "pitch", 0.0, aim=AIM, draws=drawn)
             first = first or design
             expected, true = (predicted_steps(plant, first.robust, first) for plant in (parameters.plant(), truth))
             transfer = float(np.linalg.norm(expected - true))
             for ending, own in (("", design.robust), (", nominal", design.baseline)):
-                found[name + ending] = judged_on(truth, design, own, transfer)
+                rows.append({**row, "design": name + ending, "transfer": transfer, **kept(truth, design, own)})
         except ConfigurationError as problem:
-            found[name] = Verdict(str(problem))
-    return found
+            rows.append({**row, "design": name, "refused": str(problem)})
+    return rows
 
 
 def controllers(
@@ -114,21 +100,18 @@ def controllers(
 ) -> None:
     """Print a table of designs against what they keep."""
     jobs = [(colour, seed) for seed in span(seeds) for colour in colours.split(",")]
-    done: list[dict[str, Verdict]] = []
-    for job, verdicts in zip(jobs, in_parallel(partial(of_rig, plants), jobs, workers), strict=True):
-        done.append(verdicts)
-        said = "; ".join(f"{name}: {v.refused or ('holds' if v.holds else 'fails')}" for name, v in verdicts.items())
-        print(*job, said, flush=True)
-    rows = []
-    for name in dict.fromkeys(key for one in done for key in one):
-        own = [one[name] for one in done if name in one]
-        made = [verdict for verdict in own if not verdict.refused]
-        kept = ("stable", "margin", "settling", "holds")
-        shares = [f"{sum(getattr(verdict, what) for verdict in made)} of {len(made)}" for what in kept]
-        rows.append((name, str(len(own) - len(made)), *shares))
-    print(table(("design on", "refused", "stable", "keeps the margin", "settles in time", "keeps both"), rows))
+    done: list[dict[str, Any]] = []
+    for rows in in_parallel(partial(of_rig, plants), jobs, workers):
+        done += rows
+        said = (f"{row['design']}: {row['refused'] or ('holds' if row[KEPT[-1]] else 'fails')}" for row in rows)
+        print(rows[0]["rig"], "; ".join(said), flush=True)
+    found = pandas.DataFrame(done)
+    lines = []
+    for name, own in found.groupby("design", sort=False):
+        made = own[own.refused == ""]
+        lines.append((name, len(own) - len(made), *(count(made[what]) for what in KEPT)))
+    print(table(("design on", "refused", *KEPT), lines))
+    wide = found[found.refused == ""].pivot(index="rig", columns="design", values="transfer")
     for name in MODELS[1:]:
-        pairs = [(one["corrected"], one[name]) for one in done]
-        ratios = [after.transfer / other.transfer for after, other in pairs if not (after.refused or other.refused)]
-        if ratios:
-            print(f"step responses: error over that of {name}, median of {len(ratios)}: {significant(median(ratios))}")
+        if {"corrected", name} <= {*wide} and len(ratios := (wide.corrected / wide[name]).dropna()):
+            print(f"step responses: error over that of {name}, median of {len(ratios)}: {significant(ratios.median())}")

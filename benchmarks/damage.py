@@ -12,12 +12,12 @@ what was said.
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from typing import Any
 
-import numpy as np
+import pandas
 
-from benchmarks.harness import Words, in_parallel, span, table
-from benchmarks.rigs import DETECTABLE, likelihood_of, log_of, windy_log
+from benchmarks.harness import Words, count, in_parallel, span, table
+from benchmarks.rigs import DETECTABLE, likelihood_of, log_of, struck, windy_log
 from heli_identifier.chain import FAULTS
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import Log
@@ -55,30 +55,33 @@ def told_sees(sound: Sequence[Log], struck: Sequence[Log]) -> bool:
     return fitted[1] - fitted[0] > DETECTABLE
 
 
-def diagnosed(job: tuple[str, int, str]) -> tuple[set[str], str, bool]:
-    """Damage the logs of one rig and diagnose them: effects shown, what names the damage, told."""
+def diagnosed(job: tuple[str, int, str]) -> dict[str, Any]:
+    """Diagnose a rig whose logs are damaged; say what is shown that it has and has not, and whether it is named."""
     kind, seed, damage = job
-    effect = effect_of(seed, damage) if kind == "both" else "clean"
-    made, sound = [], list(logs_of(kind, seed, effect))
-    for log in sound:
-        v, y = DAMAGES[damage](log.step * np.arange(log.samples, dtype=float), log.voltages, log.angles)
-        made.append(replace(log, voltages=v, angles=y))
+    true = effect_of(seed, damage) if kind == "both" else "clean"
+    sound = list(logs_of(kind, seed, true))
+    made = [struck(log, damage) for log in sound]
     told = told_sees(sound[:-1], made[:-1])
+    row: dict[str, Any] = {"kind": kind, "seed": seed, "damage": damage, "told": told, "shown": set()}
     try:
         found = diagnose(made[:-1], held_out=made[-1:])
     except IdentifierError as error:
-        return set(), f"refused: {error}", told
-    faults = {fault.name for fault in FAULTS}
-    shown = {
-        f"{effect.name}/{effect.axis}"
-        for effect in found.effects
-        if not faults & {name for name, _ in effect.alternatives}  # "one of these two" is no accusation
-    }
-    named = [f"{fault.name}/{fault.channel}" for fault in found.faults]
-    named += sorted({f"slip/{event.axis}" for event in found.events if event.kind == "slip"})
-    named += [word for word in ("WRONG SIGN", "does not belong") if any(word in note for note in found.notes)]
-    rivals = [f"{name}/{axis}" for effect in found.effects for name, axis in effect.alternatives]
-    return shown, ", ".join((*named, *(f"or {rival}" for rival in rivals))), told
+        said = f"refused: {error}"
+    else:
+        faults = {fault.name for fault in FAULTS}
+        row["shown"] = {
+            f"{effect.name}/{effect.axis}"
+            for effect in found.effects
+            if not faults & {name for name, _ in effect.alternatives}  # "one of these two" is no accusation
+        }
+        words = [f"{fault.name}/{fault.channel}" for fault in found.faults]
+        words += sorted({f"slip/{event.axis}" for event in found.events if event.kind == "slip"})
+        words += [word for word in ("WRONG SIGN", "does not belong") if any(word in note for note in found.notes)]
+        words += [f"or {name}/{axis}" for effect in found.effects for name, axis in effect.alternatives]
+        said = ", ".join(words)
+    own = {effect for effect in row["shown"] if kind == "both" and effect.split("/")[0] == true}
+    named = told and is_named(damage, said)
+    return row | {"said": said, "named": named, "false": bool(row["shown"] - own), "both": bool(own) and named}
 
 
 def is_named(damage: str, said: str) -> bool:
@@ -87,28 +90,23 @@ def is_named(damage: str, said: str) -> bool:
     return bool(words) and any(word in said for word in words.split("|"))
 
 
-def damage(
-    damages: Words,
-    open: str = "0:4", flown: str = "0:4", both: str = "0:4", workers: int = 1,
-) -> None:  # fmt: skip
+def damage(damages: Words, open: str = "0:4", flown: str = "0:4", both: str = "0:4", workers: int = 1) -> None:
     """Run the benchmark."""
     kinds = {"open": open, "flown": flown, "both": both}
     names = [name for name in DAMAGES if not damages or any(word in name for word in damages)]
     jobs = [(kind, seed, name) for name in names for kind, seeds in kinds.items() for seed in span(seeds)]
-    made: dict[str, list[tuple[bool, set[str], set[str], str, bool, bool]]] = {name: [] for name in names}
-    for (kind, seed, name), (shown, said, told) in zip(jobs, in_parallel(diagnosed, jobs, workers), strict=True):
-        print(f"{kind} {seed} | {name} | told {told} | shown {sorted(shown)} | {said[:90]}", flush=True)
-        true = {effect for effect in shown if kind == "both" and effect.split("/")[0] == effect_of(seed, name)}
-        made[name].append((kind == "both", shown, true, said, told, told and is_named(name, said)))
-    rows = []
-    for name, own in made.items():
-        alone = [one for one in own if not one[0]]
-        pairs = [one for one in own if one[0] and one[4] and not one[3].startswith("refused")]
-        words = Counter(word for _, shown, _, said, _, _ in alone for word in (*shown, said[:60] or "-"))
-        rows.append(
-            (name, len(alone), sum(bool(shown - true) for _, shown, true, *_ in own), sum(one[4] for one in alone),
-             sum(one[5] for one in alone), f"{sum(bool(one[2]) and one[5] for one in pairs)} of {len(pairs)}",
-             "; ".join(f"{word} {n}" for word, n in words.most_common(4)))
-        )  # fmt: skip
+    done = []
+    for row in in_parallel(diagnosed, jobs, workers):
+        done.append(row)
+        told, shown = f"told {row['told']}", f"shown {sorted(row['shown'])}"
+        print(f"{row['kind']} {row['seed']}", row["damage"], told, shown, row["said"][:90], sep=" | ", flush=True)
+    found, lines = pandas.DataFrame(done), []
+    for name, own in found.groupby("damage", sort=False):
+        alone = own[own.kind != "both"]
+        pairs = own[(own.kind == "both") & own.told & ~own.said.str.startswith("refused")]
+        words = Counter(word for shown, said in zip(alone.shown, alone.said, strict=True)
+                        for word in (*shown, said[:60] or "-"))  # fmt: skip
+        said = "; ".join(f"{word} {n}" for word, n in words.most_common(4))
+        lines.append((name, len(alone), own.false.sum(), alone.told.sum(), alone.named.sum(), count(pairs.both), said))
     head = ("damage", "rigs", "a wrong effect shown", "a told test sees it", "of these named", "both named", "said")
-    print("\n" + table(head, rows))
+    print("\n" + table(head, lines))

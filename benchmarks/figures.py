@@ -18,9 +18,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pandas
 from numpy.typing import NDArray
-from scipy.stats import binomtest
 
-from benchmarks.harness import ROOT, Words
+from benchmarks.harness import ROOT, Words, share
 from benchmarks.rigs import DETECTABLE
 from fmu_src.master import run_apart
 from heli_identifier.files import write_atomically
@@ -114,9 +113,9 @@ def detection(rows: pandas.DataFrame) -> str:
         own = rows[rows.battery == battery]
         for _, inside in own.groupby(pandas.cut(own.told, BINS), observed=True):
             place = aside * np.exp(np.log(inside.told.clip(1.0, 128.0)).mean())
-            low, high = binomtest(int(inside.shown.sum()), len(inside)).proportion_ci(method="wilson")
+            shown, low, high = share([*inside.shown])
             panel.line((place, place), (low, high), role, width=1.0)
-            panel.points((place,), (inside.shown.mean(),), role, label)
+            panel.points((place,), (shown,), role, label)
     said = "Share of effects that are shown against the score that a fit gives them which is told the structure"
     return figure([panel], "score of a fit that is told the structure [nats]", said, 640.0, True, (0.9, 140.0))
 

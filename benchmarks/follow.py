@@ -36,7 +36,7 @@ from scipy.signal import lfilter
 from scipy.stats import norm
 
 from benchmarks.flown import SHAKE, TORQUE_STD, TORQUE_TIME, Rig, Stage, draw_rig, flight
-from benchmarks.harness import Words, in_parallel, table
+from benchmarks.harness import Words, count, in_parallel, table
 from fmu_src.master import run
 from heli_identifier import following
 from heli_identifier.following import Event, FollowSettings, Sample
@@ -329,13 +329,16 @@ def summary(rows: Sequence[Row]) -> str:
             ratio, alone = (np.array([row["error"] / row[other] for row in own]) for other in ("told", "alone"))
             delays = [change["delay"] for change in changes if change["delay"] < math.inf]
             lines.append((
-                kind, len(own), _count(changes, "noticed"), f"{np.median(delays or [np.nan]):.0f}",
-                _count(changes, "named"), f"{np.median(ratio):.3f}, {np.max(ratio):.2f}",
-                f"{(ratio <= 1.15).sum()} of {len(ratio)}", f"{np.max(alone):.3f}",
+                kind, len(own), count(one["noticed"] for one in changes), f"{np.median(delays or [np.nan]):.0f}",
+                count(one["named"] for one in changes), f"{np.median(ratio):.3f}, {np.max(ratio):.2f}",
+                count(ratio <= 1.15), f"{np.max(alone):.3f}",
             ))  # fmt: skip
     asked = [change for row in rows if row["kind"] in ASKED for change in row["changes"]]
-    said = [f"Gains, dry frictions, mass: noticed within 20 s {_count(asked, 'noticed')}, within 20 s of excited "
-            f"flight {_count(asked, 'excited')}, named {_count(asked, 'named')}."]  # fmt: skip
+    noticed, excited, named = (
+        count(one[key] for one in asked if one[key] is not None) for key in ("noticed", "excited", "named")
+    )
+    said = [f"Gains, dry frictions, mass: noticed within 20 s {noticed}, within 20 s of excited flight {excited}, "
+            f"named {named}."]  # fmt: skip
     for name, kinds in (
         ("Unchanged rigs", ("none",)), ("Unchanged rigs, streams at fault", (FAULTY,)),
         ("Before a change", (*NAMES, "two")), ("Before a change, streams at fault", STREAMS),
@@ -346,11 +349,6 @@ def summary(rows: Sequence[Row]) -> str:
     wrong = [one for one in known if one[3] > one[2]]
     said.append(f"Adoptions: {len(known)}, wrong (worse over the next 60 s): {len(wrong)} {wrong or ''}")
     return "\n\n".join((table(head, lines), *said))
-
-
-def _count(changes: Sequence[Row], key: str) -> str:
-    flags = [change[key] for change in changes if change[key] is not None]
-    return f"{sum(flags)} of {len(flags)}"
 
 
 def step_cost() -> str:
@@ -364,8 +362,8 @@ def step_cost() -> str:
 
 
 def follow(
-    kinds: Words,
-    tuning: bool = False, seeds: int = 40, first: int = 0, hours: float = 20.0, workers: int = 1, step: bool = False,
+    kinds: Words, tuning: bool = False, seeds: int = 40, first: int = 0, hours: float = 20.0, workers: int = 1,
+    step: bool = False,
 ) -> None:  # fmt: skip
     """Fly, and print the tables."""
     if step:

@@ -25,18 +25,18 @@ Printed is a line for each half, then for each kind of rig a table with its bars
 """
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise, product
 from pathlib import Path
 from time import process_time
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 import pandas
 import typer
 
-from benchmarks.harness import Strength, Words, in_parallel, span, table, write_strength
+from benchmarks.harness import Words, count, in_parallel, print_frame, span, table, write_strength
 from benchmarks.measured import DownloadError
 from benchmarks.measured import download as download_logs
 from benchmarks.rigs import DETECTABLE, told_scores, windy_logs, windy_plant
@@ -59,96 +59,83 @@ WINDY_LOGS = {"a": 5, "b": 5, "t": 2, "c": 4}
 MARKS = {Determination.OUTSIDE: "", Determination.NOISE_MODEL: "*", Determination.NOT_DETERMINED: "?"}
 """Behind a gain in a line, by what it rests on."""
 
-
 FIGURES = {"ahead_200ms": ".2 s ahead", "prediction_1s": "1 s ahead", "closed_loop_3s": "closed loop over 3 s"}
 """Errors that are printed of measured rigs, by their names in a diagnosis."""
 
 
-class Half(NamedTuple):
-    """One half of a rig's logs: what was found in it, or why it was refused.
+Row = dict[str, Any]
+"""One half of a rig's logs, and what was found in it."""
 
-    Of a windy rig the truth is known: families of its effects; the scores [nats] of those in a fit that is told the
-    structure; slopes of the gains; the log-likelihood that a second controller's logs lose under the delivered plant.
+
+def half_of(
+    kind: str, rig: str, name: str, training: Sequence[Log], held_out: Sequence[Log],
+    judge: Callable[[Diagnosis], Row] | None = None,
+) -> Row:  # fmt: skip
+    """Diagnose one half; ``judge`` adds what follows from a truth that is known.
+
+    ``gains``: of each its value and half its 95 % interval, over the size of a known truth, and what it rests on.
     """
-
-    kind: str
-    rig: str
-    name: str
-    found: Diagnosis | None
-    refused: str = ""
-    seconds: float = 0.0
-    true: frozenset[str] = frozenset()
-    told: Mapping[str, float] = {}
-    slopes: Mapping[str, float] = {}
-    loss: float = float("nan")
-
-    @property
-    def shown(self) -> set[str]:
-        """Families of the effects that are shown."""
-        return {effect.family for effect in self.found.effects} if self.found else set()
-
-    @property
-    def detectable(self) -> set[str]:
-        """Families that the logs show to a fit that is told the structure."""
-        return {family for family, score in self.told.items() if score > DETECTABLE}
-
-    @property
-    def gains(self) -> list[tuple[str, float, float, Determination]]:
-        """Each gain and half its 95 % interval, over the size of a known truth, and what it rests on."""
-        rows = []
-        for name, own in {name: self.found.parameters[name] for name in GAINS}.items() if self.found else ():
-            slope = self.slopes.get(name, 1.0)
-            half = 1.96 * (own.estimate.standard_error or 0.0) / abs(slope)
-            rows.append((name, own.estimate.value / slope, half, own.determination))
-        return rows
-
-    def line(self) -> str:
-        """Say it in a line; ``*`` behind a gain that rests on the noise model, ``?`` behind one not determined."""
-        if self.found is None:
-            return f"{self.rig} {self.name}: refused: {self.refused}"
-        words = [f"{name} {value:.3g}±{half:.2g}{MARKS[rests]}" for name, value, half, rests in self.gains]
-        words.append(f"shown {', '.join(sorted(self.shown)) or 'nothing'}")
-        if self.slopes:
-            for word, families in (("FALSE", self.shown - self.true), ("missed", self.detectable - self.shown)):
-                words += [f"{word} {', '.join(sorted(families))}"] if families else []
-            words.append(f"loss {self.loss:.1f}")
-        words += [f"held out {self.found.held_out.gain.value:.0f} nats", f"{self.seconds:.1f} s"]
-        return f"{self.rig} {self.name}: {'; '.join(words)}"
-
-
-def half_of(kind: str, rig: str, name: str, training: Sequence[Log], held_out: Sequence[Log]) -> Half:
-    """Diagnose one half."""
+    row: Row = {"kind": kind, "rig": rig, "half": name, "refused": "", "gains": []}
     began = process_time()
     try:
-        return Half(kind, rig, name, diagnose(training, held_out=held_out), seconds=process_time() - began)
+        found = diagnose(training, held_out=held_out)
     except IdentifierError as error:
-        return Half(kind, rig, name, None, str(error))
+        return {**row, "refused": str(error)}
+    row |= {"seconds": process_time() - began, "nats": found.held_out.gain.value, "axes": found.axes}
+    row |= {"shown": {effect.family for effect in found.effects}, "slopes": {}} | (judge(found) if judge else {})
+    row["agreement"] = found.agreement.expected if found.agreement else np.nan
+    for gain, report in ((gain, found.parameters[gain]) for gain in GAINS):
+        slope, half = row["slopes"].get(gain, 1.0), 1.96 * (report.estimate.standard_error or 0.0)
+        row["gains"].append((gain, report.estimate.value / slope, half / abs(slope), report.determination))
+    return row
+
+
+def line(row: Row) -> str:
+    """Say a half in a line; ``*`` behind a gain that rests on the noise model, ``?`` behind one not determined."""
+    if row["refused"]:
+        return f"{row['rig']} {row['half']}: refused: {row['refused']}"
+    words = [f"{gain} {value:.3g}±{half:.2g}{MARKS[rests]}" for gain, value, half, rests in row["gains"]]
+    words.append(f"shown {', '.join(sorted(row['shown'])) or 'nothing'}")
+    if row["slopes"]:
+        for word, families in (("FALSE", row["shown"] - row["true"]), ("missed", row["detectable"] - row["shown"])):
+            words += [f"{word} {', '.join(sorted(families))}"] if families else []
+        words.append(f"loss {row['loss']:.1f}")
+    return f"{row['rig']} {row['half']}: {'; '.join(words)}; held out {row['nats']:.0f} nats; {row['seconds']:.1f} s"
 
 
 def windy_halves(
     colour: str, quiet: bool, rate: float, effects: str | None, finer: int, logged: bool, seed: int
-) -> list[Half]:
-    """Make a windy rig, diagnose its halves, and hold them against the truth."""
+) -> list[Row]:
+    """Make a windy rig, diagnose its halves, and hold them against the truth.
+
+    That are families of its effects; the scores [nats] of those in a fit that is told the structure; slopes of the
+    gains; the log-likelihood that a second controller's logs lose under the delivered plant.
+    """
     rig = windy_rig(seed, colour, quiet, rate, effects, logged, WINDY_LOGS, finer=finer)
     fields = tuple(name.replace("/", "_") for name in rig.truth.effects)
-    plant, held_out, other = windy_plant(rig), windy_logs(rig, "t"), windy_logs(rig, "c")
+    plant, other = windy_plant(rig), windy_logs(rig, "c")
     words = (
         colour, f"{rate:g} Hz", "quiet" * quiet, "not logged" * (not logged), effects or "",
         f"encoders {finer} times finer" * (finer > 1),
     )  # fmt: skip
-    kind, halves = " ".join(filter(None, words)), []
+
+    def judge(found: Diagnosis) -> Row:
+        told: dict[str, float] = {}
+        for field, score in told_scores(training, fields).items():
+            told[family_of(field)] = max(score, told.get(family_of(field), score))
+        return {
+            "slopes": rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in training])))),
+            "true": {*map(family_of, fields)}, "told": told,
+            "detectable": {family for family, score in told.items() if score > DETECTABLE},
+            "loss": log_likelihood(plant, other) - log_likelihood(found.plant_after, other),
+        }  # fmt: skip
+
+    rows = []
     for letter in "ab":
         training = windy_logs(rig, letter)
-        half = half_of(kind, f"{colour} {seed}", letter, training, held_out)
-        if half.found:
-            slopes = rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in training]))))
-            told: dict[str, float] = {}
-            for field, score in told_scores(training, fields).items():
-                told[family_of(field)] = max(score, told.get(family_of(field), score))
-            loss = log_likelihood(plant, other) - log_likelihood(half.found.plant_after, other)
-            half = half._replace(true=frozenset(map(family_of, fields)), told=told, slopes=slopes, loss=loss)
-        halves.append(half)
-    return halves
+        kind = " ".join(filter(None, words))
+        rows.append(half_of(kind, f"{colour} {seed}", letter, training, windy_logs(rig, "t"), judge))
+    return rows
 
 
 def rig_logs(rig: str, start: float) -> list[Log]:
@@ -158,7 +145,7 @@ def rig_logs(rig: str, start: float) -> list[Log]:
     return list(read_logs(files, LogFormat(signs={"pitch": -1} if mirrored else {}), start=start or None))
 
 
-def measured_halves(rig: str, start: float) -> list[Half]:
+def measured_halves(rig: str, start: float) -> list[Row]:
     """Diagnose each half of a measured rig's logs, the other half held out."""
     logs, name = rig_logs(rig, start), Path(rig.partition(":")[0]).name
     return [half_of("measured", name, "ab"[k], logs[k::2], logs[1 - k :: 2]) for k in (0, 1)]
@@ -167,68 +154,66 @@ def measured_halves(rig: str, start: float) -> list[Half]:
 # --- tables ------------------------------------------------------------------------------------------------------
 
 
-def gains_of(halves: Sequence[Half]) -> pandas.DataFrame:
+def gains_of(rows: Sequence[Row]) -> pandas.DataFrame:
     """Give a row per half and gain, over the truth where that is known."""
-    rows = [(half.kind, half.rig, half.name, *gain[:-1], gain[-1].value) for half in halves for gain in half.gains]
-    return pandas.DataFrame(rows, columns=["kind", "rig", "half", "gain", "ratio", "half_width", "rests"])
+    found = [(row["kind"], row["rig"], row["half"], *own[:-1], own[-1].value) for row in rows for own in row["gains"]]
+    return pandas.DataFrame(found, columns=["kind", "rig", "half", "gain", "ratio", "half_width", "rests"])
 
 
-def errors_of(halves: Sequence[Half]) -> pandas.DataFrame:
+def errors_of(rows: Sequence[Row]) -> pandas.DataFrame:
     """Give a row per half and axis: errors [mrad] .2 s and 1 s ahead and of the closed loop on the held-out logs."""
-    rows = []
-    for half, axis in product(halves, AXES):
-        if half.found:
-            report = half.found.axes[axis]
-            for figure, what in FIGURES.items():
-                stages = [getattr(own, figure) for own in (report.before, report.after, report.noise_floor)]
-                known = [1e3 * own.value if own and own.is_known else np.nan for own in stages]
-                rows.append((half.rig, half.name, axis, what, *known))
-    return pandas.DataFrame(rows, columns=["rig", "half", "axis", "error", "before", "after", "floor"])
+    found = []
+    for row, axis in product((row for row in rows if not row["refused"]), AXES):
+        report = row["axes"][axis]
+        for figure, what in FIGURES.items():
+            stages = [getattr(own, figure) for own in (report.before, report.after, report.noise_floor)]
+            known = [1e3 * own.value if own and own.is_known else np.nan for own in stages]
+            found.append((row["rig"], row["half"], axis, what, *known))
+    return pandas.DataFrame(found, columns=["rig", "half", "axis", "error", "before", "after", "floor"])
 
 
-def summary(halves: Sequence[Half]) -> str:
+def summary(rows: Sequence[Row]) -> str:
     """Give the table of one kind of rig."""
-    done, gains = [half for half in halves if half.found], gains_of(halves)
-    rows = [("diagnosed, s each", f"{len(done)} of {len(halves)}, {np.median([half.seconds for half in done]):.1f}")]
-    if done and done[0].slopes:
+    done, gains = [row for row in rows if not row["refused"]], gains_of(rows)
+    lines = [("diagnosed, s each", f"{len(done)} of {len(rows)}, {np.median([row['seconds'] for row in done]):.1f}")]
+    if done and done[0]["slopes"]:
         off, missed = (gains.ratio - 1.0).abs(), (gains.ratio - 1.0).abs() > gains.half_width
         medians = gains.groupby("gain", sort=False)[["ratio", "half_width"]].median().map("{:.3f}".format)
         wrong = (missed & (off > FAR)).groupby(gains.rests, sort=False).agg(["sum", "size"])
-        loss, false = [half.loss for half in done], sum(bool(half.shown - half.true) for half in done)
-        found = sum(len(half.shown & half.detectable) for half in done)
-        told = sum(len(half.detectable) for half in done)
+        loss = [row["loss"] for row in done]
+        found, told = (sum(len(own) for own in sets) for sets in zip(
+            *((row["shown"] & row["detectable"], row["detectable"]) for row in done), strict=True))  # fmt: skip
         widths = " ".join(medians.half_width)
-        rows += [
+        lines += [
             ("gains over the truth", f"{' '.join(medians.ratio)}; {gains.ratio.min():.2f} to {gains.ratio.max():.2f}"),
             ("intervals cover; half-widths", f"{1.0 - missed.mean():.3f} of {missed.size}; {widths}"),
             ("wrong gains", "; ".join(f"{own['sum']} of {own['size']} {rests}" for rests, own in wrong.iterrows())),
             ("loss, median; largest [nats]", f"{np.median(loss):.1f}; {np.max(loss):.1f}"),
-            ("halves with something false", f"{false} of {len(done)}"),
+            ("halves with something false", count(bool(row["shown"] - row["true"]) for row in done)),
             ("detectable effects shown", f"{found} of {told}"),
         ]
-    if pairs := [(a, b) for a, b in pairwise(done) if a.rig == b.rig and a.shown | b.shown]:
-        index = np.mean([len(a.shown & b.shown) / len(a.shown | b.shown) for a, b in pairs])
-        expected = [half.found.agreement.expected for half in done if half.found and half.found.agreement]
-        said = f"{index:.2f}; {np.mean(expected or [np.nan]):.2f} ({len(pairs)} rigs)"
-        rows.append(("halves agree; expected", said))
+    shown = [(a["shown"], b["shown"]) for a, b in pairwise(done) if a["rig"] == b["rig"] and a["shown"] | b["shown"]]
+    if shown:
+        index = np.mean([len(a & b) / len(a | b) for a, b in shown])
+        expected = np.nanmean([row["agreement"] for row in done])
+        lines.append(("halves agree; expected", f"{index:.2f}; {expected:.2f} ({len(shown)} rigs)"))
     sure = gains[gains.rests != Determination.NOT_DETERMINED.value].groupby(["rig", "gain"])
     both = [own for _, own in sure if len(own) == 2]
-    agree = sum(abs(own.ratio.diff().iloc[1]) <= np.hypot(*own.half_width) for own in both)
-    rows.append(("gains within their joint interval", f"{agree} of {len(both)}"))
-    nats = [half.found.held_out.gain.value for half in done if half.found]
-    count = f"{sum(n > -3.0 for n in nats)} of {len(nats)}; {np.median(nats):.0f}"
-    rows.append(("held-out gain above -3 nats; median", count))
-    return table(("what", halves[0].kind), rows)
+    agree = count(abs(own.ratio.diff().iloc[1]) <= np.hypot(*own.half_width) for own in both)
+    nats = [row["nats"] for row in done]
+    lines.append(("gains within their joint interval", agree))
+    lines.append(("held-out gain above -3 nats; median", f"{count(n > -3.0 for n in nats)}; {np.median(nats):.0f}"))
+    return table(("what", rows[0]["kind"]), lines)
 
 
-def diagnosed(jobs: Sequence[partial[list[Half]]], workers: int) -> list[Half]:
+def diagnosed(jobs: Sequence[partial[list[Row]]], workers: int) -> list[Row]:
     """Diagnose; print a line for each half and a table for each kind."""
-    done: list[Half] = []
-    for halves in in_parallel(partial.__call__, jobs, workers):
-        done += halves
-        print(*(half.line() for half in halves), sep="\n", flush=True)
-    for kind in dict.fromkeys(half.kind for half in done):
-        print("\n" + summary([half for half in done if half.kind == kind]))
+    done: list[Row] = []
+    for rows in in_parallel(partial.__call__, jobs, workers):
+        done += rows
+        print(*map(line, rows), sep="\n", flush=True)
+    for kind in dict.fromkeys(row["kind"] for row in done):
+        print("\n" + summary([row for row in done if row["kind"] == kind]))
     return done
 
 
@@ -249,9 +234,8 @@ def windy(
     if csv:
         gains_of(done).to_csv(csv, index=False, float_format="%.4f")
     if strength:
-        rows = (Strength("windy", f"{half.kind} {half.rig} {half.name}", family, score, int(family in half.shown))
-                for half in done for family, score in half.told.items())  # fmt: skip
-        write_strength(rows, strength)
+        write_strength((("windy", f"{row['kind']} {row['rig']} {row['half']}", family, score, family in row["shown"])
+                        for row in done for family, score in row.get("told", {}).items()), strength)  # fmt: skip
 
 
 def measured(
@@ -265,8 +249,5 @@ def measured(
     except DownloadError as error:
         sys.exit(str(error))
     errors = errors_of(diagnosed([partial(measured_halves, rig, start) for rig in rigs], workers))
-    rows = errors.map(lambda cell: f"{cell:.3g}" if isinstance(cell, float) else cell)
     print("\nErrors on the other half [mrad]\n")
-    print(table([*errors.columns], rows.to_numpy().tolist()))
-    if csv:
-        errors.to_csv(csv, index=False, float_format="%.4g", na_rep="nan")
+    print_frame(errors, csv)

@@ -12,6 +12,7 @@ from typing import Annotated, Any, NamedTuple
 
 import pandas
 import typer
+from scipy.stats import binomtest
 from threadpoolctl import threadpool_limits
 
 from heli_identifier.files import write_atomically
@@ -80,20 +81,33 @@ def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     return "\n".join(f"| {' | '.join(str(cell).replace('|', '&#124;') for cell in line)} |" for line in lines)
 
 
-class Strength(NamedTuple):
-    """An effect of a rig: the score [nats] of a fit that is told the structure, and 1 if the diagnosis shows it."""
-
-    battery: str
-    rig: str
-    effect: str
-    told: float
-    shown: int
+def print_frame(frame: pandas.DataFrame, csv: Path | None = None) -> None:
+    """Print a frame as a Markdown table, with three digits, and write it to a file, with four."""
+    cells = frame.map(lambda cell: significant(cell) if isinstance(cell, float) else cell)
+    print(table([*frame.columns], cells.to_numpy().tolist()))
+    if csv:
+        frame.to_csv(csv, index=False, float_format="%.4g", na_rep="nan")
 
 
-def write_strength(rows: Iterable[Strength], path: Path) -> None:
-    """Write the table that the figure of the detection is drawn from; an effect without a score is left out."""
-    table = pandas.DataFrame(rows, columns=Strength._fields).dropna()
-    table.to_csv(path, index=False, float_format="%.4g")
+def count(flags: Iterable[bool]) -> str:
+    """Say how many of some are true."""
+    flags = list(flags)
+    return f"{sum(flags)} of {len(flags)}"
+
+
+def share(hits: Sequence[bool]) -> tuple[float, float, float]:
+    """Give a share and its 95 % interval (Wilson); two counts of one rig are correlated, which widens it somewhat."""
+    low, high = binomtest(sum(hits), len(hits)).proportion_ci(method="wilson")
+    return sum(hits) / len(hits), low, high
+
+
+def write_strength(rows: Iterable[tuple[str, str, str, float, bool]], path: Path) -> None:
+    """Write the table that the figure of the detection is drawn from: battery, rig, effect, told, shown.
+
+    ``told``: the score [nats] of a fit that is told the structure; an effect without one is left out.
+    """
+    frame = pandas.DataFrame(rows, columns=["battery", "rig", "effect", "told", "shown"]).dropna()
+    frame.astype({"shown": int}).to_csv(path, index=False, float_format="%.4g")
 
 
 # --- page --------------------------------------------------------------------------------------------------------

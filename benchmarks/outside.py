@@ -29,10 +29,9 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs
 
 from benchmarks.halves import rig_logs
-from benchmarks.harness import Words, table
+from benchmarks.harness import Words, print_frame
 from heli_identifier.chain import SETTLING
 from heli_identifier.records import DEMO_RIGS, Log, demo_logs
-from heli_identifier.results import significant
 from heli_identifier.tracing import diagnose
 from heli_identifier.tracing.settings import SMOOTHING, SPACING
 from heli_plant.effects import AXES
@@ -180,7 +179,4 @@ def outside(rigs: Words, start: Annotated[float, typer.Option("--from")] = 6.0, 
     data = {rig: [list(logs) for logs in demo_logs(rig)] for rig in DEMO_RIGS}
     data |= {Path(rig).name.partition(":")[0]: [rig_logs(rig, start)[k::2] for k in (0, 1)] for rig in rigs}
     rows = pandas.concat([judged(rig, *logs) for rig, logs in data.items()])
-    cells = rows.map(lambda cell: significant(cell) if isinstance(cell, float) else cell)
-    print(table([*rows.columns], cells.to_numpy().tolist()))
-    if csv:
-        rows.to_csv(csv, index=False, float_format="%.4g")
+    print_frame(rows, csv)

@@ -5,6 +5,7 @@ the tracer's own likelihood: it says which effects the logs show at all.
 """
 
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -16,6 +17,7 @@ from heli_identifier.tools import Rig, Row, Source, diagnosed, source_digest
 from heli_identifier.tracing import DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
+from tests.blind.damage import DAMAGES
 from tests.blind.generator import BATTERY, Case
 from tests.blind.windy import WindyLog, WindyRig
 
@@ -40,6 +42,12 @@ def windy_log(name: str, log: WindyLog) -> Log:
     """Give a log of a windy rig, with its references where they are logged."""
     rate = (len(log.time) - 1) / float(log.time[-1] - log.time[0])
     return Log(name, round(rate, 6), log.voltages, log.angles, references=dict(log.references))
+
+
+def struck(log: Log, damage: str) -> Log:
+    """Give a log as a damage leaves it."""
+    v, y = DAMAGES[damage](log.step * np.arange(log.samples, dtype=float), log.voltages, log.angles)
+    return replace(log, voltages=v, angles=y)
 
 
 def windy_logs(rig: WindyRig, letter: str) -> list[Log]:

@@ -35,17 +35,11 @@ SETTINGS = DiagnosisSettings()
 # --- where rigs come from ----------------------------------------------------------------------------------------
 
 
-def folder_with(tmp_path, *files):
-    for file in files:
-        path = tmp_path / file
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(file)
-    return tmp_path
-
-
 def test_every_sub_folder_with_a_log_is_a_rig_whose_content_follows_every_byte_that_a_diagnosis_reads(tmp_path):
-    folder_with(tmp_path, "b/run1.mat", "b/run2.csv", "a/train.csv", "a/held1.csv", "a/heli.toml", "a/notes.txt")
-    folder_with(tmp_path, "notes/readme.txt", "other.csv", "lab.toml")
+    files = "b/run1.mat b/run2.csv a/train.csv a/held1.csv a/heli.toml a/notes.txt notes/readme.txt other.csv lab.toml"
+    for path in map(tmp_path.joinpath, files.split()):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(path.name)
     sources = rigs_below(tmp_path, tmp_path / "lab.toml")
     assert [source.rig for source in sources] == ["a", "b"]
     for source, own in zip(sources, (("train.csv", "held1.csv", "heli.toml"), ("run1.mat", "run2.csv")), strict=True):
@@ -147,20 +141,7 @@ def stand_in(module, tmp_path):
 
 
 @pytest.mark.slow
-def test_restart_makes_only_what_is_missing(stand_in):
-    first = stand_in.run(range(3), workers=1)
-    (stand_in.folder / "rows" / f"{first[1]['key']}.json").unlink()
-    told = []
-    again = stand_in.run(range(4), workers=1, progress=lambda done, total, row: told.append((done, total)))
-    assert again[:3] == first
-    assert Counter(seed for seed, _ in stand_in.noted("ended")) == {0: 1, 1: 2, 2: 1, 3: 1}
-    assert told == [(2, 4), (3, 4), (4, 4)]
-    # With nothing left to do no cluster is started: this call would fail on the scheduler that is not there.
-    assert stand_in.run(range(4), scheduler="tcp://127.0.0.1:1") == again
-
-
-@pytest.mark.slow
-def test_killed_worker_costs_no_result_and_doubles_none(stand_in):
+def test_killed_worker_costs_no_result_and_doubles_none_and_a_restart_makes_only_what_is_missing(stand_in):
     killed = []
 
     def kill_the_one_at_work(done, total, row):
@@ -178,6 +159,14 @@ def test_killed_worker_costs_no_result_and_doubles_none(stand_in):
     assert Counter(seed for seed, _ in stand_in.noted("began")) == Counter([0, *range(8)])
     assert sorted(seed for seed, _ in stand_in.noted("ended")) == list(range(8))
     assert dict(stand_in.noted("ended"))[0] not in killed
+    (stand_in.folder / "rows" / f"{rows[1]['key']}.json").unlink()
+    told = []
+    again = stand_in.run(range(9), workers=1, progress=lambda done, total, row: told.append((done, total)))
+    assert [row["rig"] for row in again[:8]] == [row["rig"] for row in rows] and again[2:8] == rows[2:]
+    assert Counter(seed for seed, _ in stand_in.noted("ended")) == Counter([1, *range(9)])
+    assert told == [(7, 9), (8, 9), (9, 9)]
+    # With nothing left to do no cluster is started: this call would fail on the scheduler that is not there.
+    assert stand_in.run(range(9), scheduler="tcp://127.0.0.1:1") == again
 
 
 @pytest.mark.slow

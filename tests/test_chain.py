@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.rigs import log_of, windy_log
+from benchmarks.rigs import log_of, struck, windy_log
 from heli_identifier.chain import FAULTS, find_events, inspected, on_time, undone, unslipped
 from heli_identifier.chain.inspection import jitter, quantum
 from heli_identifier.errors import LogError
@@ -20,6 +20,7 @@ TIME = H * np.arange(3000)
 RNG = np.random.default_rng(7)
 VOLTAGES = np.column_stack([np.repeat(RNG.uniform(1.0, 3.0, 600), 5) for _ in range(2)])
 ANGLES = np.column_stack([0.2 * np.sin((0.7 + k) * TIME) for k in range(3)])
+CLEAN = make_rig(9001, "clean")
 BY_FIELD = {fault.field: fault for fault in FAULTS}
 
 
@@ -77,12 +78,7 @@ def test_a_jitter_is_measured_and_an_encoder_that_errs_is_not_one():
 
 
 def logs_of(damage: str, count: int = 3) -> list[Log]:
-    rig = make_rig(9001, "clean")
-    logs = []
-    for i, log in enumerate(rig.train[:count]):
-        v, y = DAMAGES[damage](log[:, 0], log[:, 1:3], log[:, 3:6])
-        logs.append(Log(f"log {i}", 100.0, v, y))
-    return logs
+    return [struck(log_of(f"log {i}", 100.0, log), damage) for i, log in enumerate(CLEAN.train[:count])]
 
 
 @pytest.mark.parametrize(
@@ -97,9 +93,8 @@ def logs_of(damage: str, count: int = 3) -> list[Log]:
 def test_what_no_plant_can_explain_is_refused_by_name(damage, said):
     logs = logs_of(damage)
     if "folded" in damage:  # this rig stays within half a turn: turn it until it does not
-        turned = logs[0].angles + np.array([0.0, 0.0, np.pi - logs[0].angles[:, 2].max() + 0.05])
-        v, y = DAMAGES[damage](TIME, logs[0].voltages, turned)
-        logs = [Log("folded", 100.0, v, y)]
+        (log, *_) = logs_of("none")
+        logs = [struck(replace(log, angles=log.angles + [0.0, 0.0, np.pi - log.angles[:, 2].max() + 0.05]), damage)]
     with pytest.raises(LogError, match=said):
         inspected(logs, COUNTS, 5.0)
 
@@ -139,15 +134,10 @@ def test_an_angle_that_is_twice_too_large_is_refused_and_a_coarse_encoder_is_not
 @pytest.mark.slow
 def test_a_log_of_a_rig_with_other_gains_does_not_belong_to_the_others():
     """Gains 10 % larger; they drift by 1.5 % from log to log where a supply does."""
-    rig = make_rig(9001, "clean")
-    gains = {gain: 1.1 * getattr(rig.truth.base, gain) for gain in ("k_x", "k_z", "k_y")}
-    other = rig.truth._replace(base=rig.truth.base._replace(**gains))
-    strange = simulate_log(other, rig.train[2][:, 1:3], 5)
-    *training, held = (
-        Log(name, 100.0, np.ascontiguousarray(log[:, 1:3]), np.ascontiguousarray(log[:, 3:6]))
-        for name, log in zip(("one", "two", "strange", "held"), (*rig.train[:2], strange, rig.held), strict=True)
-    )
-    found = diagnose(training, held_out=held)
+    base = CLEAN.truth.base
+    other = CLEAN.truth._replace(base=base._replace(**{k: 1.1 * getattr(base, k) for k in ("k_x", "k_z", "k_y")}))
+    strange = log_of("strange", 100.0, simulate_log(other, CLEAN.train[2][:, 1:3], 5))
+    found = diagnose([*logs_of("none", 2), strange], held_out=log_of("held", 100.0, CLEAN.held))
     assert found.effects == ()
     (note,) = (note for note in found.notes if "does not belong" in note)
     assert note.startswith("the log strange does not belong to the others: its gains differ")
@@ -165,7 +155,7 @@ def test_voltages_that_are_late_are_named_and_no_effect_is():
         assert abs(one.value - other.value) < 1.96 * (one.standard_error or 0.0)
 
 
-def test_a_controller_tells_by_how_much_an_angle_is_late_and_which_are_not():
+def test_a_controller_tells_by_how_much_an_angle_is_late_and_which_are_not_and_without_one_nothing_does():
     """Damage made by other code. Voltages that are late as well only look like a controller that takes its time."""
     flown = windy_rig(500, "ou", False, 100.0, "bare", True, {"a": 2, "b": 0, "t": 0, "c": 0})
     logs = [windy_log(name, own) for name, own in flown.logs.items()]
@@ -173,20 +163,11 @@ def test_a_controller_tells_by_how_much_an_angle_is_late_and_which_are_not():
     for damage, channel, samples in (
         ("elevation late by 30 ms", 1, 3), ("pitch late by 20 ms", 0, 2), ("voltages late by a sample", None, 0),
     ):  # fmt: skip
-        struck = []
-        for log in logs:
-            v, y = DAMAGES[damage](log.step * np.arange(log.samples, dtype=float), log.voltages, log.angles)
-            struck.append(replace(log, voltages=v, angles=y))
-        used, found, _ = on_time(struck)
+        used, found, _ = on_time([struck(log, damage) for log in logs])
         said = [] if channel is None else [("late", ("pitch", "elevation")[channel])]
         assert [(own.name, own.channel) for own in found] == said
         for sound, own in zip(logs, used, strict=True):
             kept = slice(samples, sound.samples - samples)  # a late channel begins with what it never had
             if channel is not None:
                 np.testing.assert_allclose(own.angles[kept], sound.angles[kept], atol=1e-12)
-
-
-def test_voltages_that_nobody_answers_by_tell_nothing_of_late_angles():
-    rig = make_rig(9000, "clean")
-    logs = [log_of(f"log {i}", 100.0, log) for i, log in enumerate(rig.train[:2])]
-    assert on_time(logs)[1:] == ((), frozenset())
+    assert on_time(logs_of("none", 2))[1:] == ((), frozenset())  # in open loop nobody answers

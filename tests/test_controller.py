@@ -2,7 +2,6 @@
 
 import ctypes
 import json
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -34,7 +33,7 @@ from heli_plant.geometry import RATIO_ERROR, Geometry
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.state_feedback import FeedbackSettings, Rotors, feedback_step, start_feedback
 from tests.commands import heli
-from tests.units import c_compiler
+from tests.units import LIBRARY, c_compiler, compiled
 
 H, AIM = 0.01, ControllerConfiguration()
 COURSE = Geometry(0.72, 1.92, 0.46, 0.66, 0.175, 7.0)
@@ -190,20 +189,15 @@ def test_the_controller_in_c_gives_the_same_bits(tmp_path):
     settings, point = designed(TABLE_2._replace(input_delay_rotors=0.02), "travel")
     for name, text in controller_sources(settings).items():
         (tmp_path / name).write_text(text)
-    library = tmp_path / "controller.so"
-    subprocess.run(
-        [*c_compiler(), "-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Werror", "-shared", "-fPIC", "controller.c",
-         "-o", library],
-        cwd=tmp_path, check=True,
-    )  # fmt: skip
-    compiled, three, two = ctypes.CDLL(str(library)), ctypes.c_double * 3, ctypes.c_double * 2
+    built = compiled(c_compiler(), [tmp_path / "controller.c"], tmp_path / "controller.so", *LIBRARY)
+    library, three, two = ctypes.CDLL(str(built)), ctypes.c_double * 3, ctypes.c_double * 2
     memory, volts = ctypes.create_string_buffer(8 * 28), two()
     start = [ctypes.c_double(x) for x in (0.0, 0.05, 0.2)]
-    compiled.controller_start(memory, *start)
+    library.controller_start(memory, *start)
     state = start_feedback(0.0, 0.05, 0.2, settings)
     for k in range(300):
         angles, wanted = (0.1 * np.sin(0.03 * k), 0.1 * np.cos(0.02 * k), 0.3 * k * H), (0.0, 0.15, 0.4 * (k > 50))
-        compiled.controller_step(memory, three(*angles), three(*wanted), volts)
+        library.controller_step(memory, three(*angles), three(*wanted), volts)
         state = feedback_step(state, *map(float, angles), wanted, Rotors(), settings)
         assert tuple(volts) == (settings.hover.front + state.now.front, settings.hover.rear + state.now.rear)
 

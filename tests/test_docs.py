@@ -144,14 +144,14 @@ def same(shown, printed):
 def unlike(shown, printed):
     """Lines of ``shown`` whose words and figures, in order, are in no line of ``printed``."""
     actual = [TOKEN.findall(line.replace("−", "-")) for line in printed.splitlines()]
-    return [line for line in shown.splitlines() if not any(_alike(line, tokens) for tokens in actual)]
-
-
-def _alike(shown, printed):
-    wanted, rest = TOKEN.findall(shown.replace("−", "-")), iter(printed)
-    if any(re.search(pattern, shown) for pattern in VARYING):
-        wanted = [token for token in wanted if token[0].isalpha()]
-    return all(any(same(one, other) for other in rest) for one in wanted)
+    missing = []
+    for line in shown.splitlines():
+        wanted = TOKEN.findall(line.replace("−", "-"))
+        if any(re.search(pattern, line) for pattern in VARYING):
+            wanted = [token for token in wanted if token[0].isalpha()]
+        if not any(all(any(same(one, other) for other in rest) for one in wanted) for rest in map(iter, actual)):
+            missing.append(line)
+    return missing
 
 
 PAGES = {
@@ -201,21 +201,17 @@ def test_the_readme_shows_what_the_demonstration_prints(tmp_path):
     assert unlike(shown.partition("$ make test")[0].partition("\n")[2], done.stdout) == []
 
 
+NAMED = re.compile(r"`((?:heli_plant|heli_identifier|fmu_src|tests|benchmarks|docs)/[\w/.]+)`")
+
+
 @pytest.mark.parametrize("name", PAGES)
-def test_a_block_of_commands_is_run_or_says_why_not(name):
+def test_a_block_of_commands_is_run_or_says_why_not_and_files_of_the_project_that_are_named_exist(name):
+    assert [path for path in NAMED.findall(PAGES[name]) if not (ROOT / path).exists()] == []
     for block in blocks(PAGES[name]):
         if block.language in ("sh", "shell", "zsh"):
             pytest.fail(f"line {block.line}: a block of {block.language} is never run; call it bash")
         if block.language in SHELL:
             assert typed(block) or block.left_out, f"line {block.line}: nothing in this block is run"
-
-
-NAMED = re.compile(r"`((?:heli_plant|heli_identifier|fmu_src|tests|benchmarks|docs)/[\w/.]+)`")
-
-
-@pytest.mark.parametrize("name", PAGES)
-def test_a_file_of_the_project_that_a_page_names_exists(name):
-    assert [path for path in NAMED.findall(PAGES[name]) if not (ROOT / path).exists()] == []
 
 
 NOTEBOOKS = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in DOCS.glob("notebooks/*.ipynb")}

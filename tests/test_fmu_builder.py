@@ -60,20 +60,6 @@ def test_parameters_become_start_values_of_their_type_and_change_hash_and_guid(f
     assert description[0].partition(b"guid=")[2][:40] != description[1].partition(b"guid=")[2][:40]
 
 
-@pytest.mark.parametrize(
-    ("unit", "parameters", "message"),
-    [
-        ("HelicopterPlant", {"motor.time_constant": -0.03}, "motor.time_constant = -0.03 s must lie in [0, 5] s"),
-        ("HelicopterPlant", {"v_front": 1.0}, "no parameter 'v_front'"),
-        ("HelicoperPlant", {}, "did you mean 'HelicopterPlant'"),
-    ],
-)
-def test_a_bad_name_or_value_is_refused_and_nothing_is_written(unit, parameters, message, tmp_path):
-    with pytest.raises(BuildError, match=re.escape(message)):
-        build(unit, tmp_path / "out", parameters)
-    assert not (tmp_path / "out").exists()
-
-
 DAMPING = parameter("pitch.damping", 0.06, "damping", "1/s", -10.0, 10.0)
 COUNTS, ENABLED = parameter("counts", 1, "", None, 0, 9), parameter("enabled", True, "")
 

@@ -24,20 +24,17 @@ def started(kind, **parameters):
 
 @pytest.mark.parametrize("experiment", [1, 2])
 @pytest.mark.parametrize(("number", "channel"), enumerate(["both", "difference", "total"]))
-def test_the_exciter_plays_the_papers_experiments_on_each_channel(experiment, number, channel):
+def test_the_exciter_plays_the_papers_experiments_and_the_librarys_multisines(experiment, number, channel):
     unit = started(Exciter, excitation__experiment=experiment, excitation__channel=number, excitation__base=0.7)
     expected = paper_excitation(experiment, channel, 0.7)
     assert tuple(got(unit, "v_front", "v_rear")) == voltages(0.0, expected)
     for time in (0.0, 3.3, 17.25, 39.99):
         unit.do_step(time, 0.01)
         assert tuple(got(unit, "v_front", "v_rear")) == voltages(time + 0.01, expected)
-
-
-def test_the_exciters_multisines_are_the_librarys_with_two_seeds():
     unit = started(Exciter, excitation__experiment=3, multisine__seed=5, multisine__rms_sum=0.3, excitation__base=1.2)
-    expected = Excitation(1.2, Multisine(seed=5), Multisine(rms=0.3, seed=6))
     unit.do_step(1.0, 0.5)
-    assert tuple(got(unit, "v_front", "v_rear")) == voltages(1.5, expected)
+    multisines = Excitation(1.2, Multisine(seed=5), Multisine(rms=0.3, seed=6))  # two seeds
+    assert tuple(got(unit, "v_front", "v_rear")) == voltages(1.5, multisines)
 
 
 def test_the_controller_starts_at_its_trim_and_adds_the_excitation_within_its_limit():

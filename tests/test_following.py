@@ -298,7 +298,7 @@ def test_the_poles_of_the_observer_are_those_of_a_butterworth_polynomial():
     assert np.allclose(np.sort_complex(poles), np.sort_complex(wanted), atol=1e-5)
 
 
-def test_the_steady_state_solves_the_riccati_equation_and_has_the_observers_gains():
+def test_prediction_and_correction_are_a_kalman_filters_whose_steady_state_has_the_observers_gains():
     """Its own error is that of a covariance which has faded by 100 four times over, 1e-8.
 
     Butterworth's poles are the optimal ones for h -> 0 and gamma -> 0: the gains differ by the order of omega_o h/10.
@@ -308,9 +308,6 @@ def test_the_steady_state_solves_the_riccati_equation_and_has_the_observers_gain
     assert np.array(STEADY.covariance) == pytest.approx(P - P @ FIRST.T @ FIRST @ P / (P[0, 0] + 1.0), rel=1e-7)
     optimal, _ = correct_covariance(predict_covariance(STEADY.covariance, H, KEPT, STEADY.drive), KEPT)
     assert optimal == pytest.approx(observer_gains(BANDWIDTH, H), rel=0.1 * BANDWIDTH * H)
-
-
-def test_prediction_and_correction_are_those_of_a_kalman_filter():
     root = np.random.default_rng(3).standard_normal((3, 3))
     P = root @ root.T
     found = predict_covariance(rows_of(P), H, KEPT, 0.7)

@@ -18,11 +18,6 @@ def flown():
     return hi.identify([closed_loop(TABLE_2, 25.0, seed, f"flight {seed}") for seed in (1, 2)])
 
 
-@pytest.fixture(scope="module")
-def in_open_loop():
-    return hi.identify(noisy(TABLE_2, drive(30.0), 1))
-
-
 def test_logs_flown_by_a_controller_are_identified_by_prediction_errors_and_within_their_intervals(flown):
     found = flown
     assert found.choice.method == PREDICTION_ERROR
@@ -66,15 +61,12 @@ def test_logs_of_different_rates_together_do_not_depend_on_their_order():
         assert other.estimates[name].standard_error == pytest.approx(estimate.standard_error, rel=1e-6)
 
 
-def test_logs_in_open_loop_are_identified_by_the_papers_adaptation(in_open_loop):
-    found = in_open_loop
+def test_logs_in_open_loop_are_identified_by_the_papers_adaptation_and_a_lag_that_was_given_is_said(flown):
+    found = hi.identify(noisy(TABLE_2, drive(30.0), 1))
     assert found.choice.method == ADAPTATION
     assert "no controller flew the rig" in found.remarks[0]
     assert "T_m" not in found.estimates
-
-
-def test_a_lag_that_was_given_is_said(in_open_loop, flown):
-    assert "the motors' lag was taken for 0.08 s" in " ".join(in_open_loop.remarks)
+    assert "the motors' lag was taken for 0.08 s" in " ".join(found.remarks)
     assert "lag was taken" not in " ".join(flown.remarks)  # estimated along
 
 
@@ -89,11 +81,10 @@ def test_what_the_logs_do_not_determine_is_named(flown):
     assert all(name in flown.remarks[1] for name in hidden)
 
 
-def test_one_closed_loop_among_several_open_ones_is_found():
+def test_one_closed_loop_among_several_open_ones_is_found_and_a_method_asked_for_is_taken():
     assert choose([(0.3, -0.2, 1.0), (5.1, 4.0, 0.1), (-1.0, 0.4, 0.2)]).closed_loop
     assert not choose([(0.3, -0.2, 1.0), (2.9, 0.0, 0.1), (-1.0, 0.4, 0.2)]).closed_loop
     assert choose([(2.5, 0.0, 0.0)] * 4).closed_loop  # together 5
-
-
-def test_a_method_asked_for_is_taken():
     assert choose([(5.0, 5.0, 0.0)], ADAPTATION).method == ADAPTATION
+
+

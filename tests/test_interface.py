@@ -37,20 +37,15 @@ def test_without_a_held_out_log_there_is_no_diagnosis():
         hi.diagnose(made_log(), held_out=())
 
 
-def results(parameters):
-    """One result of every kind, each from the function that gives it."""
+def test_every_result_is_frozen_and_shows_itself(parameters):
     log = made_log()
-    return {
+    for name, result in {  # one of every kind, each from the function that gives it
         "Diagnosis": example(),
         "ParameterSet": parameters,
         "Simulation": hi.simulate(parameters, log),
         "Check": hi.check(log, parameters, factor=100.0),
         "Identification": hi.identify(log),
-    }
-
-
-def test_every_result_is_frozen_and_shows_itself(parameters):
-    for name, result in results(parameters).items():
+    }.items():
         assert repr(result).startswith(f"<{name}: ")
         assert len(repr(result)) < 200
         assert 1 < len(result.summary().splitlines()) < 40
@@ -87,14 +82,11 @@ def used(**uses):
     return replace(made, expected={a: replace(e, use=uses.get(a, Use.CONTROL)) for a, e in made.expected.items()})
 
 
-def test_an_axis_that_is_not_usable_is_not_judged_by_a_check():
+def test_an_axis_that_is_not_usable_is_not_judged_by_a_check_and_one_of_none_is_refused():
     found = check(made_log(), used(elevation=Use.NOTHING), factor=100.0)
     assert {outcome.axis for outcome in found.outcomes} == {"pitch", "travel"} and found.passed
     assert found.table.rows[-1][1] == "elevation" and found.table.rows[-1][-1] == "not usable"
     assert found.to_dict()["not_judged"] == ["elevation"]
-
-
-def test_a_check_of_no_usable_axis_is_refused():
     useless = used(pitch=Use.NOTHING, elevation=Use.NOTHING, travel=Use.NOTHING)
     with pytest.raises(ConfigurationError, match="no axis of these parameters usable"):
         check(made_log(), useless)

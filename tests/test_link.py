@@ -167,6 +167,3 @@ def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_ins
         shown.append((clock.order.last.number, clock.fresh))
     assert shown == [(0, True), (1, True), (2, True), (3, True), (3, False), (4, False), (6, True), (7, True)]
     assert clock.order.counts["received"] == 7
-
-
-# --- uniform instants ------------------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ from fmu_src import SCENARIOS, MasterError, WiringError
 from fmu_src.master import run_apart
 from heli_identifier.online import IdentifierSettings, output_of, prepare, start, step
 from heli_identifier.online.excitation import paper_excitation, voltages
+from heli_identifier.records import Log, write_log
 from heli_plant.communication import quantise
 from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2, from_names
@@ -30,22 +31,11 @@ def files_of(scenario, fmus):
 
 
 @pytest.fixture(scope="module")
-def open_loop(fmus):
-    files = files_of("open_loop", fmus)
-    return run_apart("open_loop", 30.0, H, {"identifier.adaptation.hold_time": 2.0}, files)
-
-
-@pytest.fixture(scope="module")
 def log(tmp_path_factory):
     """A log of 20 s of the simulated plant, written with all digits."""
-    path = tmp_path_factory.mktemp("log") / "log.csv"
-    time = np.arange(2001) * H
-    held = np.array([voltages(t, paper_excitation(1)) for t in time])
+    held = np.array([voltages(k * H, paper_excitation(1)) for k in range(2001)])
     _, angles = simulate(held, H, rest_state(TABLE_2), TABLE_2)
-    rows = np.column_stack([time, held, angles])
-    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
-    np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt="%.17g")
-    return path, held
+    return write_log(Log("log", 1.0 / H, held, angles), tmp_path_factory.mktemp("log") / "log.csv"), held
 
 
 def test_in_real_time_no_step_is_taken_before_it_is_due(fmus):
@@ -54,29 +44,31 @@ def test_in_real_time_no_step_is_taken_before_it_is_due(fmus):
     assert result.seconds >= 0.4  # step k of 5 is due after k 0.1 s
 
 
-def test_the_exciter_shows_the_signal_of_t_k_at_t_k(open_loop):
-    excitation = paper_excitation(1)
-    expected = np.array([voltages(k * H, excitation) for k in range(3001)])
-    # the unit forms t_k as (k - 1) H + H: one rounding error of time, times the chirp's 2.5 V/s
-    assert np.abs(open_loop.columns("exciter.v_front", "exciter.v_rear") - expected).max() < 1e-12
-
-
-def test_the_plant_hears_the_exciter_without_delay_and_is_the_offline_plant(open_loop):
-    held = open_loop.columns("exciter.v_front", "exciter.v_rear")
+def test_every_unit_of_the_open_loop_shows_what_the_library_gives_and_results_read_back_to_the_bit(fmus, tmp_path):
+    files = files_of("open_loop", fmus)
+    shown = run_apart("open_loop", 30.0, H, {"identifier.adaptation.hold_time": 2.0}, files)
+    held, excitation = shown.columns("exciter.v_front", "exciter.v_rear"), paper_excitation(1)
+    # the exciter shows the signal of t_k at t_k: it forms t_k as (k - 1) H + H, one rounding error of time, times the
+    # chirp's 2.5 V/s
+    assert np.abs(held - [voltages(k * H, excitation) for k in range(3001)]).max() < 1e-12
+    # the plant hears the exciter without delay
     _, angles = simulate(held, H, rest_state(TABLE_2), TABLE_2)
-    assert np.abs(open_loop.columns(*ANGLES) - angles).max() < EXACT
-
-
-def test_the_identifier_shows_at_each_point_what_the_library_knows_from_the_samples_before_it(open_loop):
+    assert np.abs(shown.columns(*ANGLES) - angles).max() < EXACT
+    # the identifier shows at each point what it knows from the samples before it
     plan = prepare(IdentifierSettings(hold_time=2.0))
-    samples = open_loop.columns("exciter.v_front", "exciter.v_rear", *ANGLES)
+    samples = shown.columns("exciter.v_front", "exciter.v_rear", *ANGLES)
     state = start(plan, samples[0])
     expected = [output_of(state, plan).parameters]
     for sample in samples[1:-1]:
         state, estimate = step(state, sample, plan)
         expected.append(estimate.parameters)
     names = [f"identifier.{name}" for name in estimate.parameters._fields]
-    assert np.array_equal(open_loop.columns(*names)[1:], np.array(expected))
+    assert np.array_equal(shown.columns(*names)[1:], np.array(expected))
+    path = shown.write_csv(tmp_path / "run.csv")
+    header = path.read_text().splitlines()[0].split(",")
+    assert header[:3] == ["time [s]", "exciter.v_front [V]", "exciter.v_rear [V]"]
+    back = np.loadtxt(path, delimiter=",", skiprows=1)
+    assert np.array_equal(back, np.column_stack([np.arange(3001) * H, shown.values]))  # k H, not a running sum
 
 
 @pytest.mark.parametrize(
@@ -138,14 +130,6 @@ def test_a_long_communication_step_keeps_the_inner_step(fmus, log):
     _, angles = simulate(stretched, H, rest_state(TABLE_2), TABLE_2)
     # inner steps are H/3: t + .03/3 is .01 to one rounding error
     assert np.abs(seen.columns(*ANGLES) - angles[::3]).max() < 1e-10
-
-
-def test_results_read_back_from_csv_to_the_bit(open_loop, tmp_path):
-    path = open_loop.write_csv(tmp_path / "run.csv")
-    header = path.read_text().splitlines()[0].split(",")
-    assert header[:3] == ["time [s]", "exciter.v_front [V]", "exciter.v_rear [V]"]
-    back = np.loadtxt(path, delimiter=",", skiprows=1)
-    assert np.array_equal(back, np.column_stack([np.arange(3001) * H, open_loop.values]))  # k H, not a running sum
 
 
 @pytest.mark.parametrize(

@@ -116,7 +116,6 @@ def test_slender_arm_shows_the_catalogues_inertial_couplings_with_coefficient_on
 # --- the simplified model ----------------------------------------------------------------------------------------
 
 P = TABLE_2
-real = st.floats(-3.0, 3.0)
 
 
 @given(st.floats(-8.0, 8.0))

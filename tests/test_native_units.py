@@ -104,19 +104,11 @@ def orders_of(unit, folder):
 
 
 @pytest.mark.parametrize("unit", NATIVE_UNITS)
-def test_a_native_unit_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins, unit):
+def test_a_native_unit_of_either_version_of_fmi_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins, unit):
     """Random inputs and steps; states are saved, serialised and restored in between; no difference is allowed."""
-    for run in host("lockstep.py", fmus[unit], twins[unit], written_orders(tmp_path, orders_of(unit, tmp_path))):
-        assert run["different"] == 0 and run["status"] == [0, 0], run
-
-
-@pytest.mark.parametrize(
-    "unit", [pytest.param(u, marks=[pytest.mark.slow] if u == "AdaptiveIdentifier" else []) for u in NATIVE_UNITS]
-)
-def test_both_versions_of_fmi_show_the_same_bits(tmp_path, twins, unit):
-    chosen = [{**one, "steps": 300} for one in orders_of(unit, tmp_path)[-2:]]
-    for run in host("lockstep.py", twins[unit], twins[unit, 3], written_orders(tmp_path, chosen)):
-        assert run["different"] == 0, run
+    builds = (fmus[unit], twins[unit], twins[unit, 3])
+    for run in host("lockstep.py", *builds, written_orders(tmp_path, orders_of(unit, tmp_path))):
+        assert run["different"] == 0 and run["status"] == [0, 0, 0], run
 
 
 IN_BOTH = """
@@ -237,7 +229,9 @@ answer([shown[0] == shown[1], last, resource.getrusage(resource.RUSAGE_SELF).ru_
 
 
 @pytest.mark.parametrize("unit", NATIVE_UNITS)
-def test_names_causalities_and_start_values_are_those_of_the_pythonfmu_unit(fmus, twins, unit):
+def test_fmpy_finds_no_problem_and_all_variables_are_those_of_the_pythonfmu_unit(fmus, twins, unit):
+    assert validate_fmu(str(twins[unit])) == validate_fmu(str(twins[unit, 3])) == []
+    assert [text for text in findings(twins[unit]) if "no binary" not in text] == []
     parts = []
     for path in (twins[unit], fmus[unit]):
         with zipfile.ZipFile(path) as archive:
@@ -250,13 +244,6 @@ def test_names_causalities_and_start_values_are_those_of_the_pythonfmu_unit(fmus
     )
     assert new == old
     assert time[:3] == ("time", len(old), "independent")
-
-
-@pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("unit", NATIVE_UNITS)
-def test_fmpy_finds_no_problem_in_a_native_unit(twins, unit, fmi):
-    assert validate_fmu(str(twins[unit, fmi])) == []
-    assert fmi == 3 or [text for text in findings(twins[unit]) if "no binary" not in text] == []
 
 
 def test_sources_and_their_description_are_always_there(tmp_path, twins):

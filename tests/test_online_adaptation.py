@@ -1,4 +1,4 @@
-"""The adaptation (7): its exact step against the differential equation and against batch least squares."""
+"""The adaptation (7): its exact step against weighted least squares."""
 
 from math import exp, inf
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 
 from heli_identifier.online.adaptation import adapt, gain_matrix, initial_factor
 
@@ -42,27 +41,6 @@ def test_the_recursion_ends_at_weighted_least_squares_in_closed_form(n, alpha):
     # The closed form inverts a matrix of condition some 1e3, at 1e-16 each: 1e-11 leaves two digits.
     np.testing.assert_allclose(found, reference, rtol=1e-11)
     np.testing.assert_allclose(found_gain, np.linalg.inv(information), rtol=1e-10, atol=1e-12)
-
-
-def test_one_step_is_the_exact_flow_of_the_differential_equation():
-    n, alpha, gain = 3, 0.05, 20.0
-    phi, y = data(n, 40, seed=4)
-
-    def flow(row, value):
-        def right_hand_side(_, x):
-            g, omega = x[: n * n].reshape(n, n), x[n * n :]
-            turned = g @ row
-            return np.concatenate([(alpha * g - np.outer(turned, turned)).ravel(), turned * (value - row @ omega)])
-
-        return right_hand_side
-
-    x = np.concatenate([(gain * np.eye(n)).ravel(), np.zeros(n)])
-    for row, value in zip(phi, y, strict=True):
-        x = solve_ivp(flow(row, value), (0.0, H), x, rtol=1e-11, atol=1e-13, method="DOP853").y[:, -1]
-    found_gain, found = run(phi, y, alpha, gain)
-    # The integrator's tolerance, added up over 40 steps.
-    np.testing.assert_allclose(found_gain.ravel(), x[: n * n], atol=1e-8)
-    np.testing.assert_allclose(found, x[n * n :], atol=1e-8)
 
 
 def test_without_excitation_the_gain_follows_the_logistic_curve_to_its_limit():

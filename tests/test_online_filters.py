@@ -98,12 +98,6 @@ TRUTH = (
 )
 
 
-@pytest.fixture(scope="module")
-def exact_record():
-    """The paper's experiment 1 on all axes, angles without encoders."""
-    return record(60.0, paper_excitation(1), encoders=False)
-
-
 def regressions_of(held, angles, omega=1.0):
     """(y, phi) of pitch with known and with free theta0, elevation and travel, arrays over the samples."""
     f, rows = discretise(omega, 0.7, H, LAG), []
@@ -116,8 +110,8 @@ def regressions_of(held, angles, omega=1.0):
 
 
 @pytest.mark.parametrize("omega", [1.0, 4.0])
-def test_each_axis_obeys_its_equation_behind_the_filter(exact_record, omega):
-    held, angles, _ = exact_record
+def test_each_axis_obeys_its_equation_behind_the_filter(omega):
+    held, angles, _ = record(60.0, paper_excitation(1), encoders=False)
     # The record starts with the pitch at theta0 under mu_d = 1 V, which is no rest: .3 rad/s^2 that settled filters do
     # not know of. After 20 / omega exp(-14) of it is left.
     settled = slice(round(20.0 / omega / H), None)

@@ -20,11 +20,6 @@ def relative(found):
     return np.array(found) / np.array(TRUTH) - 1.0
 
 
-@pytest.fixture(scope="module")
-def minute():
-    return record(60.0, paper_excitation(1))
-
-
 @pytest.mark.slow
 def test_table_2_is_recovered_within_a_thousandth_through_encoders():
     # With the paper's gain, forgetting and filter. The weakest parameter is a_lt: at a travel rate of .6 rad/s its term
@@ -55,8 +50,8 @@ def test_an_unknown_rest_angle_is_estimated_along():
     assert found.k_x == pytest.approx(TRUTH.k_x, rel=2e-3)
 
 
-def test_the_adaptation_rests_for_ten_filter_times(minute):
-    held, angles, _ = minute
+def test_the_adaptation_rests_for_ten_filter_times():
+    held, angles, _ = record(11.0, paper_excitation(1))
     for omega, samples in ((1.0, 1000), (2.0, 500)):
         settings = replace(KNOWN, filter_frequency=omega, initial=ModelParameters(a_th=0.5))
         _, before = identified(held[:samples], angles[:samples], settings)

@@ -16,13 +16,8 @@ from heli_plant.tabulated_torque import KNOTS
 from tests.diagnosis_example import AFTER, adequate, example
 
 
-@pytest.fixture(scope="module")
-def document():
-    return json.loads(document_text(example().to_dict()))
-
-
-def test_an_effect_has_its_coefficient_with_error_and_unit_and_the_shape_of_its_kind(document):
-    friction, bending, line, curve = document["effects"]
+def test_an_effect_has_its_coefficient_with_error_and_unit_and_the_shape_of_its_kind():
+    friction, bending, line, curve = json.loads(document_text(example().to_dict()))["effects"]
     assert (friction["name"], friction["axis"], friction["verdict"]) == ("dry_friction", "pitch", "shown")
     assert friction["coefficient"] == {"value": 0.025, "standard_error": 0.0006, "unit": "rad/s^2"}
     assert bending["alternatives"] == [["ground_effect", "elevation"]]

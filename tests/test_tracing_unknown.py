@@ -57,27 +57,20 @@ def test_a_clean_rig_has_no_unknown_torque_and_none_is_tried():
     assert scan(before.fit)[0].score < 0.5 * UNKNOWN
 
 
-def test_a_notch_is_found_where_it_lies_and_named_by_its_variable():
-    _, _, found = searched("notched")
+def test_a_notch_is_found_where_it_lies_and_drawn_within_its_band_and_the_plant_has_the_curve_as_its_table():
+    _, after, found = searched("notched")
     assert [(f.axis, f.shape.variable, f.verdict) for f in found] == [("pitch", "pitch", Verdict.UNKNOWN)]
     words = found[0].shape.description
     assert "a notch near" in words
     # its two crests lie one width to either side; a table's spacing is about one width
     assert float(words.split("near ")[1].split(" rad")[0]) == pytest.approx(CENTRE, abs=WIDTH)
-
-
-def test_the_drawn_notch_is_the_true_one_within_its_band():
-    shape = searched("notched")[2][0].shape
+    shape = found[0].shape
     x, low, high = shape.band.T
     often = high - low < 0.5 * DEPTH
     assert often.mean() > 0.3
     error = without_line(x[often], shape.curve[often, 1] - detent(x[often]))
     # 95 % lie within half a band; a table rounds a notch of one spacing off by some tenth
     assert (np.abs(error) < 0.5 * (high - low)[often] + 0.1 * DEPTH).mean() > 0.9
-
-
-def test_the_plant_has_the_curve_as_its_table():
-    _, after, found = searched("notched")
     p, x = after.fit.parameters, found[0].shape.curve[:, 0]
     torques = tuple(getattr(p, f"table_torque_{k}_pitch") for k in range(1, KNOTS + 1))
     of_plant = [tabulated_torque(float(v), p.table_first_pitch, p.table_spacing_pitch, torques) for v in x]

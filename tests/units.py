@@ -18,6 +18,7 @@ from fmu_src.native.toolchain import LINUX, compiler
 from fmu_src.native.translator.program import header, source
 
 HOSTS = Path(__file__).parent / "hosts"
+LIBRARY = ("-std=c99", "-O2", "-Wall", "-Werror", "-ffp-contract=off", "-shared", "-fPIC")
 RUNTIME = files("fmu_src.native").joinpath("c")
 
 
@@ -41,13 +42,8 @@ def library(folder, translation):
     """Translated functions, compiled and loaded."""
     (folder / "model.h").write_text(header(translation))
     (folder / "model.c").write_text(source(translation))
-    command = [
-        *c_compiler(), "-std=c11", "-O2", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror", "-ffp-contract=off",
-        "-shared", "-fPIC", f"-I{RUNTIME}", "model.c", str(RUNTIME / "memory.c"), "-o", "model.so", "-lm",
-    ]  # fmt: skip
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return ctypes.CDLL(str(folder / "model.so"))
+    sources, flags = (folder / "model.c", RUNTIME / "memory.c"), (*LIBRARY, "-Wextra", "-Wno-unused-parameter")
+    return ctypes.CDLL(str(compiled(c_compiler(), sources, folder / "model.so", *flags, f"-I{RUNTIME}")))
 
 
 def host(program, *arguments):

@@ -108,12 +108,10 @@ class WindyTruth(NamedTuple):
 
 
 class WindyRig(NamedTuple):
-    """A rig's logs by name (a1, a2, ..., t1, ..., c1, ...), its truth, its air and its two controllers."""
+    """A rig's logs by name (a1, a2, ..., t1, ..., c1, ...), and its truth."""
 
     logs: Mapping[str, WindyLog]
     truth: WindyTruth
-    noise: Noise
-    controls: tuple[Control, Control]
 
     def part(self, letter: str) -> dict[str, WindyLog]:
         """Give the logs of a half (a, b), the held-out ones (t) or those of the second controller (c)."""
@@ -322,4 +320,4 @@ def windy_rig(
             logs[name] = _log(acting, control, hover, noise, rate, size, steps, references, pushed, finer, own)
     parameters = {name: getattr(base, name) for name in (*DRAWN, "theta0")} | {"T_m": base.t_m}
     truth = WindyTruth(parameters, {f"{e.name}/{e.axis}": e.coefficient for e in lacking})
-    return WindyRig(logs, truth, noise, controls)
+    return WindyRig(logs, truth)

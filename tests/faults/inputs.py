@@ -13,11 +13,6 @@ def friction(value):
     return configured(f"[rig.effects]\ndry_friction_pitch = {value}\n")
 
 
-def here(make):
-    """Give a function that makes something called heli.toml beside a log."""
-    return lambda folder: (good(folder), make(folder / "heli.toml"))
-
-
 CONFIGURATIONS = (
     Fault("a key that is unknown", configured("[log]\nstrat = 6.0\n"), IDENTIFY, "did you mean 'start'?"),
     Fault("TOML that is none", configured("[log\n"), IDENTIFY, "is not TOML"),
@@ -36,7 +31,7 @@ CONFIGURATIONS = (
     Fault("an effect that is known exactly", friction("[0.02, 0.0]"), IDENTIFY, "the standard deviation of rig.effects.dry_friction_pitch = 0.0"),
     Fault("an effect by the name of its law and its axis", configured('[rig.effects]\n"dry_friction.pitch" = [0.02, 0.01]\n'), IDENTIFY, "did you mean 'dry_friction_pitch'?"),
     Fault("a sign of an axis that there is not, in flight", parameters(more=configured("[log.signs]\nyaw = -1\n")), "heli follow log.csv --speed 0 -p parameters.json -o out", "key log.signs.yaw is unknown"),
-    Fault("a heli.toml that is a pipe", here(pipe), IDENTIFY, "heli.toml cannot be read: it is a pipe"),
+    Fault("a heli.toml that is a pipe", lambda f: (good(f), pipe(f / "heli.toml")), IDENTIFY, "heli.toml cannot be read: it is a pipe"),
     Fault("an encoder of 1e300 counts", configured(f"[rig.encoder_counts]\npitch = 1{'0' * 300}\n"), IDENTIFY, "must be counts per turn in [1, 4294967296]"),
 )  # fmt: skip
 

@@ -1,8 +1,8 @@
-"""Two builds of one unit, stepped side by side in one process: the number of steps in which a value differs.
+"""Builds of one unit, stepped side by side in one process: the number of steps in which a value differs.
 
-Usage: lockstep.py FIRST.fmu SECOND.fmu ORDERS.json. Each order holds `parameters`, `inputs` (low and high of each),
+Usage: lockstep.py UNIT.fmu... ORDERS.json. Each order holds `parameters`, `inputs` (low and high of each),
 `steps`, `seed`, and `longest` and `shortest` communication step [s]. Every 97th step is undone and repeated from a
-saved state, every 193rd from a serialised one. The second build may be of FMI 3.0.
+saved state, every 193rd from a serialised one. A build may be of FMI 3.0.
 """
 
 import json
@@ -21,8 +21,8 @@ def main(units, order):
     for unit in units:
         unit.fresh(order["parameters"])
     draw = random.Random(order["seed"])
-    time, worst, status = 0.0, 0.0, [0, 0]
-    different = int(bits(units[0].shown()) != bits(units[1].shown()))
+    time, worst, status = 0.0, 0.0, []
+    different = int(len({bits(unit.shown()) for unit in units}) > 1)
     for k in range(order["steps"]):
         fed = {name: draw.uniform(*span) for name, span in order["inputs"].items()}
         h = draw.choice([order["longest"], order["longest"], draw.uniform(order["shortest"], order["longest"])])
@@ -37,15 +37,15 @@ def main(units, order):
         status = [unit.step(time, h) for unit in units]
         time += h
         shown = [unit.shown() for unit in units]
-        if status[0] != status[1] or bits(shown[0]) != bits(shown[1]):
+        if len({*status}) > 1 or len({*map(bits, shown)}) > 1:
             different += 1
-            worst = max(worst, *(abs(a - b) for a, b in zip(*shown, strict=True)))
+            worst = max(worst, *(max(values) - min(values) for values in zip(*shown, strict=True)))
     log = [text for unit in units for _, _, text in unit.log]
     return {"steps": order["steps"], "different": different, "worst": worst, "status": status, "log": log[:3]}
 
 
 if __name__ == "__main__":
-    with open(sys.argv[3]) as file:
-        orders = json.load(file)
-    pair = [opened(path) for path in sys.argv[1:3]]
-    answer([main(pair, order) for order in orders])
+    *paths, orders = sys.argv[1:]
+    builds = [opened(path) for path in paths]
+    with open(orders) as file:
+        answer([main(builds, order) for order in json.load(file)])

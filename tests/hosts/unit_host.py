@@ -15,8 +15,8 @@ from fmpy.simulation import instantiate_fmu
 class Unit:
     """One FMU, extracted once; it can be instantiated again and again."""
 
-    def __init__(self, path):
-        self.description = fmpy.read_model_description(path)
+    def __init__(self, path, kind="CoSimulation"):
+        self.description, self.kind = fmpy.read_model_description(path), kind
         self.folder = fmpy.extract(path)
         self.variables = {v.name: v for v in self.description.modelVariables}
         self.outputs = [v.name for v in self.description.modelVariables if v.causality == "output"]
@@ -28,9 +28,7 @@ class Unit:
         def logger(*said):  # status, category and message come last in both versions of FMI
             self.log.append((said[-3], said[-2], said[-1].decode()))
 
-        self.slave = instantiate_fmu(
-            self.folder, self.description, "CoSimulation", debug_logging=True, logger=logger
-        )
+        self.slave = instantiate_fmu(self.folder, self.description, self.kind, debug_logging=True, logger=logger)
         return self
 
     def start(self, parameters=None, inputs=None, at=0.0):
@@ -103,9 +101,9 @@ class Unit3(Unit):
         return list(self.slave.getFloat64([self.variables[name].valueReference for name in names]))
 
 
-def opened(path):
+def opened(path, kind="CoSimulation"):
     """A unit of either version."""
-    return (Unit3 if fmpy.read_model_description(path).fmiVersion == "3.0" else Unit)(path)
+    return (Unit3 if fmpy.read_model_description(path).fmiVersion == "3.0" else Unit)(path, kind)
 
 
 def answer(value):
