@@ -117,7 +117,12 @@ def test_a_defect_that_a_log_shows_of_itself_is_named(damage, defects):
 def test_a_slip_of_an_encoder_is_found_and_shifted_back():
     """By its size: to a count, since what moves within a sample is seen in counts, and a digit of the log."""
     sound, damaged = logs_of("none"), logs_of("elevation slips by 24 counts")
-    found, notes = unslipped(damaged, find_events(damaged, 5.0))
+    events = find_events(damaged, 5.0)
+    for event, log in zip(events, damaged, strict=True):
+        assert (event.log, event.axis, event.kind) == (log.name, "elevation", "slip")
+        assert event.start == pytest.approx(0.4 * log.duration, abs=2.0 * H)
+        assert event.size == pytest.approx(48.0 * np.pi / 4096.0, abs=0.003)  # two counts
+    found, notes = unslipped(damaged, events)
     assert len(notes) == len(damaged) and "elevation slips by" in notes[0]
     for one, other in zip(sound, found, strict=True):
         np.testing.assert_allclose(other.angles, one.angles, atol=2.0 * np.pi / 4096.0 + 1e-6)

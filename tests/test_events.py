@@ -69,17 +69,6 @@ def test_logs_that_nobody_touched_hold_no_event(rig):
     assert find_events(logs, VOLTAGE_LIMIT) == ()
 
 
-def test_a_slip_of_an_encoder_is_found_as_one_at_its_sample():
-    logs = flown(11)
-    angles = logs[1].angles.copy()
-    angles[4321:, 2] += 0.03  # twenty counts
-    slipped = (logs[0], replace(logs[1], angles=angles), *logs[2:])
-    (event,) = find_events(slipped, VOLTAGE_LIMIT)
-    assert (event.log, event.axis, event.kind) == (logs[1].name, "travel", "slip")
-    assert event.start == pytest.approx(43.21)
-    assert event.size == pytest.approx(0.03, abs=0.003)  # two counts
-
-
 def test_a_stop_that_turns_a_rate_round_is_no_slip():
     logs = flown(11)
     angles = logs[1].angles.copy()

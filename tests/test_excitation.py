@@ -41,6 +41,8 @@ def test_the_difference_drives_pitch_and_the_total_drives_elevation():
         front, rear = voltages(t, elevation)
         assert front == rear
         assert isclose(front + rear, 1.0 + 2.0 * SquareChirp().at(t))
+    strong = Excitation(base=4.9, difference=SquareChirp(), total=SquareChirp())
+    assert voltages(0.0, strong) == (5.0, 4.9)  # the amplifiers' limit
 
 
 def test_a_measured_square_and_chirp_log_is_reproduced():
@@ -55,11 +57,6 @@ def test_a_measured_square_and_chirp_log_is_reproduced():
         t = k * H
         found = combined(0.5, square.at(t + 3.7) + chirp.at(t), total.at(t), 5.0)
         assert found == pytest.approx(expected, abs=1.5e-5)
-
-
-def test_voltages_stop_at_the_amplifier_limit():
-    strong = Excitation(base=4.9, difference=SquareChirp(), total=SquareChirp())
-    assert voltages(0.0, strong) == (5.0, 4.9)
 
 
 def test_a_multisine_has_its_rms_and_only_its_tones():

@@ -76,13 +76,12 @@ def test_compiled_code_and_a_growing_history_give_what_the_whole_record_gives(re
         assert compiled(arriving)(np.array(time), np.array(record), k, H * k, H, p) == expected
 
 
-def test_history_keeps_only_the_voltages_that_the_delay_reaches():
+def test_history_keeps_only_the_voltages_that_the_delay_reaches_and_none_behind_a_step_that_is_repeated():
     since, held = [], []
     for k in range(1000):
         since, held = remember(since, held, 0.01 * k, float(k), 0.0, 0.035)
     assert len(since) == len(held) == 5  # three whole steps, the one that the delay reaches in part, the current one
-
-
-def test_repeated_step_discards_the_voltages_held_after_its_start():
     since, held = remember([0.0, 0.01, 0.02], [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0)], 0.01, 9.0, 9.0, 1.0)
-    assert (since, held) == ([0.0, 0.01], [(1.0, 1.0), (9.0, 9.0)])
+    assert (since, held) == ([0.0, 0.01], [(1.0, 1.0), (9.0, 9.0)])  # a step that is repeated
+
+

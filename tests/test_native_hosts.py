@@ -5,16 +5,16 @@ import shutil
 import subprocess
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from math import sin
 from pathlib import Path
 from xml.etree import ElementTree
 
-import fmpy
 import pytest
-from fmpy.simulation import instantiate_fmu
 
 from fmu_src.native import NATIVE_UNITS, build_native
 from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, compiler
+from tests.hosts.unit_host import Unit
 from tests.units import HOSTS, compiled, described, needs_a_compiler
 
 HOST = HOSTS / "native_host.c"
@@ -136,21 +136,15 @@ def test_the_windows_binary_runs_under_wine(opened, host, log, tmp_path, unit):
 
 def test_instances_in_threads_show_what_they_show_alone(twins):
     """The calls run outside of the interpreter's lock, so that steps of several instances overlap."""
-    path = twins["AdaptiveIdentifier"]
-    description, folder = fmpy.read_model_description(path), fmpy.extract(path)
-    outputs = [v.valueReference for v in description.modelVariables if v.causality == "output"]
+    unit = Unit(twins["AdaptiveIdentifier"])
 
     def shown(seed):
-        slave = instantiate_fmu(folder, description)
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        slave.exitInitializationMode()
-        rows = []
+        one, rows = copy(unit).fresh(), []
         for k in range(1500):
-            slave.setReal(range(5), [0.3 * sin(0.01 * k * (i + 1) + seed) for i in range(5)])
-            slave.doStep(0.01 * k, 0.01)
-            rows += [slave.getReal(outputs)] if k % 100 == 0 else []
-        slave.component = None  # the library stays loaded for the other threads
+            one.slave.setReal(range(5), [0.3 * sin(0.01 * k * (i + 1) + seed) for i in range(5)])
+            one.step(0.01 * k, 0.01)
+            rows += [one.shown()] if k % 100 == 0 else []
+        one.slave.component = None  # the library stays loaded for the other threads
         return rows
 
     alone = [shown(seed) for seed in range(6)]

@@ -56,15 +56,12 @@ def text():
     return report_page(example(), "the <rig>")
 
 
-def test_the_page_is_whole_small_and_fetches_nothing(text):
+def test_the_page_is_whole_small_and_fetches_nothing_and_text_of_the_user_is_no_markup(text):
     page = Page(text)
     assert page.open == [] and len(page.ids) == len(set(page.ids)) and len(text.encode()) < LARGEST
     assert all(address.startswith(("#", "data:")) for address in page.addresses)
     assert not re.search(r"@import|url\((?!#)|<script", text)
     assert text == report_page(example(), "the <rig>")
-
-
-def test_text_of_the_user_is_no_markup(text):
     assert "the &lt;rig&gt;" in text and "train &lt;1&gt;.csv" in text and "<rig>" not in text
 
 
