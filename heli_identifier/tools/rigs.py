@@ -128,13 +128,16 @@ def split_logs(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[tuple[
             f"{last.path}: {last.duration:.3g} s are too short to be split into a training part and a held-out part, "
             f"{SHORTEST_TO_SPLIT:g} s are needed; give a second log, which is then held out."
         )
-    count, parts = ceil(TRAINING_SHARE * last.samples), []
-    for rows in (slice(count), slice(count, None)):
-        asked = {axis: values[rows] for axis, values in last.references.items()}
-        parts.append(replace(last, voltages=last.voltages[rows], angles=last.angles[rows], references=asked))
-    cut, (first, rest) = last.start + count * last.step, parts
-    rest = replace(rest, name=f"{last.name} from {cut:.4g} s", start=cut)
-    return (first,), (rest,), f"held out: the last third of {last.path}, from {cut:.4g} s on"
+    count, parts = ceil(TRAINING_SHARE * last.samples), list[Log]()
+    for first, stop in ((0, count), (count, last.samples)):
+        begin, end = (last.start + k * last.step for k in (first, stop - 1))
+        note = f"kept {begin:g} s to {end:g} s of the file ({stop - first} of {last.samples} rows)"
+        own: dict[str, Any] = {name: getattr(last, name)[first:stop] for name in ("voltages", "angles")}
+        asked = {axis: values[first:stop] for axis, values in last.references.items()}
+        parts.append(replace(last, **own, references=asked, start=begin, notes=(note, *last.notes)))
+    training_part, rest = parts
+    rest = replace(rest, name=f"{last.name} from {rest.start:.4g} s")
+    return (training_part,), (rest,), f"held out: the last third of {last.path}, from {rest.start:.4g} s on"
 
 
 def rig_folders(
