@@ -14,8 +14,7 @@ from typer.testing import CliRunner
 
 from fmu_src import checked_start_values, unit_class
 from heli_identifier.cli.app import app
-from heli_identifier.cli.arguments import in_scenario, spread
-from heli_identifier.cli.guard import guarded
+from heli_identifier.cli.arguments import Group, in_scenario, spread
 from heli_identifier.cli.terminal import print_table
 from heli_identifier.results import Table
 from tests.commands import heli
@@ -122,17 +121,17 @@ def test_a_command_that_could_not_do_its_work_has_another_exit_code_than_one_wit
     def fails():
         raise error
 
-    one = Typer()
-    one.command()(guarded(fails))
-    result = CliRunner().invoke(one)
+    one = Typer(cls=Group)
+    one.command()(fails)
+    one.callback()(lambda: None)
+    result = CliRunner().invoke(one, ["fails"])
     assert (result.exit_code, result.stdout) == (code, "")
     assert said in result.stderr and ("Traceback" in result.stderr) == (code == 70)
 
 
 ENDED = """
-import pathlib, signal, sys, time, typer, weakref
+import pathlib, signal, sys, time, weakref
 from heli_identifier.cli import app, main
-from heli_identifier.cli.guard import guarded
 from heli_identifier.files import draft_folder
 
 class Thing:
@@ -161,8 +160,8 @@ def command():
         globals()[case]()
 
 case = sys.argv.pop()
-app.app = typer.Typer()
-app.app.command()(guarded(command))
+app.app.command()(command)
+sys.argv.append("command")
 main()
 """
 

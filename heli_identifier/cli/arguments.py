@@ -2,7 +2,8 @@
 
 import os
 import re
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
+from contextlib import nullcontext
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,9 +14,9 @@ from typer.core import TyperCommand, TyperGroup
 import fmu_src
 import heli_identifier as hi
 from heli_identifier import tools
-from heli_identifier.cli.guard import fail
+from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.terminal import note, print_notes, warn
-from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError
+from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, refuse
 
 if TYPE_CHECKING:
     from heli_plant.control import PidSettings
@@ -72,17 +73,6 @@ SPREAD = "--validate"
 """Option that takes several values in a row."""
 
 
-def in_a_sentence(use: Callable[..., Any], ctx: Any, *words: Any) -> Any:
-    """Parse words, or find the command that they name; a mistake in them is said in one sentence."""
-    try:
-        return use(ctx, *words)
-    except Exception as error:
-        if not hasattr(error, "format_message"):  # a usage error has it, whose class has another place by version
-            raise
-        said = error.format_message().rstrip(".")
-        raise fail(said if said.endswith("?") else f"{said}; see {ctx.command_path} --help") from error
-
-
 def without_types(parameters: list[Any]) -> list[Any]:
     """Let the help show what parameters are called, not their types in Python."""
     for own in parameters:
@@ -100,11 +90,13 @@ class Group(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the options before the command; without any word the help is shown."""
-        return in_a_sentence(super().parse_args, ctx, args) if args else super().parse_args(ctx, args)
+        with guarded() if args else nullcontext():
+            return super().parse_args(ctx, args)
 
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Find the command that is named."""
-        return in_a_sentence(super().resolve_command, ctx, args)
+    def invoke(self, ctx: Any) -> Any:
+        """Find the command that is named, parse its words and run it."""
+        with guarded():
+            return super().invoke(ctx)
 
 
 class Command(TyperCommand):
@@ -116,11 +108,11 @@ class Command(TyperCommand):
         An empty word is refused: it would name this folder, where a variable of the shell was meant that is not set.
         """
         if not ctx.resilient_parsing:
-            if any(word == "" or re.fullmatch(r"--[\w-]+=", word) for word in args):
-                raise fail("an argument is empty; name the file, or set the variable that should name it")
-            if any(a == SPREAD and b.startswith("-") for a, b in pairwise(args)):
-                raise fail(f"{SPREAD} names no log; put one or more after it, or leave it out")
-        return in_a_sentence(super().parse_args, ctx, spread(args))
+            empty = any(word == "" or re.fullmatch(r"--[\w-]+=", word) for word in args)
+            refuse(empty, "an argument is empty; name the file, or set the variable that should name it.")
+            none = any(a == SPREAD and b.startswith("-") for a, b in pairwise(args))
+            refuse(none, f"{SPREAD} names no log; put one or more after it, or leave it out.")
+        return super().parse_args(ctx, spread(args))
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Give its parameters."""

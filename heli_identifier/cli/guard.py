@@ -7,7 +7,8 @@ leaves no files and no processes behind. What a command reads it does not write 
 
 import os
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -30,33 +31,44 @@ LEAST_MEMORY = 1000
 """Megabytes of address space below which no command begins: `heli design` takes 760, most others 130 to 510."""
 
 
-def guarded(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a command keep the promises of this module."""
-
-    @wraps(command)
-    def run(*arguments: Any, **options: Any) -> Any:
-        try:
-            with handled_here():
-                require_memory()
-                check_files(options)
-                return command(*arguments, **options)
-        except (typer.Exit, typer.Abort):
-            raise
-        except Exception as error:
-            sentence = sentence_of(error)
-            if sentence is not None:
-                raise fail(sentence) from error
+@contextmanager
+def guarded() -> Iterator[None]:
+    """Turn an error in the block into what is said of it and an exit code; let signals end the block."""
+    try:
+        with handled_here():
+            yield
+    except (typer.Exit, typer.Abort):
+        raise
+    except Exception as error:
+        sentence = sentence_of(error)
+        if sentence is None:
             traceback.print_exc()
             typer.secho("heli: a programming error in heli; please report it with the lines above.", err=True, fg="red")
             raise typer.Exit(MISTAKE) from error
-        finally:
-            KEPT.clear()
+        text = f"heli: {' '.join(sentence.split())}"
+        typer.secho(text if text.endswith((".", "?")) else f"{text}.", err=True, fg="red")
+        raise typer.Exit(BAD_INPUT) from error
+    finally:
+        KEPT.clear()
+
+
+def checked(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a command begin only where there is memory for it, and with files to write that it does not read."""
+
+    @wraps(command)
+    def run(**options: Any) -> Any:
+        require_memory()
+        check_files(options)
+        return command(**options)
 
     return run
 
 
-def sentence_of(error: Exception) -> str | None:
+def sentence_of(error: Any) -> str | None:
     """Say what is wrong; None if the error is one of the program itself."""
+    if hasattr(error, "format_message"):  # a usage error has it, whose class has another place by version
+        said = error.format_message().rstrip(".")
+        return said if said.endswith("?") else f"{said}; see {error.ctx.command_path} --help"
     if isinstance(error, MemoryError):
         return "there is not enough memory for this; give less data or ask for less of it"
     if not isinstance(error, IdentifierError | PlantError | FmuError | OSError):
@@ -69,13 +81,6 @@ def sentence_of(error: Exception) -> str | None:
         return str(error)
     said = error.strerror or str(error) or type(error).__name__
     return said if error.filename is None else f"{error.filename}: {said}"
-
-
-def fail(sentence: str) -> typer.Exit:
-    """Print what is wrong, and give the exit to raise."""
-    text = " ".join(sentence.split())
-    typer.secho(f"heli: {text}" if text.endswith((".", "?")) else f"heli: {text}.", err=True, fg="red")
-    return typer.Exit(BAD_INPUT)
 
 
 _WRITTEN = ("output", "junit", "plot")
