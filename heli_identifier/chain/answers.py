@@ -19,9 +19,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.records import Log
+from heli_identifier.records import ANGLES, Array, Log
 
-from .faults import ANGLES, Array
 from .inspection import Defect
 
 LONGEST = 0.1

@@ -18,16 +18,14 @@ Sources: Huber 1964; Savitzky and Golay 1964.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.signal import lfilter, savgol_filter
 from scipy.special import ndtri
 
-from heli_identifier.records import Log
-
-from .faults import ANGLES, Array
+from heli_identifier.records import ANGLES, Array, Log
 
 EventKind = Literal["force", "slip"]
 
@@ -89,9 +87,9 @@ def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
     They are given log by log, axis by axis, in order of time.
     """
     records = [_reduced(log, voltage_limit) for log in logs]
-    motions = [_motion(record) for record in records]
-    ends, joined = np.cumsum([len(own) for own in motions])[:-1], np.concatenate(motions)
-    found = [[np.split(part, ends) for part in _standardised(*_terms(axis, joined.T))] for axis in ANGLES]
+    regressions = [_regressions(record) for record in records]
+    ends = np.cumsum([len(own[0].y) for own in regressions])[:-1]
+    found = [[np.split(part, ends) for part in _standardised(own)] for own in zip(*regressions, strict=True)]
     events = []
     for i, (log, record, slips) in enumerate(zip(logs, records, _slips(records), strict=True)):
         for axis, name in enumerate(ANGLES):
@@ -177,11 +175,16 @@ def _grid(step: float) -> tuple[int, int]:
     return _length(step) // 2 + 1, max(1, round(EVALUATED_STEP / step))
 
 
-def _motion(record: Log) -> Array:
-    """Smoothed signals (n, 20) of a log: angles, rates, accelerations, differences and sums of four thrusts, changes.
+class _Regression(NamedTuple):
+    X: Array  # regressors (n, k)
+    y: Array  # acceleration (n,) [rad/s^2]
+    change: Array  # of the thrust that drives the axis (n,) [V/s]
 
-    The thrusts are linear twice, behind a fast lag and a slow one, then of second and third degree; the changes [V/s]
-    are those of the thrust that drives each axis.
+
+def _regressions(record: Log) -> list[_Regression]:
+    """Regression of each axis of a log, from smoothed signals.
+
+    The thrusts are linear twice, behind a fast lag and a slow one, then of second and third degree.
     """
     h, length, (edge, stride) = record.step, _length(record.step), _grid(record.step)
     voltages, angles, inner = record.voltages, record.angles, slice(edge, record.samples - edge, stride)
@@ -192,47 +195,40 @@ def _motion(record: Log) -> Array:
         kept = float(np.exp(-h / time_constant))
         return np.asarray(lfilter([0.0, 1.0 - kept], [1.0, -kept], values - values[0], axis=0) + values[0])
 
-    angle, rate, acceleration = (local_cubic(angles, h, WINDOW, order) for order in range(3))
+    angle, rate, acceleration = (local_cubic(angles, h, WINDOW, order).T for order in range(3))
     fast = lagged(voltages, LAGS[0])
     slow = lagged(fast, LAGS[1])
-    thrusts = [local_cubic(nu, h, WINDOW) for nu in (fast, slow, slow * abs(slow), slow**3)]
-    difference, total = (np.column_stack([nu[:, 0] + sign * nu[:, 1] for nu in thrusts]) for sign in (-1.0, 1.0))
-    change, sine, cosine = local_cubic(slow, h, WINDOW, 1), np.sin(angle[:, 0]), np.cos(angle[:, 0])
-    both = change.sum(axis=1)
-    changes = (change[:, 0] - change[:, 1], both * cosine, both * sine + total[:, 1] * cosine * rate[:, 0])
+    thrusts = [local_cubic(nu, h, WINDOW).T for nu in (fast, slow, slow * abs(slow), slow**3)]
+    front, rear = local_cubic(slow, h, WINDOW, 1).T
+    sine, cosine, turning = np.sin(angle[0]), np.cos(angle[0]), thrusts[1].sum(axis=0) * np.cos(angle[0]) * rate[0]
+    changes = (front - rear, (front + rear) * cosine, (front + rear) * sine + turning)
     reach = edge // 2 | 1  # a quarter of the polynomial: wider, and the answer of a controller would excuse a push
-    widest = np.column_stack([maximum_filter1d(abs(f), reach) for f in changes])
-    return np.hstack([part[inner] for part in (angle, rate, acceleration, difference, total, widest)])
+    widest = [maximum_filter1d(abs(f), reach)[inner] for f in changes]
+
+    (pitch, elevation, travel), (wx, wz, wy), y = angle[:, inner], rate[:, inner], acceleration[:, inner]
+    sine, cosine, one = sine[inner], cosine[inner], np.ones_like(pitch)
+    differences, sums = ([front[inner] + sign * rear[inner] for front, rear in thrusts] for sign in (-1.0, 1.0))
+    diff, total = differences[1], sums[1]
+    turned_x, turned_z, turned_y = (np.tanh(own / BREAK_RATE) for own in (wx, wz, wy))
+    of_pitch = (
+        one, wx, sine, cosine, *differences, turned_x, wx * abs(wx), wy, wy * abs(wy), wz, sine * wy**2, wy * wz,
+        total, wy * total, wy * diff, wz * diff,
+    )  # fmt: skip
+    of_elevation = (
+        one, wz, elevation, elevation**2, *(nu * cosine for nu in sums), turned_z, wz * abs(wz), wx * wy, wy**2,
+        wy**2 * elevation, wz * total, wx * total, wy * total, sine, cosine, diff, wx,
+    )  # fmt: skip
+    of_travel = (
+        one, wy, travel, *(nu * sine for nu in sums), total * cosine, turned_y, wy * abs(wy), wz * wy,
+        wz * wy * elevation, wy * total, diff, wx * wz, wx, sine, wx * total,
+    )  # fmt: skip
+    regressors = (np.column_stack(X) for X in (of_pitch, of_elevation, of_travel))
+    return [_Regression(*own) for own in zip(regressors, y, widest, strict=True)]
 
 
-def _terms(axis: str, motion: Array) -> tuple[Array, Array, Array]:
-    """Regressors (n, k), acceleration (n,) [rad/s^2] and change of the driving thrust (n,) [V/s] of an axis."""
-    (pitch, elevation, travel, wx, wz, wy), accelerations = motion[:6], motion[6:9]
-    differences, sums, changes = motion[9:13], motion[13:17], motion[17:]
-    sine, cosine, one, diff, total = np.sin(pitch), np.cos(pitch), np.ones_like(pitch), differences[1], sums[1]
-    k = ANGLES.index(axis)
-    turned = np.tanh(motion[3 + k] / BREAK_RATE)
-    regressors: tuple[Array, ...]
-    if axis == "pitch":
-        regressors = (
-            one, wx, sine, cosine, *differences, turned, wx * abs(wx), wy, wy * abs(wy), wz, sine * wy**2, wy * wz,
-            total, wy * total, wy * diff, wz * diff,
-        )  # fmt: skip
-    elif axis == "elevation":
-        regressors = (
-            one, wz, elevation, elevation**2, *(nu * cosine for nu in sums), turned, wz * abs(wz), wx * wy, wy**2,
-            wy**2 * elevation, wz * total, wx * total, wy * total, sine, cosine, diff, wx,
-        )  # fmt: skip
-    else:
-        regressors = (
-            one, wy, travel, *(nu * sine for nu in sums), total * cosine, turned, wy * abs(wy), wz * wy,
-            wz * wy * elevation, wy * total, diff, wx * wz, wx, sine, wx * total,
-        )  # fmt: skip
-    return np.column_stack(regressors), accelerations[k], changes[k]
-
-
-def _standardised(X: Array, y: Array, change: Array) -> tuple[Array, Array]:
-    """Residuals of one axis (n,) [rad/s^2], and the same over their scale at like motion."""
+def _standardised(logs: Sequence[_Regression]) -> tuple[Array, Array]:
+    """Residuals of one axis (n,) [rad/s^2] in all logs, and the same over their scale at like motion."""
+    X, y, change = (np.concatenate(parts) for parts in zip(*logs, strict=True))
     if len(y) < FEWEST_SAMPLES * X.shape[1]:
         return np.zeros_like(y), np.zeros_like(y)
     r = huber_residuals(X, y)

@@ -21,13 +21,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-Array = NDArray[np.float64]
-
-VOLTAGES = ("v_front", "v_rear")
-ANGLES = ("pitch", "elevation", "travel")
+from heli_identifier.records import ANGLES, VOLTAGES, Array
 
 SMOOTHED = 0.1
 """Length [s] of a local parabola: a bench moves slower."""

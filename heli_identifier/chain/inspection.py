@@ -22,9 +22,9 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from heli_identifier.errors import LogError
-from heli_identifier.records import Log
+from heli_identifier.records import ANGLES, Array, Log
 
-from .faults import ANGLES, Array, parabola_samples
+from .faults import parabola_samples
 
 LEAST_STEP = 0.03
 """Share of a voltage's standard deviation: an error of 1 % of it, as large as that of a good multimeter."""

@@ -1,3 +1,4 @@
+from .columns import Array as Array
 from .configuration import CONTRACT as CONTRACT
 from .configuration import ControllerConfiguration as ControllerConfiguration
 from .configuration import Geometry as Geometry
@@ -25,6 +26,8 @@ from .overlap import shared_flight as shared_flight
 from .reading import read_log as read_log
 from .response import suspicions as suspicions
 from .timing import GAP_STEPS as GAP_STEPS
+from .units import ANGLES as ANGLES
 from .units import CONTRACT_HEADERS as CONTRACT_HEADERS
+from .units import VOLTAGES as VOLTAGES
 from .units import factor_to_si as factor_to_si
 from .units import understood as understood
