@@ -100,19 +100,19 @@ def guess(path: str | PathLike[str]) -> Guess:
             "with every key explained."
         )
     columns = {signal: headers[index] for signal, index in ({"time": time} | chosen).items()}
-    units, counts, values = {"time": unit}, dict(zip(ANGLES, CONTRACT.encoder_counts, strict=True)), []
+    units, counts, values = {"time": unit}, dict[str, int](), dict[str, Array]()
     for signal, index in chosen.items():
         units[signal], reasons[f"units.{signal}"], turn = _unit(signal, headers[index], candidates[index])
-        counts[signal] = turn or counts.get(signal, 1)
-        values.append(candidates[index] * factor_to_si(signal, units[signal], counts[signal]))
-    one, other, *angles = values
-    voltages = np.column_stack((one, other) if "v_front" in chosen else (0.5 * (one + other), 0.5 * (one - other)))
+        counts[signal] = turn or CONTRACT.counts_per_turn(signal)
+        values[signal] = candidates[index] * factor_to_si(signal, units[signal], counts[signal])
+    values = CONTRACT.oriented(values)
+    voltages, angles = (np.column_stack([values[signal] for signal in signals]) for signals in (VOLTAGES, ANGLES))
     limit = CONTRACT.voltage_limit
     if clip := bool(np.abs(voltages).max() > 1.001 * limit):
         reasons["clip"] = f"the voltages exceed {limit:g} V, so they are commands before the amplifiers limit them"
     start = None if unit == STAMP else _take_off(seconds, candidates[chosen["elevation"]], reasons)
     flying = 0 if start is None else int((seconds >= start).argmax())
-    found = find_responses(np.clip(voltages, -limit, limit)[flying:], np.column_stack(angles)[flying:], rate_hz)
+    found = find_responses(np.clip(voltages, -limit, limit)[flying:], angles[flying:], rate_hz)
     signs, swap = _signs("v_front" in chosen, found, reasons)
     for signal in chosen:
         axis = signal if signal in ANGLES else "pitch" if signal == "v_difference" else "travel"
@@ -125,10 +125,8 @@ def guess(path: str | PathLike[str]) -> Guess:
     free = [text if i in candidates and i not in chosen.values() else "" for i, text in enumerate(headers)]
     references = {axis: headers[index] for axis, index in _find_names(free, _REFERENCES).items()}
     reasons |= {f"references.{axis}": f"called {text!r}" for axis, text in references.items()}
-    encoders = (counts["pitch"], counts["elevation"], counts["travel"])
-    format = LogFormat(
-        columns, units, signs, references, swap, start, decimal=decimal, encoder_counts=encoders, clip=clip
-    )
+    turns = (counts["pitch"], counts["elevation"], counts["travel"])
+    format = LogFormat(columns, units, signs, references, swap, start, None, decimal, turns, clip=clip)
     return Guess(format, reasons, _doubts(named, found))
 
 
@@ -136,8 +134,8 @@ def _table(path: Path) -> tuple[Table, str]:
     """Read a file as a table, with the decimal mark that makes numbers of its cells."""
     form = LogFormat(columns={"time": NUMBERED.format(1)})  # a file without headers is looked into as well
     table, _ = open_table(path, form)
-    texts = [v for v in table.columns if v.dtype.kind == "O" and len(v)]
-    if sum(bool(DECIMAL_COMMA.fullmatch(str(v[len(v) // 2]).strip())) for v in texts) < 3:
+    texts = [str(v[len(v) // 2]).strip() for v in table.columns if v.dtype.kind == "O" and len(v)]
+    if sum(bool(DECIMAL_COMMA.fullmatch(text)) for text in texts) < 3:
         return table, "."
     return open_table(path, replace(form, decimal=","))[0], ","
 
