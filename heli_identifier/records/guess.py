@@ -30,7 +30,7 @@ from .columns import DECIMAL_COMMA, Array, Table, name_and_unit, plain, read_sta
 from .configuration import CONTRACT, LogFormat
 from .plausibility import encoder_step
 from .reading import open_table
-from .response import ELEVATION_SURE, PITCH_SURE, Filtered, Gains, coarse, filtered, find_responses, gains
+from .response import ELEVATION_SURE, PITCH_SURE, Gains, coarse, derivatives, filtered, find_responses, gains
 from .text import NUMBERED
 from .timing import check_extent
 from .units import ANGLES, COMBINED, STAMP, VOLTAGES, factor_to_si, understood
@@ -57,7 +57,6 @@ _ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
 _STEPS = (1.0 / 2100.0, 1.0 / 45.0)  # [s] that make a unit of the time probable
 _BOTH = 0.05  # by which front and rear are preferred to sum and difference where a file holds both
 _IN_STEPS = 0.3  # by which an angle that an encoder measured is preferred
-_ALIKE, _AS_LARGE = 0.95, 0.2  # correlation, and difference in size, by which a column is the derivative of another
 _MIRRORED = (
     "which rotor is the front one cannot be seen where no column is called so: its mirror image, with the rotors "
     "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well: compare with the rig"
@@ -189,7 +188,7 @@ def _choose(candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: 
     known = {signal: at.index(index) for signal, index in named.items() if index in candidates}
     values, step = coarse(columns, rate_hz)
     found = filtered(values, step)
-    taken = _derivatives(found) | {*known.values()}
+    taken = derivatives(found) | {*known.values()}
     free = [i for i, extent in enumerate(np.ptp(values, axis=0)) if extent > 0.0 and i not in taken]
     options = {signal: [known[signal]] if signal in known else free for signal in (*VOLTAGES, *COMBINED, *ANGLES)}
     count = {kind: sum(signal in known for signal in kind) for kind in (VOLTAGES, COMBINED)}
@@ -221,16 +220,6 @@ def _choose(candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: 
             best, own = score[t, e, pair], (first[pair], second[pair], p, options["elevation"][e], options["travel"][t])
             chosen = {signal: at[i] for signal, i in zip((*of_pairs[pair], *ANGLES), own, strict=True)}
     return chosen
-
-
-def _derivatives(found: Filtered) -> set[int]:
-    """Columns that are the derivative of another one in the same unit per second."""
-    count = found.value.shape[1]
-    both = np.cov(found.rate, found.value, rowvar=False)
-    of_rates, of_values = np.split(np.diag(both), 2)
-    shared, of_rates = both[:count, count:], of_rates[:, None]  # row: whose derivative, column: which column
-    alike = (shared > _ALIKE * np.sqrt(of_rates * of_values)) & (np.abs(shared - of_rates) < _AS_LARGE * of_rates)
-    return {*np.flatnonzero(alike.any(axis=0)).tolist()}
 
 
 def _unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None]:

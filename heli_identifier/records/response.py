@@ -30,6 +30,7 @@ _SHOWN = 2.0  # score from which a log shows that an angle follows its voltage
 _BANDWIDTH = 3.0  # ω of the filter [rad/s]: above the rig's own modes, below the noise of encoders
 _COARSE_HZ = 25.0  # rate to which a log is averaged before it is filtered; the filter passes nothing above
 _SETTLED_S = 1.5  # the filter forgets its start to 6 % in 4.7/ω
+_ALIKE, _AS_LARGE = 0.95, 0.2  # correlation, and difference in size, by which a column is the derivative of another
 
 
 class Gains(NamedTuple):
@@ -66,6 +67,16 @@ def filtered(columns: Array, step: float) -> Filtered:
     values, rates = values[first:], rates[first:]
     acceleration = w * w * (columns[first:] - values) - 2.0 * w * rates
     return Filtered(values, rates, acceleration, len(values) * step * w)
+
+
+def derivatives(found: Filtered) -> set[int]:
+    """Columns that are the derivative of another one in the same unit per second."""
+    count = found.value.shape[1]
+    both = np.cov(found.rate, found.value, rowvar=False)
+    of_rates, of_values = np.split(np.diag(both), 2)
+    shared, of_rates = both[:count, count:], of_rates[:, None]  # row: whose derivative, column: which column
+    alike = (shared > _ALIKE * np.sqrt(of_rates * of_values)) & (np.abs(shared - of_rates) < _AS_LARGE * of_rates)
+    return {*np.flatnonzero(alike.any(axis=0)).tolist()}
 
 
 def gains(found: Filtered, angle: int, regressors: Array) -> Gains:
