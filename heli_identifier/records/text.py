@@ -15,9 +15,9 @@ line break is left out.
 import codecs
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from itertools import islice, zip_longest
+from itertools import zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,7 +37,7 @@ _COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
 _BLANKS = re.compile(r"\s+(?![\[(])")  # a unit in brackets belongs to the name before it
 _LABVIEW_UNITS = "Y_Unit_Label"
 _LOOKED_AT = 400  # lines from the beginning among which the table has to begin
-_BLOCK = 10_000  # rows whose cells are held as text at a time
+_BLOCK = 10_000  # rows that are split at a time: cells take much more memory than numbers
 _MARKS = str.maketrans(",.", ".,")  # of a decimal comma and a point between thousands
 
 
@@ -93,30 +93,33 @@ def _columns(lines: Sequence[str], layout: _Layout, file: str, decimal: str) -> 
     count, samples = len(layout.headers), len(lines) - layout.above
     if samples * count > sum(map(len, lines)) + len(lines):
         raise LogError(f"{file}: its {samples} rows have fewer cells than its {count} headers; save it again.")
-    rows, blocks = _rows(lines, layout, file), list[list[NDArray[Any]]]()
-    while block := list(islice(rows, _BLOCK)):
-        blocks.append([_numbers(cells, decimal) for cells in zip(*block, strict=True)])
+    firsts = range(layout.above, len(lines), _BLOCK)
+    blocks = [_block(lines[first : first + _BLOCK], layout, first + 1, file, decimal) for first in firsts]
     return tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
 
 
-def _rows(lines: Sequence[str], layout: _Layout, file: str) -> Iterator[list[str]]:
-    """Give the cells of every row below the header, as many as there are headers."""
-    count = len(layout.headers)
-    for row, line in enumerate(lines[layout.above :], layout.above + 1):
-        cells = _cells(line, layout.separator)
+def _block(lines: Sequence[str], layout: _Layout, first: int, file: str, decimal: str) -> list[NDArray[Any]]:
+    """Give the columns of some rows, the first of which is row ``first`` of the file."""
+    count, separator, rows = len(layout.headers), layout.separator, list[list[str]]()
+    if decimal == ".":
+        with suppress(ValueError):  # a cell is empty or quoted, or holds no number
+            found = np.loadtxt(lines, delimiter=separator.strip(" ") or None, comments=None, ndmin=2)
+            if found.shape == (len(lines), count):
+                return [*found.T]
+    for row, line in enumerate(lines, first):
+        cells = _cells(line, separator)
         if any(cells[count:]):
             wrong = f"{len(cells)} cells stand under {count} headers"
             raise LogError(f"{file}, row {row}: {wrong}; look for a decimal comma or a separator too many.")
-        yield cells[:count] + [""] * (count - len(cells))
+        rows.append(cells[:count] + [""] * (count - len(cells)))
+    return [_numbers(column, decimal) for column in zip(*rows, strict=True)]
 
 
 def _numbers(cells: Sequence[str], decimal: str) -> NDArray[Any]:
-    try:
+    with suppress(ValueError):
         if "_" not in "".join(cells):  # 1_0 is ten in Python only
             marked = [cell.translate(_MARKS) for cell in cells] if decimal == "," else cells
             return np.array([cell.strip() or "nan" for cell in marked], dtype=float)
-    except ValueError:
-        pass
     return np.array(cells, dtype=object)
 
 
