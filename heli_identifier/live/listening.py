@@ -53,16 +53,38 @@ class Status(NamedTuple):
     silent: bool = False
 
 
-class RigClock(NamedTuple):
-    """The ``rate`` [Hz] of a rig and the ``unit`` of its clock [s]; ``notes``: what is to be said about it.
+class RigClock:
+    """Clock and rate of a rig, found from the samples ``heard`` and when they came in [s].
 
-    Where it does not tell when samples were taken they are counted as they come in.
+    ``rate`` [Hz], if it is not known before; ``unit`` of the clock [s]; ``notes``: what is to be said about it. Where
+    it does not tell when samples were taken they are counted as they come in.
     """
 
-    rate: float
-    unit: float
-    tells: bool
-    notes: tuple[str, ...]
+    def __init__(self, heard: list[tuple[Datagram, float]], rate: float | None) -> None:
+        times = sorted([datagram.time for datagram, _ in heard if not isnan(datagram.time)])
+        (first, begin), (last, end) = heard[0], heard[-1]
+        self.notes: list[str] = []
+        self.unit, moves = find_unit(times, end - begin), len(set(times)) > 1
+        if self.unit in _CLOCKS:
+            self.notes.append(f"the rig's clock counts {_CLOCKS[self.unit]}, which are read as such")
+        if rate is None and moves:
+            rate = find_rate([self.unit * time for time in times])
+        elif rate is None:  # the usual rate that is nearest to that at which samples come in
+            steps = last.number - first.number if last.number > first.number >= 0 else max(len(heard) - 1, 1)
+            rate = min(_USUAL_RATES, key=lambda rate: abs(rate * (end - begin) / steps - 1.0))
+            self.notes.append(f"the rate is taken for {rate:g} Hz; name it with --rate if it is another")
+        self.rate, self._tells = rate, moves or first.number >= 0
+        if times and not self._tells:
+            self.notes.append("the rig's clock stands still; samples are counted as they come in")
+        self._counted, self._counted_at = 0, begin
+
+    def stamp(self, datagram: Datagram, arrived: float) -> Datagram:
+        """Return a sample with its time in seconds, or with its number as counted when it ``arrived`` [s]."""
+        if self._tells:
+            return datagram._replace(time=datagram.time * self.unit)
+        pause, self._counted_at = arrived - self._counted_at, arrived  # a pause moves the count on
+        self._counted += 1 if pause < SILENCE else max(round(pause * self.rate), 1)
+        return datagram._replace(number=self._counted, time=nan)
 
 
 class Listening:
@@ -87,7 +109,6 @@ class Listening:
         self.order = Order(self.sample_time)
         self.grid: Grid | None = None
         self.heard = monotonic()
-        self.counted, self.counted_at = 0, 0.0  # of a stream without numbers and times, and when [s]
         self.last = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self.quiet_from = -1  # instant from which on nothing has come in
         self.elections = self.restarts = 0
@@ -163,17 +184,11 @@ class Listening:
         if self.clock is None:
             if len(self.unread) < enough:
                 return
-            self.clock = find_clock(self.unread, self.rate)
+            self.clock = RigClock(self.unread, self.rate)
             self.rate = self.clock.rate
             self.order.sample_time = self.sample_time
         for datagram, arrived in self.unread:
-            if self.clock.tells:
-                datagram = datagram._replace(time=datagram.time * self.clock.unit)
-            else:  # counted as they come in; a pause moves the count on
-                pause, self.counted_at = arrived - self.counted_at if self.counted else 0.0, arrived
-                self.counted += 1 if pause < SILENCE else max(round(pause * self.clock.rate), 1)
-                datagram = datagram._replace(number=self.counted, time=nan)
-            self.order.take(datagram, arrived)
+            self.order.take(self.clock.stamp(datagram, arrived), arrived)
         self.unread = []
 
     def _place(self, age: float, keep: Keep) -> list[Sample]:
@@ -213,25 +228,6 @@ class Listening:
         if count > 0:
             self.grid.tick, self.grid.silent = due, True
         return [self.last._replace(fresh=0.0)] * count
-
-
-def find_clock(heard: list[tuple[Datagram, float]], rate: float | None) -> RigClock:
-    """Return the rig's clock from samples and when they came in [s]; its ``rate`` [Hz] if that is known."""
-    times = sorted([datagram.time for datagram, _ in heard if not isnan(datagram.time)])
-    (first, begin), (last, end), notes = heard[0], heard[-1], list[str]()
-    unit, moves = find_unit(times, end - begin), len(set(times)) > 1
-    if unit in _CLOCKS:
-        notes.append(f"the rig's clock counts {_CLOCKS[unit]}, which are read as such")
-    if rate is None and moves:
-        rate = find_rate([unit * time for time in times])
-    elif rate is None:  # the usual rate that is nearest to that at which samples come in
-        steps = last.number - first.number if last.number > first.number >= 0 else max(len(heard) - 1, 1)
-        rate = min(_USUAL_RATES, key=lambda rate: abs(rate * (end - begin) / steps - 1.0))
-        notes.append(f"the rate is taken for {rate:g} Hz; name it with --rate if it is another")
-    tells = moves or first.number >= 0
-    if times and not tells:
-        notes.append("the rig's clock stands still; samples are counted as they come in")
-    return RigClock(rate, unit, tells, tuple(notes))
 
 
 def find_rate(times: list[float]) -> float:
