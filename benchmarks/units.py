@@ -5,28 +5,24 @@ minute. That native units have the bits of those in Python is tested (tests/test
 """
 
 import resource
-import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.harness import ROOT, Bar, apart, bar_table, resident_memory, section
+from benchmarks.harness import Bar, apart, bar_table, resident_memory, section
 from fmu_src import CLOSED_LOOP, MasterError, build_all
 from fmu_src.master import run_apart
 from fmu_src.native import build_native
 from heli_plant.parameters import TABLE_2
+from tests.hosts.unit_host import Unit
 
-HOSTS = ROOT / "tests" / "hosts"
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
 CYCLES, WARM_UP, PROCESSES = 1000, 100, 50
 
 
 def growth(fmu: str, log: str) -> float:
     """Give the growth of this process over instances of a unit, each initialised, stepped, freed [MB]."""
-    sys.path.insert(0, str(HOSTS))
-    from unit_host import Unit  # type: ignore[import-not-found]
-
     unit, before = Unit(fmu), 0.0
     given = {"log.path": log} if "log.path" in unit.variables else {}
     for k in range(WARM_UP + CYCLES):

@@ -62,9 +62,7 @@ def test_the_plant_that_made_the_log_is_better_on_the_axis_in_which_the_other_er
     found = hi.compare(diagnosis(AFTER.a_wx + 0.3), diagnosis(), made_log(seed=3))  # far more reaches the travel
     said = {error.axis: error.outcome for error in found.errors}
     assert said == {"pitch": "second is better", "elevation": "not told apart", "travel": "not told apart"}
-
-
-def test_where_a_controller_flew_the_error_over_less_than_its_answer_judges():
+    # where a controller flew the error over less than its answer judges
     found = hi.compare(diagnosis(AFTER.a_wx + 1.0), diagnosis(closed_loop=True), made_log(seed=3))
     assert {error.axis: error.outcome for error in found.errors}["pitch"] == "second is better"
     assert "pitch .2 s ahead [mrad]" in found.summary()

@@ -63,12 +63,9 @@ def expected(*errors):
     return Outlook("", 40.0, tuple(Sight("", "", 0.1, 1e-3, error, "1") for error in errors), 0.9, 0.5, 0.3)
 
 
-def test_an_experiment_beyond_the_limits_is_not_proposed():
+def test_an_experiment_beyond_the_limits_is_not_proposed_and_voltages_keep_theirs_however_small():
     tight = Limits(pitch=0.05, elevation=0.05)
     assert outlook(multisines(1.5, 0.6), PLANT, (effect("dry_friction", "pitch"),), 40.0, tight) is None
-
-
-def test_every_proposal_keeps_the_voltage_limit_however_small():
     for limit in (0.5, 2.0):
         found = [np.abs(one.voltages(1.0)).max() for one in proposals(limit)]
         assert 9 <= len(found) and max(found) <= limit

@@ -59,7 +59,7 @@ def test_a_rig_that_holds_nothing_is_accused_of_nothing(diagnosed):
 
 
 @pytest.mark.parametrize("rig", RIGS)
-def test_the_gains_of_a_calm_rig_in_open_loop_are_determined_and_fit_for_a_controller(diagnosed, rig):
+def test_gains_of_a_calm_rig_are_fit_for_a_controller_and_parameters_are_the_delivered_plants(diagnosed, rig):
     result = diagnosed[rig]
     assert (result.closed_loop, result.references) == (False, "voltages")
     for name, axis in (("k_x", "pitch"), ("k_z", "elevation"), ("k_y", "travel")):
@@ -67,12 +67,7 @@ def test_the_gains_of_a_calm_rig_in_open_loop_are_determined_and_fit_for_a_contr
         assert report.determination is Determination.OUTSIDE and not report.contradicted
         assert abs(report.instrument.value - report.estimate.value) < 0.05 * abs(report.estimate.value)
         assert result.axes[axis].use is Use.CONTROL
-
-
-@pytest.mark.parametrize("rig", RIGS)
-def test_parameters_are_those_of_the_plant_that_is_delivered(diagnosed, rig):
-    """The fit has slopes in place of gains, and of a_1 what is beyond the lift; what is stated is the plant's own."""
-    result = diagnosed[rig]
+    # the fit has slopes in place of gains, and of a_1 what is beyond the lift; what is stated is the plant's own
     reports = {name: own.estimate for name, own in result.parameters.items() if name not in ("k_x", "k_z", "k_y")}
     for plant, listed in (
         (result.plant_before, result.parameters_before), (result.plant_after, result.parameters_after | reports),

@@ -80,11 +80,6 @@ def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
     assert np.abs(model.C - np.eye(3, 8)).max() < 1e-11
 
 
-def test_a_plant_without_motor_lag_is_refused():
-    with pytest.raises(ConfigurationError, match="positive lag"):
-        linear_model(TABLE_2._replace(T_m=0.0))
-
-
 def test_the_linear_controller_is_the_controller():
     random = np.random.default_rng(2)
     K, z, state = controller(PID, H), np.zeros(6), start_pid(0.0, 0.0, 0.0)
@@ -124,7 +119,9 @@ def test_the_phase_margin_and_crossover_are_those_of_python_control():
     assert found.crossover == pytest.approx(crossover, rel=0.01)
 
 
-def test_a_point_that_no_allowed_plant_can_hold_is_refused():
+def test_a_point_that_no_allowed_plant_can_hold_and_a_plant_without_motor_lag_are_refused():
+    with pytest.raises(ConfigurationError, match="positive lag"):
+        linear_model(TABLE_2._replace(T_m=0.0))
     # Two draws of a spring that is known to a hundred times its stiffness: both lie far from any that 5 V can hold.
     values = plant_values(AFTER, {"a_e": Estimate(AFTER.a_e, 100.0 * AFTER.a_e, "1/s^2")})
     with pytest.raises(ConfigurationError, match="none of 2 plants that the data allow has an equilibrium at pitch 0"):

@@ -82,9 +82,8 @@ def slopes_of(model, unknowns, known):
     return list(model.slave.getDirectionalDerivative(at[:-1], at[-1:], [1.0]))
 
 
-def test_derivatives_have_the_bits_of_python_and_their_slopes_are_those_of_differences(unit):
-    """Differences of 1e-5 V through the inputs err by rounding, 1e-10, and by curvature, 1e-9; a slope of a smoothed
-    friction adds 2e-7. Slopes by states are compared with dual numbers in Python, which have their bits."""
+def test_derivatives_and_their_slopes_have_the_bits_of_python(unit):
+    """Slopes are those of dual numbers, which test_dual.py holds to differences."""
     from heli_plant.dual import seeded, slopes, with_duals
 
     model = modelled(unit, {**BASE, **EFFECTS})
@@ -99,13 +98,6 @@ def test_derivatives_have_the_bits_of_python_and_their_slopes_are_those_of_diffe
     expected = slopes(with_duals(rates_of_change)(0.0, *duals, 0.0, p), 13)
     for column, known in enumerate([*states, "v_front", "v_rear", "mass_position"]):
         assert slopes_of(model, rates, known) == expected[:, column].tolist()
-    for known in ("v_front", "v_rear"):
-        column = []
-        for side in (1e-5, -1e-5):
-            model.set(known, VOLTAGES[known == "v_rear"] + side)
-            column.append(np.array(model.get(*rates)))
-        model.set(known, VOLTAGES[known == "v_rear"])
-        assert np.abs(slopes_of(model, rates, known) - (column[0] - column[1]) / 2e-5).max() < 1e-6
     assert slopes_of(model, OUTPUTS, "state.bending") == [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]
     with pytest.raises(FMICallException):
         slopes_of(model, rates, "pitch.damping")

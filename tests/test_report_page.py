@@ -158,14 +158,11 @@ def test_ticks_are_round_even_and_each_differs_from_the_next_as_it_is_written(lo
     assert not any("e" in label for _, label in found)
 
 
-def test_a_thinned_line_keeps_its_peaks():
+def test_a_figure_keeps_peaks_takes_its_colours_from_the_page_and_survives_a_run_that_leaves_it():
     x = np.arange(20_000.0)
     y = np.zeros(20_000)
     y[[777, 15_003]] = 5.0, -3.0
     assert thinned(x, y)[1].max() == 5.0 and thinned(x, y)[1].min() == -3.0 and len(thinned(x, y)[0]) < 4_000
-
-
-def test_a_figure_takes_its_colours_from_the_page_and_survives_a_run_that_leaves_it():
     own = Axes("y [mrad]", limits=(-1.0, 1.0))
     own.line(np.arange(3.0), [0.0, np.nan, 1e30], "after", "run")
     drawn = figure([own], "x", "a <run>")

@@ -86,16 +86,14 @@ def compared(fits):
 
 
 def test_the_true_plant_predicts_an_exact_record_from_the_filters_state():
-    errors = Run.along(model(), EXACT_RECORD, np.zeros(3)).errors()
+    run = Run.along(model(), EXACT_RECORD, np.zeros(3))
+    errors = run.errors()
     for name in ("ahead_100ms", "ahead_200ms"):
         assert np.abs(errors[name]).max() < 1e-6  # nothing but rounding
     # from the smoothed motion it errs by the smoothing alone, less than a count of the encoder, .0015 rad
     for name in ("prediction_1s", "prediction_2s"):
         assert np.sqrt(np.nanmean(errors[name] ** 2)) < 0.0015
-
-
-def test_errors_ahead_are_those_of_a_simulation_from_the_same_state():
-    run = Run.along(model(), EXACT_RECORD, np.zeros(3))
+    # and its errors are those of a simulation from the same state
     states = simulate(VOLTAGES, H, rest(TABLE_2, VOLTAGES), TABLE_2)[0]
     np.testing.assert_allclose([own[:12] for _, _, own in run.starts], states[run.at], rtol=0.0, atol=1e-9)
     wrong = Run.along(model(TABLE_2._replace(a_1=TABLE_2.a_1 + 0.05)), EXACT_RECORD, np.zeros(3))
@@ -181,10 +179,7 @@ def test_before_and_after_an_effect(compared, fits):
     # over the same scales, the residual before is the larger
     assert series.residual_after[:, 0].std() < series.residual_before[:, 0].std()
     assert series.residual_after.shape == (fits[2].samples, 3)
-
-
-def test_the_free_run_can_be_repeated_from_the_series(compared, fits):
-    axes, _, (series,) = compared
+    # the free run can be repeated from the series
     again = simulate(series.log.voltages, series.log.step, PlantState(**series.start), fits[1].parameters)[1]
     assert np.array_equal(again, series.free_run_after)
     reached = np.sqrt(((series.log.angles - again) ** 2).mean(0))

@@ -89,14 +89,12 @@ def test_the_judge_keeps_its_level_and_rejects_half_the_gain():
         assert judged[0].freedom == 3
 
 
-def test_shares_tell_how_much_came_from_outside():
+def test_shares_tell_how_much_came_from_outside_and_where_nothing_did():
     stirred = np.mean([e.axes[0].shares[2] for e in repeated()[:5]])
     quiet = np.mean([estimate(seed, asked=0.01).axes[0].shares[2] for seed in range(5)])
     assert stirred > 0.3
     assert quiet < 0.1
-
-
-def test_nothing_from_outside_is_said():
+    # nothing from outside is said
     found = estimate(0, references=[np.zeros((SECONDS * round(RATE), 0))] * LOGS)
     assert np.isinf(found.axes[0].half_widths).all()
     assert np.isnan(found.axes[0].values).all()

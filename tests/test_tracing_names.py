@@ -32,15 +32,15 @@ def shown(selection):
     return {finding.effect.field for finding in selection.findings if finding.established}
 
 
-@pytest.fixture(scope="module")
-def coupled():
-    return searched("gyroscopic_coupling")
+MECHANICS = {"inertial_coupling_elevation", "inertial_coupling_travel", "large_angle_gravity_elevation"}
 
 
 @pytest.mark.parametrize("index", [1, 3])
-def test_a_clean_rig_is_accused_of_nothing(index):
+def test_a_clean_rig_is_accused_of_nothing_and_in_calm_air_gets_no_mechanics_that_it_lacks(index):
+    """Five minutes in calm air tell a coefficient of 0 from one of 1."""
     selection, _ = searched("clean", index)
     assert shown(selection) == set()
+    assert not MECHANICS & set(delivered(selection, []).fields)
 
 
 @pytest.mark.slow
@@ -75,27 +75,14 @@ def test_an_effect_of_usual_strength_is_named_alone(kind, index):
     assert abs(found.value - effect.coefficient) < tolerated
 
 
-def test_a_coupling_is_one_family_on_two_axes(coupled):
-    selection, _ = coupled
+def test_a_coupling_is_one_family_on_two_axes_that_makes_left_out_logs_likelier_and_halves_agree_on_it():
+    selection, _ = searched("gyroscopic_coupling")
     assert shown(selection) == {"gyroscopic_coupling_pitch", "gyroscopic_coupling_elevation"}
     assert len({f.effect.family for f in selection.findings if f.established}) == 1
-
-
-def test_a_true_effect_makes_left_out_logs_likelier_and_halves_agree_on_it(coupled):
-    selection, _ = coupled
     others = ["gyroscopic_coupling_elevation"]
     assert left_out_gain(selection.last, others, "gyroscopic_coupling_pitch") > 50.0
     agreement = halves_agree(selection.last, [*others, "gyroscopic_coupling_pitch"])
     assert agreement.observed == agreement.expected == 1.0
-
-
-MECHANICS = {"inertial_coupling_elevation", "inertial_coupling_travel", "large_angle_gravity_elevation"}
-
-
-def test_a_rig_in_calm_air_that_lacks_mechanics_gets_none():
-    """Five minutes in calm air tell a coefficient of 0 from one of 1."""
-    selection, _ = searched("clean", 1)
-    assert not MECHANICS & set(delivered(selection, []).fields)
 
 
 def test_terms_of_mechanics_enter_the_plant_together_and_help_under_another_controller():

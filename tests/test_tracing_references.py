@@ -68,6 +68,8 @@ def test_feedback_in_disguise_is_refused():
 def test_references_are_rebuilt_because_a_controller_adds_no_noise(integral):
     """The law is linear in what is logged, hence exact: its answer to 1 %, the reference to a correlation of .99."""
     logs = [flight(seed, integral=integral) for seed in (1, 2)]
+    found = find_references(logs)  # those that are logged are taken before rebuilt ones
+    assert (found.origin, found.names) == ("logged", ("pitch", "elevation"))
     found, controllers = find_references([replace(log, references={}) for log in logs]), controllers_of(logs)
     assert found.closed_loop
     assert found.origin == "rebuilt"
@@ -79,12 +81,6 @@ def test_references_are_rebuilt_because_a_controller_adds_no_noise(integral):
             np.testing.assert_allclose(law.answer(log.angles, 1.0 / RATE), wanted, atol=0.01 * np.ptp(wanted))
             rebuilt = signals[:, found.names.index(law.channel)]
             assert np.corrcoef(rebuilt, log.references[axis])[0, 1] > (0.99 if axis == "pitch" else 0.9)
-
-
-def test_logged_references_are_taken_before_rebuilt_ones():
-    found = find_references([flight(1), flight(2)])
-    assert found.origin == "logged"
-    assert found.names == ("pitch", "elevation")
 
 
 def test_open_loop_is_told_from_closed_loop_and_its_voltages_are_the_references():
