@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from heli_plant.laws import input_delay
 from heli_plant.observer import FIELDS, TRAVEL_BANDWIDTH
-from heli_plant.parameters import TABLE_2, PlantParameters
+from heli_plant.parameters import PlantParameters
 
 from .changes import Vector, list_changes, prior_deviations
 from .covariance import find_steady_state
@@ -28,7 +28,7 @@ class FollowSettings(NamedTuple):
     """
 
     sample_time: float = 0.01
-    parameters: PlantParameters = TABLE_2
+    parameters: PlantParameters = PlantParameters()
     window: float = 10.0
     false_alarm_time: float = 36000.0
     observer_bandwidth: float = 6.6
