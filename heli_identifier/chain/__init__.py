@@ -6,7 +6,7 @@ such as columns that are alike, is found by the functions of :mod:`.inspection`.
 """
 
 from .answers import controller_samples, on_time
-from .events import SETTLING, Event, event_notes, find_events, local_cubic, passages, unslipped
+from .events import SETTLING, Event, counted, event_notes, find_events, local_cubic, passages, unslipped
 from .faults import FAULTS, Fault, undone
 from .inspection import BENDING, TIMING, Defect, inspected
 
@@ -19,6 +19,7 @@ __all__ = [
     "SETTLING",
     "TIMING",
     "controller_samples",
+    "counted",
     "event_notes",
     "find_events",
     "inspected",

@@ -16,11 +16,12 @@ that lies outside the range of the rates before and after it, by more than resol
 Sources: Huber 1964; Savitzky and Golay 1964.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.signal import lfilter, savgol_filter
 from scipy.special import ndtri
@@ -126,13 +127,12 @@ def unslipped(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log, 
     return tuple(found), tuple(notes)
 
 
-def seconds_used(log: Log, left_out: Mapping[str, Sequence[tuple[float, float]]]) -> float:
-    """Time [s] of a log that counts: outside of its passages and of what the filter needs to settle behind them."""
-    time = np.arange(log.samples) * log.step
+def counted(time: Array, left_out: Sequence[tuple[float, float]]) -> NDArray[np.bool_]:
+    """Whether instants [s] of a log count: outside of passages and of what the filter needs to settle behind them."""
     counts = time > SETTLING
-    for start, end in left_out.get(log.name, ()):
+    for start, end in left_out:
         counts &= (time < start) | (time > end + SETTLING)
-    return float(counts.sum() * log.step)
+    return counts
 
 
 def event_notes(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, ...]:
@@ -142,7 +142,7 @@ def event_notes(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, ...]
         own = sorted((event for event in events if event.log == log.name), key=lambda event: event.start)
         if own:
             said = ", ".join(f"{e.axis} {e.start_in_file:.1f} to {e.end_in_file:.1f} s" for e in own)
-            used = seconds_used(log, passages(own))
+            used = float(counted(log.time, passages(own)[log.name]).sum() * log.step)
             rest = f"{used:.1f} of {log.duration:.1f} s are used" if used else "nothing remains of it"
             notes.append(
                 f"{log.name}: something other than the plant acted on it ({said}); {rest} (--keep-events keeps them)"

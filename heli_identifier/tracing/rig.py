@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from heli_identifier.chain import Fault
+from heli_identifier.chain import Fault, counted
 from heli_identifier.records import Log
 
 from .settings import (
@@ -209,9 +209,7 @@ def record_of(log: Log, rig: Any, left_out: LeftOut = NOTHING) -> Record:
     width = round(REST_TIME / step) | 1
     span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
     weights = (span > REST_COUNTS * rig.resolution).astype(float)
-    weights[time <= SETTLING] = 0.0
-    for start, end in left_out.get(log.name, ()):
-        weights[(time >= start) & (time <= end + SETTLING)] = 0.0
+    weights[~counted(time, left_out.get(log.name, ()))] = 0.0
     return Record(
         log.name, step, time, np.ascontiguousarray(voltages), np.ascontiguousarray(angles), weights,
         rig.begin(angles, voltages, step),
