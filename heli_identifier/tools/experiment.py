@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
 from heli_identifier import tracing
@@ -28,10 +28,8 @@ from heli_plant.communication import EncoderCounts
 from heli_plant.effects import CATALOGUE, Effect
 from heli_plant.errors import did_you_mean
 from heli_plant.parameters import PlantParameters
-from heli_plant.simulation import run_alone
+from heli_plant.simulation import Array, run_alone
 from heli_plant.state import rest_state
-
-Array = NDArray[np.float64]
 
 STEP = 0.01  # sampling period [s]
 BANDS = {"slow": (0.03, 0.4), "middle": (0.1, 1.2), "fast": (0.5, 3.0)}

@@ -34,13 +34,12 @@ from numpy.typing import NDArray
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.results import ParameterSet, drawn_values
 from heli_identifier.tools.linearisation import LinearModel, linear_model
-from heli_identifier.tools.loop import Settings, answered, begun
+from heli_identifier.tools.loop import Array, Settings, answered, begun
 from heli_identifier.tracing import Progress
 from heli_plant.control import PidSettings
 from heli_plant.parameters import BY_NAME, PlantParameters
 from heli_plant.state_feedback import MOST_DELAY, Angles, FeedbackSettings, Rotors
 
-Array = NDArray[np.float64]
 Responses = NDArray[Any]  # frequency responses, complex
 LOOPS = ("pitch", "elevation")  # loops, in the order of the channels: difference and sum of the voltages
 TO_ROTORS = np.array([[0.5, 0.5], [-0.5, 0.5]])  # (v_front, v_rear) from difference and sum of the voltages
