@@ -103,12 +103,11 @@ def design_controller(
         first = judge(plants, nominal, axes)
         second = first if robust == nominal else judge(plants, robust, axes, effort)
         made = Design(kind, axes, plants, first, second, (), continuous)
-    if not (made.robust if kind == "pid" else made.baseline).is_stable:
-        remedy = "lower the weights of the angles, or sample faster"
-        if kind == "pid":
-            remedy = ", ".join(_wrong_signs(parameters)) or "take --kind lqi"
-        said = "the designed loop is unstable on the identified plant, with its delay and bending"
-        raise ConfigurationError(f"{said}; {remedy}.")
+    checked, remedy = made.baseline, "lower the weights of the angles, or sample faster"
+    if kind == "pid":
+        checked, remedy = made.robust, ", ".join(_wrong_signs(parameters)) or "take --kind lqi"
+    said = "the designed loop is unstable on the identified plant, with its delay and bending"
+    refuse(not checked.is_stable, f"{said}; {remedy}.")
     for axis in axes:
         if not isfinite(made.robust.figures[f"{axis}.settling"].promised):
             why = "; a higher --elevation gives the rotors more lift, so that a lean moves it more"
