@@ -55,14 +55,16 @@ def read_text(data: bytes, file: str, format: LogFormat) -> Table:
     columns ``column 1``, ... A LogError says that the bytes are no table: binary, empty, one column, no rows, or a row
     longer than the header.
     """
-    text = _decoded(data, file)
-    lines = text.rstrip().split("\n")  # blank lines are rows but for those at the end
+    lines = _decoded(data, file).split("\n")
+    is_cut = lines[-1].strip() != ""
+    while not lines[-1].strip():  # blank lines are rows but for those at the end
+        lines.pop()
     layout = _find_layout(lines[:_LOOKED_AT], file, format)
     notes = []
     if layout.left_out:
         above = f"the first {layout.left_out} lines are" if layout.left_out > 1 else "line 1 is"
         notes.append(f"{above} no part of the table")
-    if "\n" not in text[len(text.rstrip()) :]:
+    if is_cut:
         last = lines.pop()
         notes.append(f"row {len(lines) + 1} is left out: the file ends within it, after {last[-40:]!r}")
     columns = _columns(lines, layout, file, format.decimal)
