@@ -216,10 +216,11 @@ class Instance:
             self.check("getReal", time, self._functions["GetReal"](*self._output_arguments))
 
     def row(self) -> list[int]:
-        """Return what :func:`.machine_code.step_all` knows of the unit, which has to outlive it."""
+        """Return what the loop in C (``native/c/fmi2.c``) knows of the unit, which has to outlive it."""
         step, put, get = (int(cast(call, c_void_p).value or 0) for call in self._functions.values())
-        ins, outs, fed, shown = (one.ctypes.data for one in (self._inputs, self._outputs, self._fed, self._shown))
-        return [int(self.slave.component), step, put, ins, len(self._fed), fed, get, outs, len(self._shown), shown]
+        arrays = (self._inputs, self._fed, self._outputs, self._shown, self.worst)
+        ins, fed, outs, shown, worst = (array.ctypes.data for array in arrays)
+        return [self.slave.component, step, put, ins, len(self._fed), fed, get, outs, len(self._shown), shown, worst]
 
     @property
     def is_native(self) -> bool:

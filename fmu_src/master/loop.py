@@ -1,15 +1,16 @@
 """The master's loop: set all inputs, step all units, get all outputs, at t_k = k H; once, or many times.
 
 All inputs of all units lie in one array, all outputs in another, and the wiring table is one array of indices: a step
-copies all connections at once and makes at most three calls a unit. The loop is machine code that calls the functions
-of the units by their addresses: a call through ctypes takes about 2 us, a step of a native unit less than one. It keeps
-the interpreter's lock, which units in Python need at once, and stops at the first answer that is worse than a warning.
+copies all connections at once and makes at most three calls a unit. A call through ctypes takes about 2 us, a step of a
+native unit less than one. Therefore native units bring the same loop in C (``native/c/fmi2.c``), which calls the
+functions of all of them by their addresses.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from ctypes import c_double, c_int64, c_size_t, c_void_p
 from pathlib import Path
 from time import perf_counter, sleep
 
@@ -29,6 +30,9 @@ from .result import Bands, Result
 STRIDE = 1000  # steps after which a run says that it is alive
 LONGEST_SLEEP = 1.0  # time after which a run in real time that waits for its next step says that it is alive [s]
 SHARE = 0.95  # share of many runs inside of a band
+_LOOP_TYPES = (
+    c_void_p, c_size_t, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p, c_int64, c_int64, c_double, c_void_p,
+)  # fmt: skip
 MOST_NUMBERS = 5e7  # numbers that are kept of many runs (400 MB); of longer ones every n-th instant is kept
 
 
@@ -172,11 +176,9 @@ class Wired:
             physical += [unit.variable(output).unit or "1" for output in get]
             first_in, first_out = first_in + len(put), first_out + len(get)
         self.physical_units = tuple(physical)
-        self._steps: Callable[[Array, float, int], None] = self._in_turn
-        if all(unit.is_native for unit in units.values()):
-            from .machine_code import Loop  # it costs half a second to load, which a unit in Python never wins back
-
-            self._steps = Loop(list(units.values()), self.sources, self.fed, self.shown)
+        loops = [getattr(unit.slave.dll, "heli_play", None) for unit in units.values()]
+        self._loop = loops[0] if all(loops) else None  # units in Python have none
+        self._rows = np.array([unit.row() for unit in units.values()], dtype=np.uintp)
 
     def start(self, given: Mapping[str, Mapping[str, Value]], stop: float) -> Array:
         """Initialise all units with the parameters of each at t = 0; return the outputs then."""
@@ -197,15 +199,24 @@ class Wired:
 
     def play(self, record: Array, first: int) -> None:
         """Take a step for each row of ``record``, from t = ``first`` H on; row k gets the outputs behind its step."""
-        self._steps(record, self.step, first)
-
-    def _in_turn(self, record: Array, step: float, first: int) -> None:
+        if self._loop is not None:
+            refusal = np.full(3, -1, dtype=np.int64)
+            self._loop.argtypes = _LOOP_TYPES
+            status = self._loop(
+                self._rows.ctypes.data, len(self._rows), self.sources.ctypes.data, len(self.fed), self.fed.ctypes.data,
+                self.shown.ctypes.data, len(self.shown), record.ctypes.data, first, len(record), self.step,
+                refusal.ctypes.data,
+            )  # fmt: skip
+            k, u, call = refusal.tolist()
+            if k >= 0:
+                list(self.units.values())[u].check(("setReal", "doStep", "getReal")[call], k * self.step, status)
+            return
         for k, row in enumerate(record, first):
             self.shown.take(self.sources, out=self.fed, mode="clip")
             for unit in self.units.values():
-                unit.put(k * step)
-                unit.advance(k * step, step)
-                unit.get(k * step)
+                unit.put(k * self.step)
+                unit.advance(k * self.step, self.step)
+                unit.get(k * self.step)
             row[:] = self.shown
 
 

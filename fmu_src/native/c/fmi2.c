@@ -70,3 +70,48 @@ ABSENT(GetRealStatus, const fmi2StatusKind kind, fmi2Real *value)
 ABSENT(GetIntegerStatus, const fmi2StatusKind kind, fmi2Integer *value)
 ABSENT(GetBooleanStatus, const fmi2StatusKind kind, fmi2Boolean *value)
 ABSENT(GetStringStatus, const fmi2StatusKind kind, fmi2String *value)
+
+/* A unit as a master sees it: what it calls, its references, and where the values lie. */
+typedef struct {
+    fmi2Component unit;
+    fmi2DoStepTYPE *step;
+    fmi2SetRealTYPE *set;
+    const fmi2ValueReference *inputs;
+    size_t input_count;
+    const double *fed;
+    fmi2GetRealTYPE *get;
+    const fmi2ValueReference *outputs;
+    size_t output_count;
+    double *shown;
+    const int64_t *worst; /* status that the unit has logged */
+} Linked;
+
+/* A master's loop over native units of one process: ``count`` steps from number ``first`` on. Before a step each input
+ * takes the output at its place in ``sources``; behind it all outputs go into a row of ``record``. The first answer
+ * that is worse than a warning is returned, and of it ``refusal``: step, unit, call.
+ */
+FMI2_Export fmi2Status heli_play(
+    const Linked units[], size_t unit_count, const intptr_t sources[], size_t fed_count, double fed[],
+    const double shown[], size_t shown_count, double record[], int64_t first, int64_t count, double step,
+    int64_t refusal[3])
+{
+    for (int64_t k = first; k < first + count; k++, record += shown_count) {
+        for (size_t i = 0; i < fed_count; i++)
+            fed[i] = shown[sources[i]];
+        for (size_t u = 0; u < unit_count; u++) {
+            const Linked *one = &units[u];
+            for (int64_t call = 0; call < 3; call++) {
+                const fmi2Status status =
+                    call == 0   ? one->set(one->unit, one->inputs, one->input_count, one->fed)
+                    : call == 1 ? one->step(one->unit, (double)k * step, step, fmi2True)
+                                : one->get(one->unit, one->outputs, one->output_count, one->shown);
+                if (status > fmi2Warning || *one->worst > fmi2Warning) {
+                    memcpy(refusal, (int64_t[]){k, (int64_t)u, call}, 3 * sizeof *refusal);
+                    return status;
+                }
+            }
+        }
+        memcpy(record, shown, shown_count * sizeof *record);
+    }
+    return fmi2OK;
+}
