@@ -30,9 +30,7 @@ from .result import Bands, Result
 STRIDE = 1000  # steps after which a run says that it is alive
 LONGEST_SLEEP = 1.0  # time after which a run in real time that waits for its next step says that it is alive [s]
 SHARE = 0.95  # share of many runs inside of a band
-_LOOP_TYPES = (
-    c_void_p, c_size_t, c_void_p, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p, c_int64, c_int64, c_double, c_void_p,
-)  # fmt: skip
+_LOOP_TYPES = 2 * (c_void_p, c_size_t) + (c_void_p, c_void_p, c_size_t, c_void_p, c_int64, c_int64, c_double, c_void_p)
 MOST_NUMBERS = 5e7  # numbers that are kept of many runs (400 MB); of longer ones every n-th instant is kept
 
 
