@@ -187,40 +187,33 @@ class Instance:
 
     def connect(self, inputs: list[str], fed: Array, outputs: list[str], shown: Array) -> None:
         """Let these inputs take their values from the array ``fed``, and these outputs put theirs into ``shown``."""
-        self._fed, self._shown = fed, shown
-        self._inputs, self._outputs = (
+        ins, outs = (
             np.array([self.variable(name).valueReference for name in names], dtype=np.uint32)
             for names in (inputs, outputs)
         )
+        self._arrays = ins, fed, outs, shown, self.worst  # they have to live as long as their addresses are known
+        at = [array.ctypes.data for array in self._arrays]
         # fmpy's own methods copy every number twice
-        self._functions = {name: self.slave.dll[f"fmi2{name}"] for name in ("DoStep", "SetReal", "GetReal")}
+        self._step, self._set, self._get = (self.slave.dll[f"fmi2{call}"] for call in ("DoStep", "SetReal", "GetReal"))
+        step, put, get = (cast(call, c_void_p).value for call in (self._step, self._set, self._get))
+        self.row = self.slave.component, step, put, at[0], len(ins), at[1], get, at[2], len(outs), at[3], at[4]
         self._component = c_void_p(self.slave.component)
-        self._input_arguments, self._output_arguments = (
-            (self._component, c_void_p(some.ctypes.data), c_size_t(some.size), c_void_p(values.ctypes.data))
-            for some, values in ((self._inputs, fed), (self._outputs, shown))
+        self._to_set, self._to_get = (
+            (self._component, c_void_p(at[k]), c_size_t(len(references)), c_void_p(at[k + 1]))
+            for k, references in ((0, ins), (2, outs))
         )
 
     def put(self, time: float) -> None:
         """Set the connected inputs at ``time`` [s]."""
-        if len(self._fed):
-            self.check("setReal", time, self._functions["SetReal"](*self._input_arguments))
+        self.check("setReal", time, self._set(*self._to_set))
 
     def advance(self, time: float, step: float) -> None:
         """Take a step from ``time`` on, both in [s]."""
-        status = self._functions["DoStep"](self._component, c_double(time), c_double(step), 1)
-        self.check("doStep", time, status)
+        self.check("doStep", time, self._step(self._component, c_double(time), c_double(step), 1))
 
     def get(self, time: float) -> None:
         """Get the connected outputs at ``time`` [s]."""
-        if len(self._shown):
-            self.check("getReal", time, self._functions["GetReal"](*self._output_arguments))
-
-    def row(self) -> list[int]:
-        """Return what the loop in C (``native/c/fmi2.c``) knows of the unit, which has to outlive it."""
-        step, put, get = (int(cast(call, c_void_p).value or 0) for call in self._functions.values())
-        arrays = (self._inputs, self._fed, self._outputs, self._shown, self.worst)
-        ins, fed, outs, shown, worst = (array.ctypes.data for array in arrays)
-        return [self.slave.component, step, put, ins, len(self._fed), fed, get, outs, len(self._shown), shown, worst]
+        self.check("getReal", time, self._get(*self._to_get))
 
     @property
     def is_native(self) -> bool:

@@ -176,7 +176,7 @@ class Wired:
         self.physical_units = tuple(physical)
         loops = [getattr(unit.slave.dll, "heli_play", None) for unit in units.values()]
         self._loop = loops[0] if all(loops) else None  # units in Python have none
-        self._rows = np.array([unit.row() for unit in units.values()], dtype=np.uintp)
+        self._rows = np.array([unit.row for unit in units.values()], dtype=np.uintp)
 
     def start(self, given: Mapping[str, Mapping[str, Value]], stop: float) -> Array:
         """Initialise all units with the parameters of each at t = 0; return the outputs then."""

@@ -73,13 +73,13 @@ def eliminated(B: Rows, C: Rows) -> tuple[Rows, Rows]:
         if pivot <= _LEAST_PIVOT * wholes[j]:
             U[j] = [0.0] * (size - j)
             C[j] = [0.0] * len(C[j])
-            continue
-        for k in range(j + 1, size):
-            share = U[j][k - j] / pivot
-            for m in range(k, size):
-                U[k][m - k] -= share * U[j][m - j]
-            for m in range(len(C[k])):
-                C[k][m] -= share * C[j][m]
+        else:
+            for k in range(j + 1, size):
+                share = U[j][k - j] / pivot
+                for m in range(k, size):
+                    U[k][m - k] -= share * U[j][m - j]
+                for m in range(len(C[k])):
+                    C[k][m] -= share * C[j][m]
     return U, C
 
 

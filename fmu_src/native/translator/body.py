@@ -57,7 +57,6 @@ class Body:
         self.ended = False  # whether this is behind a return
         for name, kind in self.parameters.items():
             self.env[name] = self.opened(Expr(self, kind, f"(*{name})" if isinstance(kind, c.Struct) else name))
-        self.loops: list[dict[str, Expr]] = []  # of each loop around: the variables that it carries from turn to turn
 
     # Lines
 
@@ -135,12 +134,10 @@ class Body:
 
     def kept(self, value: Any, name: str = "t") -> Any:
         """Return ``value`` so that it may be used repeatedly: in a variable if it is more than a name."""
-        if isinstance(value, tuple) and not hasattr(value, "_fields"):
-            return tuple(self.kept(one, name) for one in value)
+        if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
+            return type(value)(self.kept(one, name) for one in value)
         if isinstance(value, Dual):
             return Dual(self.kept(value.value, name), self.kept(value.slope, name))
-        if isinstance(value, list):
-            return [self.kept(one, name) for one in value]
         if not isinstance(value, Expr) or value.is_simple:
             return value
         return self.declare(value.type, name, value.bare)
@@ -153,7 +150,8 @@ class Body:
     def push(self, made: Expr, value: Any) -> None:
         """Append a value to a list."""
         self.needs_space = True
-        assert isinstance(made.type, c.Listing)
+        if not isinstance(made.type, c.Listing):
+            raise c.NoType("append needs a list that is a variable of the same function")
         item = self.as_type(value, made.type.item)
         self.emit(f"push_{made.type.name}(space, &{made.code}, {item.bare});")
 
@@ -210,23 +208,17 @@ class Body:
         texts = {name: self.as_type(value, type_of(value)) for name, value in first.items()}
         carried = {name: self.declare(text.type, name, text.bare) for name, text in texts.items()}
         around = {**self.env, **{name: self.opened(made) for name, made in carried.items()}}
-        self.loops.append(carried)
         self.env = dict(around)
         with self.block(head):
             turn()
-            if not self.ended:
-                self.commit()
-        self.loops.pop()
+            self.commit(carried)
         self.env, self.ended = around, False
 
-    def commit(self) -> None:
-        """Assign what the innermost loop carries into its next turn, or out of it."""
-        carried, texts = self.loops[-1], {}
-        own = {made.code for made in carried.values()}
+    def commit(self, carried: dict[str, Expr]) -> None:
+        """Assign what a loop carries into its next turn, or out of it."""
+        own, texts = {made.code for made in carried.values()}, {}
         for name, made in carried.items():
             new = self.as_type(self.env[name], made.type)
-            if new.code == made.code:
-                continue
             if own & set(re.findall(r"\w+", new.code)):
                 new = self.declare(made.type, name, new.bare)
             texts[made.code] = new.bare

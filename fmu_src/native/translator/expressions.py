@@ -8,7 +8,6 @@ Python decides itself (``and``, ``not``, ``is``, ``in``, ``a if b else c``) stan
 from __future__ import annotations
 
 import ast
-import builtins
 import inspect
 import operator
 from collections.abc import Callable, Sequence
@@ -85,12 +84,7 @@ def bound(body: Any, target: ast.expr, value: Any) -> dict[str, Any]:
 
 
 def _named(body: Any, name: str) -> Any:
-    if name in body.env:
-        return body.env[name]
-    value = {**vars(builtins), **body.function.__globals__}.get(name, NotImplemented)
-    if value is NotImplemented:
-        raise NoType(f"name {name!r} is not defined")
-    return _staged(body, value)
+    return body.env[name] if name in body.env else _staged(body, eval(name, body.function.__globals__))
 
 
 def _staged(body: Any, value: Any) -> Any:
@@ -129,22 +123,18 @@ def _compared(body: Any, a: Any, operations: Sequence[ast.cmpop], nodes: Sequenc
 
 
 def _filled(body: Any, element: ast.expr, parts: Sequence[ast.comprehension], put: Callable[[Any], None]) -> None:
-    """Put the elements of a comprehension, whose loops and conditions are ``parts``."""
+    """Put the elements of a comprehension, whose loops are ``parts``."""
     if not parts:
         put(evaluated(body, element))
         return
     part = parts[0]
-
-    def tested(tests: Sequence[ast.expr]) -> None:
-        if tests:
-            choose(body, evaluated(body, tests[0]), lambda: tested(tests[1:]), lambda: None)
-        else:
-            _filled(body, element, parts[1:], put)
+    if part.ifs:
+        raise NoType("a comprehension with a condition has no translation to C; write a loop")
 
     def take(item: Any) -> None:
         around = body.env
         body.env = {**around, **bound(body, part.target, item)}
-        tested(part.ifs)
+        _filled(body, element, parts[1:], put)
         body.env = around
 
     body.each(evaluated(body, part.iter), take)

@@ -71,9 +71,6 @@ def _extreme(name: str) -> Callable[..., Any]:
             for value in values[1:]:
                 whole = Expr(body, kind, f"{which}({whole.bare}, {body.as_type(value, kind).bare})")
             return whole
-        items = known_items(values[0])
-        if items is not None:
-            return translate(body, *items) if len(items) > 1 else items[0]
         run = body.run(values[0])
         best = body.declare(type_of(run.at("0")), "best", "0")
         k = body.fresh("k")
@@ -116,17 +113,12 @@ def _zip(body: Body, *given: Any, strict: bool = False) -> Any:
 
 
 def _enumerate(body: Body, over: Any) -> Any:
-    items = known_items(over)
-    if items is not None:
-        return tuple(enumerate(items))
-    run = body.run(over)
-    return Run(run.count, lambda k: (Expr(body, INT, k), run.at(k)))
+    over = body.kept(over)
+    return _zip(body, _range(body, _len(body, over)), over, strict=True)
 
 
 def _map(body: Body, function: Callable[..., Any], *given: Any) -> Any:
     zipped = _zip(body, *given)
-    if not isinstance(zipped, Run):
-        return tuple(function(*one) for one in zipped)
     return Run(zipped.count, lambda k: function(*zipped.at(k)))
 
 

@@ -33,14 +33,14 @@ class Translation:
 
         ``bound`` are types for those parameters that have no annotation; the parameters ``slopes_by`` are dual numbers.
         """
-        function, waiting, kinds = inspect.unwrap(function), list(bound), []
+        function, waiting = inspect.unwrap(function), map(c.annotated, bound)
         assert isinstance(function, FunctionType)
-        for name, kind in parameter_types(function).items():
-            if kind is None and not waiting:
-                Body(self, "", function, {}, None).refuse(None, f"the parameter {name} needs an annotation")
+        kinds = []
+        for name, own in parameter_types(function).items():
+            kind = c.DUAL if name in slopes_by else own or next(waiting, None)
             if kind is None:
-                kind = c.annotated(waiting.pop(0))
-            kinds.append(c.DUAL if name in slopes_by else kind)
+                Body(self, "", function, {}, None).refuse(None, f"the parameter {name} needs an annotation")
+            kinds.append(kind)
         self.entries.append(self.function(function, tuple(kinds)))
         return self.entries[-1]
 

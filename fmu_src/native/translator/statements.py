@@ -53,7 +53,7 @@ def run(body: Body, nodes: list[ast.stmt]) -> None:
             return
         try:
             _translate(body, node)
-        except (NoType, TypeError, ValueError, LookupError, AttributeError) as problem:
+        except (NoType, NameError, TypeError, ValueError, LookupError, AttributeError) as problem:
             body.refuse(node, f"{problem}: {ast.unparse(node).splitlines()[0]}")
 
 
@@ -70,7 +70,7 @@ def _translate(body: Body, node: ast.stmt) -> None:
         case ast.AugAssign(target, operation, expression):
             _assign(body, target, OPERATIONS[type(operation)](evaluated(body, target), evaluated(body, expression)))
         case ast.If(test, yes, no):
-            _branch(body, truth(body, evaluated(body, test)), yes, no)
+            _branch(body, body.as_type(truth(body, evaluated(body, test)), BOOL), yes, no)
         case ast.While(test, inner):
             _repeat_while(body, test, inner)
         case ast.For():
@@ -83,20 +83,11 @@ def _translate(body: Body, node: ast.stmt) -> None:
             body.emit("return;" if kind == NOTHING else f"return {body.as_type(value, kind).bare};")
             body.ended = True
         case ast.Expr(ast.Call(ast.Attribute(owner, "append"), [item])):
-            made = evaluated(body, owner)
-            if not isinstance(made, Expr) or not isinstance(made.type, Listing):
-                raise NoType("append needs a list that is a variable of the same function")
-            body.push(made, evaluated(body, item))
+            body.push(evaluated(body, owner), evaluated(body, item))
         case ast.Expr(expression):
             evaluated(body, expression)
-        case ast.Continue():
-            body.commit()
-            body.emit("continue;")
-            body.ended = True
         case ast.Raise(ast.Call(_, [message])):
             _refuse(body, message)
-        case ast.Raise():
-            raise NoType("only `raise Error(text)` has a translation to C")
         case _:
             raise NoType(f"the statement {type(node).__name__} has no translation to C")
 
@@ -126,10 +117,7 @@ def _store(body: Body, name: str, value: Any) -> None:
     body.env[name] = body.kept(value, name)
 
 
-def _branch(body: Body, test: Any, yes: list[ast.stmt], no: list[ast.stmt]) -> None:
-    if not isinstance(test, Expr):
-        run(body, yes if test else no)
-        return
+def _branch(body: Body, test: Expr, yes: list[ast.stmt], no: list[ast.stmt]) -> None:
     before, parts, ends = body.env, ([], []), []  # type: ignore[var-annotated]
     for lines, nodes in zip(parts, (yes, no), strict=True):
         body.env, body.ended = dict(before), False
@@ -150,16 +138,12 @@ def _repeat_while(body: Body, test: ast.expr, inner: list[ast.stmt]) -> None:
 
 
 def _repeat_for(body: Body, node: ast.For) -> None:
-    over = evaluated(body, node.iter)
-
     def take(item: Any) -> None:
         for name, value in bound(body, node.target, item).items():
             _store(body, name, value)
         run(body, node.body)
 
-    if any(isinstance(part, ast.Continue) for part in ast.walk(node)):
-        over = body.run(over)  # not unrolled
-    body.each(over, take, _assigned([node]))
+    body.each(evaluated(body, node.iter), take, _assigned([node]))
 
 
 def _refuse(body: Body, message: ast.expr) -> None:

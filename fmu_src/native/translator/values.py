@@ -9,7 +9,6 @@ does what Python does: ``%``, ``//``.
 
 from __future__ import annotations
 
-import operator
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -66,9 +65,7 @@ class Expr:
 
     def __neg__(self) -> Any:
         number = unwrapped(self)
-        if number.type not in (c.INT, c.FLOAT):
-            raise c.NoType(f"{number.type.name} is no number")
-        return Expr(self.body, number.type, f"(-{number.code})")
+        return Expr(self.body, c.joined(number.type, c.INT), f"(-{number.code})")
 
 
 def _operator(symbol: str, is_swapped: bool = False) -> Callable[[Any, Any], Any]:
@@ -102,8 +99,6 @@ def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
         return body.collected(Run(body.as_type(b, c.INT).bare, lambda _: one))
     if symbol == "+" and any(isinstance(kind, c.Listing) for kind in kinds):
         return body.display((True, a), (True, b))
-    if not set(kinds) <= set(c.NUMBERS):
-        raise c.NoType("the operands are no numbers")
     if symbol == "**":
         if isinstance(a, float) and a == 2.0 and kinds[1] == c.INT:
             return Expr(body, c.FLOAT, f"ldexp(1.0, (int){b.code})")
@@ -188,11 +183,6 @@ def quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
 
 
-_RELATIONS = {
-    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
-}  # fmt: skip
-
-
 def compared(body: Any, symbol: str, a: Any, b: Any) -> Any:
     """Return the comparison of two numbers or texts; equal dual numbers have the same slope as well."""
     a, b = unwrapped(a), unwrapped(b)
@@ -202,8 +192,6 @@ def compared(body: Any, symbol: str, a: Any, b: Any) -> Any:
             return opposite(body, compared(body, "==", a, b))
         test = compared(body, symbol, a.value, b.value)
         return both(body, test, lambda: compared(body, "==", a.slope, b.slope)) if symbol == "==" else test
-    if not isinstance(a, Expr) and not isinstance(b, Expr):
-        return _RELATIONS[symbol](a, b)
     kind = c.joined(type_of(a), type_of(b))
     a, b = body.as_type(a, kind), body.as_type(b, kind)
     if kind == c.TEXT:
@@ -219,8 +207,6 @@ def truth(body: Any, value: Any) -> Any:
         return bool(value)
     if value.type in (c.INT, c.FLOAT):
         return Expr(body, c.BOOL, f"({value.code} != 0)")
-    if isinstance(value.type, c.Listing):
-        return Expr(body, c.BOOL, f"({value.path('count')} > 0)")
     if value.type != c.BOOL:
         raise c.NoType(f"{value.type.name} has no truth value in C")
     return value
@@ -300,8 +286,6 @@ def branched(
 def _merged(body: Any, name: str, a: Any, b: Any, parts: tuple[list[str], list[str]]) -> Any:
     """Return one value for two branches, which assign it to a variable unless they agree."""
     if a is b or (not isinstance(a, Expr | tuple) and type(a) is type(b) and repr(a) == repr(b)):
-        return a
-    if isinstance(a, Expr) and isinstance(b, Expr) and (a.type, a.code) == (b.type, b.code):
         return a
     if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b) and not hasattr(a, "_fields"):
         return tuple(_merged(body, name, *each, parts) for each in zip(a, b, strict=True))
