@@ -22,7 +22,7 @@ from benchmarks.follow import flown
 from benchmarks.rigs import log_of
 from fmu_src import SCENARIOS, UNITS, build
 from fmu_src.master import run_apart
-from fmu_src.native import NATIVE_UNITS, build_native
+from fmu_src.native import NATIVE_UNITS
 from heli_identifier.files import write_atomically
 from tests.blind.generator import BATTERY, Case
 from tests.faults.case import Fault, tried
@@ -78,7 +78,7 @@ def answered(fault: Fault) -> Any:
     return [answer.code, answer.sentence, list(answer.left)]
 
 
-BUILDS: dict[str, Callable[..., Path]] = {"python": build, "native": build_native}
+BUILDS: dict[str, Callable[..., Path]] = {"python": build, "native": partial(build, native=True)}
 KINDS: dict[str, dict[str, Callable[[], Any]]] = {
     "battery": {f"{case.group} {case.kind} {case.scale:g}": partial(diagnosed, case) for case in BATTERY},
     "flights": {

@@ -14,10 +14,10 @@ from tempfile import TemporaryDirectory, mkdtemp
 from typing import Any
 
 from benchmarks.harness import Bar, apart, bar_table, section, table
-from fmu_src import CLOSED_LOOP, Scenario, build_all
+from fmu_src import CLOSED_LOOP, Scenario, build, build_all
 from fmu_src.master import run
 from fmu_src.master.instance import Instance
-from fmu_src.native import NATIVE_UNITS, build_native
+from fmu_src.native import NATIVE_UNITS
 from fmu_src.ssp import write_ssp
 from heli_identifier.results import significant
 from heli_plant.effects import CATALOGUE
@@ -119,7 +119,7 @@ FASTER = {FMPY: 3.0, LIBCOSIM: 1.0, ECOS: 1.0}
 
 
 def timed(
-    title: str, build: Callable[[Path], dict[str, Path]], bounds: Iterable[float], realtime: float, steps: int,
+    title: str, make: Callable[[Path], dict[str, Path]], bounds: Iterable[float], realtime: float, steps: int,
     rounds: int, without: tuple[str, ...] = (),
 ) -> str:  # fmt: skip
     """Give the section of the units that are built.
@@ -129,7 +129,7 @@ def timed(
     """
     times: dict[str, list[float]] = {}
     with TemporaryDirectory(prefix="heli-bench-") as folder:
-        files = build(Path(folder))
+        files = make(Path(folder))
         fmus = {name: str(files[unit]) for name, unit in CLOSED_LOOP.units}
         ssp = write_ssp(CLOSED_LOOP, Path(folder, "closed_loop.ssp"), GIVEN, fmus)
         order = {"units": {unit: str(path) for unit, path in files.items()}, "fmus": fmus, "ssp": str(ssp)}
@@ -158,7 +158,7 @@ def loop() -> str:
 def native() -> str:
     """Measure native units."""
 
-    def build(folder: Path) -> dict[str, Path]:
-        return {unit: build_native(unit, folder) for unit in NATIVE_UNITS}
+    def make(folder: Path) -> dict[str, Path]:
+        return {unit: build(unit, folder, native=True) for unit in NATIVE_UNITS}
 
-    return timed("Native units", build, (5.0, 0.3, 1.0, 1.0, 3.0), 2000.0, 100_000, 5, (FMPY,))
+    return timed("Native units", make, (5.0, 0.3, 1.0, 1.0, 3.0), 2000.0, 100_000, 5, (FMPY,))

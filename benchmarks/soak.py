@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.harness import Bar, apart, bar_table, resident_memory, section, table
-from fmu_src import CLOSED_LOOP
+from fmu_src import CLOSED_LOOP, build
 from fmu_src.master.instance import Instance
 from fmu_src.master.loop import Wired
-from fmu_src.native import build_native
 from heli_identifier.online import IdentifierState, Sampled
 from heli_identifier.online.adaptation import gain_matrix
 from heli_identifier.results import significant
@@ -126,7 +125,7 @@ def run_day(case: str) -> dict[str, Any]:
     truth, resident, eigenvalues, jumps = {**TRUTH}, [], [], []
     with TemporaryDirectory(prefix="heli-soak-") as name:
         folder = Path(name)
-        loop = Loop({unit: build_native(unit, folder) for _, unit in CLOSED_LOOP.units}, folder)
+        loop = Loop({unit: build(unit, folder, native=True) for _, unit in CLOSED_LOOP.units}, folder)
         for unit, kind in CLOSED_LOOP.units:
             loop.start(unit, kind, given[unit], 0.0)
         loop.connect(True)

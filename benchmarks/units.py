@@ -11,9 +11,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.harness import Bar, apart, bar_table, resident_memory, section
-from fmu_src import CLOSED_LOOP, MasterError, build_all
+from fmu_src import CLOSED_LOOP, MasterError, build, build_all
 from fmu_src.master import run_apart
-from fmu_src.native import build_native
 from heli_plant.parameters import TABLE_2
 from tests.hosts.unit_host import Unit
 
@@ -62,7 +61,7 @@ def memory() -> str:
 def runs(count: int = 1000, duration: float = 30.0, step: float = 0.01) -> str:
     """Count closed loops of four native units a minute of processor time, with start, bands and result."""
     with TemporaryDirectory(prefix="heli-bench-") as name:
-        fmus = {unit: build_native(kind, Path(name)) for unit, kind in CLOSED_LOOP.units}
+        fmus = {unit: build(kind, Path(name), native=True) for unit, kind in CLOSED_LOOP.units}
         gains = [{"plant.pitch.gain": TABLE_2.k_x * (0.9 + 0.2 * k / count)} for k in range(count)]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         record = ["plant.pitch", "plant.elevation"]

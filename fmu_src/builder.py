@@ -1,21 +1,20 @@
 """Build a unit into an FMU: ``build("HelicopterPlant", "build")``.
 
-The zip holds the unit's sources under hashed names (:mod:`fmu_src.vendoring`), pythonfmu's binaries, the model
-description with a GUID that depends on the content, the documentation and an icon. Two builds of the same sources and
-parameters are the same bytes.
+The zip holds the unit's sources under hashed names (:mod:`fmu_src.vendoring`) and pythonfmu's binaries, or a unit in C
+(:mod:`fmu_src.native`), the model description with a GUID that depends on the content, the documentation and an icon.
+Two builds of the same sources and parameters are the same bytes.
 """
 
 from __future__ import annotations
 
-import hashlib
 import io
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import import_module
 from importlib.metadata import distribution
 from importlib.resources import files
 from pathlib import Path
-from uuid import UUID, uuid5
+from typing import Any
 
 from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
@@ -24,7 +23,7 @@ from .description import model_description, rendered
 from .errors import BuildError, WiringError
 from .slave_base import SlaveBase
 from .variables import TYPES, Value, Variable, problem_with
-from .vendoring import needed_sources, renamed, slave_script
+from .vendoring import content_guid, python_unit
 from .wiring import Scenario
 
 UNITS: dict[str, str] = {
@@ -39,8 +38,6 @@ UNITS: dict[str, str] = {
     "Corrector": "fmu_src.units.corrector",
 }
 """Module of each unit."""
-
-_NAMESPACE = UUID("5b6c0a52-5f0e-4f2e-9a55-6a4f5f0f9f21")
 
 EARLIEST = (1980, 1, 1, 0, 0, 0)  # the earliest time of a zip entry
 
@@ -96,7 +93,15 @@ def number_or_text(value: Value) -> Value:
 
 
 def build(
-    unit: str, directory: str | Path, parameters: Mapping[str, Value] | None = None, remark: str = ""
+    unit: str,
+    directory: str | Path,
+    parameters: Mapping[str, Value] | None = None,
+    remark: str = "",
+    *,
+    native: bool = False,
+    fmi: int = 2,
+    all_platforms: bool = False,
+    model_exchange: bool = False,
 ) -> Path:
     """Build a unit into ``directory/<unit>.fmu``.
 
@@ -111,6 +116,15 @@ def build(
         plant is delivered in this way.
     remark : str
         Sentence that stands behind the unit's summary in the model description.
+    native : bool
+        In C, if it is one of :data:`fmu_src.native.NATIVE_UNITS`; without any compiler it holds sources only. What
+        follows is for native units.
+    fmi : int
+        2 or 3.
+    all_platforms : bool
+        Compile for macOS and, in FMI 3.0, for ARM as well; ziglang does.
+    model_exchange : bool
+        The unit has Model Exchange beside co-simulation, with its states and their derivatives as further variables.
 
     Returns
     -------
@@ -120,21 +134,24 @@ def build(
     Raises
     ------
     BuildError
-        An unknown unit or parameter, a value out of range, or a source that an FMU must not hold.
+        An unknown unit or parameter, a value out of range, a source that an FMU must not hold, a unit without a native
+        twin or without model exchange, or a compiler that fails.
     """
     kind = unit_class(unit)
     start_values = checked_start_values(kind, parameters or {})
-    variables, sources = variables_of(kind, start_values), needed_sources(kind.__module__)
-    tag = content_hash({**sources, "start values": repr(sorted(start_values.items()))})[:12]
-    script = f"{unit}_{tag}"
-    entries = {f"resources/{path}": text.encode() for path, text in renamed(sources, tag).items()}
-    entries[f"resources/{script}.py"] = slave_script(kind, tag, start_values).encode()
-    entries["resources/slavemodule.txt"] = script.encode()
-    page = rendered(f"{unit}.html", unit=kind, variables=variables, host="python.html")
-    entries |= {"documentation/index.html": page.encode(), "model.png": icon()}
-    entries |= _from_pythonfmu(unit)
-    token = content_guid({**entries, "modelDescription.xml": model_description(kind, variables, "", remark=remark)})
-    entries["modelDescription.xml"] = model_description(kind, variables, token, remark=remark)
+    variables, page, described = variables_of(kind, start_values), dict[str, Any](host="python.html"), dict[str, Any]()
+    if native:
+        from .native.builder import native_unit  # the translator loads what units in Python need not
+
+        parts = native_unit(kind, variables, fmi, all_platforms, model_exchange)
+        entries, token, variables, page, described = parts
+    else:
+        entries = python_unit(kind, start_values) | _from_pythonfmu(unit)
+        token = content_guid(entries)
+    icon = "terminalsAndIcons/icon.png" if native and fmi == 3 else "model.png"
+    entries[icon] = files(__package__).joinpath("templates", "icon.png").read_bytes()
+    entries["documentation/index.html"] = rendered(f"{unit}.html", unit=kind, variables=variables, **page).encode()
+    entries["modelDescription.xml"] = model_description(kind, variables, token, remark=remark, **described)
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 
@@ -147,9 +164,9 @@ def scenario_fmus(
     wiring: Scenario,
     fmus: Mapping[str, str | Path],
     directory: str | Path,
-    builder: Callable[[str, str | Path], Path] = build,
+    native: bool = False,
 ) -> dict[str, Path]:
-    """Return the FMU of every unit of a scenario: the given file, or one that ``builder`` builds into ``directory``.
+    """Return the FMU of every unit of a scenario: the given file, or one that is built into ``directory``.
 
     WiringError says which name in ``fmus`` is no unit of the scenario, BuildError which file does not exist.
     """
@@ -160,7 +177,9 @@ def scenario_fmus(
         if not Path(file).is_file():
             there = "is no file" if Path(file).exists() else "is missing"  # a folder or a pipe
             raise BuildError(f"the FMU of {name} {there}: {file}")
-    return {name: Path(fmus[name]) if name in fmus else builder(unit, directory) for name, unit in wiring.units}
+    return {
+        name: Path(fmus[name]) if name in fmus else build(unit, directory, native=native) for name, unit in wiring.units
+    }
 
 
 def _from_pythonfmu(identifier: str) -> dict[str, bytes]:
@@ -174,25 +193,6 @@ def _from_pythonfmu(identifier: str) -> dict[str, bytes]:
     if len(entries) < 2:
         raise BuildError("the installed pythonfmu has no binaries; install its wheel (pip install pythonfmu)")
     return entries
-
-
-def content_hash(entries: Mapping[str, str | bytes]) -> str:
-    """Return hexadecimal digits that depend on the names and the content of all entries."""
-    digest = hashlib.sha256()
-    for name, entry in sorted(entries.items()):
-        content = entry.encode() if isinstance(entry, str) else entry
-        digest.update(f"{name}\0{len(content)}\0".encode() + content)
-    return digest.hexdigest()
-
-
-def content_guid(entries: Mapping[str, str | bytes]) -> str:
-    """Return the GUID of the content of all entries."""
-    return f"{{{uuid5(_NAMESPACE, content_hash(entries))}}}"
-
-
-def icon() -> bytes:
-    """Return the icon of all units, a PNG: stand, arm, counterweight, body and two rotors."""
-    return files(__package__).joinpath("templates", "icon.png").read_bytes()
 
 
 def zip_bytes(entries: Mapping[str, bytes]) -> bytes:

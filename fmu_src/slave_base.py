@@ -132,7 +132,6 @@ class SlaveBase(Fmi2Slave):
             self.values.append(kind() if start is None else kind(start))
         self.refused: dict[int, str] = {}  # the reason by reference, until the variable has a good value
         self._initialised_with: list[Any] | None = None
-        self.tuned = True  # whether tunable parameters may differ from what a unit has made of them
         self._enter(INSTANTIATED)
         while self.resources and sys.path.count(self.resources) > 1:  # the binary adds one with every instance
             sys.path.reverse()
@@ -270,7 +269,6 @@ class SlaveBase(Fmi2Slave):
             self.refused[reference] = problem
             raise Refusal(problem)
         self.values[reference] = value
-        self.tuned = True
         self.refused.pop(reference, None)
         self._outdated = self._outdated or self.phase == INITIALISING
 
@@ -312,7 +310,7 @@ class SlaveBase(Fmi2Slave):
                 self.reached = state["reached"]
                 for (name, kind), saved in zip(self.hidden.items(), state["hidden"], strict=True):
                     setattr(self, name, thawed_state(saved, kind))
-                self._outdated, self.tuned = False, True
+                self._outdated = False
         except BaseException as problem:
             self._report("setFMUstate", problem)
 

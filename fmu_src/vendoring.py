@@ -8,11 +8,13 @@ are put into the FMU as ``<name>_<hash>``, and the absolute imports between them
 from __future__ import annotations
 
 import ast
+import hashlib
 import importlib.util
 import re
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
+from uuid import UUID, uuid5
 
 from .errors import BuildError
 from .variables import Value
@@ -21,6 +23,7 @@ VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")  # all else
 
 OLDEST_PYTHON = (3, 9)  # the oldest Python of a host
 
+_NAMESPACE = UUID("5b6c0a52-5f0e-4f2e-9a55-6a4f5f0f9f21")
 _POSTPONED = "from __future__ import annotations\n"
 _STRICT = re.compile(r",\s*strict=(?:True|False)(?=\s*,?\s*\))")
 
@@ -79,9 +82,14 @@ def needed_sources(module: str) -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
-def renamed(sources: Mapping[str, str], tag: str) -> dict[str, str]:
-    """Return the sources under their hashed package names, the imports between them rewritten."""
-    return {path.replace("/", f"_{tag}/", 1): _rewritten(text, tag) for path, text in sources.items()}
+def python_unit(unit: type, start_values: Mapping[str, Value]) -> dict[str, bytes]:
+    """Return what an FMU holds of a unit in Python: its sources under hashed names, and the script that is loaded."""
+    sources = needed_sources(unit.__module__)
+    tag = content_hash({**sources, "start values": repr(sorted(start_values.items()))})[:12]
+    script = f"{unit.__name__}_{tag}"
+    texts = {path.replace("/", f"_{tag}/", 1): _rewritten(text, tag) for path, text in sources.items()}
+    texts |= {f"{script}.py": slave_script(unit, tag, start_values), "slavemodule.txt": script}
+    return {f"resources/{path}": text.encode() for path, text in texts.items()}
 
 
 def _rewritten(text: str, tag: str) -> str:
@@ -113,3 +121,17 @@ from fmu_src_{tag}.{unit.__module__.partition(".")[2]} import {unit.__name__}
 {unit.__name__}.start_values = {{
 {values}}}
 '''
+
+
+def content_hash(entries: Mapping[str, str | bytes]) -> str:
+    """Return hexadecimal digits that depend on the names and the content of all entries."""
+    digest = hashlib.sha256()
+    for name, entry in sorted(entries.items()):
+        content = entry.encode() if isinstance(entry, str) else entry
+        digest.update(f"{name}\0{len(content)}\0".encode() + content)
+    return digest.hexdigest()
+
+
+def content_guid(entries: Mapping[str, str | bytes]) -> str:
+    """Return the GUID of the content of all entries."""
+    return f"{{{uuid5(_NAMESPACE, content_hash(entries))}}}"

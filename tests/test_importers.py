@@ -17,9 +17,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmu_src import CLOSED_LOOP, OPEN_LOOP
+from fmu_src import CLOSED_LOOP, OPEN_LOOP, build
 from fmu_src.master import run_apart
-from fmu_src.native import build_native
 from fmu_src.ssp import write_ssp
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
@@ -124,7 +123,7 @@ def test_fmpy_ssp_reads_the_file_and_runs_it_but_for_its_first_step(fmus, tmp_pa
 def test_fmpy_compiles_a_unit_from_its_sources(tmp_path, fmi):
     if shutil.which("cmake") is None:
         pytest.skip("this machine has no cmake, which fmpy compiles with")
-    path = build_native("HelicopterPlant", tmp_path, fmi=fmi)
+    path = build("HelicopterPlant", tmp_path, fmi=fmi, native=True)
     done = subprocess.run(
         [sys.executable, "-m", "fmpy", "compile", str(path)], capture_output=True, text=True, check=False
     )

@@ -6,8 +6,7 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
-from fmu_src import BuildError
-from fmu_src.native import build_native
+from fmu_src import BuildError, build
 from heli_plant.parameters import from_names
 from heli_plant.plant import STATES, measured, rates_of_change
 from heli_plant.simulation import simulate
@@ -151,4 +150,4 @@ answer([refused, before == model.get("effects.input_delay.rotors", "pitch")])
 
 def test_a_sampled_unit_has_no_model_exchange(tmp_path):
     with pytest.raises(BuildError, match="PidController has no model exchange.*HelicopterPlant has"):
-        build_native("PidController", tmp_path, model_exchange=True)
+        build("PidController", tmp_path, model_exchange=True, native=True)

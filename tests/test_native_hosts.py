@@ -12,7 +12,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fmu_src.native import NATIVE_UNITS, build_native
+from fmu_src import build
+from fmu_src.native import NATIVE_UNITS
 from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, compiler
 from tests.hosts.unit_host import Unit
 from tests.units import HOSTS, compiled, described, needs_a_compiler
@@ -95,10 +96,10 @@ def test_the_binary_for_arm_gives_the_bits_of_that_for_x86(host, log, tmp_path):
         pytest.skip("this machine has no qemu-aarch64 with libc6-arm64-cross")
     needs_a_compiler(ARM_LINUX)
     folder = tmp_path / "unit"
-    with zipfile.ZipFile(build_native("HelicopterPlant", tmp_path, all_platforms=True, fmi=3)) as archive:
+    with zipfile.ZipFile(build("HelicopterPlant", tmp_path, all_platforms=True, fmi=3, native=True)) as archive:
         archive.extractall(folder)
     assert {path.name for path in (folder / "binaries").iterdir()} >= {"aarch64-linux", "aarch64-darwin"}
-    with zipfile.ZipFile(build_native("HelicopterPlant", tmp_path)) as archive:
+    with zipfile.ZipFile(build("HelicopterPlant", tmp_path, native=True)) as archive:
         archive.extractall(tmp_path / "fmi2")
     own = sources_of(tmp_path / "fmi2")
     there = compiled(compiler(ARM_LINUX), own, tmp_path / "arm.so", "-O2", "-ffp-contract=off", "-shared", "-fPIC")

@@ -9,8 +9,8 @@ import pytest
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
-from fmu_src import UNITS, BuildError, unit_class
-from fmu_src.native import NATIVE_UNITS, build_native
+from fmu_src import UNITS, BuildError, build, unit_class
+from fmu_src.native import NATIVE_UNITS
 from fmu_src.native.toolchain import PLATFORMS, compiler
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
@@ -259,7 +259,7 @@ def test_sources_and_their_description_are_always_there(tmp_path, twins):
     assert not [name for name in names if name.endswith(".py")]
     for target in PLATFORMS:
         assert (f"binaries/{target.fmi2}/PidController{target.suffix}" in names) is (compiler(target) is not None)
-    assert build_native("PidController", tmp_path).read_bytes() == twins["PidController"].read_bytes()
+    assert build("PidController", tmp_path, native=True).read_bytes() == twins["PidController"].read_bytes()
     with zipfile.ZipFile(twins["PidController", 3]) as archive:
         assert "binaries/x86_64-linux/PidController.so" in archive.namelist()
 
@@ -267,14 +267,14 @@ def test_sources_and_their_description_are_always_there(tmp_path, twins):
 def test_every_unit_has_a_native_twin_but_those_that_run_in_python_only(tmp_path):
     assert [unit for unit in UNITS if unit in NATIVE_UNITS] == list(NATIVE_UNITS)
     with pytest.raises(BuildError, match="Corrector runs in Python only"):
-        build_native("Corrector", tmp_path)
+        build("Corrector", tmp_path, native=True)
 
 
 def test_without_a_compiler_the_unit_holds_its_sources_and_the_user_is_told_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setattr("fmu_src.native.toolchain.compiler", lambda target: None)
     from fmu_src.native import without_compiler
 
-    with zipfile.ZipFile(build_native("PidController", tmp_path)) as archive:
+    with zipfile.ZipFile(build("PidController", tmp_path, native=True)) as archive:
         assert not [name for name in archive.namelist() if name.startswith("binaries")]
     said = without_compiler()
     assert said.startswith("there is no C compiler for linux64 and win64, the units hold sources")

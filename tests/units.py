@@ -13,7 +13,7 @@ from textwrap import dedent
 import pytest
 from fmpy import read_model_description
 
-from fmu_src.native import build_native
+from fmu_src import build
 from fmu_src.native.toolchain import LINUX, compiler
 from fmu_src.native.translator.program import header, source
 
@@ -73,7 +73,8 @@ class Twins(dict):
     def __missing__(self, key):
         unit, fmi, *exchange = key if isinstance(key, tuple) else (key, 2)
         needs_a_compiler()
-        self[key] = build_native(unit, self.folder / "".join(map(str, key)), fmi=fmi, model_exchange=bool(exchange))
+        folder = self.folder / "".join(map(str, key))
+        self[key] = build(unit, folder, native=True, fmi=fmi, model_exchange=bool(exchange))
         return self[key]
 
 

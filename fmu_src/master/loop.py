@@ -8,7 +8,7 @@ functions of all of them by their addresses.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from ctypes import c_double, c_int64, c_size_t, c_void_p
 from pathlib import Path
@@ -19,9 +19,8 @@ import numpy as np
 from heli_identifier.files import draft_folder
 from heli_plant.errors import did_you_mean
 
-from ..builder import build, scenario_fmus
+from ..builder import scenario_fmus
 from ..errors import MasterError, WiringError
-from ..native import build_native
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
 from .instance import Array, Instance, alive
@@ -83,7 +82,7 @@ def run(
     wiring = scenario(scenario_name)
     steps, parameters = whole_steps(duration, step), parameters or {}
     given = wiring.parameters_by_unit(parameters)
-    with instances(wiring, fmus or {}, build_native if native or variations else build) as units:
+    with instances(wiring, fmus or {}, native or bool(variations)) as units:
         in_python = [name for name, unit in units.items() if not unit.is_native]
         if variations and in_python:
             raise MasterError(f"many runs need native units; {in_python[0]} is none, build it with --native")
@@ -128,13 +127,11 @@ def _bands(kept: Array, refused: tuple[str, ...]) -> Bands:
 
 
 @contextmanager
-def instances(
-    wiring: Scenario, fmus: Mapping[str, str | Path], builder: Callable[[str, str | Path], Path]
-) -> Iterator[dict[str, Instance]]:
+def instances(wiring: Scenario, fmus: Mapping[str, str | Path], native: bool) -> Iterator[dict[str, Instance]]:
     """Instantiate every unit of a scenario; free them all at the end."""
     units: dict[str, Instance] = {}
     with draft_folder() as folder, ExitStack() as loaded:
-        for name, file in scenario_fmus(wiring, fmus, folder, builder).items():
+        for name, file in scenario_fmus(wiring, fmus, folder, native).items():
             units[name] = Instance(name, file, folder / f"{name}.unpacked")
             loaded.callback(units[name].close)
         yield units

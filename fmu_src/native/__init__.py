@@ -1,13 +1,13 @@
 """Native twins: the units translated from the same Python source to C, which needs no Python on the host.
 
-    build_native("HelicopterPlant", "build")          FMI 2.0, binaries and sources
+    build("HelicopterPlant", "build", native=True)          FMI 2.0, binaries and sources
 
 :mod:`.translator` turns the typed subset of Python into C99, the folder ``c`` holds what is written by hand: the life
 of a unit, its memory, the functions of FMI, and for each unit which variable goes where.
 """
 
-from .builder import NATIVE_UNITS, build_native, controller_sources
+from .builder import NATIVE_UNITS, controller_sources
 from .toolchain import runs_here, without_compiler
 from .translator.body import Untranslatable
 
-__all__ = ["NATIVE_UNITS", "Untranslatable", "build_native", "controller_sources", "runs_here", "without_compiler"]
+__all__ = ["NATIVE_UNITS", "Untranslatable", "controller_sources", "runs_here", "without_compiler"]

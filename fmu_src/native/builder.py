@@ -1,27 +1,25 @@
-"""Build the native twin of a unit: ``build_native("HelicopterPlant", "build")``.
+"""What an FMU holds of a unit in C.
 
-The zip holds the sources (C by hand, the translation, tables from the unit's definition), the description by which an
-importer compiles them, binaries for every platform that a compiler is at hand for, the model description, the
-documentation and an icon. Names, causalities and start values are those of the pythonfmu unit.
+The sources (C by hand, the translation, tables from the unit's definition), the description by which an importer
+compiles them, and binaries for every platform that a compiler is at hand for. Names, causalities and start values are
+those of the pythonfmu unit.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
-from heli_identifier.files import write_atomically
 from heli_plant.state_feedback import FeedbackSettings, feedback_step, start_feedback
 
-from ..builder import checked_start_values, content_guid, icon, unit_class, variables_of, zip_bytes
-from ..description import TOOL, model_description, rendered, rendered_xml
+from ..description import TOOL, rendered, rendered_xml
 from ..errors import BuildError
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
-from ..variables import Value, Variable
+from ..variables import Variable
+from ..vendoring import content_guid
 from .definitions import DEFINITIONS, Exchange
 from .toolchain import binaries
 from .translator.program import Translation, functions, header, rendered_types, source
@@ -37,37 +35,14 @@ HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
 """Files in C that every unit has, and headers of the standard, which fmpy carries."""
 
 
-def build_native(
-    unit: str,
-    directory: str | Path,
-    parameters: Mapping[str, Value] | None = None,
-    fmi: int = 2,
-    all_platforms: bool = False,
-    model_exchange: bool = False,
-    remark: str = "",
-) -> Path:
-    """Build the native twin of a unit into ``directory/<unit>.fmu``; without any compiler it holds sources only.
+def native_unit(
+    kind: type[SlaveBase], variables: tuple[Variable, ...], fmi: int, all_platforms: bool, model_exchange: bool
+) -> tuple[dict[str, bytes], str, tuple[Variable, ...], dict[str, Any], dict[str, Any]]:
+    """Return what an FMU holds of a unit with these start values: entries, token, variables, words for its pages.
 
-    Parameters
-    ----------
-    unit : str
-        One of :data:`NATIVE_UNITS`.
-    directory, parameters, remark
-        As for :func:`fmu_src.build`.
-    fmi : int
-        2 or 3.
-    all_platforms : bool
-        Compile for macOS and, in FMI 3.0, for ARM as well; ziglang does.
-    model_exchange : bool
-        The unit has Model Exchange beside co-simulation, with its states and their derivatives as further variables.
-
-    Raises
-    ------
-    BuildError
-        As :func:`fmu_src.build`; a unit without a native twin or without model exchange, or a compiler that fails.
+    The last are for its page and for its model description. The arguments are those of :func:`fmu_src.build`.
     """
-    kind = unit_class(unit)
-    variables = variables_of(kind, checked_start_values(kind, parameters or {}))
+    unit = kind.__name__
     if unit not in DEFINITIONS:
         having = ", ".join(DEFINITIONS)
         raise BuildError(f"{unit} runs in Python only; there is C for {having}. Leave native away for it")
@@ -84,12 +59,9 @@ def build_native(
     entries = built | {f"sources/{name}": text.encode() for name, text in sources.items()}
     entries["sources/buildDescription.xml"] = rendered_xml("buildDescription.xml", identifier=unit, compiled=compiled)
     platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
-    about = {"host": "native.html", "platforms": platforms, "exchange": model_exchange}
-    entries["documentation/index.html"] = rendered(f"{unit}.html", unit=kind, variables=variables, **about).encode()
-    entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon()
+    page = {"host": "native.html", "platforms": platforms, "exchange": model_exchange}
     states = len(exchange.states) if exchange else 0
-    entries["modelDescription.xml"] = model_description(kind, variables, token, fmi, TOOL, compiled, states, remark)
-    return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
+    return entries, token, variables, page, {"fmi": fmi, "tool": TOOL, "sources": compiled, "states": states}
 
 
 @cache

@@ -58,6 +58,8 @@ class HelicopterPlant(SlaveBase):
     variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS_AND_OUTPUTS, *_SETTINGS, *PHYSICS)
     hidden = {"memory": PlantMemory}
     summary = "Bench helicopter (pitch, elevation, travel) driven by two motor voltages"
+    _given = slice(len(_INPUTS_AND_OUTPUTS) + len(_SETTINGS), None)  # values that the parameters follow from
+    _taken: list[float] | None = None
 
     def initialise(self, time: float) -> None:
         """Collect the parameters, place the plant at its initial state."""
@@ -72,10 +74,11 @@ class HelicopterPlant(SlaveBase):
         self.show(shown(self.memory.state, self.counts))
 
     def _take_parameters(self) -> None:
-        """Read the parameters."""
-        self.tuned = True  # until they are taken: they may be refused
-        self.parameters = in_slots(checked(self._corrected(self.settings(PlantParameters()))))
-        self.delay, self.tuned = input_delay(self.parameters), False
+        """Read the parameters if they have changed since they were taken; they may be refused."""
+        given = self.values[self._given]
+        if given != self._taken:
+            self.parameters = in_slots(checked(self._corrected(self.settings(PlantParameters()))))
+            self.delay, self._taken = input_delay(self.parameters), given
 
     def _corrected(self, parameters: PlantParameters) -> PlantParameters:
         """Return the parameters with their corrections, of which this unit has none."""
@@ -83,8 +86,7 @@ class HelicopterPlant(SlaveBase):
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s]."""
-        if self.tuned:
-            self._take_parameters()
+        self._take_parameters()
         v_front, v_rear = self.values[:2]
         self.memory = self._flown(self.memory, v_front, v_rear, time, step_size)
         self.show(shown(self.memory.state, self.counts))
@@ -132,6 +134,7 @@ class FollowingPlant(HelicopterPlant):
     variables: ClassVar[tuple[Variable, ...]] = (*HelicopterPlant.variables, *_CORRECTIONS, *_KEEPING)
     hidden = {"memory": PlantMemory, "torque": observer.Torque}
     summary = "HelicopterPlant that follows a rig: an observer keeps its state there, a Corrector its parameters"
+    _given = slice(HelicopterPlant._given.start, -len(_KEEPING))
 
     def initialise(self, time: float) -> None:
         """Start as the plant, without unmodelled torques."""
@@ -139,14 +142,12 @@ class FollowingPlant(HelicopterPlant):
         self.torque = observer.Torque()
 
     def _corrected(self, parameters: PlantParameters) -> PlantParameters:
-        self.corrected_by = self.values[_CORRECTING]
-        corrected_by = self.corrected_by
-        return observer.with_correction(parameters, corrected_by) if any(corrected_by) else parameters
+        corrections = self.values[_CORRECTING]
+        return observer.with_correction(parameters, corrections) if any(corrections) else parameters
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s], from where the measured angles of ``time`` put it."""
-        if self.tuned or self.values[_CORRECTING] != self.corrected_by:
-            self._take_parameters()
+        self._take_parameters()
         # the last corrections are those of the rotors' shares
         front, rear, pitch, elevation, travel, fresh, bandwidth = self.values[-2 - len(_KEEPING) :]
         memory, torque, limit = self.memory, self.torque, self.parameters.v_max

@@ -79,11 +79,10 @@ def build(
             raise ConfigurationError(f"these are parameters of the {own.unit}, those of the {unit} are needed.")
         own.check_complete()
         values, remark = own.start_values, f"Use of {own.uses}" if own.uses else ""
-    if native:
-        from fmu_src.native import build_native
-
-        return build_native(unit, Path(folder), values, fmi, all_platforms, model_exchange, remark)
-    return build_unit(unit, Path(folder), values, remark)
+    return build_unit(
+        unit, Path(folder), values, remark, native=native, fmi=fmi, all_platforms=all_platforms,
+        model_exchange=model_exchange,
+    )  # fmt: skip
 
 
 @contextmanager
