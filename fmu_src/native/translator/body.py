@@ -115,7 +115,7 @@ class Body:
     def fresh(self, name: str = "t") -> str:
         """Return a name that is not taken."""
         self.count += 1
-        return f"{name}_{self.count}"
+        return f"{name.lstrip('_') or 't'}_{self.count}"
 
     def declare(self, kind: c.CType, name: str = "t", text: str = "") -> Expr:
         """Declare a variable, with a value or without."""
@@ -141,6 +141,19 @@ class Body:
         if not isinstance(value, Expr) or value.is_simple:
             return value
         return self.declare(value.type, name, value.bare)
+
+    def store(self, name: str, value: Any) -> None:
+        """Set a variable; one of which an element is changed, or to which one is appended, gets a list of its own."""
+        if name in self.stored:
+            kind = c.listed(type_of(value))
+            value = self.declare(kind, name, self.as_type(value, kind).bare)
+        self.env[name] = self.kept(value, name)
+
+    def put(self, made: Any, index: Any, value: Any) -> None:
+        """Set an element of a list."""
+        if not isinstance(type_of(made), c.Listing):
+            raise c.NoType(f"a value is put into {type_of(made).name}, which is no list")
+        self.emit(f"{made.path('at')}[{self.place(made, index)}] = {self.as_type(value, made.type.item).bare};")
 
     def new_list(self, kind: c.CType, room: str, name: str = "t") -> Expr:
         """Declare an empty list with room for some elements."""

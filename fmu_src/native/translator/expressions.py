@@ -75,12 +75,18 @@ def evaluated(body: Any, node: ast.expr | None) -> Any:
     raise NoType(f"the expression {type(node).__name__} has no translation to C")
 
 
-def bound(body: Any, target: ast.expr, value: Any) -> dict[str, Any]:
-    """Return the value that each name of a target takes, ready to be used repeatedly."""
-    if not isinstance(target, ast.Tuple):
-        return {ast.unparse(target): body.kept(value)}
-    parts = zip(target.elts, body.unpacked(value, len(target.elts)), strict=True)
-    return {name: own for one, part in parts for name, own in bound(body, one, part).items()}
+def assign(body: Any, target: ast.expr, value: Any) -> None:
+    """Store a value in a variable, an element of a list, or a tuple of them."""
+    match target:
+        case ast.Name(name):
+            body.store(name, value)
+        case ast.Tuple(parts):
+            for one, part in zip(parts, body.kept(body.unpacked(value, len(parts))), strict=True):
+                assign(body, one, part)
+        case ast.Subscript(owner, place):
+            body.put(evaluated(body, owner), evaluated(body, place), value)
+        case _:
+            raise NoType(f"{ast.unparse(target)} cannot be changed; NamedTuples have _replace")
 
 
 def _named(body: Any, name: str) -> Any:
@@ -132,8 +138,8 @@ def _filled(body: Any, element: ast.expr, parts: Sequence[ast.comprehension], pu
         raise NoType("a comprehension with a condition has no translation to C; write a loop")
 
     def take(item: Any) -> None:
-        around = body.env
-        body.env = {**around, **bound(body, part.target, item)}
+        around, body.env = body.env, dict(body.env)
+        assign(body, part.target, item)
         _filled(body, element, parts[1:], put)
         body.env = around
 

@@ -9,8 +9,8 @@ from textwrap import dedent
 from typing import Any
 
 from .body import Body
-from .expressions import OPERATIONS, bound, evaluated
-from .types import BOOL, FLOAT, INT, NOTHING, TEXT, Listing, NoType, annotated, joined, listed
+from .expressions import OPERATIONS, assign, evaluated
+from .types import BOOL, FLOAT, INT, NOTHING, TEXT, NoType, annotated, joined
 from .values import Expr, branched, opposite, quoted, truth, type_of, unwrapped
 
 
@@ -24,7 +24,7 @@ def translate(body: Body) -> None:
         before = body.returned
         body.begin()
         for name, value in tuple(body.env.items()):
-            _store(body, name, value)
+            body.store(name, value)
         run(body, tree.body)
 
 
@@ -62,13 +62,13 @@ def _translate(body: Body, node: ast.stmt) -> None:
         case ast.Assign(targets, expression):
             value = evaluated(body, expression)
             for target in targets:
-                _assign(body, target, value)
+                assign(body, target, value)
         case ast.AnnAssign(target, annotation, expression):
             wanted = annotated(eval(ast.unparse(annotation), body.function.__globals__))  # our own source
             value = evaluated(body, expression)
-            _assign(body, target, value if type_of(value) == wanted else body.opened(body.as_type(value, wanted)))
+            assign(body, target, value if type_of(value) == wanted else body.opened(body.as_type(value, wanted)))
         case ast.AugAssign(target, operation, expression):
-            _assign(body, target, OPERATIONS[type(operation)](evaluated(body, target), evaluated(body, expression)))
+            assign(body, target, OPERATIONS[type(operation)](evaluated(body, target), evaluated(body, expression)))
         case ast.If(test, yes, no):
             _branch(body, body.as_type(truth(body, evaluated(body, test)), BOOL), yes, no)
         case ast.While(test, inner):
@@ -90,31 +90,6 @@ def _translate(body: Body, node: ast.stmt) -> None:
             _refuse(body, message)
         case _:
             raise NoType(f"the statement {type(node).__name__} has no translation to C")
-
-
-def _assign(body: Body, target: ast.expr, value: Any) -> None:
-    """Store a value in a variable, an element of a list, or a tuple of them."""
-    if isinstance(target, ast.Subscript):
-        owner, index = evaluated(body, target.value), evaluated(body, target.slice)
-        if not isinstance(owner, Expr) or not isinstance(owner.type, Listing):
-            raise NoType(f"{ast.unparse(target)} is no element of a list")
-        text = body.as_type(value, owner.type.item).bare
-        body.emit(f"{owner.path('at')}[{body.place(owner, index)}] = {text};")
-    elif isinstance(target, ast.Tuple):
-        parts = body.kept(body.unpacked(value, len(target.elts)))
-        for one, part in zip(target.elts, parts, strict=True):
-            _assign(body, one, part)
-    elif isinstance(target, ast.Name):
-        _store(body, target.id, value)
-    else:
-        raise NoType(f"{ast.unparse(target)} cannot be changed; NamedTuples have _replace")
-
-
-def _store(body: Body, name: str, value: Any) -> None:
-    if name in body.stored:
-        kind = listed(type_of(value))
-        value = body.declare(kind, name, body.as_type(value, kind).bare)
-    body.env[name] = body.kept(value, name)
 
 
 def _branch(body: Body, test: Expr, yes: list[ast.stmt], no: list[ast.stmt]) -> None:
@@ -139,8 +114,7 @@ def _repeat_while(body: Body, test: ast.expr, inner: list[ast.stmt]) -> None:
 
 def _repeat_for(body: Body, node: ast.For) -> None:
     def take(item: Any) -> None:
-        for name, value in bound(body, node.target, item).items():
-            _store(body, name, value)
+        assign(body, node.target, item)
         run(body, node.body)
 
     body.each(evaluated(body, node.iter), take, _assigned([node]))
