@@ -6,8 +6,8 @@
 of a unit, its memory, the functions of FMI, and for each unit which variable goes where.
 """
 
+from ..errors import Untranslatable
 from .builder import NATIVE_UNITS, controller_sources
 from .toolchain import runs_here, without_compiler
-from .translator.body import Untranslatable
 
 __all__ = ["NATIVE_UNITS", "Untranslatable", "controller_sources", "runs_here", "without_compiler"]

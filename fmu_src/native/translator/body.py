@@ -14,26 +14,14 @@ import re
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from textwrap import fill
 from types import FunctionType
 from typing import Any, NoReturn
 
 from heli_plant.dual import Dual
 
-from ...errors import BuildError
+from ...errors import Untranslatable
 from . import types as c
 from .values import Expr, Run, known_items, literal, type_of, unwrapped
-
-
-class Untranslatable(BuildError):
-    """A function of the step path uses a form that has no translation to C: file, line, reason."""
-
-    def __init__(self, file: str, line: int, reason: str) -> None:
-        super().__init__(file, line, reason)  # as it passes from one process to another
-        self.file, self.line, self.reason = file, line, reason
-
-    def __str__(self) -> str:
-        return f"{self.file}, line {self.line}: {self.reason}"
 
 
 class Body:
@@ -94,21 +82,6 @@ class Body:
     def result(self) -> c.CType:
         """Type of the result."""
         return self.returns or (c.NOTHING if self.returned == c.UNKNOWN else self.returned)
-
-    @property
-    def head(self) -> str:
-        """The function's declaration."""
-        parts = ["Space *space"] if self.needs_space else []
-        for name, kind in self.parameters.items():
-            parts.append(f"const {kind.name} *{name}" if isinstance(kind, c.Struct) else f"{kind.name} {name}")
-        return f"{self.result.name} {self.name}({', '.join(parts) or 'void'})"
-
-    def text(self, static: bool) -> str:
-        """Return the function's definition, its docstring's first sentence above it."""
-        said = (inspect.getdoc(self.function) or "").split("\n\n")[0].replace("\n", " ").replace("*/", "* /")
-        where = f"{self.function.__module__}.{self.function.__qualname__}"
-        comment = fill(f"/* {where}{': ' if said else ''}{said} */", 118, subsequent_indent="   ")
-        return "\n".join([comment, "static " * static + self.head, "{", *self.lines, "}", ""])
 
     # Variables of C
 
@@ -323,34 +296,6 @@ class Body:
 
     # Functions and classes of the project
 
-    def call(self, function: Any, *given: Any, **named: Any) -> Any:
-        """Call a function of the project, which is translated for the types of its arguments."""
-        function = inspect.unwrap(function)
-        bound = inspect.signature(function).bind(*given, **named)
-        bound.apply_defaults()
-        values = []
-        for value, hint in zip(bound.arguments.values(), parameter_types(function).values(), strict=True):
-            kind = type_of(value)
-            is_own = hint is None or (kind, hint) == (c.DUAL, c.FLOAT)
-            values.append(self.as_type(value, kind if is_own else hint))  # type: ignore[arg-type]
-        called = self.program.function(function, tuple(map(type_of, values)))
-        self.needs_space = self.needs_space or called.needs_space
-        texts = ["space"] if called.needs_space else []
-        texts += map(self._passed, values)
-        text = f"{called.name}({', '.join(texts)})"
-        if called.result == c.NOTHING:
-            self.emit(f"{text};")
-            return None
-        return self.opened(self.declare(called.result, function.__name__.strip("_"), text))
-
-    def _passed(self, value: Expr) -> str:
-        """Return an argument as C passes it: a struct by its address."""
-        if not isinstance(value.type, c.Struct):
-            return value.bare
-        if value.code.startswith("(*"):
-            return value.code[2:-1]
-        return f"&{value.code if re.fullmatch(r'[a-zA-Z_][^(){}]*', value.code) else self.kept(value).code}"
-
     def made(self, kind: type, *given: Any, **named: Any) -> Expr:
         """Make a struct: ``PlantState(...)``."""
         bound = inspect.signature(kind).bind(*given, **named)
@@ -375,20 +320,5 @@ class Body:
         """Let a value check itself, where it does."""
         check = getattr(made.type.kind, "__post_init__", None)  # type: ignore[union-attr]
         if check is not None:
-            self.call(check, made)
+            self.program.call(self, check, made)
         return made
-
-
-def parameter_types(function: FunctionType) -> dict[str, c.CType | None]:
-    """Return the type of each parameter as its annotation says it; None where there is none that C has."""
-    return {name: annotation(function, name) for name in inspect.signature(function).parameters}
-
-
-def annotation(function: FunctionType, name: str) -> c.CType | None:
-    """Return the type of a parameter, or of ``return``, as its annotation says it; None where it says none."""
-    hint = function.__annotations__.get(name, inspect.Parameter.empty)
-    try:
-        hint = eval(hint, function.__globals__) if isinstance(hint, str) else hint  # our own source
-        return None if hint is inspect.Parameter.empty else c.annotated(hint)
-    except (NameError, c.NoType):
-        return None

@@ -10,13 +10,15 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
+from textwrap import fill
 from types import FunctionType
 from typing import Any
 
 from ...description import rendered
 from . import types as c
-from .body import Body, annotation, parameter_types
+from .body import Body
 from .statements import translate
+from .values import type_of
 
 
 class Translation:
@@ -36,7 +38,7 @@ class Translation:
         function, waiting = inspect.unwrap(function), map(c.annotated, bound)
         assert isinstance(function, FunctionType)
         kinds = []
-        for name, own in parameter_types(function).items():
+        for name, own in c.parameter_types(function).items():
             kind = c.DUAL if name in slopes_by else own or next(waiting, None)
             if kind is None:
                 Body(self, "", function, {}, None).refuse(None, f"the parameter {name} needs an annotation")
@@ -51,7 +53,7 @@ class Translation:
             parameters = dict(zip(inspect.signature(function).parameters, arguments, strict=True))
             for kind in arguments:
                 self.use(kind)
-            hinted = None if c.DUAL in arguments else annotation(function, "return")
+            hinted = None if c.DUAL in arguments else c.annotation(function, "return")
             body = Body(self, self._name(function, c.DUAL in arguments), function, parameters, hinted)
             if function in self.externals:
                 body.name, body.needs_space, body.is_external = self.externals[function], True, True
@@ -60,6 +62,26 @@ class Translation:
                 translate(body)
             self.functions[key] = body  # behind those that it calls
         return self.functions[key]
+
+    def call(self, body: Body, function: Any, *given: Any, **named: Any) -> Any:
+        """Let ``body`` call a function of the project, which is translated for the types of its arguments."""
+        function = inspect.unwrap(function)
+        bound = inspect.signature(function).bind(*given, **named)
+        bound.apply_defaults()
+        values = []
+        for value, hint in zip(bound.arguments.values(), c.parameter_types(function).values(), strict=True):
+            kind = type_of(value)
+            values.append(body.as_type(value, kind if hint is None or (kind, hint) == (c.DUAL, c.FLOAT) else hint))
+        called = self.function(function, tuple(map(type_of, values)))
+        body.needs_space = body.needs_space or called.needs_space
+        texts = ["space"] if called.needs_space else []
+        for value in (body.kept(value) if isinstance(value.type, c.Struct) else value for value in values):
+            address = value.code[2:-1] if value.code.startswith("(*") else f"&{value.code}"
+            texts.append(address if isinstance(value.type, c.Struct) else value.bare)
+        text = f"{called.name}({', '.join(texts)})"
+        if called.result != c.NOTHING:
+            return body.opened(body.declare(called.result, function.__name__.strip("_"), text))
+        return body.emit(f"{text};")
 
     def _name(self, function: Any, differentiated: bool) -> str:
         """Return a name in C: the module's and the function's."""
@@ -94,7 +116,7 @@ def header(translation: Translation, memory: c.CType = c.NOTHING) -> str:
     kept = set(_all_parts(memory))
     external = [body for body in translation.functions.values() if body.is_external]
     return rendered_types(
-        "model.h.j2", translation, heads=[body.head for body in (*translation.entries, *external)],
+        "model.h.j2", translation, heads=[_head(body) for body in (*translation.entries, *external)],
         kept=[kind for kind in translation.types if kind in kept],
         maybes=[kind for kind in translation.types if isinstance(kind, c.Maybe)],
     )  # fmt: skip
@@ -106,13 +128,29 @@ def _all_parts(kind: c.CType) -> Iterator[c.CType]:
         yield from _all_parts(inner)
 
 
+def _head(body: Body) -> str:
+    """Return a function's declaration."""
+    parts = ["Space *space"] if body.needs_space else []
+    for name, kind in body.parameters.items():
+        parts.append(f"const {kind.name} *{name}" if isinstance(kind, c.Struct) else f"{kind.name} {name}")
+    return f"{body.result.name} {body.name}({', '.join(parts) or 'void'})"
+
+
+def _text(body: Body, is_static: bool) -> str:
+    """Return a function's definition, its docstring's first sentence above it."""
+    said = (inspect.getdoc(body.function) or "").split("\n\n")[0].replace("\n", " ").replace("*/", "* /")
+    where = f"{body.function.__module__}.{body.function.__qualname__}"
+    comment = fill(f"/* {where}{': ' if said else ''}{said} */", 118, subsequent_indent="   ")
+    return "\n".join([comment, "static " * is_static + _head(body), "{", *body.lines, "}", ""])
+
+
 def functions(translation: Translation, is_alone: bool = False) -> str:
     """Return what the entries of a program need, each function behind those that it calls; ``is_alone`` hides all."""
     needed, texts = {body.name for body in translation.entries}, list[str]()
     for body in reversed(translation.functions.values()):
         if body.name in needed and not body.is_external:
             needed.update(re.findall(r"\w+(?=\()", "\n".join(body.lines)))
-            texts.insert(0, body.text(static=is_alone or body not in translation.entries))
+            texts.insert(0, _text(body, is_alone or body not in translation.entries))
     return "\n".join(texts)
 
 

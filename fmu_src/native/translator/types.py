@@ -8,6 +8,7 @@ needed; a function in a field is its number.
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import types
 from collections import abc
 from dataclasses import dataclass
@@ -149,3 +150,18 @@ def annotated(hint: Any) -> CType:
     if dataclasses.is_dataclass(hint) or hasattr(hint, "_fields"):
         return Struct(hint)
     raise NoType(f"the annotation {hint} has no counterpart in C")
+
+
+def parameter_types(function: types.FunctionType) -> dict[str, CType | None]:
+    """Return the type of each parameter as its annotation says it; None where there is none that C has."""
+    return {name: annotation(function, name) for name in inspect.signature(function).parameters}
+
+
+def annotation(function: types.FunctionType, name: str) -> CType | None:
+    """Return the type of a parameter, or of ``return``, as its annotation says it; None where it says none."""
+    hint = function.__annotations__.get(name, inspect.Parameter.empty)
+    try:
+        hint = eval(hint, function.__globals__) if isinstance(hint, str) else hint  # our own source
+        return None if hint is inspect.Parameter.empty else annotated(hint)
+    except (NameError, NoType):
+        return None

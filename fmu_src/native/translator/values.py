@@ -134,8 +134,9 @@ class Callee:
 
     def __call__(self, *given: Any, **named: Any) -> Any:
         """Call it."""
-        call = self.body.made if isinstance(self.function, type) else self.body.call
-        return call(self.function, *given, **named)
+        if isinstance(self.function, type):
+            return self.body.made(self.function, *given, **named)
+        return self.body.program.call(self.body, self.function, *given, **named)
 
     def __getattr__(self, name: str) -> Any:
         if name == "_make":
