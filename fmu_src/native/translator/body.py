@@ -65,9 +65,8 @@ class Body:
     def block(self, head: str) -> Iterator[None]:
         """Add a block in braces."""
         self.emit(f"{head} {{")
-        self.depth += 1
-        yield
-        self.depth -= 1
+        with self.aside(self.lines):
+            yield
         self.emit("}")
 
     def refuse(self, node: ast.AST | None, reason: str) -> NoReturn:
@@ -75,8 +74,6 @@ class Body:
         code = self.function.__code__
         line = code.co_firstlineno - 1 + getattr(node, "lineno", 1)
         raise Untranslatable("/".join(Path(code.co_filename).parts[-3:]), line, reason)
-
-    # Text
 
     @property
     def result(self) -> c.CType:
@@ -128,10 +125,10 @@ class Body:
             raise c.NoType(f"a value is put into {type_of(made).name}, which is no list")
         self.emit(f"{made.path('at')}[{self.place(made, index)}] = {self.as_type(value, made.type.item).bare};")
 
-    def new_list(self, kind: c.CType, room: str, name: str = "t") -> Expr:
+    def new_list(self, kind: c.CType, room: str) -> Expr:
         """Declare an empty list with room for some elements."""
         self.needs_space = True
-        return self.declare(kind, name, f"new_{kind.name}(space, {room})")
+        return self.declare(kind, text=f"new_{kind.name}(space, {room})")
 
     def push(self, made: Expr, value: Any) -> None:
         """Append a value to a list."""
@@ -195,21 +192,17 @@ class Body:
         carried = {name: self.declare(text.type, name, text.bare) for name, text in texts.items()}
         around = {**self.env, **{name: self.opened(made) for name, made in carried.items()}}
         self.env = dict(around)
+        own, after = {made.code for made in carried.values()}, {}
         with self.block(head):
             turn()
-            self.commit(carried)
+            for name, made in carried.items():
+                new = self.as_type(self.env[name], made.type)
+                if own & set(re.findall(r"\w+", new.code)):
+                    new = self.declare(made.type, name, new.bare)
+                after[made.code] = new.bare
+            for code, value in after.items():
+                self.emit(f"{code} = {value};")
         self.env, self.ended = around, False
-
-    def commit(self, carried: dict[str, Expr]) -> None:
-        """Assign what a loop carries into its next turn, or out of it."""
-        own, texts = {made.code for made in carried.values()}, {}
-        for name, made in carried.items():
-            new = self.as_type(self.env[name], made.type)
-            if own & set(re.findall(r"\w+", new.code)):
-                new = self.declare(made.type, name, new.bare)
-            texts[made.code] = new.bare
-        for code, text in texts.items():
-            self.emit(f"{code} = {text};")
 
     def each(self, over: Any, take: Callable[[Any], None], assigned: Collection[str] = ()) -> None:
         """Let ``take`` see every element: unrolled where they are known one by one, else in a loop."""
@@ -304,21 +297,12 @@ class Body:
                 bound.arguments.setdefault(field.name, field.default_factory())
         bound.apply_defaults()
         inner = [f".{name} = {self.as_type(bound.arguments[name], own).bare}" for name, own in c.fields(kind).items()]
-        return self._checked(self.declare(c.Struct(kind), kind.__name__.lower(), f"{{{', '.join(inner)}}}"))
+        made = self.declare(c.Struct(kind), kind.__name__.lower(), f"{{{', '.join(inner)}}}")
+        if hasattr(kind, "__post_init__"):  # it checks itself
+            self.program.call(self, kind.__post_init__, made)
+        return made
 
     def replaced(self, old: Expr, **new: Any) -> Expr:
         """``old._replace(...)``: a copy of a struct with other values in some fields."""
         assert isinstance(old.type, c.Struct)
-        kinds = c.fields(old.type.kind)
-        texts = {name: self.as_type(value, kinds[name]).bare for name, value in new.items()}
-        made = self.declare(old.type, "t", old.bare)
-        for name, text in texts.items():
-            self.emit(f"{made.path(name)} = {text};")
-        return self._checked(made)
-
-    def _checked(self, made: Expr) -> Expr:
-        """Let a value check itself, where it does."""
-        check = getattr(made.type.kind, "__post_init__", None)  # type: ignore[union-attr]
-        if check is not None:
-            self.program.call(self, check, made)
-        return made
+        return self.made(old.type.kind, **{name: getattr(old, name) for name in c.fields(old.type.kind)} | new)
