@@ -41,7 +41,7 @@ INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising
 LONGEST_STEP = 1e9  # communication steps must be shorter [s]; this also keeps infinity out
 MOST_SUBSTEPS = 100_000  # within one communication step: some seconds; a mistaken step of days would take as long
 CLOCK_TOLERANCE = 1e-3  # between a step's begin and the end before, as a share of the step: rounding by hosts
-_OPEN = {STEPPING: ("input", "tunable"), TERMINATED: ()}
+_OPEN: dict[str, set[str]] = {STEPPING: {"input", "tunable"}, TERMINATED: set()}
 """Causality or variability of what may be set in a phase; inputs and parameters in the earlier ones."""
 
 _WHOLE_UNIT = -1  # key of a refusal that belongs to no single variable
@@ -201,12 +201,10 @@ class SlaveBase(Fmi2Slave):
         return self.phase == phase
 
     def _enter(self, phase: str) -> None:
-        """Enter a phase, in which some variables may be set; who reads outputs of a failed start is told why."""
+        """Enter a phase; who reads outputs of a failed start is told why."""
         self.phase = phase
         if phase != TERMINATED:
             self._outdated = phase == INITIALISING or (phase == STEPPING and self._initialised_with is None)
-        kinds = _OPEN.get(phase, ("input", "parameter"))
-        self._open = {k for k, v in enumerate(self.variables) if v.causality in kinds or v.variability in kinds}
 
     def _prepare(self) -> None:
         """Compute state and outputs at the start time from the values; they stay outdated if that fails."""
@@ -260,7 +258,7 @@ class SlaveBase(Fmi2Slave):
         if reference not in self.of_type[kind]:
             raise _unknown(kind, reference)
         variable = self.variables[reference]
-        if reference not in self._open:
+        if not {variable.causality, variable.variability} & _OPEN.get(self.phase, {"input", "parameter"}):
             ended = "cannot be set, the unit is terminated"
             reason = ended if self.phase == TERMINATED else "is fixed once initialisation has ended"
             reason = "is an output" if variable.causality == "output" else reason
@@ -283,11 +281,7 @@ class SlaveBase(Fmi2Slave):
                 self._prepare()
             return {
                 "unit": [type(self).__name__, len(self.variables)],
-                "phase": self.phase,
-                "start_time": self.start_time,
-                "reached": self.reached,
-                "values": list(self.values),
-                "refused": list(self.refused.items()),
+                "base": [self.phase, self.start_time, self.reached, list(self.values), list(self.refused.items())],
                 "hidden": [frozen_state(getattr(self, name, None)) for name in self.hidden],
             }
         except BaseException as problem:
@@ -299,15 +293,14 @@ class SlaveBase(Fmi2Slave):
         try:
             if not state or state["unit"] != [type(self).__name__, len(self.variables)]:
                 raise Refusal(f"this is no complete state of a {type(self).__name__}; nothing was changed")
-            self.values[:] = state["values"]
-            self.start_time = state["start_time"]
-            self.refused = dict(state["refused"])
-            self._enter(state["phase"])
-            if self.phase in (STEPPING, TERMINATED):
+            phase, self.start_time, reached, values, refused = state["base"]
+            self.values[:], self.refused = values, dict(refused)
+            self._enter(phase)
+            if phase in (STEPPING, TERMINATED):
                 if self._initialised_with != self._initial_conditions():
                     self._prepare()
-                    self.values[:] = state["values"]  # ``initialise`` has set the outputs of the start time
-                self.reached = state["reached"]
+                    self.values[:] = values  # ``initialise`` has set the outputs of the start time
+                self.reached = reached
                 for (name, kind), saved in zip(self.hidden.items(), state["hidden"], strict=True):
                     setattr(self, name, thawed_state(saved, kind))
                 self._outdated = False
