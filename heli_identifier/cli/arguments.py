@@ -16,7 +16,7 @@ import heli_identifier as hi
 from heli_identifier import tools
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.terminal import note, print_notes, warn
-from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, refuse
+from heli_identifier.errors import CONFIGURATION_NAME, refuse
 
 if TYPE_CHECKING:
     from heli_plant.control import PidSettings
@@ -173,10 +173,8 @@ def assignments(
     values: dict[str, str] = {}
     for word in words:
         name, mark, text = (part.strip() for part in word.partition("="))
-        if not mark or not name:
-            raise ConfigurationError(f"{name_of} {word} must read {form}.")
-        if name in values:
-            raise ConfigurationError(f"{name_of} {name} is given twice; keep one.")
+        refuse(not mark or not name, f"{name_of} {word} must read {form}.")
+        refuse(name in values, f"{name_of} {name} is given twice; keep one.")
         values[name] = text
     return values
 
@@ -203,8 +201,7 @@ def sets_by_unit(file: Path | None, units: Collection[str], refusal: str) -> dic
         return {}
     parameters = read_with_doubts(file)
     takers = PLANTS if parameters.unit == PLANTS[0] else (parameters.unit,)
-    if not set(takers) & set(units):
-        raise ConfigurationError(f"{file} holds parameters of the {parameters.unit}, {refusal}.")
+    refuse(not set(takers) & set(units), f"{file} holds parameters of the {parameters.unit}, {refusal}.")
     return dict.fromkeys(takers, parameters)
 
 
@@ -236,8 +233,7 @@ def in_scenario(
         values |= {f"{name}.{key}": own for key, own in given[unit].start_values.items()} if unit in given else {}
     for label, text in assignments(words).items():
         unit, _, name = label.partition(".")
-        if not name:
-            raise ConfigurationError(f"--set {label}={text} must name unit and parameter, as plant.pitch.damping=0.1.")
+        refuse(not name, f"--set {label}={text} must name unit and parameter, as plant.pitch.damping=0.1.")
         values[label] = fmu_src.number_or_text(text)
         if unit in units and unit not in foreign:
             kind = fmu_src.unit_class(units[unit])

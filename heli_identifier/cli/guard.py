@@ -16,7 +16,7 @@ from typing import Any
 import typer
 
 from fmu_src.errors import FmuError
-from heli_identifier.errors import ConfigurationError, IdentifierError
+from heli_identifier.errors import ConfigurationError, IdentifierError, refuse
 from heli_identifier.files import KEPT, is_kept
 from heli_identifier.processes import handled_here, memory_limits
 from heli_plant.errors import PlantError
@@ -106,9 +106,6 @@ def require_memory() -> None:
     a limit that is high enough the linear algebra is loaded at once, before data take the memory.
     """
     for limit, name in memory_limits():
-        if limit < LEAST_MEMORY * 1_000_000:
-            raise ConfigurationError(
-                f"this process may use {limit / 1e6:.0f} MB of memory ({name}), a command needs {LEAST_MEMORY} MB; "
-                "raise the limit."
-            )
+        held = f"this process may use {limit / 1e6:.0f} MB of memory ({name})"
+        refuse(limit < 1e6 * LEAST_MEMORY, f"{held}, a command needs {LEAST_MEMORY} MB; raise the limit.")
         import scipy.linalg  # noqa: F401

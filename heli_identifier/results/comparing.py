@@ -10,7 +10,7 @@ from math import hypot, inf
 from os import PathLike
 from pathlib import Path
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import refuse
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.records import LogSource, read_logs
 from heli_identifier.results.documents import read_document
@@ -177,8 +177,8 @@ def _opened(source: Diagnosis | str | PathLike[str], name: str) -> tuple[str, Di
     if isinstance(source, Diagnosis):
         return name, source, corrected_parameters(source)
     folder = Path(source)
-    if folder.exists() and not folder.is_dir():
-        raise ConfigurationError(f"{folder} is a file; name the folder that `heli diagnose` wrote.")
+    is_file = folder.exists() and not folder.is_dir()
+    refuse(is_file, f"{folder} is a file; name the folder that `heli diagnose` wrote.")
     document = read_document(folder / "diagnosis.json", DiagnosisFile)
     return folder.resolve().name, document, read_parameters(folder / "parameters.json")
 

@@ -11,7 +11,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import PREFIX, draft_folder, is_kept, sweep, write_atomically
 from heli_identifier.processes import undone
 from heli_identifier.results.documents import document_text
@@ -27,20 +27,18 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
     A target that is no folder, or cannot be written to, is a ConfigurationError before the block runs, so that no long
     computation ends in vain. A file that cannot be written in it is an OSError that names the file in the target.
     """
-    if not os.fspath(target):
-        raise ConfigurationError("the output folder has no name; name one, or '.' for the working folder.")
+    refuse(not os.fspath(target), "the output folder has no name; name one, or '.' for the working folder.")
     folder = Path(os.path.realpath(target))
     # what is still a link after realpath is a link to itself
     existing = next(path for path in (folder, *folder.parents) if path.exists() or path.is_symlink())
-    if not existing.is_dir():
-        raise ConfigurationError(f"{existing} is a file, a folder is needed there; name another output folder.")
+    is_file = not existing.is_dir()
+    refuse(is_file, f"{existing} is a file, a folder is needed there; name another output folder.")
     with ExitStack() as stack:
         try:
             draft = stack.enter_context(draft_folder(existing))
         except OSError as error:
-            raise ConfigurationError(
-                f"{existing} cannot be written to: {error.strerror}; name another folder."
-            ) from error
+            said = f"{existing} cannot be written to: {error.strerror}; name another folder."
+            raise ConfigurationError(said) from error
         for above in (folder, *folder.parents)[:_SWEPT]:
             sweep(above, draft.stat().st_mtime)
         try:
@@ -73,16 +71,12 @@ def _of_target(error: OSError, draft: Path, target: Path) -> OSError:
 def _move_all(draft: Path, folder: Path) -> None:
     """Move every file of ``draft`` into ``folder``, or none."""
     moves = [(file, Path(os.path.realpath(folder / file.name))) for file in sorted(draft.iterdir())]
+    advice = "nothing was changed, name another folder."
     for _, place in moves:
-        if place.exists() and not place.is_file():
-            kind = "a folder" if place.is_dir() else "no regular file"
-            raise ConfigurationError(
-                f"{place} is {kind} and is not replaced by a file of results; nothing was changed, name another folder."
-            )
-        if is_kept(place):
-            raise ConfigurationError(
-                f"{place} is read by this command and not written over; nothing was changed, name another folder."
-            )
+        kind = "a folder" if place.is_dir() else "no regular file"
+        foreign = place.exists() and not place.is_file()
+        refuse(foreign, f"{place} is {kind} and is not replaced by a file of results; {advice}")
+        refuse(is_kept(place), f"{place} is read by this command and not written over; {advice}")
     replaced = draft / ".replaced"
     replaced.mkdir()
     taken_back = ExitStack()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier import tracing
-from heli_identifier.errors import ConfigurationError, require_positive
+from heli_identifier.errors import ConfigurationError, refuse, require_positive
 from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
 from heli_identifier.results.documents import document_text
@@ -96,20 +96,22 @@ class ParameterSet(Tabular):
             They are another unit's, one of the simplified model's parameters is not among them, or a name or value is
             none of the plant's.
         """
-        if self.unit != PLANT:
-            raise ConfigurationError(f"these are parameters of the {self.unit}, those of the {PLANT} are needed.")
-        self.check_complete()
+        self.check_unit(PLANT)
         try:
             return from_names(self.start_values)
         except ParameterError as error:
             raise ConfigurationError(f"{error}.") from error
 
-    def check_complete(self) -> None:
+    def check_unit(self, unit: str) -> None:
+        """Refuse parameters of another unit, or of a plant that lack some: a ConfigurationError."""
+        refuse(self.unit != unit, f"these are parameters of the {self.unit}, those of the {unit} are needed.")
+        self.check_complete()
+
+    def check_complete(self, where: str = "") -> None:
         """Refuse a plant some of whose :data:`REQUIRED` parameters would be defaults: a ConfigurationError."""
-        if self.unit == PLANT and (missing := ", ".join(name for name in REQUIRED if name not in self.values)):
-            raise ConfigurationError(
-                f"the plant's parameters lack {missing}; values of another rig are not taken for them."
-            )
+        missing = ", ".join(name for name in REQUIRED if name not in self.values) if self.unit == PLANT else ""
+        said = f"{where}the plant's parameters lack {missing}; values of another rig are not taken for them."
+        refuse(bool(missing), said)
 
     def axes_for(self, *uses: Use) -> tuple[str, ...]:
         """Give the axes of which the diagnosis says one of these uses."""
@@ -149,11 +151,9 @@ class ParameterSet(Tabular):
         ConfigurationError if an axis has no such error, or no axis is usable.
         """
         require_positive("factor", factor, "1")
-        if missing := ", ".join(axis for axis in AXES if axis not in self.expected):
-            raise ConfigurationError(
-                f"these parameters state no expected error of {missing}, so nothing can be held to it; take the "
-                "parameters.json of a diagnosis."
-            )
+        missing = ", ".join(axis for axis in AXES if axis not in self.expected)
+        wanted = "so nothing can be held to it; take the parameters.json of a diagnosis."
+        refuse(bool(missing), f"these parameters state no expected error of {missing}, {wanted}")
         found = {
             axis: factor * (
                 max(expected.prediction_1s_rad.value, expected.noise_floor_rad)
@@ -163,8 +163,7 @@ class ParameterSet(Tabular):
             for axis, expected in self.expected.items()
             if expected.use is not Use.NOTHING
         }
-        if not found:
-            raise ConfigurationError("the diagnosis calls no axis of these parameters usable: nothing is held to it.")
+        refuse(not found, "the diagnosis calls no axis of these parameters usable: nothing is held to it.")
         return found
 
     @property

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.results.documents import damaged, numbers_of, plain, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
 from heli_identifier.signatures import typed
@@ -79,8 +79,7 @@ def _check_unit(file: Path, found: ParameterSet) -> None:
     """Refuse values that are not parameters of the unit that the file names, or that the unit does not take."""
     from fmu_src import UNITS, parameters_of, problem_with, unit_class
 
-    if found.unit not in UNITS:
-        raise ConfigurationError(f"{file} names the unit {found.unit!r}; there are {', '.join(UNITS)}.")
+    refuse(found.unit not in UNITS, f"{file} names the unit {found.unit!r}; there are {', '.join(UNITS)}.")
     own = parameters_of(unit_class(found.unit))
     if foreign := [name for name in found.values if name not in own]:
         owners = [unit for unit in UNITS if found.values.keys() <= parameters_of(unit_class(unit)).keys()]
@@ -88,14 +87,8 @@ def _check_unit(file: Path, found: ParameterSet) -> None:
         raise ConfigurationError(f"{file} is of the unit {found.unit}, which has no parameter {foreign[0]!r}{whose}.")
     for name, value in found.values.items():
         unit = own[name].unit or "1"
-        if (value.unit or "1") != unit:
-            raise ConfigurationError(
-                f"{file}: {name} is stated in {value.unit!r}, the {found.unit} takes it in {unit!r}; convert value and "
-                "standard error."
-            )
+        stated = f"{name} is stated in {value.unit!r}, the {found.unit} takes it in {unit!r}"
+        refuse((value.unit or "1") != unit, f"{file}: {stated}; convert value and standard error.")
         if problem := problem_with(own[name], value.value):
             raise ConfigurationError(f"{file}: {problem}.")
-    try:
-        found.check_complete()
-    except ConfigurationError as error:
-        raise ConfigurationError(f"{file}: {error}") from error
+    found.check_complete(f"{file}: ")

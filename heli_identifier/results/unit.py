@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from heli_identifier.errors import ConfigurationError, IdentifierError
+from heli_identifier.errors import IdentifierError
 from heli_identifier.files import draft_folder
 from heli_identifier.records import Log, write_log
 from heli_identifier.results.sources import ParameterSource, parameter_set
@@ -75,9 +75,7 @@ def build(
         values = parameters
     else:
         own = parameter_set(parameters)
-        if own.unit != unit:
-            raise ConfigurationError(f"these are parameters of the {own.unit}, those of the {unit} are needed.")
-        own.check_complete()
+        own.check_unit(unit)
         values, remark = own.start_values, f"Use of {own.uses}" if own.uses else ""
     return build_unit(
         unit, Path(folder), values, remark, native=native, fmi=fmi, all_platforms=all_platforms,
