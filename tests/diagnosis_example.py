@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from heli_identifier.online import Estimate, ModelParameters
-from heli_identifier.online.excitation import paper_excitation, voltages
+from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log
 from heli_identifier.results.simulation import started
@@ -33,9 +33,8 @@ from heli_identifier.tracing import (
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.simulation import simulate
-from heli_plant.state import rest_state
+from tests.simulated import H, record
 
-H = 0.01
 FRICTION = Estimate(0.025, 0.0006, "rad/s^2")
 BEFORE = TABLE_2._replace(a_wx=0.2)
 AFTER = TABLE_2._replace(dry_friction_pitch=FRICTION.value)
@@ -43,9 +42,7 @@ AFTER = TABLE_2._replace(dry_friction_pitch=FRICTION.value)
 
 def made_log(seconds=20.0, seed=0, parameters=AFTER, name="run"):
     """A log of a plant with dry friction: the paper's excitation, white noise of a quarter of a count."""
-    count = round(seconds / H)
-    held = np.array([voltages(k * H, paper_excitation(1)) for k in range(count)])
-    _, angles = simulate(held, H, rest_state(parameters, 1.0), parameters)
+    held, angles, _ = record(seconds, paper_excitation(1), parameters, encoders=False)
     return Log(name, 1.0 / H, held, angles + np.random.default_rng(seed).normal(0.0, 4e-4, angles.shape))
 
 

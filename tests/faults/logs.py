@@ -35,23 +35,18 @@ DIAGNOSE = "heli diagnose log.csv -o out"
 RNG = np.random.default_rng(5)
 
 
-def at(column, row, value):
-    def change(values):
-        values[column][row] = value
-
-    return changed(change)
+def at(column, rows, value):
+    """Give a function that writes a log with another value in some rows of a column."""
+    return changed(lambda values: values[column].__setitem__(rows, value))
 
 
 def whole(column, value):
-    def change(values):
-        values[column] = value
-
-    return changed(change)
+    return at(column, slice(None), value)
 
 
 VALUES = (
     Fault("a sentinel of 999 among the pitch", at(PITCH, 700, 999.0), IDENTIFY, "row 702: pitch is 999 rad for one sample" ),
-    Fault("a sentinel that lasts ten samples", changed(lambda v: v[TRAVEL].__setitem__(slice(700, 710), 999.0)), IDENTIFY, "row 702: travel jumps by"),
+    Fault("a sentinel that lasts ten samples", at(TRAVEL, slice(700, 710), 999.0), IDENTIFY, "row 702: travel jumps by"),
     Fault("a lost sample written as 0", changed(lambda v: (v[ELEVATION].__iadd__(0.6), v[ELEVATION].__setitem__(900, 0.0))), IDENTIFY, "row 902: elevation is 0 rad for one sample"),
     Fault("a sample that is a whole turn off", at(PITCH, 500, 2.0 * np.pi), IDENTIFY, "row 502: pitch is 6.28319 rad for one sample"),
     Fault("NaN in a voltage", at(FRONT, 9, np.nan), IDENTIFY, "row 11, column 'v_front [V]'"),
