@@ -140,10 +140,11 @@ def try_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     if compared < plan.window or (abs(t) < _SURELY and compared < _TRIAL_WINDOWS * plan.window):
         return state
     latest = refine_size(state, state.finding, plan)
-    likelier = find_likelier(state, latest, plan)
-    if likelier.change >= 0:
-        state = say(say(state, "outdone", plan, latest), "named", plan, likelier)
-        return _put_on_trial(state, likelier, plan)
+    ranked = rank_changes(state, latest.blocks, plan)
+    own = max([one.evidence for one in ranked if one.change == latest.change], default=0.0)
+    if ranked and ranked[0].change != latest.change and ranked[0].evidence > _LEAD + own:
+        state = say(say(state, "outdone", plan, latest), "named", plan, ranked[0])
+        return _put_on_trial(state, ranked[0], plan)
     if difference >= 0.0 or t > -_SURELY:
         return _hold(state, latest, "not better", plan)
     # the twin before is the rival from now on
@@ -228,15 +229,6 @@ def find_changes(state: CorrectorState, longest: int, plan: FollowPlan) -> tuple
     found = rank_changes(state, longest, plan, whole=False)
     count = found[0].blocks - SWINGING if found else 0
     return (found, False) if count < _LEAST_BLOCKS else (rank_changes(state, count, plan), True)
-
-
-def find_likelier(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Finding:
-    """Return the change that explains the blocks of ``finding`` better than it does by :data:`_LEAD`, or nothing."""
-    found = rank_changes(state, finding.blocks, plan)
-    own = [one.evidence for one in found if one.change == finding.change]
-    if found and found[0].change != finding.change and found[0].evidence > _LEAD + (own[0] if own else 0.0):
-        return found[0]
-    return NOTHING
 
 
 def refine_size(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Finding:
