@@ -15,6 +15,7 @@ line break is left out.
 import codecs
 import csv
 import re
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from itertools import zip_longest
@@ -104,7 +105,8 @@ def _block(lines: Sequence[str], layout: _Layout, first: int, file: str, decimal
     """Give the columns of some rows, the first of which is row ``first`` of the file."""
     count, separator, rows = len(layout.headers), layout.separator, list[list[str]]()
     if decimal == ".":
-        with suppress(ValueError):  # a cell is empty or quoted, or holds no number
+        # a cell is empty or quoted, or holds no number; blank lines alone are a warning
+        with suppress(ValueError), warnings.catch_warnings(action="ignore"):
             found = np.loadtxt(lines, delimiter=separator.strip(" ") or None, comments=None, ndmin=2)
             if found.shape == (len(lines), count):
                 return [*found.T]
