@@ -107,8 +107,12 @@ def guess(path: str | PathLike[str]) -> Guess:
     values = CONTRACT.oriented(values)
     voltages, angles = (np.column_stack([values[signal] for signal in signals]) for signals in (VOLTAGES, ANGLES))
     limit = CONTRACT.voltage_limit
-    if clip := bool(np.abs(voltages).max() > 1.001 * limit):
-        reasons["clip"] = f"the voltages exceed {limit:g} V, so they are commands before the amplifiers limit them"
+    highest = float(np.abs(voltages).max())
+    if clip := highest > 1.001 * limit:
+        reasons["clip"] = (
+            f"the voltages exceed {limit:g} V, so they are taken for commands before the amplifiers limit them; if the "
+            f"motors got them, set voltage_limit = {np.ceil(highest):g} under [rig] and take this away"
+        )
     start = None if unit == STAMP else _take_off(seconds, candidates[chosen["elevation"]], reasons)
     flying = 0 if start is None else int((seconds >= start).argmax())
     found = find_responses(np.clip(voltages, -limit, limit)[flying:], angles[flying:], rate_hz)
