@@ -246,19 +246,16 @@ class Body:
         fill(lambda value: self.push(made, value))
         return made
 
-    def collected(self, over: Any) -> Any:
-        """Return a new tuple or list of the same elements."""
-        room = "0" if known_items(over) is not None else self.run(over).count
-        return self.collect(lambda put: self.each(over, put), room)
-
     def display(self, *parts: tuple[bool, Any]) -> Any:
         """Return ``(a, *b)``: of known length unless a list is among its parts."""
+        kept = [(is_starred, self.kept(one) if is_starred else one) for is_starred, one in parts]
+        rooms = [self.run(one).count for is_starred, one in kept if is_starred and known_items(one) is None]
 
         def fill(put: Callable[[Any], None]) -> None:
-            for is_starred, one in parts:
+            for is_starred, one in kept:
                 self.each(one, put) if is_starred else put(one)
 
-        return self.collect(fill)
+        return self.collect(fill, rooms[0] if rooms else "0")
 
     def item(self, value: Any, index: Any) -> Any:
         """``value[index]``; a part of a list is a list of its own."""

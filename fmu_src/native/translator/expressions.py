@@ -17,7 +17,7 @@ from typing import Any
 
 from .functions import REFUSED, STAGED
 from .types import NoType
-from .values import Callee, Expr, both, choose, compared, either, is_among, is_none, known_items, opposite
+from .values import Expr, Maker, both, choose, compared, either, is_among, is_none, known_items, opposite
 
 OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
@@ -102,8 +102,9 @@ def _staged(body: Any, value: Any) -> Any:
     if value in STAGED:
         return partial(STAGED[value], body)
     function = inspect.unwrap(value)
-    is_own = isinstance(function, FunctionType | type) and function.__module__ != "builtins"
-    return Callee(body, function) if is_own else value
+    if isinstance(function, FunctionType):
+        return partial(body.program.call, body, function)
+    return Maker(body, value) if isinstance(value, type) and value.__module__ != "builtins" else value
 
 
 def _connected(body: Any, join: Callable[..., Any], nodes: Sequence[ast.expr]) -> Any:

@@ -124,7 +124,7 @@ def _map(body: Body, function: Callable[..., Any], *given: Any) -> Any:
 
 def _tuple(body: Body, over: Any) -> Any:
     """``tuple``: a copy, unless this is a new list, which no variable of Python's changes."""
-    return over if isinstance(over, Expr) and over.code.startswith("t_") else body.collected(over)
+    return over if isinstance(over, Expr) and over.code.startswith("t_") else body.display((True, over))
 
 
 def _reduce(body: Body, function: Callable[..., Any], over: Any, start: Any) -> Any:
@@ -158,7 +158,7 @@ STAGED: dict[Any, Callable[..., Any]] = {
         lambda sofar, item: either(body, sofar, lambda: item), known_items(over) or (), False
     ),
     tuple: _tuple,
-    list: Body.collected,
+    list: lambda body, over: body.display((True, over)),
     slice: lambda body, *bounds: slice(*bounds),
     dataclasses.replace: Body.replaced,
 }

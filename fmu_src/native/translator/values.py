@@ -96,7 +96,7 @@ def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
     kinds = type_of(a), type_of(b)
     if symbol == "*" and isinstance(a, tuple | list):
         one = body.kept(a[0])
-        return body.collected(Run(body.as_type(b, c.INT).bare, lambda _: one))
+        return body.display((True, Run(body.as_type(b, c.INT).bare, lambda _: one)))
     if symbol == "+" and any(isinstance(kind, c.Listing) for kind in kinds):
         return body.display((True, a), (True, b))
     if symbol == "**":
@@ -126,22 +126,20 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Callee:
-    """A function of the project, which is translated where it is called, or a class, whose calls make structs."""
+class Maker:
+    """A class of the project, whose calls make structs."""
 
     body: Any
-    function: Any
+    kind: Any
 
     def __call__(self, *given: Any, **named: Any) -> Any:
-        """Call it."""
-        if isinstance(self.function, type):
-            return self.body.made(self.function, *given, **named)
-        return self.body.program.call(self.body, self.function, *given, **named)
+        """Make a struct."""
+        return self.body.made(self.kind, *given, **named)
 
     def __getattr__(self, name: str) -> Any:
         if name == "_make":
-            return lambda values: self(*self.body.unpacked(values, len(c.fields(self.function))))
-        return getattr(self.function, name)
+            return lambda values: self(*self.body.unpacked(values, len(c.fields(self.kind))))
+        return getattr(self.kind, name)
 
 
 def type_of(value: Any) -> c.CType:
