@@ -31,8 +31,8 @@ class Body:
         self, program: Any, name: str, function: FunctionType, parameters: dict[str, c.CType], returns: c.CType | None
     ) -> None:
         self.program, self.name, self.function = program, name, function
-        self.parameters, self.returns = parameters, returns
-        self.returned: c.CType = returns or c.UNKNOWN
+        self.parameters, self.hinted = parameters, returns
+        self.result: c.CType = returns or c.UNKNOWN  # type of the result, as far as it is known
         self.stored: set[str] = set()  # variables of which an element is changed, or to which one is appended: lists
         self.needs_space = self.is_external = False
         self.begin()
@@ -74,11 +74,6 @@ class Body:
         code = self.function.__code__
         line = code.co_firstlineno - 1 + getattr(node, "lineno", 1)
         raise Untranslatable("/".join(Path(code.co_filename).parts[-3:]), line, reason)
-
-    @property
-    def result(self) -> c.CType:
-        """Type of the result."""
-        return self.returns or (c.NOTHING if self.returned == c.UNKNOWN else self.returned)
 
     # Variables of C
 

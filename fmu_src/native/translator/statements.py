@@ -10,7 +10,7 @@ from typing import Any
 
 from .body import Body
 from .expressions import OPERATIONS, assign, evaluated
-from .types import BOOL, FLOAT, INT, NOTHING, TEXT, NoType, annotated, joined
+from .types import BOOL, FLOAT, INT, NOTHING, TEXT, UNKNOWN, NoType, annotated, joined
 from .values import Expr, branched, opposite, quoted, truth, type_of, unwrapped
 
 
@@ -20,12 +20,14 @@ def translate(body: Body) -> None:
     assert isinstance(tree, ast.FunctionDef)
     body.stored = set(_changed_in_place(tree))
     before: Any = None
-    while body.returned != before:
-        before = body.returned
+    while body.result != before:
+        before = body.result
         body.begin()
         for name, value in tuple(body.env.items()):
             body.store(name, value)
         run(body, tree.body)
+        if body.result == UNKNOWN:
+            body.result = NOTHING
 
 
 def _changed_in_place(definition: ast.AST) -> Iterable[str]:
@@ -77,10 +79,9 @@ def _translate(body: Body, node: ast.stmt) -> None:
             _repeat_for(body, node)
         case ast.Return(expression):
             value = evaluated(body, expression)
-            body.returned = joined(body.returned, type_of(value))
-            kind = body.returns or body.returned
-            body.program.use(kind)
-            body.emit("return;" if kind == NOTHING else f"return {body.as_type(value, kind).bare};")
+            body.result = body.hinted or joined(body.result, type_of(value))
+            body.program.use(body.result)
+            body.emit("return;" if body.result == NOTHING else f"return {body.as_type(value, body.result).bare};")
             body.ended = True
         case ast.Expr(ast.Call(ast.Attribute(owner, "append"), [item])):
             body.push(evaluated(body, owner), evaluated(body, item))
