@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from math import isfinite
 from traceback import format_exc
 from typing import Any, ClassVar
@@ -32,6 +32,7 @@ from pythonfmu.fmi2slave import Fmi2Slave
 from heli_identifier.errors import IdentifierError
 from heli_plant.errors import PlantError
 
+from .access import getter, setter, unknown
 from .errors import Refusal
 from .state import frozen_state, thawed_state
 from .variables import TYPES, Value, Variable, problem_with, with_fields
@@ -45,7 +46,6 @@ _OPEN: dict[str, set[str]] = {STEPPING: {"input", "tunable"}, TERMINATED: set()}
 """Causality or variability of what may be set in a phase; inputs and parameters in the earlier ones."""
 
 _WHOLE_UNIT = -1  # key of a refusal that belongs to no single variable
-_BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}  # of variables that do not exist
 
 
 def check_due(late: float, period: float, time: float) -> None:
@@ -57,44 +57,6 @@ def check_due(late: float, period: float, time: float) -> None:
         )
 
 
-def _getter(kind: str) -> Callable[[SlaveBase, list[int]], list[Any]]:
-    def get(self: SlaveBase, vrs: list[int]) -> list[Any]:
-        """Values of variables by reference; if one cannot be read, a blank, because the binary reads that many."""
-        values = self.values
-        try:
-            if self._outdated:
-                self._prepare()
-            if self.of_type[kind].issuperset(vrs):
-                return [values[reference] for reference in vrs]
-            raise _unknown(kind, next(one for one in vrs if one not in self.of_type[kind]))
-        except BaseException as problem:
-            self._report(f"get{kind}", problem)
-            return [values[one] if one in self.of_type[kind] else _BLANKS[kind] for one in vrs]
-
-    return get
-
-
-def _setter(kind: str) -> Callable[[SlaveBase, list[int], list[Any]], None]:
-    def put(self: SlaveBase, vrs: list[int], values: list[Any]) -> None:
-        """Set variables by reference; log and ignore values out of range."""
-        quick = self._real_inputs if kind == "Real" and self.phase == STEPPING else {}
-        for reference, value in zip(vrs, values, strict=True):
-            try:
-                bounds = quick.get(reference)
-                if bounds and bounds[0] <= value <= bounds[1] and not self.refused:  # in every step
-                    self.values[reference] = value
-                else:
-                    self._set(kind, reference, value)
-            except BaseException as problem:
-                self._report(f"set{kind}", problem)
-
-    return put
-
-
-def _unknown(kind: str, reference: int) -> Refusal:
-    return Refusal(f"no {kind} variable has value reference {reference}")
-
-
 class SlaveBase(Fmi2Slave):
     """A co-simulation unit that never raises through the C boundary."""
 
@@ -104,7 +66,7 @@ class SlaveBase(Fmi2Slave):
     of_type: ClassVar[dict[str, frozenset[int]]] = {}
     """Value references of the variables of each type."""
     _first_output: ClassVar[int] = 0
-    _real_inputs: ClassVar[dict[int, tuple[float, float]]] = {}
+    real_inputs: ClassVar[dict[int, tuple[float, float]]] = {}
     """Bounds of the Real inputs by reference."""
     hidden: ClassVar[Mapping[str, Any]] = {}
     """Type of each attribute, or None in its place, that a step sets and a later one reads (:mod:`fmu_src.state`)."""
@@ -120,7 +82,7 @@ class SlaveBase(Fmi2Slave):
         cls.of_type = {kind: frozenset(k for k, v in enumerate(cls.variables) if v.type == kind) for kind in TYPES}
         cls._first_output = next((k for k, v in enumerate(cls.variables) if v.causality == "output"), 0)
         inputs = {k: v for k, v in enumerate(cls.variables) if v.causality == "input" and v.type == "Real"}
-        cls._real_inputs = {k: v.bounds for k, v in inputs.items()}
+        cls.real_inputs = {k: v.bounds for k, v in inputs.items()}
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -172,7 +134,7 @@ class SlaveBase(Fmi2Slave):
             self.start_time = start_time
             return
         reason = "it must be finite, and set before the initialisation begins"
-        self._report("setupExperiment", Refusal(f"the start time {start_time!r} s was ignored: {reason}"))
+        self.report("setupExperiment", Refusal(f"the start time {start_time!r} s was ignored: {reason}"))
 
     def enter_initialization_mode(self) -> None:
         """Start the initialisation; outputs may be read from now on."""
@@ -184,9 +146,9 @@ class SlaveBase(Fmi2Slave):
         if not self._is_in(INITIALISING, "exitInitializationMode"):
             return
         try:
-            self._prepare()
+            self.prepare()
         except BaseException as problem:
-            self._report("exitInitializationMode", problem)
+            self.report("exitInitializationMode", problem)
             self.refused[_WHOLE_UNIT] = f"{problem} (the initialisation failed; reset the unit)"
         self._enter(STEPPING)
 
@@ -197,22 +159,23 @@ class SlaveBase(Fmi2Slave):
     def _is_in(self, phase: str, call: str) -> bool:
         """Whether the unit is in the phase that a call needs; log the call as ignored if it is not."""
         if self.phase != phase:
-            self._report(call, Refusal(f"it is not allowed while the unit is {self.phase}, and was ignored"))
+            self.report(call, Refusal(f"it is not allowed while the unit is {self.phase}, and was ignored"))
         return self.phase == phase
 
     def _enter(self, phase: str) -> None:
         """Enter a phase; who reads outputs of a failed start is told why."""
         self.phase = phase
+        self.quick = self.real_inputs if phase == STEPPING else {}
         if phase != TERMINATED:
-            self._outdated = phase == INITIALISING or (phase == STEPPING and self._initialised_with is None)
+            self.outdated = phase == INITIALISING or (phase == STEPPING and self._initialised_with is None)
 
-    def _prepare(self) -> None:
+    def prepare(self) -> None:
         """Compute state and outputs at the start time from the values; they stay outdated if that fails."""
         self._initialised_with = None
         self.initialise(self.start_time)
         self.reached = self.start_time
         self._initialised_with = self._initial_conditions()
-        self._outdated = False
+        self.outdated = False
 
     def _initial_conditions(self) -> list[Any]:
         """Start time and fixed parameters: all that ``initialise`` reads and ``advance`` does not read again."""
@@ -230,7 +193,7 @@ class SlaveBase(Fmi2Slave):
             self.reached = current_time + step_size
             return True
         except BaseException as problem:  # KeyboardInterrupt as well: through the C boundary it would kill the host
-            self._report("doStep", problem)
+            self.report("doStep", problem)
             return False
 
     def _check_step(self, time: float, step: float) -> None:
@@ -250,13 +213,13 @@ class SlaveBase(Fmi2Slave):
 
     # Values
 
-    get_real, get_integer, get_boolean, get_string = map(_getter, TYPES)
-    set_real, set_integer, set_boolean, set_string = map(_setter, TYPES)
+    get_real, get_integer, get_boolean, get_string = map(getter, TYPES)
+    set_real, set_integer, set_boolean, set_string = map(setter, TYPES)
 
-    def _set(self, kind: str, reference: int, value: Value) -> None:
+    def set_one(self, kind: str, reference: int, value: Value) -> None:
         """Set a variable of this type, or refuse it; a value out of range is kept as a refusal that a good one ends."""
         if reference not in self.of_type[kind]:
-            raise _unknown(kind, reference)
+            raise unknown(kind, reference)
         variable = self.variables[reference]
         if not {variable.causality, variable.variability} & _OPEN.get(self.phase, {"input", "parameter"}):
             ended = "cannot be set, the unit is terminated"
@@ -268,7 +231,7 @@ class SlaveBase(Fmi2Slave):
             raise Refusal(problem)
         self.values[reference] = value
         self.refused.pop(reference, None)
-        self._outdated = self._outdated or self.phase == INITIALISING
+        self.outdated = self.outdated or self.phase == INITIALISING
 
     # The whole state
 
@@ -277,15 +240,15 @@ class SlaveBase(Fmi2Slave):
             if not self.saves_state:
                 said = f"the state of a {type(self).__name__} cannot be saved"
                 raise Refusal(f"{said}: what it hears cannot be sent again")
-            if self._outdated:
-                self._prepare()
+            if self.outdated:
+                self.prepare()
             return {
                 "unit": [type(self).__name__, len(self.variables)],
                 "base": [self.phase, self.start_time, self.reached, list(self.values), list(self.refused.items())],
                 "hidden": [frozen_state(getattr(self, name, None)) for name in self.hidden],
             }
         except BaseException as problem:
-            self._report("getFMUstate", problem)
+            self.report("getFMUstate", problem)
             return {}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
@@ -298,14 +261,14 @@ class SlaveBase(Fmi2Slave):
             self._enter(phase)
             if phase in (STEPPING, TERMINATED):
                 if self._initialised_with != self._initial_conditions():
-                    self._prepare()
+                    self.prepare()
                     self.values[:] = values  # ``initialise`` has set the outputs of the start time
                 self.reached = reached
                 for (name, kind), saved in zip(self.hidden.items(), state["hidden"], strict=True):
                     setattr(self, name, thawed_state(saved, kind))
-                self._outdated = False
+                self.outdated = False
         except BaseException as problem:
-            self._report("setFMUstate", problem)
+            self.report("setFMUstate", problem)
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
@@ -317,7 +280,7 @@ class SlaveBase(Fmi2Slave):
 
     # Messages to the host
 
-    def _report(self, call: str, problem: BaseException) -> None:
+    def report(self, call: str, problem: BaseException) -> None:
         """Log a problem in ``call``: what the project refuses by its text, any other exception with its traceback."""
         if isinstance(problem, (Refusal, IdentifierError, PlantError)):
             self.log(f"{call}: {problem}", Fmi2Status.discard)
