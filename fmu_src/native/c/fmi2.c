@@ -32,18 +32,10 @@ fmi2Component fmi2Instantiate(
     return instantiated(name, token, type == fmi2ModelExchange, log, environment, logging);
 }
 
-fmi2Status fmi2SetupExperiment(
-    fmi2Component unit, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start, fmi2Boolean stop_defined,
-    fmi2Real stop)
-{
-    return (fmi2Status)unit_setup(unit, start);
-}
-
-fmi2Status fmi2DoStep(fmi2Component unit, fmi2Real time, fmi2Real step, fmi2Boolean no_earlier_state)
-{
-    return (fmi2Status)unit_step(unit, time, step);
-}
-
+PASS(SetupExperiment, (
+         Instance unit, fmi2Boolean has_tolerance, double tolerance, double start, fmi2Boolean has_stop, double stop),
+     unit_setup, unit, start)
+PASS(DoStep, (Instance unit, double time, double step, fmi2Boolean no_earlier_state), unit_step, unit, time, step)
 PASS(EnterInitializationMode, (Instance unit), unit_enter_initialisation, unit)
 PASS(GetDerivatives, (Instance unit, double rates[], size_t count), exchange_get_rates, unit, rates, count)
 PASS(GetDirectionalDerivative, (
@@ -98,15 +90,14 @@ FMI2_Export fmi2Status heli_play(
     for (int64_t k = first; k < first + count; k++, record += shown_count) {
         for (size_t i = 0; i < fed_count; i++)
             fed[i] = shown[sources[i]];
-        for (size_t u = 0; u < unit_count; u++) {
-            const Linked *one = &units[u];
+        for (const Linked *one = units; one < units + unit_count; one++) {
             for (int64_t call = 0; call < 3; call++) {
                 const fmi2Status status =
                     call == 0   ? one->set(one->unit, one->inputs, one->input_count, one->fed)
                     : call == 1 ? one->step(one->unit, (double)k * step, step, fmi2True)
                                 : one->get(one->unit, one->outputs, one->output_count, one->shown);
                 if (status > fmi2Warning || *one->worst > fmi2Warning) {
-                    memcpy(refusal, (int64_t[]){k, (int64_t)u, call}, 3 * sizeof *refusal);
+                    memcpy(refusal, (int64_t[]){k, one - units, call}, 3 * sizeof *refusal);
                     return status;
                 }
             }
