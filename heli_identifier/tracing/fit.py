@@ -67,7 +67,7 @@ class Fit:
         point = replace(point, parameters=likelihood.rig.assign(point.parameters, values))
         e, motion = likelihood.filtered(point)
         of_axes, sigma = likelihood.of_axes(e)
-        value = float(of_axes.sum()) + likelihood.priors(x, point)
+        value = float((of_axes + likelihood.volume(point, sigma)).sum()) + likelihood.priors(x, point)
         return cls(likelihood, coordinates, x, point, e, motion, sigma, value)
 
     @cached_property
@@ -155,11 +155,11 @@ class Fit:
         """Move the air of every axis to the best of a coarse grid; None if F does not fall by enough to go on."""
         z, few = self.point.z, self.likelihood.beginning(COARSE)
         e, chosen = self.e[: len(few)], z.copy()
-        best = self.likelihood.in_air(z, e, few)
+        best = self.likelihood.in_air(self.point, e, few)
         airs = [np.clip(z + np.array(move)[:, None], -FARTHEST, FARTHEST) for move in AIR_SCAN]
         under = self.likelihood.recoloured(self.point, e, airs)
         for k, tried in enumerate(airs):
-            F = self.likelihood.in_air(tried, [own[k] for own in under], few)
+            F = self.likelihood.in_air(replace(self.point, z=tried), [own[k] for own in under], few)
             better = F < best
             best = np.where(better, F, best)
             chosen[:, better] = tried[:, better]
@@ -215,7 +215,7 @@ def _joined(begun: Sequence[Fit]) -> Fit:
     for fitted in begun:
         of_air = fitted.quadratic.total[0][P:, P:].reshape(SHAPES, a, SHAPES, a)
         volume = np.linalg.slogdet(np.moveaxis(np.diagonal(of_air, axis1=1, axis2=3), 2, 0))[1]
-        evidence.append(fitted.likelihood.in_air(fitted.point.z, fitted.e) + 0.5 * volume)
+        evidence.append(fitted.likelihood.in_air(fitted.point, fitted.e) + 0.5 * volume)
     best = np.argmin(evidence, axis=0)
     telling = best[least.quadratic.information[:, :P].argmax(0)]
     x = np.choose(telling, [fitted.x for fitted in begun])

@@ -250,6 +250,12 @@ def error_dynamics(own: AxisFilter, held: int = 1) -> tuple[Array, Array]:
     return _answer(own, held, np.sum([np.linalg.matrix_power(own.M, i) @ B for i in range(held)], axis=0))
 
 
+def settled(own: AxisFilter) -> float:
+    """Change of the innovations [rad] by a constant acceleration of 1 rad/s^2, once the filter has settled."""
+    numerator, denominator = error_dynamics(own)
+    return float(numerator.sum() / denominator.sum())
+
+
 def reading_dynamics(own: AxisFilter) -> tuple[Array, Array]:
     """Transfer function from a further angle that is read [rad] to the innovation [rad]: det(zI - A)/det(zI - M)."""
     return polynomial(own.A), own.errors

@@ -11,7 +11,8 @@ Huber's weights w, every axis of every log adds
 
     H += sum_k w_k J_k J_k' / sigma^2,    g += sum_k w_k J_k e_k / sigma^2,
 
-and what a log has of its own, b, is eliminated: H_pp - H_pb (H_bb + tau^-2)^-1 H_bp, and g alike.
+and what a log has of its own, b, is eliminated: H_pp - H_pb (H_bb + tau^-2)^-1 H_bp, and g alike. The integral over its
+torques adds its slope to g alone: it bends by less than a nat.
 
 Sources: Ljung, System Identification, 2nd ed., section 10.2 (Gauss-Newton); Huber 1964.
 """
@@ -35,6 +36,7 @@ from .noise import (
     past,
     physical,
     reading_dynamics,
+    settled,
     slope_of_colour,
     start_response,
 )
@@ -99,7 +101,7 @@ def linearise(
         of_axes, scores = _normal_equations(sensitivities, i, sigma, e, motion)
         information += np.diagonal(of_axes, axis1=1, axis2=2)[:, :n]
         scores = scores @ T
-        full, gradient = T.T @ of_axes.sum(0) @ T, -scores.sum((0, 1))
+        full, gradient = T.T @ of_axes.sum(0) @ T, sensitivities.volume(i, sigma) @ T - scores.sum((0, 1))
         inner = np.linalg.inv(full[n:, n:] + np.diag(likelihood.widths**-2.0))
         g_b = gradient[n:] + point.own[i] * likelihood.widths**-2.0
         D = inner @ full[n:, :n]
@@ -143,6 +145,8 @@ class _Axis(NamedTuple):
     """Coordinates that move the filter itself."""
     slopes: Array
     """Of the colour, by these (:func:`.noise.slope_of_colour`), shape (8, k)."""
+    settled: Array
+    """Relative slope of the response to a constant torque, by these, shape (k,)."""
 
 
 class Sensitivities:
@@ -167,9 +171,7 @@ class Sensitivities:
         """
         L, point, moves, rig = self.likelihood, self.point, self.moves, self.likelihood.rig
         record, a, P, held = L.records[i], len(rig.axes), len(moves), L.records[i].held
-        if record.step not in self._at_rate:
-            self._at_rate[record.step] = self._axes(record)
-        axes = self._at_rate[record.step]
+        axes = self._of_rate(record)
         plants = [L.of_log(i, point, p) for p in (point.parameters, *(move.parameters for move in moves))]
         pushing = [j for j, m in enumerate(moves) if not m.in_reading and m.faults is None and m.torque is None]
         acting = [plants[0], *(plants[j + 1] for j in pushing)]
@@ -214,12 +216,22 @@ class Sensitivities:
                 fast.append((named, np.vstack((coloured, *(change[rows] for change in read[k].values())))))
             yield rows, fast, slow
 
-    def _axes(self, record: Record) -> list[_Axis]:
+    def volume(self, i: int, sigma: Array) -> Array:
+        """Give the derivatives (count,) of what integrating over the torques of record ``i`` adds to F."""
+        record, found = self.likelihood.records[i], np.zeros(self.count)
+        for axis, told in zip(self._of_rate(record), self.likelihood.told(record, self.point, sigma), strict=True):
+            found[axis.moving] += told / (1.0 + told) * axis.settled
+        return found
+
+    def _of_rate(self, record: Record) -> list[_Axis]:
         """Give the filters of the axes at the rate of a record, and how the coordinates move them."""
-        found = []
+        if record.step in self._at_rate:
+            return self._at_rate[record.step]
+        found = self._at_rate[record.step] = list[_Axis]()
         for own, by in zip(self.likelihood.filters(record, self.point), self._other_filters(record.step), strict=True):
             slopes = slope_of_colour(own, list(by.values()))
-            found.append(_Axis(own, error_dynamics(own, record.held), np.array(list(by)), slopes))
+            responses = np.array([(settled(other) / settled(own) - 1.0) / step for other, step in by.values()])
+            found.append(_Axis(own, error_dynamics(own, record.held), np.array(list(by)), slopes, responses))
         return found
 
     def _other_filters(self, h: float) -> list[dict[int, tuple[AxisFilter, float]]]:
