@@ -56,6 +56,8 @@ def test_two_effects_that_look_alike_are_separated_with_larger_errors():
     for own in found.effects:
         # 1 / sqrt(1 - .8^2) = 1.67
         assert own.standard_error_separated == pytest.approx(own.standard_error / np.sqrt(1.0 - found.correlation**2))
+    with pytest.raises(ConfigurationError, match="same effect"):
+        effects_named(("motor_lag", "motor_lag"))
 
 
 def expected(*errors):
@@ -76,19 +78,6 @@ def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
     # relative to the smallest errors .5 and 1: 4, 2 and 4.1
     assert ranked([alike, lopsided, fair]) == [fair, lopsided, alike]
     assert ranked([]) == []
-
-
-@pytest.mark.parametrize(
-    ("words", "part"),
-    [
-        (("dry_frictoin",), "dry_friction"),
-        (("dry_friction",), "dry_friction:pitch"),
-        (("motor_lag", "motor_lag"), "same effect"),
-    ],
-)
-def test_a_name_that_cannot_be_meant_is_refused_with_advice(words, part):
-    with pytest.raises(ConfigurationError, match=part):
-        effects_named(words)
 
 
 def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_path):

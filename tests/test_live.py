@@ -22,7 +22,7 @@ from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, encode, read_layo
 from heli_identifier.live.listening import Listening
 from heli_identifier.live.page import served
 from heli_identifier.live.screen import draw_screen
-from heli_identifier.live.session import DIAGNOSED, Journal, Session, check_unused
+from heli_identifier.live.session import Journal, Session
 from heli_identifier.live.sources import Player, send
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_files, read_log
@@ -210,13 +210,6 @@ def test_a_log_is_sent_at_its_own_instants():
 
 
 # --- files -----------------------------------------------------------------------------------------------------------
-
-
-def test_a_folder_with_an_earlier_diagnosis_is_refused(tmp_path):
-    check_unused(tmp_path)
-    (tmp_path / DIAGNOSED).write_text("kept", encoding="utf-8")
-    with pytest.raises(ConfigurationError, match="diagnosis.json is there already"):
-        check_unused(tmp_path)
 
 
 def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):

@@ -24,6 +24,8 @@ OPTIONS = (
     Fault("a limit of the closed loop without its controller", parameters(), f"{CHECK} --limit 30", "--limit needs --controller FILE, or [controller.pid] of heli.toml"),
     Fault("a controller without a limit", parameters(), f"{CHECK} --controller c.json", "--controller needs --limit MRAD"),
     Fault("gains for an open loop", nothing, "heli design --show dry_friction:pitch --set pitch.proportional=6", "give them with --closed-loop"),
+    Fault("an effect with two letters exchanged", nothing, "heli design --show dry_frictoin", "did you mean 'dry_friction'?"),
+    Fault("an effect of three axes without one", nothing, "heli design --show dry_friction", "choose one of dry_friction:pitch"),
     Fault("FMI 3.0 of units in Python", nothing, "heli build -o out --fmi 3", "--fmi 3 belongs to native units; add --native."),
     Fault("many runs of units in Python", nothing, "heli simulate open_loop --runs 5", "add --native"),
     Fault("many runs without a standard error", parameters(), "heli simulate open_loop --native --runs 5 -p parameters.json", "states no standard error"),
