@@ -134,19 +134,6 @@ def test_the_parameters_of_the_unit_are_the_controller():
         assert controller_settings(default, controller_parameters(own, point).start_values) == own
 
 
-@pytest.mark.parametrize(
-    "kind, elevation, period, said",
-    [
-        ("lqi", 0.1, 0.2, "longer than the motors' lag"),
-        ("lqi", 1.4, H, "the motors take 5 V"),
-        ("lqg", 0.1, H, "is not designed; choose of lqi, lqr, pid"),
-    ],
-)
-def test_what_cannot_be_designed_is_refused_in_one_sentence(kind, elevation, period, said):
-    with pytest.raises(ConfigurationError, match=said):
-        design_controller(parameters(), kind, "pitch", elevation, aim=replace(AIM, period=period), draws=20)
-
-
 def test_the_corrected_script_has_the_identified_gains():
     """With K_f, J_p and J_lambda of the corrected script the course's own equations give k_x, k_z and k_y."""
     model = linear_model(TABLE_2, 0.0, 0.1, H)

@@ -1,11 +1,12 @@
 """Faults of usage: words that do not belong together, misspelt names, values out of their range; of campaigns and fleets."""
 
 from tests.faults.case import Fault
-from tests.faults.material import good, nothing, parameters
+from tests.faults.material import configured, good, nothing, parameters
 
 IDENTIFY = "heli identify log.csv -o out"
 CHECK = "heli check log.csv -p parameters.json --factor 1000"
 DESIGN = "heli design --show reverse_thrust_loss"
+CONTROL = "heli design-controller parameters.json --plants 20 -o out"
 FOLLOW = "heli follow -p parameters.json -o out"
 
 
@@ -40,6 +41,9 @@ OPTIONS = (
     Fault("an endless experiment", nothing, f"{DESIGN} --duration inf", "duration = inf s must lie in [20, 3600] s"),
     Fault("an operating point on the rig's back", parameters(), "heli linearise parameters.json --pitch 9 -o out", "pitch = 9.0 rad must lie in [-1.5, 1.5] rad"),
     Fault("too few plants for a design", parameters(), "heli design-controller parameters.json --plants 5 -o out", "plants = 5 must lie in [20, 20000]."),
+    Fault("a controller slower than the motors", parameters(more=configured("[controller]\nperiod = 0.2\n")), CONTROL, "longer than the motors' lag"),
+    Fault("an elevation that no voltage holds", parameters(), f"{CONTROL} --elevation 1.4", "the motors take 5 V"),
+    Fault("a kind of controller that there is not", parameters(), f"{CONTROL} --kind lqg", "is not designed; choose of lqi, lqr, pid"),
     Fault("a command that there is not", good, "heli diagnos log.csv", "No such command 'diagnos'. Did you mean 'diagnose'"),
     Fault("an option that there is not", good, "heli diagnose log.csv --outputs out", "No such option: --outputs"),
     Fault("a word for a number", good, "heli diagnose log.csv --from start", "Invalid value for '--from'"),
