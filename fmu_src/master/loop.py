@@ -1,7 +1,7 @@
 """The master's loop: set all inputs, step all units, get all outputs, at t_k = k H; once, or many times.
 
 All inputs of all units lie in one array, all outputs in another, and the wiring table is one array of indices: a step
-copies all connections at once and makes at most three calls a unit. A call through ctypes takes about 2 us, a step of a
+copies all connections at once and makes three calls a unit. A call through ctypes takes about 2 us, a step of a
 native unit less than one. Therefore native units bring the same loop in C (``native/c/fmi2.c``), which calls the
 functions of all of them by their addresses.
 """

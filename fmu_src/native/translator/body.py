@@ -222,7 +222,7 @@ class Body:
         return Run(sequence.path("count"), lambda k: self.item(sequence, Expr(self, c.INT, k)))
 
     def collect(self, fill: Callable[[Callable[[Any], None]], None], room: str = "0") -> Any:
-        """Return what ``fill`` puts: a tuple where no loop or condition is in between, else a list."""
+        """Return what ``fill`` puts: a tuple where no loop in C is in between, else a list."""
         values: list[Any] = []
         lines: list[str] = []
         outer = deepest = self.depth

@@ -1,6 +1,6 @@
 """Values while a function is translated: Python's own where they are known, expressions in C where they are not.
 
-What is known Python decides while it translates (comparisons, ``and``, ``not``, ``a if b else c``), the rest C decides.
+What is known Python decides while it translates (``is None``, ``and``, ``not``, ``a if b else c``), the rest C decides.
 
 An expression in C has Python's operators: each gives the expression in C of its result. C has the same operators for
 floats, so that sums and products are rounded in the same order. Where the two differ, a function of ``arithmetic.h``
