@@ -188,8 +188,8 @@ class Instance:
     def connect(self, inputs: list[str], fed: Array, outputs: list[str], shown: Array) -> None:
         """Let these inputs take their values from the array ``fed``, and these outputs put theirs into ``shown``."""
         ins, outs = (
-            np.array([self.variable(name).valueReference for name in names], dtype=np.uint32)
-            for names in (inputs, outputs)
+            np.array([self.variable(name, causality).valueReference for name in names], dtype=np.uint32)
+            for names, causality in ((inputs, "input"), (outputs, "output"))
         )
         self._arrays = ins, fed, outs, shown, self.worst  # they have to live as long as their addresses are known
         at = [array.ctypes.data for array in self._arrays]

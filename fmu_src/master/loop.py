@@ -158,19 +158,16 @@ class Wired:
         wanted = set(every) if record is None else {*record, *feeding}
         self.names = tuple(name for name in every if name in wanted)
         place = {name: k for k, name in enumerate(self.names)}
-        inputs = {name: [wire for wire in wiring.connections if wire.target_unit == name] for name in units}
-        sources = [place[f"{wire.source_unit}.{wire.source}"] for own in inputs.values() for wire in own]
+        wires = [[wire for wire in wiring.connections if wire.target_unit == name] for name in units]
+        read = [[output for output in unit.outputs if f"{name}.{output}" in place] for name, unit in units.items()]
+        sources = [place[f"{wire.source_unit}.{wire.source}"] for own in wires for wire in own]
         self.sources = np.array(sources, dtype=np.intp)
         self.shown, self.fed = np.zeros(len(self.names)), np.zeros(len(sources))
-        physical, first_in, first_out = [], 0, 0
-        for name, unit in units.items():
-            put = [unit.variable(wire.target, "input").name for wire in inputs[name]]
-            get = [output for output in unit.outputs if f"{name}.{output}" in place]
-            fed, shown = self.fed[first_in : first_in + len(put)], self.shown[first_out : first_out + len(get)]
-            unit.connect(put, fed, get, shown)
-            physical += [unit.variable(output).unit or "1" for output in get]
-            first_in, first_out = first_in + len(put), first_out + len(get)
-        self.physical_units = tuple(physical)
+        fed, shown = (np.split(x, np.cumsum([*map(len, own)])) for x, own in ((self.fed, wires), (self.shown, read)))
+        for k, unit in enumerate(units.values()):
+            unit.connect([wire.target for wire in wires[k]], fed[k], read[k], shown[k])
+        each = zip(units.values(), read, strict=True)
+        self.physical_units = tuple(unit.variable(output).unit or "1" for unit, own in each for output in own)
         loops = [getattr(unit.slave.dll, "heli_play", None) for unit in units.values()]
         self._loop = loops[0] if all(loops) else None  # units in Python have none
         self._rows = np.array([unit.row for unit in units.values()], dtype=np.uintp)
