@@ -21,7 +21,7 @@ from heli_identifier.online import (
     start,
     step,
 )  # fmt: skip
-from heli_identifier.online.adaptation import initial_axis
+from heli_identifier.online.adaptation import initial_axis, kept_early
 from heli_identifier.online.prediction_error import first_predictor, predict_axis
 from heli_identifier.online.state_filter import discretise
 from heli_identifier.online.whitening import bandwidth_slope, first_noise, remember, settled_memory, whiten, whitening
@@ -162,3 +162,23 @@ def test_what_is_determined_follows_from_value_and_error():
     assert determined(1.0, 0.051, "1/s")
     assert not determined(1.0, 0.052, "1/s")
     assert determined(0.0, 0.02, "rad")  # a rest angle of zero, known to two degrees
+
+
+@pytest.mark.parametrize("seconds", [20.0, 71.0, 73.0, 200.0])
+def test_what_is_kept_of_a_sample_is_the_product_of_what_each_part_of_the_time_since_keeps(seconds):
+    count = round(seconds / H)
+    parts = [kept_early(last, 100, H) for last in range(99, count, 100)]
+    # a part that begins after 72 s counts as 1; it would forget less than 2e-5
+    assert kept_early(count - 1, count, H) == pytest.approx(np.prod(parts), rel=1e-4)
+
+
+def test_a_longer_flight_is_not_known_worse():
+    log_ = closed_loop(TABLE_2, 98.0, 2)
+    errors = [
+        np.array(identified(log_.voltages[:end], log_.angles[:end], settings)[1].standard_errors)
+        for settings in [IdentifierSettings(method=PREDICTION_ERROR, report_interval=0.5)]
+        for end in (round(seconds / H) for seconds in (68.0, 78.0, 98.0))
+    ]
+    # early samples are forgotten until 72 s; a standard error from 16 to 32 blocks is itself known to a fifth
+    assert (errors[1] < 2.0 * errors[0]).all()
+    assert (errors[2] < 2.0 * errors[0]).all()

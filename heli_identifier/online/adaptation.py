@@ -162,7 +162,7 @@ def kept_early(count: int, samples: int, h: float, alpha: float = 0.0) -> float:
     """Return the share of the information kept over ``samples`` up to the one numbered ``count`` from 0."""
     end = (count + 1) * h
     kept = exp(-alpha * samples * h)
-    if end > _OVER:
+    if end - samples * h > _OVER:
         return kept
     return kept * exp(-_FORGOTTEN * (exp((samples * h - end) / _TIME) - exp(-end / _TIME)))
 
