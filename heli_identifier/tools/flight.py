@@ -17,12 +17,12 @@ from heli_identifier.records import Log
 from heli_identifier.results import Table
 from heli_identifier.tools.experiment import BANDS, STEP, Limits, Proposal, air_torque, multisines, on_encoders
 from heli_identifier.tools.history import identify_log
+from heli_identifier.tools.linearisation import operating_point
 from heli_identifier.tools.loop import fly
 from heli_identifier.tracing import Progress
 from heli_plant.control import PidSettings, start_pid
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles
-from heli_plant.state import rest_state
 
 JUDGED = ("a_th", "k_x", "a_e", "k_z", "k_y")  # stiffnesses and gains: what a loop hides
 PERIOD = 6.0  # time between two steps of a reference [s]; those of the elevation come half of it later
@@ -53,16 +53,18 @@ def additions() -> Iterator[Proposal]:
 
 
 def flown(addition: Proposal, plant: PlantParameters, pid: PidSettings, hover: float, duration: float) -> Log:
-    """Return the log of one flight at the elevation ``hover`` [rad]; ConfigurationError if the loop is unstable."""
+    """Return the log of one flight at the elevation ``hover`` [rad].
+
+    ConfigurationError if the loop is unstable, or the plant cannot hover there within the motors' voltages.
+    """
     count = round(duration / STEP)
     phase = np.arange(count) * STEP / PERIOD
     up_and_down = (-1.0) ** np.floor(np.column_stack([phase, phase + 0.5]))
     references = np.zeros((count, 3))
     references[:, :2] = up_and_down * (addition.pitch_step, addition.elevation_step) + (0.0, hover)
-    # The thrust that holds the elevation: k_z mu_s = a_e hover + a_1.
-    trim = (plant.a_e * hover + plant.a_1) / plant.k_z
-    pid = pid._replace(trim=trim, travel_enabled=False)  # the references are those of pitch and elevation
-    state, held = rest_state(plant, trim), (0.5 * trim, 0.5 * trim)
+    point = operating_point(plant, 0.0, hover)
+    pid = pid._replace(trim=point.lift, travel_enabled=False)  # the references are those of pitch and elevation
+    state, held = point.state(plant), (point.v_front, point.v_rear)
     memory = start_pid(*on_encoders(measured_angles(state)).tolist())
     added, air = addition.voltages(duration), air_torque(count)
     with np.errstate(over="ignore", invalid="ignore"):
