@@ -116,15 +116,19 @@ def ground_effect(
     source="paper, section 2.3 (bending)", family="bending of the arm", place=BENDING,
     experiment="Excite the voltage sum with a chirp from 1 to 6 Hz.",
     shapes=(
-        Shape("frequency", "bending_frequency", "f_b", "Hz", 3.0, 0.8, 20.0, "w_b / (2 pi)",
+        Shape("frequency", "bending_frequency", "f_b", "Hz", 3.0, 0.8, 8.0, "w_b / (2 pi)",
               grid=(1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.7, 4.3, 5.0, 6.0, 8.0)),
-        Shape("damping", "bending_damping", "zeta", "1", 0.05, 0.002, 1.0, "damping ratio zeta"),
+        Shape("damping", "bending_damping", "zeta", "1", 0.05, 0.002, 0.2, "damping ratio zeta"),
     ),
 )  # fmt: skip
 def arm_bending(
     bending: float, bending_rate: float, mu_sum: float, c: float, frequency: float, damping: float
 ) -> float:
-    """Bending of the arm: the elevation's encoder reads the rigid angle plus q [rad], a mode that the rotors drive."""
+    """Bending of the arm: the elevation's encoder reads the rigid angle plus q [rad], a mode that the rotors drive.
+
+    No bolted metal arm damps more than a fifth of critical. Above 8 Hz a mode follows the voltages within a few samples,
+    as what a controller answers to the encoder's counts does.
+    """
     return 2.0 * pi * frequency * (2.0 * pi * frequency * (c * mu_sum - bending) - 2.0 * damping * bending_rate)
 
 
