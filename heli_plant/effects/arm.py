@@ -126,8 +126,8 @@ def arm_bending(
 ) -> float:
     """Bending of the arm: the elevation's encoder reads the rigid angle plus q [rad], a mode that the rotors drive.
 
-    No bolted metal arm damps more than a fifth of critical. Above 8 Hz a mode follows the voltages within a few samples,
-    as what a controller answers to the encoder's counts does.
+    No bolted metal arm damps more than a fifth of critical. Above 8 Hz a mode follows the voltages within some samples
+    as the answers of a controller to the counts of the encoder do.
     """
     return 2.0 * pi * frequency * (2.0 * pi * frequency * (c * mu_sum - bending) - 2.0 * damping * bending_rate)
 
