@@ -261,8 +261,8 @@ def possible_sentence(effect: tracing.FoundEffect, settings: Mapping[str, Any]) 
         place += f", as left-out logs {'gain' if gain > 0.0 else 'lose'} {significant(abs(gain), 2)} nats with it"
     elif not effect.in_plant:
         place += ", as a step at one instant repeats in no other flight"
-    if effect.score > settings["score_needed"]:  # a friction that fades over less than the encoders resolve
-        place += "; slow turns that the encoders round look like it"
+    if effect.score > settings["score_needed"]:
+        place += "; a shape of its law lies at the end of what is plausible, so that something else is more likely"
     return f"{effect_title(effect)}: possible, {score_text(effect, settings)}; {place}."
 
 

@@ -47,8 +47,9 @@ class Finding:
     floor: float = 0.0
     """What errors of the model are worth at most [nats]."""
     at_end: bool = False
-    """Whether the rate over which a friction fades lies at the end of its range, which is what encoders resolve: slow
-    turns that they round look like a friction that fades over less."""
+    """Whether a shape of its law lies at the end of its range, so that something else is more likely: slow turns that
+    encoders round look like a friction that fades over less than they resolve, the answers of a controller to the
+    encoder like an arm that bends faster than a metal arm does."""
 
     @property
     def established(self) -> bool:
@@ -214,8 +215,7 @@ def _finding(
         family -= KEPT * (len(relatives) - 1)
     leads = all(scores[other].score <= own.score for other in relatives)
     names, bound = around.fitted.names, around.fitted.at_bound
-    fades = effect.shapes if effect.drawn_against == "rate" else ()
-    at_end = any(bound[names.index(shape)] for shape in fades if shape in names)
+    at_end = any(bound[names.index(shape)] for shape in effect.shapes if shape in names)
     found = Finding(effect, own, family, (), leads, floor=around.floor, at_end=at_end)
     if without is None:
         return found
