@@ -260,9 +260,7 @@ def possible_sentence(effect: tracing.FoundEffect, settings: Mapping[str, Any]) 
     elif gain is not None:
         place += f", as left-out logs {'gain' if gain > 0.0 else 'lose'} {significant(abs(gain), 2)} nats with it"
     elif not effect.in_plant:
-        place += ", as a step at one instant repeats in no other flight"
-    if effect.score > settings["score_needed"]:
-        place += "; a shape of its law lies at the end of what is plausible, so that something else is more likely"
+        place += ", as no step at one instant and no law whose shape is at the end of its range is of a rig"
     return f"{effect_title(effect)}: possible, {score_text(effect, settings)}; {place}."
 
 

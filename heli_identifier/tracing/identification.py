@@ -177,14 +177,16 @@ def _refuse_scaled(null: Fit, defects: Sequence[Defect]) -> None:
 def _not_worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:
     """Gain on left-out logs of every possible effect, and those that the plant does without.
 
-    A torque that may step at one instant is among these without a gain: it repeats in no other flight.
+    A torque that may step at one instant is among these without a gain, as it repeats in no other flight, and so is a
+    law whose shape lies at the end of its range, as something else is more likely.
     """
     kept = [f.effect.field for f in selection.findings if f.established or f.effect.fault]
     gains, dropped = dict[str, float](), list[str]()
-    for effect in (f.effect for f in selection.findings if not f.established and f.effect.fault is None):
-        if not effect.steps_in_time:
-            gains[effect.field] = left_out_gain(selection.last, kept, effect.field)
-        (kept if gains.get(effect.field, 0.0) > 0.0 else dropped).append(effect.field)
+    for finding in (f for f in selection.findings if not f.established and f.effect.fault is None):
+        field = finding.effect.field
+        if not (finding.effect.steps_in_time or finding.at_end):
+            gains[field] = left_out_gain(selection.last, kept, field)
+        (kept if gains.get(field, 0.0) > 0.0 else dropped).append(field)
     return gains, dropped
 
 
