@@ -101,6 +101,11 @@ class Fit:
         """Names of the plant's parameters that were estimated."""
         return tuple(coordinate.field for coordinate in self.coordinates if coordinate.fault is None)
 
+    @property
+    def counts(self) -> NDArray[np.bool_]:
+        """Whether any sample of each axis counted, shape (a,)."""
+        return np.asarray(sum(record.weights.sum(0) for record in self.likelihood.records) > 0.0)
+
     def estimate(self, name: str) -> float:
         """Give the value of a parameter as the rig reads it: of a gain the slope, of a_1 what is beyond the lift."""
         return self.likelihood.rig.read(self.parameters, name)

@@ -41,7 +41,7 @@ from .fit import Fit, fit
 from .helicopter import helicopter
 from .likelihood import Likelihood, without
 from .noise import error_dynamics, filters, physical, recoloured, start_response
-from .prediction import HORIZONS, Model, Run, counted, made_by_itself
+from .prediction import HORIZONS, Model, Run, made_by_itself
 from .references import CHANNELS, controllers_of
 from .result import (
     AxisError,
@@ -148,7 +148,7 @@ _AHEAD["closed_loop_3s"] = (SPACING, f"closed-loop error over {FLOWN:g} s")
 
 def _records(before: Fit, after: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Record, ...]:
     """Prepare held-out logs; an axis without a noise model has no likelihood, and faults are undone as in training."""
-    known, likelihood = counted(before) * counted(after), after.likelihood
+    known, likelihood = before.counts & after.counts, after.likelihood
     records = records_of(logs, likelihood.rig, left_out)
     return tuple(without(likelihood.faults, replace(own, weights=own.weights * known)) for own in records)
 

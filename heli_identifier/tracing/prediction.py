@@ -58,7 +58,7 @@ class Model:
         likelihood = fitted.likelihood
         if fitted.point.harmonics:
             fitted = fit(likelihood, (), replace(fitted, point=replace(fitted.point, harmonics=())))
-        r = np.where(counted(fitted), fitted.encoder_noise(), likelihood.rig.resolution / np.sqrt(12.0))
+        r = np.where(fitted.counts, fitted.encoder_noise(), likelihood.rig.resolution / np.sqrt(12.0))
         return cls(likelihood.rig, fitted.parameters, fitted.point.z, r, likelihood.widths[: len(r)])
 
     @classmethod
@@ -227,11 +227,6 @@ class Run:
             firsts.append(first)
             errors.append(e)
         return firsts, np.array(errors).reshape(-1, length, len(calm))
-
-
-def counted(fitted: Fit) -> Array:
-    """Whether any sample of each axis (a,) counted in a fit."""
-    return np.asarray(sum(record.weights.sum(0) for record in fitted.likelihood.records) > 0.0)
 
 
 def answered(laws: Sequence[Controller], delta: Array, h: float) -> Array:

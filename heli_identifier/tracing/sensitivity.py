@@ -172,9 +172,8 @@ class Sensitivities:
         L, point, moves, rig = self.likelihood, self.point, self.moves, self.likelihood.rig
         record, a, P, held = L.records[i], len(rig.axes), len(moves), L.records[i].held
         axes = self._of_rate(record)
-        plants = [L.of_log(i, point, p) for p in (point.parameters, *(move.parameters for move in moves))]
         pushing = [j for j, m in enumerate(moves) if not m.in_reading and m.faults is None and m.torque is None]
-        acting = [plants[0], *(plants[j + 1] for j in pushing)]
+        acting = [L.of_log(i, point, p) for p in (point.parameters, *(moves[j].parameters for j in pushing))]
         widths = np.array([move.step for move in moves])[:, None]
         slower, read = _slower(record, held), [dict[int, Array]() for _ in axes]
         for j, move in enumerate(moves):

@@ -92,16 +92,16 @@ def _variables(fitted: Fit) -> list[Array]:
     return [tables.values(record, fitted.parameters, own) for record, own in zip(L.records, fitted.motion, strict=True)]
 
 
-def _visited(fitted: Fit, a: int) -> Array:
+def _visited(fitted: Fit, a: int, variables: Sequence[Array]) -> Array:
     """Variables of the tables where axis ``a`` counts, of all records, shape (n, V)."""
     count = [means(record.weights[:, [a]], record.held)[:, 0] > 0.0 for record in fitted.likelihood.records]
-    return np.concatenate(_variables(fitted))[np.concatenate(count)]
+    return np.concatenate(variables)[np.concatenate(count)]
 
 
 def _curves(fitted: Fit, a: int) -> Iterator[Torques]:
     """Curves of an axis over each of the variables, where it has been."""
     tables, x = fitted.likelihood.rig.tables, _variables(fitted)
-    ends = np.quantile(_visited(fitted, a), (0.001, 0.999), axis=0).T.tolist()
+    ends = np.quantile(_visited(fitted, a, x), (0.001, 0.999), axis=0).T.tolist()
     for column, (variable, (low, high)) in enumerate(zip(tables.variables, ends, strict=True)):
         if variable in tables.turning:
             low, high = 0.0, 2.0 * np.pi
@@ -146,8 +146,8 @@ def _basis(tables: type[Tables], variable: str, first: float, spacing: float, x:
 
 def scan(fitted: Fit) -> list[Unknown]:
     """Score what a fit and its catalogue lack: of every axis curves, if it has none, and the strongest period."""
-    rig, moving, found = fitted.likelihood.rig, sum(r.weights.sum(0) for r in fitted.likelihood.records), []
-    for a in np.flatnonzero(moving).tolist():
+    rig, found = fitted.likelihood.rig, list[Unknown]()
+    for a in np.flatnonzero(fitted.counts).tolist():
         has_table = set(rig.tables.fields(rig.axes[a], "")) & set(fitted.fields)
         found += _explained(fitted, a, [_period(fitted, a), *(() if has_table else _curves(fitted, a))])
     return sorted(found, key=lambda u: -u.score)
@@ -228,7 +228,8 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     tables = fitted.likelihood.rig.tables
     turning = u.variable in tables.turning
     x = u.first + u.spacing * np.linspace(0.0, tables.knots - 1.0, POINTS)
-    values = _visited(fitted, fitted.likelihood.rig.axes.index(u.axis))[:, list(tables.variables).index(u.variable)]
+    visited = _visited(fitted, fitted.likelihood.rig.axes.index(u.axis), _variables(fitted))
+    values = visited[:, list(tables.variables).index(u.variable)]
     values = u.first + np.mod(values - u.first, 2.0 * np.pi) if turning else np.clip(values, x[0], x[-1])
     visits = np.sqrt(np.histogram(values, np.append(x, x[-1]) - 0.5 * (x[1] - x[0]))[0])
     visits[[0, -1]] = visits[[0, -1]].max()  # half a bin each, and of a turn the same angle
