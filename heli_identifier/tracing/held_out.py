@@ -40,7 +40,7 @@ from heli_identifier.records import Log
 from .fit import Fit, fit
 from .helicopter import helicopter
 from .likelihood import Likelihood, without
-from .noise import error_dynamics, filters, physical, recoloured, start_response
+from .noise import error_dynamics, filters, physical, recoloured, start_memory
 from .prediction import HORIZONS, Model, Run, made_by_itself
 from .references import CHANNELS, controllers_of
 from .result import (
@@ -67,8 +67,9 @@ def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]
     w = record.weights * np.minimum(1.0, HUBER / np.maximum(np.abs(first), 1e-12))
     own, of_log = np.zeros((3, a)), 0.0
     for i, axis in enumerate(model.filters(h)):
-        torque = lfilter(*error_dynamics(axis), np.ones(record.samples))
-        J = np.column_stack((torque, start_response(axis, 1, record.samples))) / sigma[i]
+        constant, memory = np.zeros((3, record.samples)), np.zeros((3, 5))  # what the torque and two of the start do
+        constant[0], memory[1:] = 1.0, start_memory(axis)
+        J = lfilter(*error_dynamics(axis), constant, zi=memory)[0].T / sigma[i]
         width = np.array([model.torque_width[i], *OWN[1:3]])
         H = (w[:, i, None] * J).T @ J + np.diag(width**-2.0)
         own[:, i] = -np.linalg.solve(H, (w[:, i] * first[:, i]) @ J)  # one step: the innovations are linear in these

@@ -28,7 +28,7 @@ import numpy as np
 from heli_identifier.chain import Fault, undone
 
 from .helicopter import Rig
-from .noise import SHAPES, AxisFilter, filters, gains, physical, recoloured, settled
+from .noise import SHAPES, AxisFilter, filters, gains, physical, recoloured
 from .rig import Array, Coordinate, Parameters, Record
 from .settings import HUBER, OWN
 
@@ -131,7 +131,7 @@ class Likelihood:
 
     def told(self, record: Record, point: Point, sigma: Array) -> Array:
         """Give tau^2 H (a,) of a record's torques: what it tells of them over what is known before."""
-        responses = np.array([settled(own) for own in self.filters(record, point)])
+        responses = np.array([own.settled for own in self.filters(record, point)])
         return np.asarray(record.weights.sum(0) * (self.widths[: len(sigma)] * responses / sigma) ** 2)
 
     def filters(self, record: Record, point: Point, airs: Sequence[Array] = ()) -> list[AxisFilter]:

@@ -49,6 +49,8 @@ class AxisFilter:
     """One step of the state (angle, rate, d, u, n), shape (5, 5)."""
     S: float
     """Variance of the innovations over r^2."""
+    settled: float
+    """Change of the innovations [rad] by a constant acceleration of 1 rad/s^2, once the filter has settled."""
     errors: Array
     noise: Array
     """errors, noise: Characteristic polynomials of M = A (I - K C), the step of the filter's error, and of that of d, u
@@ -125,7 +127,10 @@ def axis_filters(rows: Array) -> list[AxisFilter]:
     S = seen @ C + 1.0 - COLOURED
     K = seen / S[:, None]
     M = A - (A @ K[:, :, None]) * C
-    parts = zip(h.tolist(), K, A, S.tolist(), polynomial(M), polynomial(A[:, 2:, 2:]), strict=True)
+    settled = -np.linalg.solve(np.eye(5) - M, np.moveaxis(_push(h)[:, None], 2, 0))[:, :, 0] @ C
+    parts = zip(
+        h.tolist(), K, A, S.tolist(), settled.tolist(), polynomial(M), polynomial(A[:, 2:, 2:]), strict=True
+    )  # fmt: skip
     return [AxisFilter(*part) for part in parts]
 
 
@@ -230,12 +235,12 @@ def past(g: Array, m: Array, rows: slice) -> Array:
     return found
 
 
-@lru_cache(maxsize=64)
-def start_response(own: AxisFilter, held: int, count: int) -> Array:
-    """Change of every ``held``-th innovation (count, 2) by a start that is one larger in angle or rate."""
-    impulse = np.zeros(count + 1)
-    impulse[0] = 1.0
-    return np.column_stack([lfilter(*_answer(own, held, start), impulse)[1:] for start in np.eye(5)[:2]])
+def start_memory(own: AxisFilter, held: int = 1) -> Array:
+    """Give what a filter of :func:`error_dynamics` remembers (2, 5) of a start one larger in angle or rate.
+
+    Begun with that and driven by nothing, scipy's lfilter gives the change of the innovations.
+    """
+    return np.array([_answer(own, held, start)[0][1:] for start in np.eye(5)[:2]])
 
 
 @lru_cache(maxsize=64)
@@ -246,14 +251,13 @@ def error_dynamics(own: AxisFilter, held: int = 1) -> tuple[Array, Array]:
     accelerations that are ``held`` over several samples it is that to the first innovation of each such block.
     Numerator and denominator (6,) are in powers of z^-1.
     """
-    B = np.array([0.5 * own.h * own.h, own.h, 0.0, 0.0, 0.0])
-    return _answer(own, held, np.sum([np.linalg.matrix_power(own.M, i) @ B for i in range(held)], axis=0))
+    M, B = own.M, _push(own.h)
+    return _answer(own, held, np.sum([np.linalg.matrix_power(M, i) @ B for i in range(held)], axis=0))
 
 
-def settled(own: AxisFilter) -> float:
-    """Change of the innovations [rad] by a constant acceleration of 1 rad/s^2, once the filter has settled."""
-    numerator, denominator = error_dynamics(own)
-    return float(numerator.sum() / denominator.sum())
+def _push(h: float | Array) -> Array:
+    """Change of the state (5, ...) by an acceleration of 1 rad/s^2 over steps ``h`` [s]."""
+    return np.array([0.5 * h * h, h, 0.0 * h, 0.0 * h, 0.0 * h])
 
 
 def reading_dynamics(own: AxisFilter) -> tuple[Array, Array]:

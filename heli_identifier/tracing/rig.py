@@ -9,7 +9,8 @@ a thousandth of a count through its motors' lag.
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import exp, inf, log
 from typing import Any
 
@@ -178,6 +179,18 @@ class Record:
     def block(self) -> int:
         """Samples of a block of :data:`.settings.BLOCK` s, a multiple of :attr:`held`."""
         return self.held * max(1, round(BLOCK / (self.held * self.step)))
+
+    @cached_property
+    def slower(self) -> "Record":
+        """The record at the rate of sensitivities to torques, its inputs averaged."""
+        time, inputs = np.ascontiguousarray(self.time[:: self.held]), means(self.inputs, self.held)
+        return replace(self, step=self.held * self.step, time=time, inputs=inputs)
+
+
+def means(values: Array, held: int) -> Array:
+    """Means over blocks of ``held`` samples (n, k); the last block may be shorter."""
+    starts = np.arange(0, len(values), held)
+    return np.asarray(np.add.reduceat(values, starts, axis=0) / np.diff([*starts, len(values)])[:, None])
 
 
 LeftOut = Mapping[str, Sequence[tuple[float, float]]]

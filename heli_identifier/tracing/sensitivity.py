@@ -18,7 +18,7 @@ Sources: Ljung, System Identification, 2nd ed., section 10.2 (Gauss-Newton); Hub
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -36,9 +36,8 @@ from .noise import (
     past,
     physical,
     reading_dynamics,
-    settled,
     slope_of_colour,
-    start_response,
+    start_memory,
 )
 from .rig import Array, Coordinate, Record
 from .settings import DIFFERENCE, HUBER
@@ -122,17 +121,17 @@ def _normal_equations(
     for rows, fast, slow in sensitivities.of_record(i, e, motion):
         block = rows.start // length
         for axis in range(len(sigma)):
-            (f, F), (s, S) = ((own, J / sigma[axis]) for own, J in (fast[axis], slow[axis]))
-            u = e[rows, axis] / sigma[axis]
-            w = record.weights[rows, axis] * np.minimum(1.0, HUBER / np.maximum(np.abs(u), 1e-12))
+            (f, F), (s, S), own = fast[axis], slow[axis], e[rows, axis]
+            w = np.minimum(1.0, HUBER * sigma[axis] / np.maximum(np.abs(own), 1e-12 * sigma[axis]))
+            w *= record.weights[rows, axis] / sigma[axis] ** 2
             wF, wS = F * w, S * _sums(w, held)
             cross = _sums(wF, held) @ S.T
             H[axis][f[:, None], f] += wF @ F.T
             H[axis][f[:, None], s] += cross
             H[axis][s[:, None], f] += cross.T
             H[axis][s[:, None], s] += wS @ S.T
-            for own, values in ((f, _sums(wF * u, length)), (s, _sums(S * _sums(w * u, held), length // held))):
-                scores[block : block + values.shape[1], axis, own] -= values.T
+            for j, values in ((f, _sums(wF * own, length)), (s, _sums(S * _sums(w * own, held), length // held))):
+                scores[block : block + values.shape[1], axis, j] -= values.T
     return H, scores
 
 
@@ -175,7 +174,7 @@ class Sensitivities:
         pushing = [j for j, m in enumerate(moves) if not m.in_reading and m.faults is None and m.torque is None]
         acting = [L.of_log(i, point, p) for p in (point.parameters, *(moves[j].parameters for j in pushing))]
         widths = np.array([move.step for move in moves])[:, None]
-        slower, read = _slower(record, held), [dict[int, Array]() for _ in axes]
+        read = [dict[int, Array]() for _ in axes]
         for j, move in enumerate(moves):
             if j in pushing or move.torque is not None:
                 continue
@@ -188,16 +187,16 @@ class Sensitivities:
             for k in np.flatnonzero(change.any(0)).tolist():
                 slope = change[:, k] / move.step
                 read[k][j] = slope if runs else lfilter(*reading_dynamics(axes[k].own), slope)
-        starts = [start_response(axis.own, held, -(-record.samples // held)).T for axis in axes]
         gone = [behind(axis.own, e[:, k]) for k, axis in enumerate(axes)]
         lagging = None
-        memory = [np.zeros((P + 1, len(axis.transfer[1]) - 1)) for axis in axes]
+        memory = np.zeros((a, P + 3, 5))
+        memory[:, P + 1 :] = [start_memory(axis.own, held) for axis in axes]
         chunk = record.block * max(1, CHUNK // record.block)
         for first in range(0, record.samples, chunk):
             rows = slice(first, min(first + chunk, record.samples))
             blocks = slice(first // held, -(-rows.stop // held))
-            seen, torques = motion[blocks], np.zeros((a, P + 1, blocks.stop - blocks.start))
-            own, lagging = rig.accelerations(slower, acting, seen, blocks.start, lagging)
+            seen, torques = motion[blocks], np.zeros((a, P + 3, blocks.stop - blocks.start))
+            own, lagging = rig.accelerations(record.slower, acting, seen, blocks.start, lagging)
             torques[:, pushing] = (own[:, 1:] - own[:, :1]) / widths[pushing]
             torques[:, P] = 1.0
             for j, move in enumerate(moves):
@@ -207,9 +206,8 @@ class Sensitivities:
             for k, axis in enumerate(axes):
                 passed = torques[k].any(1) | memory[k].any(1)
                 through, memory[k][passed] = lfilter(*axis.transfer, torques[k][passed], axis=1, zi=memory[k][passed])
-                named = np.where(np.arange(P + 1) < P, np.arange(P + 1), self.own + k)[passed]
-                start = self.own + k + a * np.array([1, 2])
-                slow.append((np.concatenate((named, start)), np.vstack((through, starts[k][:, blocks]))))
+                named = np.concatenate((np.arange(P), self.own + k + a * np.arange(3)))
+                slow.append((named[passed], through))
                 named = np.concatenate((axis.moving, np.array(list(read[k]), dtype=int)))
                 coloured = axis.slopes.T @ past(*gone[k], rows)
                 fast.append((named, np.vstack((coloured, *(change[rows] for change in read[k].values())))))
@@ -229,7 +227,7 @@ class Sensitivities:
         found = self._at_rate[record.step] = list[_Axis]()
         for own, by in zip(self.likelihood.filters(record, self.point), self._other_filters(record.step), strict=True):
             slopes = slope_of_colour(own, list(by.values()))
-            responses = np.array([(settled(other) / settled(own) - 1.0) / step for other, step in by.values()])
+            responses = np.array([(other.settled / own.settled - 1.0) / step for other, step in by.values()])
             found.append(_Axis(own, error_dynamics(own, record.held), np.array(list(by)), slopes, responses))
         return found
 
@@ -255,21 +253,9 @@ class Sensitivities:
         return found
 
 
-def means(values: Array, held: int) -> Array:
-    """Means over blocks of ``held`` samples (n, k); the last block may be shorter."""
-    starts = np.arange(0, len(values), held)
-    return np.asarray(np.add.reduceat(values, starts, axis=0) / np.diff([*starts, len(values)])[:, None])
-
-
 def _sums(values: Array, size: int) -> Array:
     """Sum values (..., n) over blocks of ``size``; the last block may be shorter."""
     short = -values.shape[-1] % size
     if short:
         values = np.concatenate((values, np.zeros((*values.shape[:-1], short))), axis=-1)
     return np.asarray(values.reshape(*values.shape[:-1], -1, size) @ np.ones(size))
-
-
-def _slower(record: Record, held: int) -> Record:
-    """Record at a lower rate, its inputs averaged: what accelerations are computed from."""
-    inputs = np.ascontiguousarray(means(record.inputs, held))
-    return replace(record, step=held * record.step, time=np.ascontiguousarray(record.time[::held]), inputs=inputs)

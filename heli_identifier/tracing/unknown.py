@@ -26,9 +26,9 @@ from scipy.special import chdtrc, chdtri, gammaln
 from .fit import Fit, covariance, fit
 from .helicopter import Tables
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
-from .rig import Array, Coordinate, Effect
+from .rig import Array, Coordinate, Effect, means
 from .select import Selection, select
-from .sensitivity import linearise, means
+from .sensitivity import linearise
 from .settings import OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
 
 TIME, POINTS = "time", 121
