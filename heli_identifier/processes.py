@@ -15,8 +15,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import Thread, current_thread, main_thread
-from time import sleep
+from threading import current_thread, main_thread
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -108,23 +107,6 @@ def end_process(process: "Popen[bytes]") -> None:
             os.waitpid(process.pid, 0)
     else:
         process.wait()
-
-
-def end_with_parent(parent: int) -> None:
-    """Let this process end soon after the process ``parent`` that started it, however that ends."""
-    Thread(target=_end_after, args=(parent,), daemon=True).start()
-
-
-def _end_after(parent: int) -> None:
-    if sys.platform == "win32":
-        import _winapi
-
-        with suppress(OSError):  # it has ended already
-            _winapi.WaitForSingleObject(_winapi.OpenProcess(_winapi.SYNCHRONIZE, False, parent), _winapi.INFINITE)
-    else:
-        while os.getppid() == parent:
-            sleep(0.5)
-    os._exit(0)
 
 
 def memory_limits() -> list[tuple[int, str]]:

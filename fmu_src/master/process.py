@@ -18,10 +18,11 @@ from collections.abc import Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from threading import Thread
 from typing import Any, NoReturn
 
 from heli_identifier.files import draft_folder
-from heli_identifier.processes import LONGEST_WAIT, NEW_GROUP, end_process, end_with_parent, python_command, undone
+from heli_identifier.processes import LONGEST_WAIT, NEW_GROUP, end_process, python_command, undone
 
 from ..errors import FmuError, MasterError
 from ..variables import Value
@@ -45,22 +46,22 @@ def run_apart(
     """
     order = {"scenario_name": scenario_name, "duration": duration, "step": step, "parameters": parameters, **more}
     with draft_folder() as folder:
+        (folder / "order").write_bytes(pickle.dumps(order | {"fmus": fmus}))
         with (
+            open(folder / "errors", "wb") as errors,
             subprocess.Popen(
-                python_command(f"from {__name__} import main; main()", str(folder), str(os.getpid())),
-                stdin=subprocess.PIPE,
+                python_command(f"from {__name__} import main; main()", str(folder)),
+                stdin=subprocess.PIPE,  # ends with this process, and then the child does
                 stdout=subprocess.DEVNULL,
-                stderr=None if more.get("progress") else subprocess.PIPE,
+                stderr=None if more.get("progress") else errors,
                 env={**os.environ, "TMPDIR": str(folder)},
                 **NEW_GROUP,  # Ctrl-C is for the parent, which then ends this one
             ) as process,
             undone(partial(end_process, process)),
         ):
-            said, message = None, pickle.dumps(order | {"fmus": fmus})
             while process.returncode is None:
                 with suppress(subprocess.TimeoutExpired):
-                    said = process.communicate(message, timeout=LONGEST_WAIT)[1]
-                message = b""  # sent by the first call
+                    process.wait(LONGEST_WAIT)
         if (folder / "answer").is_file():
             answer = pickle.loads((folder / "answer").read_bytes())
             if isinstance(answer, FmuError):
@@ -68,10 +69,11 @@ def run_apart(
             return answer
         hung = folder / "hung"
         files = [str(file) for file in (fmus or {}).values()]
+        said = (folder / "errors").read_bytes()
         raise MasterError(_end(process.returncode, said, hung.is_file() and hung.stat().st_size > 0, files))
 
 
-def _end(code: int, printed: bytes | None, hung: bool, files: list[str]) -> str:
+def _end(code: int, printed: bytes, hung: bool, files: list[str]) -> str:
     """Say how a child ended that gave no answer."""
     if hung:
         how = f"a unit gave no answer within {PATIENCE:g} s and was ended"
@@ -81,17 +83,17 @@ def _end(code: int, printed: bytes | None, hung: bool, files: list[str]) -> str:
         how = f"the process of the units ended with code {code} and no result"
     if files:
         return f"{how}; run without --fmu to see which file is at fault, of {', '.join(files)}"
-    lines = (printed or b"").decode("utf-8", "replace").strip().splitlines()
+    lines = printed.decode("utf-8", "replace").strip().splitlines()
     return f"{how}: {lines[-1][:300] if lines else 'it printed no error'}"
 
 
 def main() -> NoReturn:
-    """Run in the child: read the order from standard input, write the answer into the folder of the first argument."""
-    folder, parent = Path(sys.argv[1]), int(sys.argv[2])
-    end_with_parent(parent)
+    """Run in the child: the folder of the first argument holds the order, and gets the answer."""
+    Thread(target=lambda: os._exit(len(os.read(0, 1))), daemon=True).start()  # as soon as the parent has ended
     from . import instance, loop  # load FMI tools
 
-    order = pickle.load(sys.stdin.buffer)
+    folder = Path(sys.argv[1])
+    order = pickle.loads((folder / "order").read_bytes())
     with open(folder / "hung", "w") as hung:
         instance.WATCHES.append(partial(faulthandler.dump_traceback_later, PATIENCE, exit=True, file=hung))
         try:
