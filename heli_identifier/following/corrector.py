@@ -9,7 +9,7 @@ from heli_plant.state import start_state
 from .changes import Vector
 from .cusum import PROVED, Inflation, Projection
 from .evidence import Noise, Sums, project_block, start_baseline
-from .observer import Angles, Encoder, Weight, start_observer
+from .observer import Angles, Encoder, start_observer
 from .plan import FollowPlan
 from .prediction import Copies, Predictions
 from .state import CorrectorState, Event, Sample
@@ -61,12 +61,11 @@ def _pass_instant(state: CorrectorState, now: Sample, stopped: bool, plan: Follo
     noise, came_in = state.noise, now.fresh > 0.5
     time = (k - 1) * plan.settings.sample_time
     observer, arrived = state.observer.advance(voltages, time, came_in or suspended, state.twin, plan)
-    weight, encoders, broken = Weight(()), state.encoders, suspended or stopped
+    deviations, encoders, broken = observer.deviations(plan), state.encoders, suspended or stopped
     if came_in:
-        weight = observer.weigh(plan)
         read = zip(encoders, angles, observer.memory.state[3:6], strict=True)
         encoders = tuple([one.read(angle, rate, plan) for one, angle, rate in read])
-        scatter = zip(encoders, weight.deviations, noise, strict=True)
+        scatter = zip(encoders, deviations, noise, strict=True)
         broken = any([one.is_at_fault(a * b, plan) for one, a, b in scatter])
     fresh = came_in and not broken
     front, rear = state.predictions.arrived
@@ -76,8 +75,8 @@ def _pass_instant(state: CorrectorState, now: Sample, stopped: bool, plan: Follo
         state = _suspend(state, "frozen" if came_in else "stopped", plan)
     elif suspended and fresh:
         state = _resume(state, angles, plan)
-    sums = _take_innovations(state, angles, fresh, weight, noise, plan)
-    observer = state.observer.correct(angles, weight, plan) if fresh else state.observer._replace(in_a_row=0)
+    sums = _take_innovations(state, angles, fresh, deviations, noise, plan)
+    observer = state.observer.correct(angles, plan) if fresh else state.observer._replace(in_a_row=0)
     state = state._replace(sums=sums, observer=observer)
     if k % plan.coarse == 0:
         state = _coarse_step(state, angles, fresh, plan)
@@ -113,7 +112,7 @@ def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> Correcto
 
 
 def _take_innovations(
-    state: CorrectorState, angles: Angles, fresh: bool, weight: Weight, noise: Vector, plan: FollowPlan
+    state: CorrectorState, angles: Angles, fresh: bool, deviations: Vector, noise: Vector, plan: FollowPlan
 ) -> tuple[Sums, ...]:
     """Return the sums with a sample's innovations; sums without them are spoiled."""
     k, predicted = state.samples, measured_angles(state.observer.memory.state)
@@ -123,7 +122,7 @@ def _take_innovations(
         if resting or state.encoders[axis].is_discounted(plan):
             total = total._replace(spoiled=True)
         elif fresh:
-            share = 1.0 / weight.deviations[axis]
+            share = 1.0 / deviations[axis]
             innovation = share * (angles[axis] - predicted[axis])
             if state.mode != "starting":
                 innovation = saturate(innovation, _LARGEST_INNOVATION * noise[axis])

@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 from heli_plant.communication import PlantMemory, begin, communicate
 from heli_plant.laws import thrust_voltages
-from heli_plant.observer import ObserverGains, Torque, measured_against, predicted, with_share
+from heli_plant.observer import Torque, measured_against, predicted, with_share
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import arriving
 from heli_plant.state import PlantState
@@ -58,17 +58,6 @@ def apply_shares(voltages: Voltages, twin: Twin) -> Voltages:
     """Return the voltages [V] as rotors see them that have the twin's shares of their thrust left."""
     limit = twin.parameters.v_max
     return with_share(voltages[0], twin.values[-2], limit), with_share(voltages[1], twin.values[-1], limit)
-
-
-class Weight(NamedTuple):
-    """How much a sample counts: the gains; the innovations' standard deviations in those of the steady state [1].
-
-    P of the axes after the correction; empty in the steady state.
-    """
-
-    gains: tuple[ObserverGains, ...]
-    deviations: Vector = (1.0, 1.0, 1.0)
-    covariances: tuple[Matrix, ...] = ()
 
 
 class Observer(NamedTuple):
@@ -119,26 +108,24 @@ class Observer(NamedTuple):
             known = tuple([predict_covariance(P, h, one.gains.kept, one.drive) for P, one in pairs])
         return Observer(memory._replace(state=state), torque, tuple(found), now, known, self.in_a_row), arrived
 
-    def weigh(self, plan: FollowPlan) -> Weight:
-        """Return how much a sample counts that has come in."""
-        if not self.covariances:
-            return Weight(tuple([one.gains for one in plan.steady]))
-        found = []
-        for P, one in zip(self.covariances, plan.steady, strict=True):
-            gains, after = correct_covariance(P, one.gains.kept)
-            found.append((gains, sqrt((P[0][0] + 1.0) / one.variance), after))
-        return Weight(*zip(*found, strict=True))
+    def deviations(self, plan: FollowPlan) -> Vector:
+        """Return the standard deviations of the axes' innovations in those of the steady state [1]."""
+        pairs = zip(self.covariances, plan.steady, strict=False)
+        return tuple([sqrt((P[0][0] + 1.0) / one.variance) for P, one in pairs]) or (1.0, 1.0, 1.0)
 
-    def correct(self, angles: Angles, weight: Weight, plan: FollowPlan) -> "Observer":
+    def correct(self, angles: Angles, plan: FollowPlan) -> "Observer":
         """Return the observer after the correction by a sample of the ``angles`` [rad]."""
-        state, torque = measured_against(self.memory.state, self.torque, angles, weight.gains)
+        gains, covariances = [one.gains for one in plan.steady], list(self.covariances)
+        for axis, P in enumerate(self.covariances):
+            gains[axis], covariances[axis] = correct_covariance(P, gains[axis].kept)
+        state, torque = measured_against(self.memory.state, self.torque, angles, tuple(gains))
         rows, in_a_row = [], self.in_a_row + 1
-        for own, g in zip(self.sensitivities, weight.gains, strict=True):
+        for own, g in zip(self.sensitivities, gains, strict=True):
             left = 1.0 - g.angle
             rows.append(tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in own]))
         recent = in_a_row < gap_memory(plan.settings.observer_bandwidth, plan.settings.sample_time)
-        covariances = weight.covariances if recent else ()
-        return Observer(self.memory._replace(state=state), torque, tuple(rows), self.voltages, covariances, in_a_row)
+        known = tuple(covariances) if recent else ()
+        return Observer(self.memory._replace(state=state), torque, tuple(rows), self.voltages, known, in_a_row)
 
 
 def start_observer(first: PlantState, voltages: Voltages, p: PlantParameters, plan: FollowPlan) -> Observer:
