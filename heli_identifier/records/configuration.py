@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.online import Estimate
 from heli_plant.control import PidSettings
 from heli_plant.effects import CATALOGUE, effect_of
@@ -81,20 +81,19 @@ class LogFormat:
         for name, known in (("columns", NAMED), ("units", NAMED), ("signs", NAMED), ("references", ANGLES)):
             for key in getattr(self, name):
                 what = "is no axis" if known is ANGLES else "is not a signal"
-                _require(key in known, f"log.{name}.{key} {what}; choose one of {', '.join(known)}")
+                refuse(key not in known, f"log.{name}.{key} {what}; choose one of {', '.join(known)}.")
         for signal, unit in self.units.items():
-            said = f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}"
-            _require(understood(signal, unit), said)
+            said = f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}."
+            refuse(understood(signal, unit) is None, said)
         for signal, sign in self.signs.items():
-            refused = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign"
-            _require(signal != "time" and sign in (-1, 1), refused)
-        _require(self.decimal in (".", ","), f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','")
+            said = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign."
+            refuse(signal == "time" or sign not in (-1, 1), said)
+        refuse(self.decimal not in (".", ","), f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','.")
         counts = self.encoder_counts
-        _require(
-            len(counts) == len(ANGLES) and all(1 <= count <= MOST_COUNTS for count in counts),
-            f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}",
-        )
-        _require(self.largest_file > 0.0, f"log.largest_file = {self.largest_file:g} MB must be positive")
+        are_counts = len(counts) == len(ANGLES) and all(1 <= count <= MOST_COUNTS for count in counts)
+        said = f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}."
+        refuse(not are_counts, said)
+        refuse(not self.largest_file > 0.0, f"log.largest_file = {self.largest_file:g} MB must be positive.")
 
     def sign(self, signal: str) -> int:
         """Give +1 or -1, the factor from the file's sign to the project's."""
@@ -117,11 +116,6 @@ class LogFormat:
     def counts_per_turn(self, signal: str) -> int:
         """Give the counts per turn of an angle's encoder; 1 for a signal without an encoder."""
         return self.encoder_counts[ANGLES.index(signal)] if SI_UNIT[signal] == "rad" else 1
-
-
-def _require(holds: object, sentence: str) -> None:
-    if not holds:
-        raise ConfigurationError(f"{sentence}.")
 
 
 CONTRACT = LogFormat()
@@ -149,7 +143,7 @@ class Weights:
 
     def __post_init__(self) -> None:
         check_bounds("controller.weights.", self)
-        _require(self.pitch + self.travel > 0.0, "controller.weights.pitch and travel must not both be 0")
+        refuse(not self.pitch + self.travel > 0.0, "controller.weights.pitch and travel must not both be 0.")
 
 
 @dataclass(frozen=True)
@@ -216,10 +210,10 @@ def check_given(prefix: str, rig: Any) -> None:
             advice = f"; did you mean {' or '.join(map(repr, on_axes))}?" if on_axes else did_you_mean(name, known)
             advice = advice or f"; choose one of {', '.join(known)}."
             raise ConfigurationError(f"{key} is no effect that can be given{advice}")
-        said = f"{key} = {coefficient!r} must be an Estimate, the coefficient with its standard deviation and unit"
-        _require(isinstance(coefficient, Estimate), said)
+        said = f"{key} = {coefficient!r} must be an Estimate, the coefficient with its standard deviation and unit."
+        refuse(not isinstance(coefficient, Estimate), said)
         effect, width = effect_of(name), coefficient.standard_error or 0.0
         require_range(f"the coefficient of {key}", coefficient.value, effect.unit, effect.lower, effect.upper)
         require_range(f"the standard deviation of {key}", width, effect.unit, 1e-6 * effect.upper, effect.upper)
-        absent = f"{key} has the coefficient 0: what is not there need not be given; leave it out"
-        _require(coefficient.value != 0.0, absent)
+        said = f"{key} has the coefficient 0: what is not there need not be given; leave it out."
+        refuse(coefficient.value == 0.0, said)

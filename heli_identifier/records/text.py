@@ -15,7 +15,6 @@ line break is left out.
 import codecs
 import csv
 import re
-import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from itertools import zip_longest
@@ -96,27 +95,17 @@ def _columns(lines: Sequence[str], layout: _Layout, file: str, decimal: str) -> 
     count, samples = len(layout.headers), len(lines) - layout.above
     if samples * count > sum(map(len, lines)) + len(lines):
         raise LogError(f"{file}: its {samples} rows have fewer cells than its {count} headers; save it again.")
-    firsts = range(layout.above, len(lines), _BLOCK)
-    blocks = [_block(lines[first : first + _BLOCK], layout, first + 1, file, decimal) for first in firsts]
+    blocks = []
+    for first in range(layout.above, len(lines), _BLOCK):
+        rows = list[list[str]]()
+        for row, line in enumerate(lines[first : first + _BLOCK], first + 1):
+            cells = _cells(line, layout.separator)
+            if any(cells[count:]):
+                wrong = f"{len(cells)} cells stand under {count} headers"
+                raise LogError(f"{file}, row {row}: {wrong}; look for a decimal comma or a separator too many.")
+            rows.append(cells[:count] + [""] * (count - len(cells)))
+        blocks.append([_numbers(column, decimal) for column in zip(*rows, strict=True)])
     return tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
-
-
-def _block(lines: Sequence[str], layout: _Layout, first: int, file: str, decimal: str) -> list[NDArray[Any]]:
-    """Give the columns of some rows, the first of which is row ``first`` of the file."""
-    count, separator, rows = len(layout.headers), layout.separator, list[list[str]]()
-    if decimal == ".":
-        # a cell is empty or quoted, or holds no number; blank lines alone are a warning
-        with suppress(ValueError), warnings.catch_warnings(action="ignore"):
-            found = np.loadtxt(lines, delimiter=separator.strip(" ") or None, comments=None, ndmin=2)
-            if found.shape == (len(lines), count):
-                return [*found.T]
-    for row, line in enumerate(lines, first):
-        cells = _cells(line, separator)
-        if any(cells[count:]):
-            wrong = f"{len(cells)} cells stand under {count} headers"
-            raise LogError(f"{file}, row {row}: {wrong}; look for a decimal comma or a separator too many.")
-        rows.append(cells[:count] + [""] * (count - len(cells)))
-    return [_numbers(column, decimal) for column in zip(*rows, strict=True)]
 
 
 def _numbers(cells: Sequence[str], decimal: str) -> NDArray[Any]:

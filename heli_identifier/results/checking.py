@@ -106,10 +106,6 @@ def check(
     factor : float
         Error that is allowed, as a multiple of the expected one.
 
-    Returns
-    -------
-    Check
-
     Raises
     ------
     ConfigurationError

@@ -112,10 +112,6 @@ def compare(
         Logs on which both plants are to predict: 1 s ahead, or .2 s where a controller flew the logs of a diagnosis,
         since voltages then answer the air.
 
-    Returns
-    -------
-    Comparison
-
     Raises
     ------
     ConfigurationError

@@ -145,10 +145,6 @@ def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfigurati
     configuration : RigConfiguration, optional
         What is known of the rig; by default that of the logs.
 
-    Returns
-    -------
-    Look
-
     Raises
     ------
     LogError

@@ -89,10 +89,6 @@ def simulate(
     start : PlantState, optional
         State at time 0. By default that of the log's first samples, or rest under no voltage.
 
-    Returns
-    -------
-    Simulation
-
     Raises
     ------
     ConfigurationError
