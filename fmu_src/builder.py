@@ -20,7 +20,7 @@ from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
 
 from .description import model_description, rendered
-from .errors import BuildError, WiringError
+from .errors import BuildError
 from .slave_base import SlaveBase
 from .variables import TYPES, Value, Variable, problem_with
 from .vendoring import content_guid, python_unit
@@ -168,18 +168,10 @@ def scenario_fmus(
 ) -> dict[str, Path]:
     """Return the FMU of every unit of a scenario: the given file, or one that is built into ``directory``.
 
-    WiringError says which name in ``fmus`` is no unit of the scenario, BuildError which file does not exist.
+    WiringError and BuildError as of :meth:`.wiring.Scenario.given_files`.
     """
-    for name, file in fmus.items():
-        if name not in dict(wiring.units):
-            there = ", ".join(dict(wiring.units))
-            raise WiringError(f"an FMU is given for {name!r}; scenario {wiring.name} has the units {there}")
-        if not Path(file).is_file():
-            there = "is no file" if Path(file).exists() else "is missing"  # a folder or a pipe
-            raise BuildError(f"the FMU of {name} {there}: {file}")
-    return {
-        name: Path(fmus[name]) if name in fmus else build(unit, directory, native=native) for name, unit in wiring.units
-    }
+    given = wiring.given_files(fmus)
+    return {name: given.get(name) or build(unit, directory, native=native) for name, unit in wiring.units}
 
 
 def _from_pythonfmu(identifier: str) -> dict[str, bytes]:

@@ -22,11 +22,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import inf
+from pathlib import Path
 
 from heli_plant.errors import did_you_mean
 from heli_plant.observer import CORRECTED
 
-from .errors import WiringError
+from .errors import BuildError, WiringError
 from .units.signals import AXES, ROTORS
 from .variables import Value
 
@@ -88,6 +89,20 @@ class Scenario:
                 raise WiringError(f"parameter {full!r}: {said}; its units are {', '.join(names)}")
             by_unit[unit][name] = value
         return by_unit
+
+    def given_files(self, fmus: Mapping[str, str | Path]) -> dict[str, Path]:
+        """Return the FMUs that are given for units.
+
+        WiringError says which name is no unit of the scenario, BuildError which file does not exist.
+        """
+        for name, file in fmus.items():
+            if name not in dict(self.units):
+                there = ", ".join(dict(self.units))
+                raise WiringError(f"an FMU is given for {name!r}; scenario {self.name} has the units {there}")
+            if not Path(file).is_file():
+                there = "is no file" if Path(file).exists() else "is missing"  # a folder or a pipe
+                raise BuildError(f"the FMU of {name} {there}: {file}")
+        return {name: Path(fmus[name]) for name, _ in self.units if name in fmus}
 
 
 def _wires(source: str, target: str, names: Iterable[str], out: str = "{}", into: str = "{}") -> tuple[Connection, ...]:

@@ -19,7 +19,6 @@ import numpy as np
 from heli_identifier.files import draft_folder
 from heli_plant.errors import did_you_mean
 
-from ..builder import scenario_fmus
 from ..errors import MasterError, WiringError
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
@@ -43,6 +42,7 @@ def run(
     record: Collection[str] | None = None,
     native: bool = False,
     variations: Sequence[Mapping[str, Value]] = (),
+    inputs: Mapping[str, Array] | None = None,
 ) -> Result:
     """Run a scenario in this process.
 
@@ -67,6 +67,8 @@ def run(
     variations : sequence of mapping
         Parameters of further runs, on top of ``parameters``. Their units have to be native; they are loaded once and
         reset before every run. Of these runs bands are kept; one that a unit refuses is counted, and its reason kept.
+    inputs : mapping, optional
+        What inputs get that no output feeds (``plant.v_front``): the values of all steps.
 
     Returns
     -------
@@ -86,7 +88,7 @@ def run(
         in_python = [name for name, unit in units.items() if not unit.is_native]
         if variations and in_python:
             raise MasterError(f"many runs need native units; {in_python[0]} is none, build it with --native")
-        wired = Wired(wiring, units, step, record)
+        wired = Wired(wiring, units, step, record, inputs or {})
         values = np.empty((steps + 1, len(wired.names)))
 
         def fly(given: Mapping[str, Mapping[str, Value]]) -> float:
@@ -129,9 +131,13 @@ def _bands(kept: Array, refused: tuple[str, ...]) -> Bands:
 @contextmanager
 def instances(wiring: Scenario, fmus: Mapping[str, str | Path], native: bool) -> Iterator[dict[str, Instance]]:
     """Instantiate every unit of a scenario; free them all at the end."""
-    units: dict[str, Instance] = {}
+    units, files = dict[str, Instance](), wiring.given_files(fmus)
     with draft_folder() as folder, ExitStack() as loaded:
-        for name, file in scenario_fmus(wiring, fmus, folder, native).items():
+        if len(files) < len(wiring.units):
+            from ..builder import scenario_fmus  # who runs built units alone need not load it
+
+            files = scenario_fmus(wiring, fmus, folder, native)
+        for name, file in files.items():
             units[name] = Instance(name, file, folder / f"{name}.unpacked")
             loaded.callback(units[name].close)
         yield units
@@ -141,15 +147,16 @@ class Wired:
     """The units of a scenario, by name, with their inputs and outputs in two arrays; ``step`` [s] is that of the run.
 
     ``names`` and ``physical_units`` are those of every output that is read, as ``unit.variable``: of ``record``, all by
-    default, and of those that feed an input. ``shown`` has their values, ``fed`` those of all connected inputs, and
-    ``sources`` for each input the place of the output that feeds it. A name that is no output of its unit raises
-    WiringError, one that is fed and no input MasterError.
+    default, and of those that feed an input. ``shown`` has their values, ``told`` what ``inputs`` have for the step,
+    ``fed`` the values of all connected inputs, and ``sources`` for each of these the place in ``shown`` and ``told`` of
+    what feeds it. A name that is no output of its unit raises WiringError, one that is fed and no input MasterError.
     """
 
     def __init__(
-        self, wiring: Scenario, units: dict[str, Instance], step: float, record: Collection[str] | None = None
-    ) -> None:
-        self.units, self.step = units, step
+        self, wiring: Scenario, units: dict[str, Instance], step: float, record: Collection[str] | None = None,
+        inputs: Mapping[str, Array] = {},
+    ) -> None:  # fmt: skip
+        self.units, self.step, self.inputs = units, step, np.array([*inputs.values()], dtype=np.float64).T
         every = [f"{name}.{output}" for name, unit in units.items() for output in unit.outputs]
         feeding = {f"{wire.source_unit}.{wire.source}" for wire in wiring.connections}
         for name in (*sorted(feeding), *(record or ())):
@@ -157,19 +164,21 @@ class Wired:
                 raise WiringError(f"scenario {wiring.name} has no output {name!r}{did_you_mean(name, every)}")
         wanted = set(every) if record is None else {*record, *feeding}
         self.names = tuple(name for name in every if name in wanted)
-        place = {name: k for k, name in enumerate(self.names)}
-        wires = [[wire for wire in wiring.connections if wire.target_unit == name] for name in units]
+        place = {name: k for k, name in enumerate((*self.names, *inputs))}
+        wires = {f"{own.target_unit}.{own.target}": f"{own.source_unit}.{own.source}" for own in wiring.connections}
+        wires |= {name: name for name in inputs}
+        targets = [[full for full in wires if full.partition(".")[0] == name] for name in units]
         read = [[output for output in unit.outputs if f"{name}.{output}" in place] for name, unit in units.items()]
-        sources = [place[f"{wire.source_unit}.{wire.source}"] for own in wires for wire in own]
-        self.sources = np.array(sources, dtype=np.intp)
-        self.shown, self.fed = np.zeros(len(self.names)), np.zeros(len(sources))
-        fed, shown = (np.split(x, np.cumsum([*map(len, own)])) for x, own in ((self.fed, wires), (self.shown, read)))
+        self.sources = np.array([place[wires[full]] for own in targets for full in own], dtype=np.intp)
+        self.values, self.fed = np.zeros(len(place)), np.zeros(len(self.sources))
+        self.shown, self.told = np.split(self.values, [len(self.names)])
+        fed, shown = (np.split(x, np.cumsum([*map(len, own)])) for x, own in ((self.fed, targets), (self.shown, read)))
         for k, unit in enumerate(units.values()):
-            unit.connect([wire.target for wire in wires[k]], fed[k], read[k], shown[k])
+            unit.connect([full.partition(".")[2] for full in targets[k]], fed[k], read[k], shown[k])
         each = zip(units.values(), read, strict=True)
         self.physical_units = tuple(unit.variable(output).unit or "1" for unit, own in each for output in own)
         loops = [getattr(unit.slave.dll, "heli_play", None) for unit in units.values()]
-        self._loop = loops[0] if all(loops) else None  # units in Python have none
+        self._loop = loops[0] if all(loops) and not inputs else None  # units in Python have none
         self._rows = np.array([unit.row for unit in units.values()], dtype=np.uintp)
 
     def start(self, given: Mapping[str, Mapping[str, Value]], stop: float) -> Array:
@@ -177,7 +186,7 @@ class Wired:
         for name, unit in self.units.items():
             unit.initialise(given[name], 0.0, stop)
         self.fetch(0.0)
-        self.shown.take(self.sources, out=self.fed, mode="clip")
+        self._feed(0)
         for unit in self.units.values():
             unit.put(0.0)
             unit.finish_initialisation(0.0)
@@ -188,6 +197,12 @@ class Wired:
         """Get the outputs of all units at ``time`` [s]."""
         for unit in self.units.values():
             unit.get(time)
+
+    def _feed(self, k: int) -> None:
+        """Let the connected inputs have what feeds them in step ``k``."""
+        if len(self.told):
+            self.told[:] = self.inputs[k]
+        self.values.take(self.sources, out=self.fed, mode="clip")
 
     def play(self, record: Array, first: int) -> None:
         """Take a step for each row of ``record``, from t = ``first`` H on; row k gets the outputs behind its step."""
@@ -204,7 +219,7 @@ class Wired:
                 list(self.units.values())[u].check(("setReal", "doStep", "getReal")[call], k * self.step, status)
             return
         for k, row in enumerate(record, first):
-            self.shown.take(self.sources, out=self.fed, mode="clip")
+            self._feed(k)
             for unit in self.units.values():
                 unit.put(k * self.step)
                 unit.advance(k * self.step, self.step)

@@ -11,6 +11,7 @@ import numpy as np
 from heli_identifier.errors import IdentifierError
 from heli_identifier.files import draft_folder
 from heli_identifier.records import Log, write_log
+from heli_identifier.results.parameters import PLANT
 from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.signatures import typed
 from heli_identifier.tracing import Diagnosis, HeldOutSeries
@@ -19,9 +20,9 @@ from heli_plant.effects import AXES
 SAME = 1e-9
 """Difference [rad] up to which the unit's free-run error is the reported one."""
 
-START = {name: f"initial.{name}" for axis in AXES for name in (axis, f"{axis}_rate")}
-START |= {"nu_front": "initial.v_front", "nu_rear": "initial.v_rear"}
-"""Parameters of the plant's unit that take its start state, by the state's fields."""
+START = {name: f"plant.initial.{name}" for axis in AXES for name in (axis, f"{axis}_rate")}
+START |= {"nu_front": "plant.initial.v_front", "nu_rear": "plant.initial.v_rear"}
+"""Parameters of a plant that take its start state, by the state's fields."""
 
 
 @typed
@@ -88,7 +89,7 @@ def played(log: Log, start: Mapping[str, float]) -> Iterator[dict[str, Any]]:
     """Give the parameters by which a LogPlayer plays a log while the block runs, and a plant starts in a state."""
     with draft_folder() as folder:
         path = str(write_log(log, folder / "log.csv"))
-        yield {"player.log.path": path, **{f"plant.{name}": start[field] for field, name in START.items()}}
+        yield {"player.log.path": path, **{name: start[field] for field, name in START.items()}}
 
 
 def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
@@ -113,10 +114,11 @@ def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
 
 def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
     """Angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
+    from fmu_src import VOLTAGES, Scenario
     from fmu_src.master import run_apart
 
-    log = series.log
-    with played(log, series.start) as values:
-        values["plant.solver.step"] = log.step
-        result = run_apart("plant_beside_log", (log.samples - 1) * log.step, log.step, values, {"plant": unit})
+    log, alone = series.log, Scenario("alone", "the plant alone", (("plant", PLANT),), ())
+    values = {"plant.solver.step": log.step, **{name: series.start[field] for field, name in START.items()}}
+    inputs = {f"plant.{name}": column for name, column in zip(VOLTAGES, log.voltages.T, strict=True)}
+    result = run_apart(alone, (log.samples - 1) * log.step, log.step, values, {"plant": unit}, inputs=inputs)
     return result.columns(*(f"plant.{axis}" for axis in AXES))
