@@ -12,7 +12,7 @@ half, and ``--download`` first fetches public logs of three rigs into a folder.
 
 Printed is a line for each half, then for each kind of rig a table with its bars:
 
-* gains over the truth, median and range (.97 to 1.03, .84 to 1.18); the truth is the slope at the logs' mean voltage;
+* gains over the truth, median and range (.97 to 1.03, .84 to 1.18); the truth is the slope at the logs' median voltage;
 * share of the gains' 95 % intervals that hold the truth (.92 to .99), and their median half-widths over the truth;
 * gains outside their interval and off by more than 15 %, of those determined from outside, and of those that rest on
   the noise model (1 in 50 each);
@@ -124,7 +124,7 @@ def windy_halves(
         for field, score in told_scores(training, fields).items():
             told[family_of(field)] = max(score, told.get(family_of(field), score))
         return {
-            "slopes": rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in training])))),
+            "slopes": rig.truth.slopes(float(np.median(np.concatenate([log.voltages for log in training])))),
             "true": {*map(family_of, fields)}, "told": told,
             "detectable": {family for family, score in told.items() if score > DETECTABLE},
             "loss": log_likelihood(plant, other) - log_likelihood(found.plant_after, other),

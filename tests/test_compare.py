@@ -55,7 +55,7 @@ def test_a_gain_is_compared_as_the_slope_that_its_report_names():
     other = diagnosis()
     bent = replace(other.parameters_after["k_x"], value=0.5 * other.parameters_after["k_x"].value)
     found = hi.compare(diagnosis(), replace(other, parameters_after={**other.parameters_after, "k_x": bent}))
-    assert found.moved == () and "slopes at the mean voltages of the logs, 1.25 V and 1.25 V" in found.remarks[1]
+    assert found.moved == () and "slopes at the median voltages of the logs, 1.25 V and 1.25 V" in found.remarks[1]
 
 
 def test_the_plant_that_made_the_log_is_better_on_the_axis_in_which_the_other_errs():

@@ -12,8 +12,8 @@ from heli_identifier.tracing.identification import delivered
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_times
-from heli_identifier.tracing.select import halves_agree, left_out_gain, select
-from heli_identifier.tracing.settings import DiagnosisSettings
+from heli_identifier.tracing.select import halves_agree, left_out_gain, refitted, select, stepwise
+from heli_identifier.tracing.settings import KEPT, DiagnosisSettings
 from heli_plant.parameters import TABLE_2
 from tests.blind.windy import windy_rig
 from tests.simulated import drive, noisy
@@ -132,3 +132,15 @@ def test_a_law_is_drawn_as_smooth_as_its_data():
     effect = next(own for own in rig.effects if own.name == "input_delay")
     *_, residual, law = rig.partial_residual(record_of(log, rig), plant, TABLE_2, effect)
     assert float(law @ residual / (law @ law)) == pytest.approx(1.0, abs=0.1)  # air and encoder add some .02
+
+
+def test_a_law_that_another_seems_to_replace_leaves_only_around_a_fit_of_both():
+    """The quadratic form around a fit of one law misjudges what a rival leaves to it."""
+    logs = [noisy(TABLE_2._replace(dry_friction_pitch=0.04), drive(60.0, k), 10 + k, name=f"{k}") for k in range(3)]
+    likelihood, resident = likelihood_of(logs), "breakaway_friction_pitch"
+    null, candidates = fit(likelihood, likelihood.rig.base), likelihood.rig.candidates
+    around = Scores(refitted(null, candidates, [resident], {resident: 0.03}), candidates)
+    chosen = stepwise(around, [resident])
+    assert around.scores([resident])[resident].score > KEPT > around.scores(chosen)[resident].score
+    assert chosen == [resident, "dry_friction_pitch"]
+    assert stepwise(around, []) == ["dry_friction_pitch"], "what entered may leave for what enters later"

@@ -91,7 +91,7 @@ def look(
 ) -> None:
     """Look at the logs of one rig: who flew, what moved, which gains these logs determine, what to fly next.
 
-    Gains are slopes at the logs' mean voltage. References in the logs, or rebuilt from the voltages, judge them.
+    Gains are slopes at the logs' median voltage. References in the logs, or rebuilt from the voltages, judge them.
     """
     recorded, configuration = args.logs_of(logs, config, start, end)
     terminal.show(hi.look(recorded, configuration=configuration), json)

@@ -55,7 +55,7 @@ class Comparison(Tabular):
     names: tuple[str, str]
     """What the two are called."""
     parameters: tuple[Compared, ...]
-    """Of the corrected plants by name, a gain as slope at the mean voltage of its logs."""
+    """Of the corrected plants by name, a gain as slope at the median voltage of its logs."""
     effects: tuple[Compared, ...]
     """That one of the plants has."""
     errors: tuple[ComparedError, ...]
@@ -132,7 +132,7 @@ def compare(
     voltages = [f"{own.settings['operating_point']:.3g} V" for own in documents]
     notes = [
         "Of twenty estimates that are alike, one moves by more than its interval by chance.",
-        f"Gains are slopes at the mean voltages of the logs, {listed(voltages)}.",
+        f"Gains are slopes at the median voltages of the logs, {listed(voltages)}.",
     ]
     files, others = ({entry.sha256: entry.file for entry in own.data if entry.sha256} for own in documents)
     if shared := [files[key] for key in files if key in others]:

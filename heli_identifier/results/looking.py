@@ -34,7 +34,7 @@ class Look(Tabular):
 
     @property
     def gains(self) -> dict[str, tracing.ParameterReport]:
-        """Gains of the plant as slopes at the logs' mean voltage [rad/s^2/V], by the paper's symbols."""
+        """Gains of the plant as slopes at the logs' median voltage [rad/s^2/V], by the paper's symbols."""
         reports = self.identification.parameters
         return {name: reports[name] for name in self.identification.plant.likelihood.rig.gains if name in reports}
 

@@ -46,7 +46,7 @@ GAINS = ("k_x", "k_z", "k_y")
 """Gains of pitch, elevation, travel."""
 
 WEIGHT = "a_1"
-"""Acceleration of the elevation [rad/s^2] by its weight, which the mean thrust carries."""
+"""Acceleration of the elevation [rad/s^2] by its weight, which the thrust carries at the operating point."""
 
 HORIZONTAL = "horizontal_offset"
 """Shape that all laws with a sine of the elevation share."""
@@ -437,7 +437,7 @@ class Rig:
 def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Sequence[Array]) -> Rig:
     """Build the rig for logs of one bench helicopter, angles (N_i, 3) and inputs (N_i, 2).
 
-    The operating point is their mean voltage.
+    The operating point is their median voltage: near hover, however long a log stays at a limit.
     """
     given = {name: (value.value, value.standard_error or 0.0) for name, value in settings.effects.items()}
     largest = max(float(abs(v).max()) for v in inputs)
@@ -453,5 +453,5 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
         tuple(field for field in BASE if field not in settings.given) + tuple(given), parameters,
         2.0 * pi / np.array(settings.counts, dtype=float),
         tuple(_effect(law, lowest, settings) for law in CATALOGUE if law.field not in given),
-        float(np.mean(np.concatenate(inputs))), given | settings.geometry.priors(),
+        float(np.median(np.concatenate(inputs))), given | settings.geometry.priors(),
     )  # fmt: skip

@@ -377,7 +377,7 @@ class DiagnosisFile:
     """Coefficients and shapes of the effects of the corrected plant and the tables of its unknown torques, by field."""
     parameters: Mapping[str, ParameterReport]
     """[What each parameter of the corrected plant rests on](../explanation/tracing.md#what-a-value-rests-on). A gain is
-    the slope of the thrust at the logs' mean voltage, `settings.operating_point`."""
+    the slope of the thrust at the logs' median voltage, `settings.operating_point`."""
     axes: Mapping[str, AxisReport]
     """Errors on the held-out logs and use, by axis. Where a controller flew, errors 1 s and 2 s ahead decide
     nothing."""
@@ -392,7 +392,7 @@ class DiagnosisFile:
     """Every log."""
     settings: Mapping[str, Any]
     """What was given of the rig, the score [nats] from which an effect is shown (`score_needed`, and
-    `score_needed_certain` for one that every rig has), and the mean voltage (`operating_point` [V])."""
+    `score_needed_certain` for one that every rig has), and the median voltage (`operating_point` [V])."""
     notes: tuple[str, ...]
     """Remarks that matter for this diagnosis."""
     seconds: float

@@ -1,8 +1,9 @@
 """Names: which effects the plant lacks, by forward and backward steps on the quadratic form and exact refits.
 
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
-set stands, the model is refitted and the catalogue is scored around it anew, until the set stands there as well. Of
-laws of one family that the data do not tell apart the one with the fewest shapes is taken. What scores
+set stands, the model is refitted and the catalogue is scored around it anew, until the set stands there as well. What
+is in the fit leaves before others enter, or a round later: two laws that bend one curve, a dead zone and a quadratic
+thrust, seem to replace each other until both are fitted. Of laws of one family that the data do not tell apart the one with the fewest shapes is taken. What scores
 :data:`.settings.NAMED` is established, if a refit without it loses as much: the quadratic form of a law with corners,
 such as a dead zone, promises five times what it keeps. Effects of one family are one finding: its score is what the
 likelihood loses without all its members.
@@ -82,21 +83,22 @@ class Selection:
 
 def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) -> Selection:
     """Search the candidates beside the model before, ``null``, from a ``start`` with effects or curves of its own."""
-    fitted, left = start or null, dict[str, int]()
+    fitted, left, barred = start or null, set[str](), set[str]()
     lost: dict[tuple[str, ...], float] = {} if start else {(): null.value}
     for _ in range(ROUNDS):
         around = Scores(fitted, candidates)
         selected = around.selected
-        chosen = stepwise(around, selected, left)
-        if set(chosen) == set(selected):
-            chosen = _simpler(around, selected, left)
-        if set(chosen) == set(selected):
+        chosen = stepwise(around, selected, barred)
+        gone = set(selected) - set(chosen)
+        barred |= gone & left
+        left |= gone
+        if set(chosen) == set(selected) and (chosen := _simpler(around, selected, barred)) == selected:
             findings = _weighed(around, null, lost)
             asked = {name: around.asked(name) for name in selected}
             needless = [n for f in findings if f.stated < asked[n := f.effect.field] <= f.score.score]
             if not needless:
                 break
-            left |= dict.fromkeys(needless, 2)
+            barred.update(needless)
             chosen = [name for name in selected if name not in needless]
         fitted = _entered(around, chosen)
     else:
@@ -162,34 +164,37 @@ def _weighed(around: Scores, null: Fit, lost: Mapping[tuple[str, ...], float]) -
     return [_finding(around, name, selected, scores, without) for name in selected]
 
 
-def stepwise(around: Scores, start: Sequence[str], left: dict[str, int]) -> list[str]:
-    """Let effects enter and leave until the set stands; one that left twice does not come back."""
-    selected = list(start)
+def stepwise(around: Scores, start: Sequence[str], barred: Collection[str] = ()) -> list[str]:
+    """Let effects leave, then let others enter that are not ``barred``, until the set stands; what left stays away.
+
+    Once one has entered, only what entered may leave: what the fit has and a new effect makes needless is weighed
+    around a fit of both, as the quadratic form foresees such an exchange badly.
+    """
+    selected, entered, left = list(start), list[str](), set(barred)
     while True:
         scores = around.scores(selected)
-        outside = {
-            n: s.score for n, s in scores.items()
-            if n not in selected and left.get(n, 0) < 2 and s.score > around.asked(n)
-        }  # fmt: skip
-        worst = min(selected, key=lambda name: scores[name].score, default=None)
+        worst = min(entered or selected, key=lambda name: scores[name].score, default=None)
         if worst is not None and scores[worst].score < around.asked(worst):
             selected.remove(worst)
-            left[worst] = left.get(worst, 0) + 1
+            entered = [name for name in entered if name != worst]
+            left.add(worst)
             continue
-        best = max(outside, key=lambda name: outside[name], default=None)
+        outside = {name: own.score for name, own in scores.items() if own.score > around.asked(name)}
+        best = max(outside.keys() - {*selected, *left}, key=lambda name: outside[name], default=None)
         if best is None:
             return selected
         selected.append(best)
+        entered.append(best)
 
 
-def _simpler(around: Scores, selected: list[str], left: dict[str, int]) -> list[str]:
+def _simpler(around: Scores, selected: list[str], barred: set[str]) -> list[str]:
     """Put a law with fewer shapes in the place of one of its family where the data do not tell the two apart."""
     scores = around.scores(selected, among=selected)
     for name in selected:
         own = around.effects[name]
         for rival in _alternatives(around, name, selected, scores[name]) if own.shapes else []:
             if rival.family == own.family and len(rival.shapes) < len(own.shapes):
-                left[name] = 2
+                barred.add(name)
                 return [rival.field if other == name else other for other in selected]
     return selected
 
@@ -278,5 +283,5 @@ def halves_agree(around: Scores, selected: Sequence[str]) -> Agreement | None:
 def _index(around: Scores, half: Sequence[int]) -> float:
     """Jaccard index of the families that a half and the rest establish; 1 where neither establishes any."""
     rest = [log for log in range(len(around.quadratic.H)) if log not in half]
-    first, second = (named(part, stepwise(part, [], {})) for part in (around.of_logs(half), around.of_logs(rest)))
+    first, second = (named(part, stepwise(part, [])) for part in (around.of_logs(half), around.of_logs(rest)))
     return len(first & second) / len(first | second) if first | second else 1.0
