@@ -7,7 +7,6 @@ it: the simulated voltages answer the simulated angles.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from math import inf
 from os import PathLike
 from typing import Any, NamedTuple, TypeVar
@@ -18,7 +17,7 @@ from scipy.signal import lfilter
 
 from fmu_src import TYPES, Variable, field_of, unit_class, with_fields
 from heli_identifier import results
-from heli_identifier.errors import ConfigurationError, refuse
+from heli_identifier.errors import refuse
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log, LogSource, read_logs
@@ -40,6 +39,8 @@ Memory = PidState | FeedbackState  # its state
 Array = NDArray[np.float64]
 
 CONTROLLER, FEEDBACK = "PidController", "StateFeedback"
+KINDS: dict[str, type[Settings]] = {CONTROLLER: PidSettings, FEEDBACK: FeedbackSettings}
+"""Settings of a controller by its unit."""
 
 SETTLED = 0.05  # share of the step within which a response counts as settled
 LEAD = 1.0  # time [s] before the step
@@ -72,18 +73,16 @@ def controller_parameters(settings: Settings, point: OperatingPoint) -> Paramete
 
 def _declared(settings: Settings) -> list[Variable]:
     """Parameters of a controller's unit that set a field of its settings."""
-    unit = unit_class(CONTROLLER if isinstance(settings, PidSettings) else FEEDBACK)
-    return [own for own in unit.variables if own.field]
+    (unit,) = (name for name, kind in KINDS.items() if isinstance(settings, kind))
+    return [own for own in unit_class(unit).variables if own.field]
 
 
 def read_controller(path: str | PathLike[str], voltage_limit: float) -> Settings:
     """Read the settings of a PidController or a StateFeedback; ConfigurationError if the file is another unit's."""
     own = results.read_parameters(path)
-    if own.unit == FEEDBACK:
-        return controller_settings(FeedbackSettings(voltage_limit=voltage_limit), own.start_values)
-    if own.unit == CONTROLLER:
-        return controller_settings(PidSettings(voltage_limit=voltage_limit), own.start_values)
-    raise ConfigurationError(f"{path} holds parameters of the {own.unit}; give those of a {CONTROLLER} or {FEEDBACK}.")
+    said = f"{path} holds parameters of the {own.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
+    refuse(own.unit not in KINDS, said)
+    return controller_settings(KINDS[own.unit](voltage_limit=voltage_limit), own.start_values)
 
 
 def begun(settings: Settings, pitch: float, elevation: float, travel: float) -> Memory:
@@ -212,56 +211,51 @@ def closed_loop_check(
     settings = read_controller(controller, plant.v_max) if isinstance(controller, str | PathLike) else controller
     followed, outcomes, voltages = ("elevation", "travel" if settings.travel_enabled else "pitch"), list[Outcome](), {}
     for log in read_logs(logs):
-        if missing := [axis for axis in followed if axis not in log.references]:
-            raise ConfigurationError(
-                f"log {log.name} has no reference of the {' and the '.join(missing)}, which this controller follows; "
-                "name the column in [log.references] of heli.toml."
-            )
-        sampled = _at_samples(log, settings)
-        errors, voltages[log.name] = _flown_again(sampled, plant, settings)
-        figures = dict(zip(AXES, rms_figures(errors, sampled.step), strict=True))
+        missing = " and the ".join(axis for axis in followed if axis not in log.references)
+        refuse(
+            bool(missing),
+            f"log {log.name} has no reference of the {missing}, which this controller follows; name the column in "
+            "[log.references] of heli.toml.",
+        )
+        errors, voltages[log.name], period = _flown_again(log, plant, settings)
+        figures = dict(zip(AXES, rms_figures(errors, period), strict=True))
         outcomes += [Outcome(log.name, axis, figures[axis], limit) for axis in followed]
     return Check(tuple(outcomes), (), "closed_loop_3s", voltages)
 
 
-def _at_samples(log: Log, settings: Settings) -> Log:
-    """Sample a log with the period of a state feedback; its voltages are averaged over each period."""
-    if isinstance(settings, PidSettings):
-        return log
-    every = round(settings.period / log.step)
-    if every < 1 or abs(every * log.step - settings.period) > 0.01 * log.step:
-        raise ConfigurationError(
-            f"log {log.name} is sampled every {log.step:g} s and this controller every {settings.period:g} s; the "
-            "controller's period must be a multiple of the log's."
-        )
-    count = log.samples // every
-    return replace(
-        log,
-        rate_hz=log.rate_hz / every,
-        voltages=log.voltages[: count * every].reshape(count, every, 2).mean(axis=1),
-        angles=log.angles[::every][:count],
-        references={axis: values[::every][:count] for axis, values in log.references.items()},
+def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[list[Array], float, float]:
+    """Errors (n, 3) [rad] of all stretches of a log, root mean square of those of the voltages [V], and the period [s].
+
+    The period is that of a state feedback, over which the logged voltages are averaged; a PID takes the log's.
+    """
+    period = settings.period if isinstance(settings, FeedbackSettings) else log.step
+    every = round(period / log.step)
+    refuse(
+        every < 1 or abs(every * log.step - period) > 0.01 * log.step,
+        f"log {log.name} is sampled every {log.step:g} s and this controller every {period:g} s; the controller's "
+        "period must be a multiple of the log's.",
     )
-
-
-def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[list[Array], float]:
-    """Errors (n, 3) [rad] of all stretches of a log, and the root mean square of those of the voltages [V]."""
-    zero = np.zeros(len(log.angles))
-    references = np.column_stack([log.references.get(axis, zero) for axis in AXES])
-    share, first = kept(log.step, motor_time_constant(plant)), log.voltages[0]
-    lagged = lfilter([0.0, 1.0 - share], [1.0, -share], log.voltages - first, axis=0) + first
-    length, asked, memories = round(AHEAD / log.step), np.empty_like(log.voltages), list[Memory]()
-    memory = begun(settings, *log.angles[0].tolist())
-    for k, (own, wanted) in enumerate(zip(log.angles.tolist(), references.tolist(), strict=True)):
+    count, period = log.samples // every, every * log.step
+    voltages = log.voltages[: count * every].reshape(count, every, 2).mean(axis=1)
+    zero = np.zeros(log.samples)
+    measured, references = (
+        np.column_stack(columns)[::every][:count]
+        for columns in (log.angles.T, [log.references.get(axis, zero) for axis in AXES])
+    )
+    share, first = kept(period, motor_time_constant(plant)), voltages[0]
+    lagged = lfilter([0.0, 1.0 - share], [1.0, -share], voltages - first, axis=0) + first
+    length, asked, memories = round(AHEAD / period), np.empty_like(voltages), list[Memory]()
+    memory = begun(settings, *measured[0].tolist())
+    for k, (own, wanted) in enumerate(zip(measured.tolist(), references.tolist(), strict=True)):
         memories.append(memory)
-        memory, asked[k] = answered(settings, memory, own, wanted, log.step)
+        memory, asked[k] = answered(settings, memory, own, wanted, period)
     errors = []
-    for k in range(length, len(log.angles) - length, length):
+    for k in range(length, count - length, length):
         part = slice(k, k + length)
-        state = PlantState(*map(float, record_start(log.angles[part], log.voltages[part], log.step)))
+        state = PlantState(*map(float, record_start(measured[part], voltages[part], period)))
         state = state._replace(nu_front=float(lagged[k, 0]), nu_rear=float(lagged[k, 1]))
-        held = float(log.voltages[k, 0]), float(log.voltages[k, 1])
-        angles, _ = fly(plant, settings, references[part], state, held, log.step, memories[k])
-        errors.append(angles - log.angles[part])
+        held = float(voltages[k, 0]), float(voltages[k, 1])
+        angles, _ = fly(plant, settings, references[part], state, held, period, memories[k])
+        errors.append(angles - measured[part])
     refuse(not errors, f"log {log.name} lasts {log.duration:.3g} s; to be flown again it needs {3 * AHEAD:g} s.")
-    return errors, float(np.sqrt(np.mean((asked[:-1] - log.voltages[1:]) ** 2)))
+    return errors, float(np.sqrt(np.mean((asked[:-1] - voltages[1:]) ** 2))), period
