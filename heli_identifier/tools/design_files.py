@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import given_bytes
@@ -38,8 +38,6 @@ from heli_plant.state_feedback import FeedbackSettings
 
 _SHOWN = 40.0  # largest pole [1/s] that is drawn: faster ones say nothing of the flight
 
-_DERIVED = ("K_f", "J_e", "J_p", "J_lambda")
-
 LARGEST_MB = 1.0  # size of a script [MB]
 
 _HOVER = re.compile(r"v_?s_?(0|star|eq|hover)|hover_voltage", re.IGNORECASE)
@@ -53,8 +51,6 @@ _OPERATORS: dict[type, Any] = {
 _FUNCTIONS = {name: getattr(math, name) for name in ("sqrt", "sin", "cos", "tan", "exp")}
 _FROM_ROTORS = np.array([[1.0, 1.0], [1.0, -1.0]])
 """(V_s, V_d) of (v_front, v_rear); half of it gives (v_front, v_rear) of (V_s, V_d)."""
-
-COLUMNS = ("name", "your script says", "the rig says", "differs by")
 
 
 def design_table(design: Design) -> Table:
@@ -185,35 +181,19 @@ def _value(node: ast.expr, known: Mapping[str, float]) -> float:
 
 def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geometry) -> dict[str, Estimate]:
     """Give what the rig says of the course's quantities; those of masses and lengths only where these are stated."""
-    J, lift = geometry.inertias, model.point.lift
+
+    def times(own: Estimate, factor: float) -> Estimate:
+        return Estimate(factor * own.value, own.standard_error and abs(factor) * own.standard_error, "")
+
+    J, lift, l_h, l_p = geometry.inertias, model.point.lift, geometry.l_h, geometry.l_p
     K_1, K_2, travel = (parameters.values[f"{axis}.gain"] for axis in ("pitch", "elevation", "travel"))
-    found = {"K_1": K_1, "K_2": K_2, "K_3": _times(travel, lift), "V_s0": Estimate(lift, None, "V")}
-    if J is None or geometry.l_h is None or geometry.l_p is None:
+    found = {"K_1": K_1, "K_2": K_2, "K_3": times(travel, lift), "V_s0": Estimate(lift, None, "V")}
+    if J is None or l_h is None or l_p is None:
         return found
-    K_f = _times(K_2, J["J_e"] / geometry.l_h)
-    inertias = {
-        "J_e": J["J_e"],
-        "J_p": geometry.l_p * K_f.value / K_1.value,
-        "J_lambda": geometry.l_h * K_f.value / abs(travel.value),
-    }
-    return found | {"K_f": K_f} | {name: Estimate(value, None, "kg m^2") for name, value in inertias.items()}
-
-
-def _times(estimate: Estimate, factor: float) -> Estimate:
-    error = estimate.standard_error
-    return Estimate(factor * estimate.value, None if error is None else abs(factor) * error, "")
-
-
-def scripted_values(values: Mapping[str, float], geometry: Geometry) -> dict[str, float]:
-    """Give what the script says of the same quantities: as it assigns them, else as its equations give them."""
-    J, K_f = geometry.inertias or {}, values.get("K_f", geometry.force_per_volt)
-    found = {"V_s0": geometry.hover_voltage, "K_f": K_f, **J}
-    if J and K_f is not None and geometry.l_p is not None and geometry.l_h is not None:
-        found |= {"K_1": geometry.l_p * K_f / J["J_p"], "K_2": geometry.l_h * K_f / J["J_e"]}
-        if geometry.hover_voltage is not None:
-            found["K_3"] = -geometry.l_h * K_f * geometry.hover_voltage / J["J_lambda"]
-    assigned = {name: values[name] for name in ("K_1", "K_2", "K_3", *_DERIVED) if name in values}
-    return {name: value for name, value in found.items() if value is not None} | assigned
+    K_f = times(K_2, J["J_e"] / l_h)
+    effective = {"J_p": l_p * K_f.value / K_1.value, "J_lambda": l_h * K_f.value / abs(travel.value)}
+    inertias = {name: Estimate(own, None, "kg m^2") for name, own in ({"J_e": J["J_e"]} | effective).items()}
+    return found | {"K_f": K_f} | inertias
 
 
 def corrected_init(
@@ -222,18 +202,29 @@ def corrected_init(
     """Give the text of init_heli_corrected.m for a plant and its linear model at the operating point.
 
     ``values`` are those of a ``script``, if there is one (:func:`course_values`), masses, lengths and hover among them;
-    what it does not assign is as ``stated`` by the rig's configuration.
+    what it does not assign is as ``stated`` by the rig's configuration, and the course's equations say the rest.
     """
     own = {"hover_voltage" if _HOVER.fullmatch(name) else name: value for name, value in values.items()}
     geometry = replace(stated, **{name: own[name] for name in asdict(stated) if name in own})
-    rig, said = corrected_values(parameters, model, geometry), scripted_values(values, geometry)
+    V_s0, J, l_h, l_p = geometry.hover_voltage, geometry.inertias, geometry.l_h, geometry.l_p
+    K_f = values.get("K_f", geometry.force_per_volt)
+    said = {"V_s0": V_s0, "K_f": K_f, **(J or {})}
+    if J and K_f is not None and l_p is not None and l_h is not None:
+        said |= {"K_1": l_p * K_f / J["J_p"], "K_2": l_h * K_f / J["J_e"]}
+        said["K_3"] = None if V_s0 is None else -l_h * K_f * V_s0 / J["J_lambda"]
+    rig, rows = corrected_values(parameters, model, geometry), []
+    for name, found in rig.items():
+        value = values.get(name, said.get(name)) if name != "V_s0" else V_s0
+        spread = f" +- {significant(1.96 * found.standard_error, 2)}" if found.standard_error else ""
+        differs = f"{100.0 * (found.value / value - 1.0):+.0f} %" if value else ""
+        rows.append((name, "" if value is None else significant(value), f"{significant(found.value)}{spread}", differs))
     point, system = model.point, linear_system(model.plant, model.point)
     return _script(
         "init_heli_corrected.m.j2",
         point,
         script=script,
         rig=rig,
-        table=Table("", COLUMNS, [(name, *_compared(said.get(name), own)) for name, own in rig.items()]),
+        table=Table("", ("name", "your script says", "the rig says", "differs by"), rows),
         lengths={name: value for name, value in asdict(geometry).items() if value and name != "hover_voltage"},
         system=system,
         B=system.B @ (0.5 * _FROM_ROTORS),
@@ -242,45 +233,27 @@ def corrected_init(
     )
 
 
-def _compared(said: float | None, own: Estimate) -> tuple[str, str, str]:
-    spread = f" +- {significant(1.96 * own.standard_error, 2)}" if own.standard_error else ""
-    differs = f"{100.0 * (own.value / said - 1.0):+.0f} %" if said else ""
-    return "" if said is None else significant(said), f"{significant(own.value)}{spread}", differs
-
-
 def controller_m(design: Design) -> str:
     """Give the text of controller.m: the nominal design with the ending ``_nominal``, then the robust one.
 
     A state feedback is stated for the course's inputs (V_s, V_d), sampled and, of the same weights, continuous.
     """
     designs = [(own, name, "" if own is design.robust else f"_{name}") for name, own in design.by_name.items()]
-    return _script("controller.m.j2", design.plants.model.point, design=design, designs=designs, confidence=CONFIDENCE)
+    point = design.plants.model.point
+    return _script("controller.m.j2", point, design=design, designs=designs, confidence=CONFIDENCE, matrices=_matrices)
 
 
 def _script(template: str, point: OperatingPoint, **parts: Any) -> str:
-    held = _FROM_ROTORS @ (point.v_front, point.v_rear)
-    tools = {"matrix": _matrix, "matrices": _matrices, "row": _row}
-    return rendered(template, point=point, held=held, states=STATES, **tools, **parts)
+    return rendered(template, point=point, held=_FROM_ROTORS @ (point.v_front, point.v_rear), states=STATES, **parts)
 
 
-def _matrices(own: FeedbackSettings, *names: str) -> list[tuple[str, ArrayLike]]:
+def _matrices(own: FeedbackSettings) -> dict[str, NDArray[np.float64]]:
     """Matrices of a state feedback by the names of its laws, for the inputs (V_s, V_d)."""
-    every = {
+    return {
         "K": _FROM_ROTORS @ np.array(own.gain),
         "K_z": _FROM_ROTORS @ np.array(own.integral),
         "N": _FROM_ROTORS @ np.array(own.reference),
-        "F": own.transition,
+        "F": np.array(own.transition),
         "G": np.array(own.drive) @ (0.5 * _FROM_ROTORS),
-        "L": own.innovation,
+        "L": np.array(own.innovation),
     }
-    return [(name, every[name]) for name in names]
-
-
-def _matrix(name: str, values: ArrayLike) -> str:
-    matrix = np.asarray(values, dtype=float)
-    matrix = np.where(np.abs(matrix) < 1e-12 * np.abs(matrix).max(), 0.0, matrix)  # rounding of an entry that is zero
-    return f"{name} = [" + "\n    ".join(_row(row)[1:-1] for row in matrix) + "];"
-
-
-def _row(values: ArrayLike) -> str:
-    return f"[{', '.join(f'{float(value):.9g}' for value in np.asarray(values).tolist())}]"
