@@ -114,7 +114,6 @@ def test_the_disk_margin_is_that_of_the_structured_singular_value_and_within_it_
 def test_the_robust_design_keeps_more_where_the_plant_is_known_badly():
     made = design_controller(parameters(error=0.15), "lqi", "pitch", 0.1, aim=replace(AIM, disk_margin=1.3), draws=60)
     assert made.robust.figures["disk"].promised > made.baseline.figures["disk"].promised
-    assert made.robust.effort > 1.0
     assert made.robust.stable >= 0.95
 
 

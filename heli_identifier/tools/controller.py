@@ -95,14 +95,14 @@ def design_controller(
         made = _retuned(plants, present, axes, progress)
     else:
         nominal, continuous = (synthesised(model, aim, other, kind == "lqi", 1.0, held) for held in (True, False))
-        robust, effort, reached = _robust(plants, nominal, aim, other, kind == "lqi")
+        robust, reached = _robust(plants, nominal, aim, other, kind == "lqi")
         if reached < aim.disk_margin:
             missed = f"no weight of the voltages reaches a disk margin of {aim.disk_margin:g}"
             notes.append(f"{missed}; the best has {reached:.2f}")
         progress("judging", 0.8)
         first = judge(plants, nominal, axes)
-        second = first if robust == nominal else judge(plants, robust, axes, effort)
-        made = Design(kind, axes, plants, first, second, (), continuous)
+        second = first if robust == nominal else judge(plants, robust, axes)
+        made = Design(kind, axes, plants, first, second, robust, (), continuous)
     checked, remedy = made.baseline, "lower the weights of the angles, or sample faster"
     if kind == "pid":
         checked, remedy = made.robust, ", ".join(_wrong_signs(parameters)) or "take --kind lqi"
@@ -113,25 +113,40 @@ def design_controller(
             why = "; a higher --elevation gives the rotors more lift, so that a lean moves it more"
             why = why if axis == "travel" else "; --kind lqi takes away what an LQR leaves" if kind == "lqr" else ""
             notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s{why}")
-    return replace(made, remarks=tuple(notes))
+    return replace(made, notes=(*notes, *made.notes))
 
 
 def _retuned(plants: Plants, present: PidSettings, axes: tuple[str, ...], progress: Progress) -> Design:
-    """Retune a PID for the estimated plant and some of the drawn ones, and judge it beside the present one."""
+    """Retune a PID for the estimated plant and some of the drawn ones, and judge it beside the present one.
+
+    The notes say what of it is not to be flown.
+    """
     new = retuned(plants.model, present, plants.drawn[:ROBUST])
     progress("judging", 0.8)
     before, after = (judge(plants, pid, axes) for pid in (present, new))
-    return Design("pid", axes, plants, before, after, ())
+    peaks = {axis: after.figures[f"{axis}.sensitivity"].value for axis in LOOPS}
+    refused = {axis: peak for axis, peak in peaks.items() if peak > 1.05 * PEAK}  # the bound of the search is soft
+    kept = "controller.json keeps the present gains"
+    others = "`heli design-controller` has other kinds of controllers"
+    notes = [
+        f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked for. "
+        f"{kept} of the {axis}; {others}"
+        for axis, peak in refused.items()
+    ]
+    if not after.is_stable:
+        notes = [f"do not fly the retuned PID: the loop is not stable with it. {kept}; {others}"]
+    present_gains: dict[str, Any] = {axis: getattr(present, axis) for axis in refused}
+    return Design("pid", axes, plants, before, after, new._replace(**present_gains), tuple(notes))
 
 
 def _robust(
     plants: Plants, nominal: FeedbackSettings, aim: ControllerConfiguration, other: str, integral: bool
-) -> tuple[FeedbackSettings, float, float]:
+) -> tuple[FeedbackSettings, float]:
     """Return the design with the cheapest voltages of which 95 % of the plants keep the disk margin, or the best.
 
-    With it the factor by which the voltages are dearer, and the disk margin that is kept.
+    With it the disk margin that is kept.
     """
-    best, effort, reached = nominal, 1.0, 0.0
+    best, reached = nominal, 0.0
     for power in range(DEAREST):
         trial = synthesised(plants.model, aim, other, integral, DEARER**power)
         if all(margins.is_stable(margins.closed_loop(one, trial)) for one in plants.drawn[:20]):
@@ -139,10 +154,10 @@ def _robust(
             disks = margins.disk_margins(plants.responses[1 : TRIED + 1], law)
             kept = float(np.quantile(disks, 1.0 - CONFIDENCE))
             if kept > reached:
-                best, effort, reached = trial, DEARER**power, kept
+                best, reached = trial, kept
         if reached >= aim.disk_margin:
             break
-    return best, effort, reached
+    return best, reached
 
 
 def design_pid(
@@ -171,7 +186,7 @@ def design_pid(
     ]
     if plant.input_delay_rotors:
         notes.append(f"an input delay of {plant.input_delay_rotors:.3g} s is in the margins, not in the matrices")
-    return replace(made, remarks=(*_wrong_signs(parameters), *notes, *plants.notes))
+    return replace(made, notes=(*_wrong_signs(parameters), *notes, *plants.notes, *made.notes))
 
 
 def control_advice(

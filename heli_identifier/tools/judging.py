@@ -21,7 +21,6 @@ from heli_identifier.tools import margins
 from heli_identifier.tools.linearisation import linear_system
 from heli_identifier.tools.loop import Settings, StepResponse, controller_parameters, settling_time, step_response
 from heli_identifier.tools.margins import LOOPS, Array, Plants
-from heli_identifier.tools.synthesis import PEAK
 from heli_plant.control import PidSettings
 from heli_plant.effects import AXES
 from heli_plant.state_feedback import FeedbackSettings
@@ -70,8 +69,6 @@ class Judged:
     band: dict[str, Array]
     """Steps of the whole plant; lowest and highest response to a unit step among 95 % of the plants, by axis, at the
     times of the steps after 0, shape (2, N)."""
-    effort: float = 1.0
-    """Factor by which the voltages were made dearer."""
 
     @property
     def document(self) -> dict[str, Any]:
@@ -81,7 +78,6 @@ class Judged:
             gains = {"gains": {axis: getattr(own, axis)._asdict() for axis in LOOPS}, "trim_V": own.trim}
         return {
             **gains,
-            "effort": self.effort,
             "stable_share": self.stable,
             "disk_margin": figures["disk"],
             "margins": {loop: {name: figures[f"{loop}.{name}"] for name in MARGINS} for loop in LOOPS},
@@ -94,7 +90,7 @@ class Judged:
         }
 
 
-def judge(plants: Plants, settings: Settings, axes: Sequence[str], effort: float = 1.0) -> Judged:
+def judge(plants: Plants, settings: Settings, axes: Sequence[str]) -> Judged:
     """Judge a controller of ``axes`` around the estimated plant and around every drawn one."""
     model, period = plants.model, plants.model.sampled.dt
     loops = [margins.closed_loop(one, settings) for one in (model, *plants.drawn)]
@@ -125,7 +121,6 @@ def judge(plants: Plants, settings: Settings, axes: Sequence[str], effort: float
         disks=columns["disk"][1:],
         steps=tuple(step_response(model, settings, axis, duration=SHOWN[axis]) for axis in axes),
         band=band,
-        effort=effort,
     )
 
 
@@ -167,7 +162,9 @@ class Design:
 
     ``kind`` is pid, lqr or lqi, ``axes`` the controlled angles, ``plants`` those over which both were judged:
     ``baseline`` is what the weights say, or the present PID, ``robust`` the other design, or the retuned PID.
-    ``remarks`` are on the plant and the search, ``continuous`` is the first design in continuous time, None of a PID.
+    ``flown`` is what is delivered: the robust one, but of a PID the present gains of loops that are not to be flown as
+    they are retuned. ``notes`` are on the plant, the search and these loops; ``continuous`` is the first design in
+    continuous time, None of a PID.
     """
 
     kind: str
@@ -175,7 +172,8 @@ class Design:
     plants: Plants
     baseline: Judged
     robust: Judged
-    remarks: tuple[str, ...]
+    flown: Settings
+    notes: tuple[str, ...]
     continuous: FeedbackSettings | None = None
 
     @property
@@ -184,31 +182,9 @@ class Design:
         first, second = ("present", "retuned") if self.kind == "pid" else ("nominal", "robust")
         return {first: self.baseline} | ({second: self.robust} if self.robust is not self.baseline else {})
 
-    @property
-    def refused(self) -> dict[str, float]:
-        """Loops of a PID that are not to be flown as they are retuned, with the peak of the sensitivity."""
-        peaks = {axis: self.robust.figures[f"{axis}.sensitivity"].value for axis in LOOPS if self.kind == "pid"}
-        return {axis: peak for axis, peak in peaks.items() if peak > 1.05 * PEAK}  # the bound of the search is soft
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The remarks, and what of a retuned PID is not to be flown."""
-        kept = "controller.json keeps the present gains"
-        others = "`heli design-controller` has other kinds of controllers"
-        if self.kind == "pid" and not self.robust.is_stable:
-            said = f"do not fly the retuned PID: the loop is not stable with it. {kept}; {others}"
-            return (*self.remarks, said)
-        refused = (
-            f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked "
-            f"for. {kept} of the {axis}; {others}"
-            for axis, peak in self.refused.items()
-        )
-        return (*self.remarks, *refused)
-
     def delivered(self) -> ParameterSet:
-        """Return the robust design as parameters of its unit; refused loops keep the present gains."""
-        kept: dict[str, Any] = {axis: getattr(self.baseline.settings, axis) for axis in self.refused}
-        return controller_parameters(self.robust.settings._replace(**kept), self.plants.model.point)
+        """Return what is to be flown as parameters of its unit."""
+        return controller_parameters(self.flown, self.plants.model.point)
 
     def document(self) -> dict[str, Any]:
         """Return the content of design.json; null stands for an infinite value."""
