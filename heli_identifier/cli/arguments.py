@@ -2,8 +2,8 @@
 
 import os
 import re
+import sys
 from collections.abc import Collection, Iterable, Sequence
-from contextlib import nullcontext
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -88,31 +88,24 @@ class Group(TyperGroup):
         """Give the options before the command."""
         return without_types(super().get_params(ctx))
 
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the options before the command; without any word the help is shown."""
-        with guarded() if args else nullcontext():
-            return super().parse_args(ctx, args)
-
-    def invoke(self, ctx: Any) -> Any:
-        """Find the command that is named, parse its words and run it."""
-        with guarded():
-            return super().invoke(ctx)
-
-
-class Command(TyperCommand):
-    """A command whose option ``--validate`` takes all words up to the next option: ``--validate a.csv b.csv``."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Give each of its values the option's name before the parser sees them.
+    def main(self, args: Sequence[str] | None = None, *more: Any, **options: Any) -> Any:
+        """Run the command that the words name, guarded, and end with its code; without any word the help is shown.
 
         An empty word is refused: it would name this folder, where a variable of the shell was meant that is not set.
         """
-        if not ctx.resilient_parsing:
-            empty = any(word == "" or re.fullmatch(r"--[\w-]+=", word) for word in args)
+        words = spread(sys.argv[1:] if args is None else args)
+        if not words:
+            return super().main(words, *more, **options)
+        with guarded():
+            empty = any(word == "" or re.fullmatch(r"--[\w-]+=", word) for word in words)
             refuse(empty, "an argument is empty; name the file, or set the variable that should name it.")
-            none = any(a == SPREAD and b.startswith("-") for a, b in pairwise(args))
+            none = any(a == SPREAD and b.startswith("-") for a, b in pairwise(words))
             refuse(none, f"{SPREAD} names no log; put one or more after it, or leave it out.")
-        return super().parse_args(ctx, spread(args))
+            raise SystemExit(super().main(words, *more, **options | {"standalone_mode": False}))
+
+
+class Command(TyperCommand):
+    """A command."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Give its parameters."""
@@ -120,7 +113,7 @@ class Command(TyperCommand):
 
 
 def spread(words: Iterable[str]) -> list[str]:
-    """Give ``--validate a b``, or ``--validate=a b``, as the option once for each value."""
+    """Give ``--validate a b``, or ``--validate=a b``, as the option once for each value, which the parser takes."""
     out: list[str] = []
     takes = False
     for word in words:

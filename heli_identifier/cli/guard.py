@@ -37,17 +37,17 @@ def guarded() -> Iterator[None]:
     try:
         with handled_here():
             yield
-    except (typer.Exit, typer.Abort):
+    except typer.Exit:
         raise
     except Exception as error:
         sentence = sentence_of(error)
         if sentence is None:
             traceback.print_exc()
             typer.secho("heli: a programming error in heli; please report it with the lines above.", err=True, fg="red")
-            raise typer.Exit(MISTAKE) from error
+            raise SystemExit(MISTAKE) from error
         text = f"heli: {' '.join(sentence.split())}"
         typer.secho(text if text.endswith((".", "?")) else f"{text}.", err=True, fg="red")
-        raise typer.Exit(BAD_INPUT) from error
+        raise SystemExit(BAD_INPUT) from error
     finally:
         KEPT.clear()
 
@@ -57,9 +57,10 @@ def checked(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(command)
     def run(**options: Any) -> Any:
-        require_memory()
-        check_files(options)
-        return command(**options)
+        with guarded():  # within the parser's own handling of errors, to which a broken pipe is an answer
+            require_memory()
+            check_files(options)
+            return command(**options)
 
     return run
 
