@@ -89,11 +89,6 @@ class Coefficient:
     rigs: tuple[RigEstimate, ...]
 
     @property
-    def certain(self) -> bool:
-        """Whether a rig names the effect and the interval of its mean excludes zero."""
-        return bool(self.named) and self.pooled is not None and self.pooled.has_sign
-
-    @property
     def counted(self) -> list[RigEstimate]:
         """Rigs that the mean is made of."""
         return [own for own in self.rigs if not own.left_out]
@@ -179,73 +174,64 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
     """Set the diagnoses of two rigs or more beside each other; ``failures`` say why other rigs have none."""
     estimates: dict[tuple[str, str], list[RigEstimate]] = defaultdict(list)
     for rig, found in diagnoses.items():
-        for entry in found.catalogue:
-            left_out, named = _place(found, entry)
-            own = _of_rig(rig, entry.estimate, str(entry.verdict), left_out, named)
-            estimates[entry.name, entry.axis].append(own)
-        for symbol, value in found.parameters_after.items():
-            estimates[symbol, ""].append(_of_rig(rig, value, "", "" if _determined(value) else "given", False))
-    means = {key: _mean(rigs) for key, rigs in estimates.items()}
+        rows = [((e.name, e.axis), e.estimate, (str(e.verdict), *_place(found, e))) for e in found.catalogue]
+        for name, own in found.parameters_after.items():
+            rows.append(((name, ""), own, ("", "" if _determined(own) else "given", False)))
+        for key, own, said in rows:
+            estimates[key].append(RigEstimate(rig, own.value, own.standard_error, own.unit, own.interval, *said))
+    means = dict[tuple[str, str], Pooled | None]()
+    for key, rigs in estimates.items():
+        pairs = [(own.value, own.standard_error or 0.0) for own in rigs if not own.left_out]
+        means[key] = pooled(*zip(*pairs, strict=True)) if len(pairs) > 1 else None
     shown = [effect for found in diagnoses.values() for effect in found.effects]
     # Benjamini and Hochberg: p of every effect after correction over the catalogue
     tested = {key: mean.none_p for key, mean in means.items() if mean and key[1]}
     corrected = false_discovery_control([*tested.values()]) if tested else ()
     refuted = {key for key, p in zip(tested, corrected, strict=True) if p <= FALSE_DISCOVERY_RATE}
-    effects, parameters = [], []
+    found_of = list[Coefficient]()
     for (name, axis), rigs in estimates.items():
         mean, named_by = means[name, axis], tuple(own.rig for own in rigs if own.named)
-        finding = _finding(name, axis, len(named_by), mean, (name, axis) in refuted) if axis else None
-        if finding is Finding.NOT_SHOWN and all(own.left_out for own in rigs):
-            finding = Finding.NOT_TESTABLE
+        finding = _finding(name, axis, rigs, mean, (name, axis) in refuted) if axis else None
         others = tuple(dict.fromkeys(o for e in shown if (e.name, e.axis) == (name, axis) for o in e.alternatives))
         alike = mean.alike if mean else None
-        coefficient = Coefficient(name, axis, finding, named_by, others, rigs[0].unit, alike, mean, tuple(rigs))
-        if axis:
-            effects.append(coefficient)
-        elif mean:
-            parameters.append(coefficient)
-    order = [*Finding, None]
-    effects.sort(key=lambda e: (order.index(e.finding), -len(e.named), e.pooled.p if e.pooled else 1.0))
-    return Fleet(dict(diagnoses), tuple(effects), tuple(parameters), dict(failures or {}))
-
-
-def _of_rig(rig: str, own: Estimate, verdict: str, left_out: str, named: bool) -> RigEstimate:
-    return RigEstimate(rig, own.value, own.standard_error, own.unit, own.interval, verdict, left_out, named)
+        found_of.append(Coefficient(name, axis, finding, named_by, others, rigs[0].unit, alike, mean, tuple(rigs)))
+    order = [*Finding]
+    effects = sorted(
+        (own for own in found_of if own.finding),
+        key=lambda e: (order.index(e.finding or order[-1]), -len(e.named), e.pooled.p if e.pooled else 1.0),
+    )
+    parameters = tuple(own for own in found_of if not own.finding and own.pooled)
+    return Fleet(dict(diagnoses), tuple(effects), parameters, dict(failures or {}))
 
 
 def _place(diagnosis: Diagnosis, entry: CatalogueVerdict) -> tuple[str, bool]:
     """Why the mean leaves out an entry of the catalogue on one rig, and whether the rig's diagnosis names it."""
-    key, family = (entry.name, entry.axis), effect(entry.name, entry.axis).family
+    key, law = (entry.name, entry.axis), effect(entry.name, entry.axis)
     named = [own for own in diagnosis.effects if own.coefficient is not None]
     is_named = key in {(own.name, own.axis) for own in named}
     if entry.verdict == Verdict.NOT_TESTABLE or not _determined(entry.estimate):
         return f"not testable: {entry.why}", is_named
-    if key in {(own.name, own.axis) for own in diagnosis.possible if own.in_plant} and effect(*key).certain:
+    if law.certain and key in {(own.name, own.axis) for own in diagnosis.possible if own.in_plant}:
         return "not testable: its value is near what mechanics expects of every rig, by that alone", is_named
-    rivals = [
-        effect_name(own.name, own.axis)
-        for own in named
-        if key in own.alternatives or (own.axis == entry.axis and effect(own.name, own.axis).family == family)
-    ]
-    return "" if is_named or not rivals else f"{rivals[0]} is named in its place", is_named
+    for own in () if is_named else named:
+        if key in own.alternatives or (own.axis == entry.axis and effect(own.name, own.axis).family == law.family):
+            return f"{effect_name(own.name, own.axis)} is named in its place", False
+    return "", is_named
 
 
 def _determined(estimate: Estimate) -> bool:
     return abs(estimate.value) < inf and 0.0 < (estimate.standard_error or 0.0) < inf
 
 
-def _mean(rigs: list[RigEstimate]) -> Pooled | None:
-    pairs = [(own.value, own.standard_error or 0.0) for own in rigs if not own.left_out]
-    return pooled(*zip(*pairs, strict=True)) if len(pairs) > 1 else None
-
-
-def _finding(name: str, axis: str, named: int, mean: Pooled | None, is_refuted: bool) -> Finding:
-    """Find out of an effect that so many rigs name, once it is known whether it is refuted that no rig has it."""
-    entry = effect(name, axis)
-    if mean is None:
-        return Finding.OPEN if named else Finding.NOT_SHOWN
-    if named >= 2 or (is_refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper):
+def _finding(name: str, axis: str, rigs: list[RigEstimate], mean: Pooled | None, is_refuted: bool) -> Finding:
+    """Find out of an effect, once it is known whether it is refuted that no rig has it."""
+    entry, named = effect(name, axis), sum(own.named for own in rigs)
+    if mean is not None and (
+        named >= 2 or (is_refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper)
+    ):
         if not mean.alike:
             return Finding.DIFFERS
         return Finding.REPEATS if is_refuted else Finding.UNCONFIRMED
-    return Finding.OWN if named else Finding.NOT_SHOWN
+    if named:
+        return Finding.OWN if mean else Finding.OPEN
+    return Finding.NOT_TESTABLE if all(own.left_out for own in rigs) else Finding.NOT_SHOWN

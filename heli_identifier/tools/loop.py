@@ -82,7 +82,8 @@ def read_controller(path: str | PathLike[str], voltage_limit: float) -> Settings
     own = results.read_parameters(path)
     said = f"{path} holds parameters of the {own.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
     refuse(own.unit not in KINDS, said)
-    return controller_settings(KINDS[own.unit](voltage_limit=voltage_limit), own.start_values)
+    default: Any = KINDS[own.unit](voltage_limit=voltage_limit)
+    return controller_settings(default, own.start_values)
 
 
 def begun(settings: Settings, pitch: float, elevation: float, travel: float) -> Memory:
@@ -238,10 +239,8 @@ def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[
     count, period = log.samples // every, every * log.step
     voltages = log.voltages[: count * every].reshape(count, every, 2).mean(axis=1)
     zero = np.zeros(log.samples)
-    measured, references = (
-        np.column_stack(columns)[::every][:count]
-        for columns in (log.angles.T, [log.references.get(axis, zero) for axis in AXES])
-    )
+    asked_for = np.column_stack([log.references.get(axis, zero) for axis in AXES])
+    measured, references = (signals[::every][:count] for signals in (log.angles, asked_for))
     share, first = kept(period, motor_time_constant(plant)), voltages[0]
     lagged = lfilter([0.0, 1.0 - share], [1.0, -share], voltages - first, axis=0) + first
     length, asked, memories = round(AHEAD / period), np.empty_like(voltages), list[Memory]()
