@@ -16,7 +16,7 @@ import pandas
 
 from benchmarks.harness import ROOT, measured_at, share, table, write_strength
 from benchmarks.rigs import DETECTABLE, GROUPS, blind_sources, measured_rig
-from heli_identifier.cli.on_rigs import rigs_done
+from heli_identifier.cli.terminal import progress_bar
 from heli_identifier.online import ModelParameters
 from heli_identifier.tools.campaign import Row, judged, run_campaign
 from tests.blind.generator import Case
@@ -88,7 +88,7 @@ def blind(
 ) -> None:  # fmt: skip
     """Run the battery; print the rigs that are missed and the bars; write ``strength``."""
     rigs = blind_sources(groups.split(","), limit)
-    with rigs_done() as progress:
+    with progress_bar(lines=True) as progress:
         sources = [source for _, source in rigs.values()]
         rows = run_campaign(sources, output, workers=workers, progress=progress, work=measured_rig)
     results = pandas.DataFrame([verdict(rigs[row["rig"]][0], row) for row in rows])

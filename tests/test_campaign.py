@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 from collections import Counter
 from dataclasses import replace
@@ -9,6 +10,7 @@ from functools import partial
 from importlib import import_module
 from types import SimpleNamespace
 
+import dask
 import numpy as np
 import pandas as pd
 import pytest
@@ -25,7 +27,7 @@ from heli_identifier.tools import (
     rigs_below,
     run_campaign,
 )
-from heli_identifier.tools.campaign import complete, judged, parquet_bytes, read_row, result_key, summarised
+from heli_identifier.tools.campaign import complete, judged, parquet_bytes, read_row, summarised
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
 
@@ -109,11 +111,11 @@ def test_rigs_that_are_none_are_refused(module):
             wrong()
 
 
-def test_result_is_called_by_rig_content_settings_and_code():
-    first = ("a", "content", SETTINGS, "code")
-    assert result_key(*first) == result_key("a", "content", replace(SETTINGS), "code")
-    others = ("b", "other", replace(SETTINGS, voltage_limit=6.0), "newer")
-    assert len({result_key(*first), *(result_key(*first[:i], others[i], *first[i + 1 :]) for i in range(4))}) == 5
+def test_result_has_the_name_of_its_settings_in_every_process():
+    code = "import dask.base, heli_identifier as hi; print(dask.base.tokenize(hi.DiagnosisSettings()))"
+    other = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert dask.base.tokenize(SETTINGS) == dask.base.tokenize(replace(SETTINGS)) == other.stdout.strip()
+    assert dask.base.tokenize(replace(SETTINGS, voltage_limit=6.0)) != dask.base.tokenize(SETTINGS)
 
 
 # --- on a cluster ------------------------------------------------------------------------------------------------
@@ -144,8 +146,8 @@ def stand_in(module, tmp_path):
 def test_killed_worker_costs_no_result_and_doubles_none_and_a_restart_makes_only_what_is_missing(stand_in):
     killed = []
 
-    def kill_the_one_at_work(done, total, row):
-        if done == 3:
+    def kill_the_one_at_work(what, share):
+        if what == "3 of 8 rigs done":
             # Rig 0 was given out first and is at work for a minute, if it is the first time.
             ((_, process),) = {(seed, by) for seed, by in stand_in.noted("began") if seed == 0}
             killed.append(process)
@@ -161,10 +163,10 @@ def test_killed_worker_costs_no_result_and_doubles_none_and_a_restart_makes_only
     assert dict(stand_in.noted("ended"))[0] not in killed
     (stand_in.folder / "rows" / f"{rows[1]['key']}.json").unlink()
     told = []
-    again = stand_in.run(range(9), workers=1, progress=lambda done, total, row: told.append((done, total)))
+    again = stand_in.run(range(9), workers=1, progress=lambda what, share: told.append(what))
     assert [row["rig"] for row in again[:8]] == [row["rig"] for row in rows] and again[2:8] == rows[2:]
     assert Counter(seed for seed, _ in stand_in.noted("ended")) == Counter([1, *range(9)])
-    assert told == [(7, 9), (8, 9), (9, 9)]
+    assert told == ["7 of 9 rigs done", "8 of 9 rigs done", "9 of 9 rigs done"]
     # With nothing left to do no cluster is started: this call would fail on the scheduler that is not there.
     assert stand_in.run(range(9), scheduler="tcp://127.0.0.1:1") == again
 
@@ -172,8 +174,6 @@ def test_killed_worker_costs_no_result_and_doubles_none_and_a_restart_makes_only
 @pytest.mark.slow
 def test_rig_that_kills_every_worker_fails_alone_however_long_they_take_to_come_back(stand_in):
     """As on a busy machine: each start takes 5 s more, so that 15 s after its first death a worker is away again."""
-    import dask
-
     with dask.config.set({"distributed.worker.preload": ["import time; time.sleep(5.0)\n"]}):
         bad, good = stand_in.run((-1, 1), workers=1)
     assert "KilledWorker" in bad["error"]
@@ -200,7 +200,7 @@ def test_scheduler_that_runs_already_is_used_and_left_running_but_not_one_of_ano
 
 
 def test_what_ends_before_the_first_result_leaves_no_folder(stand_in):
-    def ended(done, total, row):
+    def ended(what, share):
         raise KeyboardInterrupt
 
     for seeds, options, kind, said in (

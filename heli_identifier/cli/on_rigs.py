@@ -2,8 +2,6 @@
 
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
 
@@ -84,28 +82,12 @@ def campaign(
     file = args.configuration_file(config)
     sources = _sources(folder, file, generator, rigs)
     settings = hi.DiagnosisSettings.from_rig(hi.read_configuration(file) if file else hi.RigConfiguration())
-    with rigs_done() as progress:
+    with progress_bar(lines=True) as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
     summary = tools.summarised(rows)
     answer(json, summary, *tools.campaign_tables(summary), (output, [tools.CONSOLIDATED]))
     if summary["failures"]:
         raise typer.Exit(FAILED)
-
-
-@contextmanager
-def rigs_done() -> "Iterator[tools.Progress]":
-    """Show how many rigs are done on the error stream: a bar on a terminal, some twenty lines elsewhere."""
-    failed = 0
-    with progress_bar() as bar:
-
-        def count(done: int, total: int, row: "tools.Row | None") -> None:
-            nonlocal failed
-            failed += bool(row and row.get("error"))
-            bar(f"{done} of {total} rigs done" + (f", {failed} failed" if failed else ""), done / total)
-            if not sys.stderr.isatty() and (row is None or done == total or done % max(1, total // 20) == 0):
-                typer.echo(f"{done} of {total} rigs done", err=True)
-
-        yield count
 
 
 def _sources(folder: Path | None, config: Path | None, generator: str, rigs: int | None) -> "list[tools.Source]":

@@ -211,10 +211,21 @@ def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False, json: bool
 
 
 @contextmanager
-def progress_bar() -> Iterator[Callable[[str, float], None]]:
-    """Give what is called with what is being done and the share that is done, 0 to 1: a bar, where it can be seen."""
+def progress_bar(lines: bool = False) -> Iterator[Callable[[str, float], None]]:
+    """Give what is called with what is being done and the share that is done, 0 to 1: a bar, where it can be seen.
+
+    Elsewhere nothing is shown, or some twenty ``lines``.
+    """
     if not sys.stderr.isatty():
-        yield lambda what, share: None
+        shown = -1.0
+
+        def show_line(what: str, share: float) -> None:
+            nonlocal shown
+            if lines and (share >= shown + 0.05 or share == 1.0):
+                shown = share
+                typer.echo(what, err=True)
+
+        yield show_line
         return
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn

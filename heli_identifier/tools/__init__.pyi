@@ -5,7 +5,6 @@ __all__ = [
     "Finding",
     "Identification",
     "Limits",
-    "Progress",
     "Rig",
     "Row",
     "SHORTEST_TO_SPLIT",
@@ -47,7 +46,7 @@ __all__ = [
     "write_voltages",
 ]
 
-from .campaign import CONSOLIDATED, Progress, Row, campaign_tables, diagnosed, run_campaign, summarised
+from .campaign import CONSOLIDATED, Row, campaign_tables, diagnosed, run_campaign, summarised
 from .controller import control_advice, design_controller, design_pid
 from .design_files import (
     controller_html,

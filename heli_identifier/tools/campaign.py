@@ -14,13 +14,11 @@ several axes is true on each of them, and named if it is found on any. *Covered*
 coefficient holds the true value.
 """
 
-import hashlib
 import json
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict
 from logging import CRITICAL
 from pathlib import Path
 from time import perf_counter
@@ -34,7 +32,7 @@ from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.results import Table, document_text, whole_folder
 from heli_identifier.tools.rigs import Source, error_text, source_digest, summary_of
-from heli_identifier.tracing import DiagnosisSettings, RigVerdict
+from heli_identifier.tracing import DiagnosisSettings, Progress, RigVerdict
 
 try:
     import dask
@@ -71,10 +69,6 @@ Row = dict[str, Any]
 KEYS = ("rig", "key", "error", "verdict", "effects", "parameters", "seconds", "truth")
 """Keys of every row; the value of one that a row lacks is None."""
 
-Progress = Callable[[int, int, Row | None], None]
-"""Called with the number of rigs done, the number in all, and the row that has just arrived, if any."""
-
-
 def diagnosed(source: Source, settings: DiagnosisSettings) -> Row:
     """Load and diagnose one rig, whose own configuration overrides the settings.
 
@@ -98,7 +92,7 @@ def run_campaign(
     settings: DiagnosisSettings | None = None,
     scheduler: str | None = None,
     workers: int | None = None,
-    progress: Progress = lambda done, total, row: None,
+    progress: Progress = lambda what, share: None,
     work: Callable[..., Row] = diagnosed,
 ) -> list[Row]:
     """Diagnose every rig that has no result yet; return one row per source, in their order.
@@ -117,20 +111,22 @@ def run_campaign(
         require_range("workers", workers, "1", 1, 1000)
     for name, count in Counter(source.rig for source in sources).most_common(1):
         refuse(count > 1, f"two rigs are called {name!r}; every rig needs its own name.")
-    settings = settings or DiagnosisSettings()
+    settings, failed = settings or DiagnosisSettings(), 0
     with whole_folder(folder) as draft, ExitStack() as stack:
         code = code_digest() + source_digest((work.__module__,))
-        by_key = {result_key(own.rig, own.content(), settings, code): own for own in sources}
+        by_key = {dask.base.tokenize(own.rig, own.content(), settings, code): own for own in sources}
         files = {key: Path(folder) / "rows" / f"{key}.json" for key in by_key}
         kept = {key: read_row(file) for key, file in files.items() if file.exists()}
         known = {key: row for key, row in kept.items() if row["error"] is None}
-        progress(len(known), len(by_key), None)
+        progress(f"{len(known)} of {len(by_key)} rigs done", len(known) / max(len(by_key), 1))
         if waiting := {key: source for key, source in by_key.items() if key not in known}:
             client = _remote(scheduler, stack) if scheduler is not None else _local(workers, stack)
             for row in _arriving(client, waiting, work, settings):
                 write_atomically(files[row["key"]], document_text(row))
                 known[row["key"]] = complete(row)
-                progress(len(known), len(by_key), row)
+                failed += row.get("error") is not None
+                said = f"{len(known)} of {len(by_key)} rigs done" + (f", {failed} failed" if failed else "")
+                progress(said, len(known) / len(by_key))
         found = [known[key] for key in by_key]
         write_atomically(draft / CONSOLIDATED, parquet_bytes(found))
     return found
@@ -139,15 +135,6 @@ def run_campaign(
 def code_digest() -> str:
     """Return the digest of the source of every package that a diagnosis runs."""
     return source_digest(CODE)
-
-
-def result_key(rig: str, content: str, settings: DiagnosisSettings, code: str) -> str:
-    """Return the name of a result by the rig's name, the digests of its logs and of the code, and the settings.
-
-    It has 96 bits, with which no two of a billion results share one.
-    """
-    parts = [rig, content, json.dumps(asdict(settings), sort_keys=True), code]
-    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:24]
 
 
 def _local(workers: int | None, stack: ExitStack) -> Client:
