@@ -41,24 +41,24 @@ def build(
     """
     from fmu_src.native import NATIVE_UNITS
 
-    for asked, words in ((fmi != 2, f"--fmi {fmi}"), (all_platforms, "--all-platforms")):
+    kind = {"--all-platforms": all_platforms, "--model-exchange": model_exchange, f"--fmi {fmi}": fmi != 2}
+    for words, asked in kind.items():
         refuse(asked and not native, f"{words} belongs to native units; add --native.")
-    refuse(
-        model_exchange and not (native and units == [results.PLANT]),
-        "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange.",
-    )
     names = units or list(NATIVE_UNITS if native else fmu_src.UNITS)
     given = args.sets_by_unit(parameters, names, f"which is not among {', '.join(names)}")
     several = bool(settings) and len(names) != 1
     refuse(several, "--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
-    own, kind = args.assignments(settings), {"all_platforms": all_platforms, "model_exchange": model_exchange}
+    own = args.assignments(settings)
     with results.whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
             taken = given.get(name)
             whole = taken if taken and taken.unit == name and not own else None  # the unit then says its use
             values: dict[str, float | str] = {**(taken.start_values if taken else {}), **own}
-            hi.build(name, draft, whole or values, native=native, fmi=fmi, **kind)
+            hi.build(
+                name, draft, whole or values, native=native, fmi=fmi, all_platforms=all_platforms,
+                model_exchange=model_exchange,
+            )  # fmt: skip
     if native:
         args.warn_of_missing_compilers(all_platforms)
         if not units:

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
 from heli_identifier import tracing
-from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.errors import refuse, require_range
 from heli_identifier.files import write_atomically
 from heli_identifier.online.excitation import Excitation, Multisine, paper_channels, voltages
 from heli_identifier.records import Log
@@ -133,16 +133,14 @@ def effects_named(words: Sequence[str]) -> tuple[Effect, ...]:
     for word in words:
         name, _, axis = word.partition(":")
         of_name = [entry for entry in CATALOGUE if entry.name == name]
-        if not of_name:
-            hint = did_you_mean(name, {entry.name for entry in CATALOGUE}) or "; `heli effects` lists them."
-            raise ConfigurationError(f"no effect is called {name!r}{hint}")
+        hint = did_you_mean(name, {entry.name for entry in CATALOGUE}) or "; `heli effects` lists them."
+        refuse(not of_name, f"no effect is called {name!r}{hint}")
         fitting = [entry for entry in of_name if axis in ("", entry.axis)]
-        if len(fitting) != 1:
-            choices = ", ".join(f"{name}:{entry.axis}" for entry in of_name)
-            raise ConfigurationError(f"{word!r} is not one entry of the catalogue; choose one of {choices}.")
+        choices = ", ".join(f"{name}:{entry.axis}" for entry in of_name)
+        refuse(len(fitting) != 1, f"{word!r} is not one entry of the catalogue; choose one of {choices}.")
         found += fitting
-    if len(found) == 2 and found[0] == found[1]:
-        raise ConfigurationError(f"{words[0]} and {words[1]} are the same effect; two different ones are needed.")
+    same = len(found) == 2 and found[0] == found[1]
+    refuse(same, f"{' and '.join(words)} are the same effect; two different ones are needed.")
     return tuple(found)
 
 

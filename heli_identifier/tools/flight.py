@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import refuse
 from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, determined
 from heli_identifier.records import Log
 from heli_identifier.results import Table
@@ -69,8 +69,8 @@ def flown(addition: Proposal, plant: PlantParameters, pid: PidSettings, hover: f
     added, air = addition.voltages(duration), air_torque(count)
     with np.errstate(over="ignore", invalid="ignore"):
         angles, used = fly(plant, pid, references, state, held, STEP, memory, added, air, on_encoders)
-    if not np.isfinite(angles).all():
-        raise ConfigurationError("the loop is unstable with these parameters; give the rig's own controller")
+    unstable = not np.isfinite(angles).all()
+    refuse(unstable, "the loop is unstable with these parameters; give the rig's own controller")
     return Log("rehearsal", 1.0 / STEP, used, angles)
 
 

@@ -143,14 +143,21 @@ class Together(NamedTuple):
 
 def joint(histories: Sequence[EstimateHistory]) -> Together:
     """Combine prediction errors of logs that began with one prior; their sampling periods may differ."""
-    plan = histories[-1].plan
-    omegas, errors, ratios = zip(*(_of_axis([one.state for one in histories], a, plan) for a in range(3)), strict=True)
-    state = _with(histories[-1].state, "omega", omegas)
-    output = online.output_of(_with(state, "standard_errors", errors), plan)
-    scatter = online.output_of(_with(state, "standard_errors", ratios), plan).standard_errors._asdict()
-    found = estimates_of(output, plan)
+    plan, last = histories[-1].plan, histories[-1].state
+    together = [_of_axis([one.state for one in histories], axis, plan) for axis in range(3)]
+
+    def state_with(part: int) -> IdentifierState:
+        """State of all logs together, with a part of what is known of each axis as its standard errors."""
+        axes = []
+        for axis, of in zip(last.axes, together, strict=True):
+            omega, errors = (tuple(of[k].tolist()) for k in (0, part))
+            axes.append(axis._replace(estimate=axis.estimate._replace(omega=omega, standard_errors=errors)))
+        return last._replace(axes=(axes[0], axes[1], axes[2]))
+
+    state = state_with(1)
+    found, scatter = estimates_of(online.output_of(state, plan), plan), online.output_of(state_with(2), plan)
     outputs = [online.output_of(one.state, one.plan) for one in histories]
-    notes = (*_disagreement(scatter), *_contradictions(found, outputs))
+    notes = (*_disagreement(scatter.standard_errors._asdict()), *_contradictions(found, outputs))
     return Together(found, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
 
 
@@ -180,15 +187,6 @@ def _of_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[
     ratios = np.sqrt(scatter.sum(axis=0) / others)
     variance = np.einsum("ij,ji->i", rows, np.linalg.solve(H, rows.T))
     return omega, np.sqrt(variance / counted) * np.maximum(1.0, ratios), ratios
-
-
-def _with(state: IdentifierState, field: str, values: Sequence[Array]) -> IdentifierState:
-    """Return ``state`` with a ``field`` of the estimates of its three axes replaced."""
-    axes: Any = [
-        axis._replace(estimate=axis.estimate._replace(**dict[str, Any]({field: tuple(own.tolist())})))
-        for axis, own in zip(state.axes, values, strict=True)
-    ]
-    return state._replace(axes=tuple(axes))
 
 
 def weighted(logs: Sequence[Mapping[str, Estimate]]) -> Together:

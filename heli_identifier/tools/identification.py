@@ -25,7 +25,7 @@ import numpy as np
 from scipy.stats import norm
 
 from heli_identifier import online, records, results
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import refuse
 from heli_identifier.online import ADAPTATION, METHODS, PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.provenance import provenance
 from heli_identifier.records import LogSource, RigConfiguration
@@ -178,8 +178,7 @@ def identify(
     ConfigurationError
         A setting is out of range, such as a filter too fast for a log's rate, or no method has this name.
     """
-    if method is not None and method not in METHODS:
-        raise ConfigurationError(f"method {method!r} must be one of {', '.join(METHODS)}")
+    refuse(method not in (None, *METHODS), f"method {method!r} must be one of {', '.join(METHODS)}")
     used = records.read_logs(logs)
     rig = configuration or records.common_configuration(used) or RigConfiguration()
     records.check_excitation(used)

@@ -144,11 +144,9 @@ def operating_point(parameters: PlantParameters, pitch: float | None = 0.0, elev
             else f"the plant has no equilibrium at pitch {pitch:g} rad, elevation {elevation:g} rad."
         )
     most = max(abs(found.v_front), abs(found.v_rear))
-    if most >= parameters.v_max:
-        raise ConfigurationError(
-            f"pitch {found.pitch:.3g} rad and elevation {elevation:g} rad need {most:.3g} V, the motors take "
-            f"{parameters.v_max:g} V; choose a point nearer to rest."
-        )
+    need = f"pitch {found.pitch:.3g} rad and elevation {elevation:g} rad need {most:.3g} V"
+    beyond = most >= parameters.v_max
+    refuse(beyond, f"{need}, the motors take {parameters.v_max:g} V; choose a point nearer to rest.")
     return found
 
 

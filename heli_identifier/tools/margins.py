@@ -31,7 +31,7 @@ import numpy as np
 from control import StateSpace, append, ss
 from numpy.typing import NDArray
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.results import ParameterSet, drawn_values
 from heli_identifier.tools.linearisation import LinearModel, linear_model
 from heli_identifier.tools.loop import Array, Settings, answered, begun
@@ -233,11 +233,8 @@ def allowed_plants(
         progress("linearising the plants that the data allow", 0.5 * number / draws)
         with suppress(ConfigurationError):
             drawn.append(linear_model(plant, pitch, elevation, period))
-    if not drawn:
-        raise ConfigurationError(
-            f"none of {draws} plants that the data allow has an equilibrium at pitch {model.point.pitch:g} rad, "
-            f"elevation {elevation:g} rad; choose a point nearer to rest."
-        )
+    at = f"pitch {model.point.pitch:g} rad, elevation {elevation:g} rad; choose a point nearer to rest."
+    refuse(not drawn, f"none of {draws} plants that the data allow has an equilibrium at {at}")
     omega, fallen = frequencies(period), draws - len(drawn)
     responses = np.array([plant_response(one, omega) for one in (model, *drawn)])
     notes = [parameters.drawn_from_prior] if parameters.drawn_from_prior else []

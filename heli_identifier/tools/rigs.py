@@ -58,10 +58,9 @@ class Rig:
 
     def __post_init__(self) -> None:
         for name in ("training", "held_out"):
-            logs = tuple(getattr(self, name))
-            if not logs or not all(isinstance(log, Log) for log in logs):
-                raise ConfigurationError(f"rig.{name} = {logs!r} must hold one or more logs.")
-            object.__setattr__(self, name, logs)
+            logs = getattr(self, name)
+            of_logs = bool(logs) and all(isinstance(log, Log) for log in logs)
+            refuse(not of_logs, f"rig.{name} = {logs!r} must hold one or more logs.")
         if foreign := set(self.truth or ()) - TRUE:
             raise ConfigurationError(
                 f"rig.truth names {foreign.pop()!r}, which is neither a parameter nor an effect on an axis as `heli "
@@ -238,7 +237,7 @@ def _make_rig(generator: str, seed: int) -> Rig:
     return rig
 
 
-def named_function(name: str) -> Callable:
+def named_function(name: str) -> Any:
     """Import a function by "module:function"; ConfigurationError says why it cannot be had."""
     module, _, function = name.partition(":")
     refuse(not (module and function), f"{name!r} must read module:function, for instance my_rigs:make.")
@@ -249,8 +248,7 @@ def named_function(name: str) -> Callable:
             f"{name}: module {module} cannot be imported: {type(error).__name__}: {error}; mend it, or run from the "
             "folder that holds it."
         ) from error
-    if not callable(found):
-        raise ConfigurationError(f"{name}: module {module} has no function {function}.")
+    refuse(not callable(found), f"{name}: module {module} has no function {function}.")
     return found
 
 

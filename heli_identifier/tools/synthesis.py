@@ -32,7 +32,7 @@ import control
 import numpy as np
 from scipy.optimize import minimize
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.tools import margins
 from heli_identifier.tools.linearisation import PERIOD, LinearModel, linear_system
@@ -156,11 +156,11 @@ def synthesised(
             f"controlled ({error}); give its angle a weight, or choose a point with more lift."
         ) from error
     stable = np.abs([*poles, *errors]).max() < 1.0 if sampled else np.real([*poles, *errors]).max() < 0.0
-    if not stable or not np.isfinite(found).all():
-        raise ConfigurationError(
-            "the design is unstable on its own model: a mode is hardly weighted or hardly controlled; raise the "
-            "weights of the angles and of their integrals, or choose a point with more lift."
-        )
+    refuse(
+        not stable or not np.isfinite(found).all(),
+        "the design is unstable on its own model: a mode is hardly weighted or hardly controlled; raise the weights of "
+        "the angles and of their integrals, or choose a point with more lift.",
+    )
     feedback, K_z = np.asarray(found)[:, :n], np.zeros((2, 2))
     N = steady[n:] + feedback @ steady[:n]
     if integral:
@@ -192,14 +192,8 @@ def synthesised(
 def _whole_delay(plant: PlantParameters, h: float) -> int:
     """Input delay in whole periods [h], once period and delay were found possible."""
     lag, delay = motor_time_constant(plant), round(plant.input_delay_rotors / h)
-    if h > lag:
-        raise ConfigurationError(
-            f"controller.period = {h:g} s is longer than the motors' lag of {lag:.3g} s, so the voltages between two "
-            "samples are not resolved; take 0.01 s."
-        )
-    if delay > MOST_DELAY:
-        raise ConfigurationError(
-            f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {h:g} s, the unit keeps at "
-            f"most {MOST_DELAY}; take a longer controller.period."
-        )
+    longer = f"controller.period = {h:g} s is longer than the motors' lag of {lag:.3g} s"
+    refuse(h > lag, f"{longer}, so the voltages between two samples are not resolved; take 0.01 s.")
+    late = f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {h:g} s"
+    refuse(delay > MOST_DELAY, f"{late}, the unit keeps at most {MOST_DELAY}; take a longer controller.period.")
     return delay
