@@ -176,8 +176,8 @@ class Likelihood:
         drift = point.own[i, 3 * len(self.rig.axes) :]
         if not drift.any():
             return parameters
-        of_log = {n: getattr(parameters, n) * exp(d) for n, d in zip(self.rig.gains, drift, strict=True)}
-        return parameters._replace(**of_log)
+        gains = zip(self.rig.gains, drift, strict=True)
+        return self.rig.assign(parameters, {name: self.rig.read(parameters, name) * exp(d) for name, d in gains})
 
     def run(
         self, i: int, point: Point, e: Array, motion: Array = NO_MOTION, parameters: Parameters = None,
