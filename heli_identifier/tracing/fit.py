@@ -31,6 +31,7 @@ from .settings import (
     FARTHEST,
     ITERATIONS,
     LARGEST_STEP,
+    NOISE_WIDTH,
     OWN_PRIOR,
     ROUGHLY,
     ROUNDS,
@@ -74,6 +75,15 @@ class Fit:
     def quadratic(self) -> Quadratic:
         """Quadratic form of F."""
         return linearise(self.likelihood, self.point, self.coordinates, self.x, self.sigma, (self.e, self.motion))
+
+    @property
+    def hessian(self) -> Array:
+        """Hessian of F (n, n) for a step: innovations are about linear in exp(-k h) of an encoder, and not in ln k."""
+        H, g = self.quadratic.total[0].copy(), self.quadratic.g.sum(0)
+        k = np.arange(len(H))[-len(self.sigma) :]
+        kh = physical(self.point.z)[-1] * self.likelihood.records[0].step
+        H[k, k] += np.maximum(0.0, NOISE_WIDTH[-1] * (1.0 - kh) * g[k])
+        return H
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -253,7 +263,7 @@ def _searched(
     low, high = now.bounds
     reach, moved = np.ones(point.z.size), np.zeros(point.z.size)  # of the air: shorter where it swings
     for _ in range(ITERATIONS):
-        z, (H, g) = now.point.z.ravel(), now.quadratic.total
+        z, H, g = now.point.z.ravel(), now.hessian, now.quadratic.total[1]
         s = bounded_step(
             H, g, np.concatenate((low - now.x, np.maximum(-reach, -FARTHEST - z))),
             np.concatenate((high - now.x, np.minimum(reach, FARTHEST - z))),

@@ -125,7 +125,7 @@ def _entered(around: Scores, chosen: Sequence[str]) -> Fit:
     for name in new:
         shapes |= dict(around.coordinates[around.chosen_column(name)].beside)
     kept = [name for name in chosen if name in around.selected]
-    other = around.point([*kept, *new]) if len(kept) < len(around.selected) else None
+    other = around.point([*kept, *new])
     return refitted(around.fitted, list(around.effects.values()), [*kept, *new], shapes, other=other)
 
 
