@@ -14,7 +14,7 @@ import pytest
 from heli_identifier import files, processes
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
-from heli_identifier.results.folder import whole_folder
+from heli_identifier.results.documents import whole_folder
 
 
 def names(folder):

@@ -101,8 +101,10 @@ class Listening:
         elif "time" not in names:
             raise ConfigurationError("this layout holds no time: give the rig's sampling rate with --rate.")
         self.port, self.rate, self.format = port, rate, format
+        stated = {name: understood(name, unit) for name, unit in format.units.items()}
+        own = {name: factor_to_si(name, unit, format.counts_per_turn(name)) for name, unit in stated.items() if unit}
         # a unit that the layout states itself stays
-        units = [_factor(name, format) if k is None else k for name, k in zip(names, factors, strict=True)]
+        units = [own.get(name, 1.0) if k is None else k for name, k in zip(names, factors, strict=True)]
         port.layout = port.layout._replace(factors=tuple(units))
         self.clock: RigClock | None = None  # until enough has come in
         self.unread: list[tuple[Datagram, float]] = []  # samples that are not in order yet, and when they came in [s]
@@ -197,7 +199,7 @@ class Listening:
         if self.clock is None or self.order.newest is None:
             return found
         is_new_start = self.grid is not None and self.order.counts["restarted"] > self.restarts
-        self.restarts = self.order.counts["restarted"]
+        self.restarts, limit = self.order.counts["restarted"], self.format.voltage_limit if self.format.clip else inf
         for sample in self.order.release(self.order.newest.time - age):
             grid = self.grid = self.grid or Grid(self.sample_time, sample)
             before = grid.tick
@@ -207,7 +209,8 @@ class Listening:
             else:
                 number = grid.place(sample)
             is_new_start = False
-            signals = orient(sample.signals, self.format)
+            front, rear, *angles = self.format.oriented(dict(zip(SIGNALS, sample.signals, strict=True))).values()
+            signals = (saturate(front, limit), saturate(rear, limit), *angles)
             keep(grid.time_of(sample), signals)
             if number >= 0:
                 found += [self.last._replace(fresh=0.0)] * (number - before - 1)
@@ -235,9 +238,7 @@ def find_rate(times: list[float]) -> float:
 
     Where samples are missing two times are as many steps apart as the median of them says.
     """
-    usual = _median_step(times)
-    if usual <= _SHORTEST:
-        return 1.0 / _SHORTEST
+    usual = max(_median_step(times), _SHORTEST)
     rate = sum(round((after - before) / usual) for before, after in pairwise(times)) / (times[-1] - times[0])
     near = min(_USUAL_RATES, key=lambda one: abs(rate / one - 1.0))
     whole = float(round(rate))
@@ -259,19 +260,6 @@ def find_unit(times: list[float], seconds: float) -> float:
 
 def _median_step(times: list[float]) -> float:
     return median_low([after - before for before, after in pairwise(times)])
-
-
-def _factor(signal: str, form: LogFormat) -> float:
-    """Return the factor to SI from the unit that heli.toml states for a signal; 1 where it states none."""
-    unit = understood(signal, form.units[signal]) if signal in form.units else None
-    return 1.0 if unit is None else factor_to_si(signal, unit, form.counts_per_turn(signal))
-
-
-def orient(signals: tuple[float, ...], form: LogFormat) -> tuple[float, ...]:
-    """Return signals with the project's signs and rotors, as a log of this rig is read."""
-    front, rear, *angles = form.oriented(dict(zip(SIGNALS, signals, strict=True))).values()
-    limit = form.voltage_limit if form.clip else inf
-    return (saturate(front, limit), saturate(rear, limit), *angles)
 
 
 def _check_rate(rate: float) -> None:

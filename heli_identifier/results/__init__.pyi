@@ -59,8 +59,7 @@ __all__ = [
 
 from .checking import Check, check
 from .comparing import Comparison, compare
-from .documents import document_text, plain, read_document
-from .folder import whole_folder, write_files
+from .documents import document_text, plain, read_document, whole_folder, write_files
 from .looking import Look, diagnosis_lines, look
 from .parameters import (
     PLANT,

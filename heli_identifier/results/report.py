@@ -14,7 +14,7 @@ from scipy.signal import correlate, welch
 
 from heli_identifier import tracing
 from heli_identifier.results import tables, words
-from heli_identifier.results.folder import write_files
+from heli_identifier.results.documents import write_files
 from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.svg import Axes, figure
 from heli_identifier.results.unit import build, check_free_run
