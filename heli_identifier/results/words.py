@@ -108,17 +108,14 @@ _GREEK = {
 
 def law_text(law: str) -> str:
     """Give a law of the catalogue with Greek letters, real minus signs and superscripts."""
-    text = re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda word: _letter(word[0]), law)
-    text = re.sub(r"abs\(([^)]*)\)", r"|\1|", text)
+
+    def typeset_symbol(found: re.Match[str]) -> str:
+        head, mark, subscript = found[0].partition("_")
+        symbol = BY_FIELD[found[0]].symbol if found[0] in BY_FIELD else ""
+        return symbol or f"{_GREEK.get(head, head)}{mark}{subscript}"
+
+    text = re.sub(r"abs\(([^)]*)\)", r"|\1|", re.sub(r"[A-Za-z_][A-Za-z_0-9]*", typeset_symbol, law))
     return text.replace("->", "→").replace("^2", "²").replace("-", "−")
-
-
-def _letter(word: str) -> str:
-    """Give a symbol of a law as it is typeset, its subscript after an underscore."""
-    if word in BY_FIELD and BY_FIELD[word].symbol:
-        return BY_FIELD[word].symbol
-    head, mark, subscript = word.partition("_")
-    return f"{_GREEK.get(head, head)}{mark}{subscript}"
 
 
 def leading(diagnosis: tracing.DiagnosisFile) -> str:
