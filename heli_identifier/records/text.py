@@ -15,6 +15,7 @@ line break is left out.
 import codecs
 import csv
 import re
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from itertools import zip_longest
@@ -97,8 +98,15 @@ def _columns(lines: Sequence[str], layout: _Layout, file: str, decimal: str) -> 
         raise LogError(f"{file}: its {samples} rows have fewer cells than its {count} headers; save it again.")
     blocks = []
     for first in range(layout.above, len(lines), _BLOCK):
-        rows = list[list[str]]()
-        for row, line in enumerate(lines[first : first + _BLOCK], first + 1):
+        block, rows = lines[first : first + _BLOCK], list[list[str]]()
+        if decimal == ".":
+            # a cell is empty or quoted, or holds no number; blank lines alone are a warning
+            with suppress(ValueError), warnings.catch_warnings(action="ignore"):
+                found = np.loadtxt(block, delimiter=layout.separator.strip(" ") or None, comments=None, ndmin=2)
+                if found.shape == (len(block), count):
+                    blocks.append([*found.T])
+                    continue
+        for row, line in enumerate(block, first + 1):
             cells = _cells(line, layout.separator)
             if any(cells[count:]):
                 wrong = f"{len(cells)} cells stand under {count} headers"
