@@ -14,13 +14,13 @@ import typer
 from benchmarks.harness import write_section
 
 SECTIONS = {
-    "commands": "commands", "loop": "masters", "native": "masters", "fit": "fit", "memory": "units", "runs": "units",
+    "commands": "units", "loop": "units", "native": "units", "fit": "outside", "memory": "units", "runs": "units",
     "soak": "soak",
 }  # fmt: skip
 """Module of each section of docs/benchmarks.md; its function of the section's name gives the text."""
 
 PRINTED = {
-    "blind": "blind", "windy": "halves", "measured": "halves", "outside": "outside", "damage": "damage",
+    "blind": "blind", "windy": "halves", "measured": "halves", "outside": "outside", "damage": "blind",
     "controllers": "controllers", "follow": "follow", "closed_loop": "closed_loop", "quiet": "closed_loop",
     "rough_air": "closed_loop", "paper": "paper", "figures": "figures", "freeze": "freeze", "mutants": "mutants",
 }  # fmt: skip

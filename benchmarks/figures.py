@@ -17,7 +17,6 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas
-from numpy.typing import NDArray
 
 from benchmarks.harness import ROOT, Words, share
 from benchmarks.rigs import DETECTABLE
@@ -28,7 +27,6 @@ from heli_identifier.records import demo_files
 from heli_identifier.results import Axes, figure, figure_file
 from heli_identifier.results.report import report_page
 from heli_identifier.tracing import diagnose
-from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2
 
 TABLES, FIGURES = ROOT / "docs" / "results", ROOT / "docs" / "figures"
@@ -44,7 +42,6 @@ ORDER = {
 }
 """A multisine of a quarter of a volt on top of the controller's voltages, the elevation held at .15 rad."""
 
-
 BINS = (-np.inf, 3.0, 6.0, 8.0, 11.0, 16.0, 32.0, 64.0, np.inf)
 """Bounds of the bins of told scores [nats]; what is below 1 or above 128 is drawn there."""
 
@@ -52,24 +49,19 @@ BINS = (-np.inf, 3.0, 6.0, 8.0, 11.0, 16.0, 32.0, 64.0, np.inf)
 def identifier() -> str:
     """Draw estimates of both methods over time [s] with their 95 % bands; the truth as a line."""
     names = [f"identifier.{kind}{name}" for name, _ in SHOWN for kind in ("", "standard_error.")]
-    columns: dict[str, dict[str, NDArray[np.float64]]] = {}
-    for method in (ADAPTATION, PREDICTION_ERROR):
-        run = run_apart("closed_loop", 120.0, 0.01, {**ORDER, "identifier.method": method}, record=names)
-        late = np.flatnonzero(run.time > 12.0)[::50]
-        columns[method] = {name: run.column(name)[late] for name in names}
-        time = np.asarray(run.time)[late]
+    methods = ((ADAPTATION, "before", "adaptation (7)"), (PREDICTION_ERROR, "after", "prediction errors"))
+    runs = {method: run_apart("closed_loop", 120.0, 0.01, {**ORDER, "identifier.method": method}, record=names)
+            for method, *_ in methods}  # fmt: skip
     panels = []
     for name, unit in SHOWN:
         truth = getattr(TABLE_2, name)
         panel = Axes(f"{name} [{unit}]", limits=(min(-0.2 * abs(truth), 0.0), 1.8 * truth))
-        for method, role, label in (
-            (ADAPTATION, "before", "adaptation (7)"),
-            (PREDICTION_ERROR, "after", "prediction errors"),
-        ):
-            value = columns[method][f"identifier.{name}"]
-            half = 1.96 * columns[method][f"identifier.standard_error.{name}"]
-            panel.band(time, value - half, value + half, role=role)
-            panel.line(time, value, role, label, 1.2)
+        for method, role, label in methods:
+            run = runs[method]
+            late = np.flatnonzero(run.time > 12.0)[::50]
+            value, half = (run.column(f"identifier.{kind}{name}")[late] for kind in ("", "standard_error."))
+            panel.band(run.time[late], value - 1.96 * half, value + 1.96 * half, role=role)
+            panel.line(run.time[late], value, role, label, 1.2)
         panel.level(truth, "muted", "truth")
         panels.append(panel)
     return figure(panels, "time [s]", "Estimates of both methods over time", 640.0)
@@ -78,8 +70,7 @@ def identifier() -> str:
 def before_after(rows: pandas.DataFrame) -> str:
     """Draw errors .2 s ahead on held-out logs by axis: before, after, noise floor."""
     panels = []
-    for axis in AXES:
-        own = rows[(rows.axis == axis) & (rows.error == ".2 s ahead")]
+    for axis, own in rows[rows.error == ".2 s ahead"].groupby("axis", sort=False):
         names = [f"{axis}, {rig.removeprefix('ntnu-')} {half}" for rig, half in zip(own.rig, own.half, strict=True)]
         panel = Axes("", 16.0 * len(own), names=names)
         for role, word in (("before", "before"), ("after", "after"), ("measured", "floor")):
@@ -92,11 +83,11 @@ def before_after(rows: pandas.DataFrame) -> str:
 def gains(rows: pandas.DataFrame) -> str:
     """Draw gains over the truth with their 95 % intervals, half by half, by kind of air."""
     panels = []
-    for kind in rows.kind.unique():
+    for kind, of_kind in rows.groupby("kind", sort=False):
         panel = Axes(f"over the truth, {kind}", 150.0)
         panel.level(1.0, "muted")
         for number, (gain, role) in enumerate((("k_x", "before"), ("k_z", "after"), ("k_y", "measured"))):
-            own = rows[(rows.kind == kind) & (rows.gain == gain)]
+            own = of_kind[of_kind.gain == gain]
             places = np.arange(len(own)) + 1.0 + 0.25 * (number - 1)
             for place, ratio, half in zip(places, own.ratio, own.half_width, strict=True):
                 panel.line((place, place), (ratio - half, ratio + half), role, width=1.0)

@@ -11,103 +11,82 @@ import json
 import re
 import sys
 from collections.abc import Callable, Iterator
-from functools import partial
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 from zipfile import ZipFile
 
 import heli_identifier as hi
-from benchmarks.follow import flown
-from benchmarks.rigs import log_of
-from fmu_src import SCENARIOS, UNITS, build
+from benchmarks.follow import flight
+from benchmarks.rigs import blind_rig
+from fmu_src import UNITS, build
 from fmu_src.master import run_apart
 from fmu_src.native import NATIVE_UNITS
 from heli_identifier.files import write_atomically
-from tests.blind.generator import BATTERY, Case
-from tests.faults.case import Fault, tried
+from heli_identifier.online import METHODS
+from heli_identifier.records import DEMO_RIGS
+from tests.blind.generator import BATTERY
+from tests.faults.case import tried
 from tests.faults.page import FAULTS
 
 VOLATILE = ("seconds", "provenance", "file", "sha256", "path")
-"""Keys of what differs from run to run."""
+"""Keys of what differs from run to run, and is not compared."""
 
 EVERY = 97
 """An array is recorded by each so many of its numbers."""
 
 
-def steady(document: Any) -> Any:
-    """Give a document without what differs from run to run."""
-    if isinstance(document, dict):
-        return {key: steady(value) for key, value in document.items() if key not in VOLATILE}
-    return [steady(value) for value in document] if isinstance(document, list | tuple) else document
-
-
-def diagnosed(case: Case) -> Any:
+def diagnosed(kind: str, scale: float) -> Any:
     """Diagnose a rig of the blind battery."""
-    rig = case.rig(0)
-    logs = [log_of(f"train{number}", 100.0, samples) for number, samples in enumerate(rig.train, 1)]
-    return steady(hi.diagnose(logs, held_out=[log_of("held1", 100.0, rig.held)]).to_dict())
+    return blind_rig(kind, scale, 0).diagnose().to_dict()
 
 
 def identified(rig: str, method: str) -> Any:
     """Give the histories of the on-line identifier over the logs of a demonstration rig."""
     found = hi.identify(hi.demo_logs(rig)[0], method=method)
     histories = {one.name: one.parameters.ravel()[::EVERY].tolist() for one in found.histories}
-    return {"document": steady(found.to_dict()), "histories": histories}
+    return {"document": found.to_dict(), "histories": histories}
 
 
-def simulated(name: str, make: Callable[..., Path]) -> Any:
+def simulated(scenario: str, language: str) -> Any:
     """Give every output of a scenario's units over 20 s."""
-    with TemporaryDirectory() as folder:
-        fmus = {unit: make(kind, Path(folder)) for unit, kind in SCENARIOS[name].units}
-        run = run_apart(name, 20.0, 0.01, {"plant.encoder.enabled": True}, fmus)
+    run = run_apart(scenario, 20.0, 0.01, {"plant.encoder.enabled": True}, native=language == "C")
     return {output: run.column(output)[::EVERY].tolist() for output in run.names}
 
 
-def described(unit: str, make: Callable[..., Path]) -> Any:
+def described(unit: str, language: str) -> Any:
     """Give the model description of a unit, without identifiers and dates."""
-    with TemporaryDirectory() as folder, ZipFile(make(unit, Path(folder))) as fmu:
+    with TemporaryDirectory() as folder, ZipFile(build(unit, Path(folder), native=language == "C")) as fmu:
         text = fmu.read("modelDescription.xml").decode()
     return re.sub(r'(guid|instantiationToken|generationDateAndTime)="[^"]*"', "", text).splitlines()
 
 
-def answered(fault: Fault) -> Any:
+def answered(name: str) -> Any:
     """Give exit code, sentence and what is left of a fault."""
     with TemporaryDirectory() as folder:
-        answer = tried(fault, Path(folder))
+        answer = tried(MESSAGES[name], Path(folder))
     return [answer.code, answer.sentence, list(answer.left)]
 
 
-BUILDS: dict[str, Callable[..., Path]] = {"python": build, "native": partial(build, native=True)}
-KINDS: dict[str, dict[str, Callable[[], Any]]] = {
-    "battery": {f"{case.group} {case.kind} {case.scale:g}": partial(diagnosed, case) for case in BATTERY},
-    "flights": {
-        kind: partial(flown, 2, 400, kind) for kind in ("k_x", "friction_elevation", "mass", "stuck", "loss")
-    },
-    "identifier": {
-        f"{rig} {method}": partial(identified, rig, method)
-        for rig in ("rig-a", "rig-b", "rig-c")
-        for method in ("adaptation", "prediction_error")
-    },
-    "scenarios": {
-        f"{name} {word}": partial(simulated, name, make)
-        for name in ("open_loop", "closed_loop")
-        for word, make in BUILDS.items()
-    },
-    "units": {
-        f"{unit} {word}": partial(described, unit, make)
-        for word, make in BUILDS.items()
-        for unit in (NATIVE_UNITS if word == "native" else UNITS)
-    },
-    "messages": {f"{section} {fault.what}": partial(answered, fault) for section, fault in FAULTS if not fault.shell},
+MESSAGES = {f"{section} {fault.what}": fault for section, fault in FAULTS if not fault.shell}
+"""Faults that need no process of their own."""
+
+KINDS: dict[str, tuple[Callable[..., Any], list[tuple[Any, ...]]]] = {
+    "battery": (diagnosed, [(case.kind, case.scale) for case in BATTERY]),
+    "flights": (flight, [(2, 400, kind) for kind in ("k_x", "friction_elevation", "mass", "stuck", "loss")]),
+    "identifier": (identified, [*product(DEMO_RIGS, METHODS)]),
+    "scenarios": (simulated, [*product(("open_loop", "closed_loop"), ("Python", "C"))]),
+    "units": (described, [*product(UNITS, ("Python",)), *product(NATIVE_UNITS, ("C",))]),
+    "messages": (answered, [(name,) for name in MESSAGES]),
 }
-"""What is recorded: entries with what makes their content; of faults those that need no process of their own."""
+"""What makes the entries that are recorded, and of what; the words are an entry's name."""
 
 
 def differences(old: Any, new: Any, place: str = "") -> Iterator[str]:
     """Say what differs, and where; numbers that are no number are the same."""
     if isinstance(old, dict) and isinstance(new, dict):
-        for key in {**old, **new}:
+        for key in (key for key in {**old, **new} if key not in VOLATILE):
             yield from differences(old.get(key), new.get(key), f"{place}.{key}")
     elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
         for number, pair in enumerate(zip(old, new, strict=True)):
@@ -123,19 +102,17 @@ def freeze(
 ) -> None:
     """Record or compare."""
     if what == "compare":
-        entries = sorted({path.relative_to(folder) for folder in folders for path in folder.glob("*/*.json")})
-        found = []
-        for entry in entries:
-            there = [folder / entry for folder in folders if (folder / entry).exists()]
-            pair = [json.loads(path.read_text()) for path in there]
-            lines = list(differences(*pair)) if len(pair) == 2 else [f"only in {there[0].parent.parent}"]
-            found += [f"{entry}{line}" for line in lines]
-        print(*found, f"{len(entries)} entries, {len(found)} differences", sep="\n")
+        old, new = ({path.relative_to(folder).as_posix(): json.loads(path.read_text())
+                     for path in sorted(folder.glob("*/*.json"))} for folder in folders)  # fmt: skip
+        found = list(differences(old, new))
+        print(*found, f"{len({**old, **new})} entries, {len(found)} differences", sep="\n")
         sys.exit(bool(found))
     for kind in only.split(","):
-        for name, made in list(KINDS[kind].items())[:most]:
-            path = folders[0] / kind / f"{re.sub(r'[^A-Za-z0-9_.+-]+', '-', name)[:120]}.json"
+        make, every = KINDS[kind]
+        for words in every[:most]:
+            name = re.sub(r"[^A-Za-z0-9_.+-]+", "-", " ".join(map(str, words)))
+            path = folders[0] / kind / f"{name[:120]}.json"
             if not path.exists():
                 path.parent.mkdir(parents=True, exist_ok=True)
-                write_atomically(path, json.dumps(made(), indent=1, ensure_ascii=False))
+                write_atomically(path, json.dumps(make(*words), indent=1, ensure_ascii=False))
                 print(path, flush=True)

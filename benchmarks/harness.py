@@ -1,11 +1,17 @@
-"""What all benchmarks share: work in other processes, tables with bars, sections of docs/benchmarks.md."""
+"""What all benchmarks share: jobs in other processes, figures beside their bars, sections of docs/benchmarks.md.
+
+A benchmark that judges rigs makes jobs, each of which gives rows; :func:`run_jobs` runs them and prints the ``line`` of
+each row when it arrives. What is asked of the rows is a list of :class:`Bar`.
+"""
 
 import os
 import platform
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from datetime import UTC, datetime
+from functools import partial
+from math import inf, isfinite
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -22,16 +28,22 @@ from heli_identifier.results import significant
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "benchmarks.md"
 
+Row = dict[str, Any]
+"""What was found on a rig, a half of its logs, a flight: values by name."""
+
 Words = Annotated[list[str], typer.Argument(default_factory=list, show_default=False)]
 """Words of a command, of which there may be none."""
+
+STRENGTH = ["battery", "rig", "effect", "told", "shown"]
+"""Columns of the table that the figure of the detection is drawn from; told: the score of a told fit [nats]."""
+
+From = Annotated[float, typer.Option("--from")]
+"""Time from which measured logs are read [s]."""
 
 
 def span(words: str) -> range:
     """Give the range of "first:behind the last" or "first:behind the last:step"."""
     return range(*map(int, words.split(":")))
-
-
-# --- processes ---------------------------------------------------------------------------------------------------
 
 
 def apart(function: Callable[..., Any], *arguments: Any) -> Any:
@@ -41,10 +53,14 @@ def apart(function: Callable[..., Any], *arguments: Any) -> Any:
         return pool.submit(function, *arguments).result()
 
 
-def in_parallel(function: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[Any]:
-    """Give the results in the order of the jobs, with one thread of linear algebra in each process."""
+def run_jobs(jobs: Iterable["partial[list[Row]]"], workers: int = 1) -> pandas.DataFrame:
+    """Run jobs, with one thread of linear algebra in each process; print their lines, give their rows, in order."""
+    rows: list[Row] = []
     with get_context("fork").Pool(workers, threadpool_limits, (1,)) as pool:
-        yield from pool.imap(function, jobs)
+        for own in pool.imap(partial.__call__, jobs):
+            print(*(row.pop("line") for row in own), sep="\n", flush=True)
+            rows += own
+    return pandas.DataFrame(rows)
 
 
 def resident_memory() -> float:
@@ -52,26 +68,31 @@ def resident_memory() -> float:
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
 
 
-# --- tables ------------------------------------------------------------------------------------------------------
-
-
 class Bar(NamedTuple):
-    """Requirement on a figure: ``value`` at most, or at least, ``bound``, both in ``unit``."""
+    """Requirement on a figure in ``unit``, or on the share [%] of some that are true: from ``least`` to ``most``."""
 
     what: str
-    value: float
-    bound: float
-    unit: str
-    at_least: bool = False
+    found: float | Iterable[bool]
+    most: float = inf
+    unit: str = ""
+    least: float = -inf
 
 
 def bar_table(bars: Iterable[Bar]) -> str:
-    """Give bars as a table: what, measured, asked, met; NaN does not meet its bar."""
+    """Give bars as a table: what, measured, asked, met; NaN does not meet its bar, and a share of none has none."""
     rows = []
-    for what, value, bound, unit, at_least in bars:
-        met = value >= bound if at_least else value <= bound
-        asked = f"{'at least' if at_least else 'at most'} {bound:g} {unit}".strip()
-        rows.append((what, f"{significant(value)} {unit}".strip(), asked, "yes" if met else "**no**"))
+    for what, found, most, unit, least in bars:
+        if isinstance(found, float):
+            value, said = found, f"{significant(found)} {unit}".strip()
+        elif hits := list(found):
+            value, low, high = (100.0 * end for end in share(hits))
+            said, unit = f"{count(hits)}, {value:.1f} % ({low:.1f} to {high:.1f})", "%"
+        else:
+            continue
+        ends = (("at least", least), ("at most", most))
+        asked = ", ".join(f"{word} {end:g} {unit}".strip() for word, end in ends if isfinite(end))
+        met = "yes" if least <= value <= most else "**no**"
+        rows.append((what, said, asked, met if asked else ""))
     return table(("what", "measured", "asked", "met"), rows)
 
 
@@ -81,8 +102,8 @@ def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     return "\n".join(f"| {' | '.join(str(cell).replace('|', '&#124;') for cell in line)} |" for line in lines)
 
 
-def print_frame(frame: pandas.DataFrame, csv: Path | None = None) -> None:
-    """Print a frame as a Markdown table, with three digits, and write it to a file, with four."""
+def print_frame(frame: pandas.DataFrame, csv: Path | None) -> None:
+    """Print a frame as a table, its numbers with three digits, and write it to a file, if there is one, with four."""
     cells = frame.map(lambda cell: significant(cell) if isinstance(cell, float) else cell)
     print(table([*frame.columns], cells.to_numpy().tolist()))
     if csv:
@@ -101,32 +122,16 @@ def share(hits: Sequence[bool]) -> tuple[float, float, float]:
     return sum(hits) / len(hits), low, high
 
 
-def write_strength(rows: Iterable[tuple[str, str, str, float, bool]], path: Path) -> None:
-    """Write the table that the figure of the detection is drawn from: battery, rig, effect, told, shown.
-
-    ``told``: the score [nats] of a fit that is told the structure; an effect without one is left out.
-    """
-    frame = pandas.DataFrame(rows, columns=["battery", "rig", "effect", "told", "shown"]).dropna()
-    frame.astype({"shown": int}).to_csv(path, index=False, float_format="%.4g")
-
-
-# --- page --------------------------------------------------------------------------------------------------------
-
-
-def section(title: str, *parts: str, packages: Sequence[str] = ()) -> str:
-    """Give a section of the page, with the versions of some packages at its foot."""
-    return "\n\n".join((f"## {title}", *parts, measured_at(*packages)))
-
-
-def measured_at(*packages: str) -> str:
-    """Give the line at the foot of a section: date, machine, load now, packages."""
+def section(title: str, *parts: str, packages: Sequence[str]) -> str:
+    """Give a section of the page; at its foot are date, machine, load now, and the versions of some packages."""
     lines = Path("/proc/cpuinfo").read_text().splitlines()
     processor = next(line.partition(": ")[2] for line in lines if line.startswith("model name"))
-    return (
+    foot = (
         f"{datetime.now(UTC):%Y-%m-%d}; {processor}, {os.cpu_count()} cores, {platform.system()} "
         f"{platform.machine()}, Python {platform.python_version()}; load {os.getloadavg()[0]:.1f}; "
         f"{', '.join(f'{name} {installed(name)}' for name in packages)}."
     )
+    return "\n\n".join((f"## {title}", *parts, foot))
 
 
 def write_section(name: str, text: str) -> None:

@@ -7,23 +7,20 @@ A file holds one matrix, one signal a row, with the commanded difference V_d and
 the opposite sign of the pitch, and of V_d.
 """
 
-import csv
+import sys
 from hashlib import sha256
 from http.client import HTTPException
 from pathlib import Path
 from urllib.parse import quote
 from urllib.request import urlopen
 
+import pandas
+
 from heli_identifier.files import write_atomically
-from heli_identifier.records import LogFormat, read_log, write_log
+from heli_identifier.records import Log, LogFormat, read_log, read_logs, write_log
 from heli_plant.effects import AXES
 
 SOURCES = Path(__file__).with_name("measured_sources.csv")
-PUBLIC = "https://raw.githubusercontent.com/{repository}/{commit}/{path}"
-
-
-class DownloadError(Exception):
-    """A file cannot be fetched, or is not the one that was cited."""
 
 
 def rows(matrix: str, difference: int, unit: str = "rad", sign: int = 1) -> LogFormat:
@@ -37,30 +34,33 @@ def rows(matrix: str, difference: int, unit: str = "rad", sign: int = 1) -> LogF
 FORMATS = {"ntnu-05": rows("SimData", 10), "ntnu-08a": rows("state", 8, "deg"), "ntnu-01b": rows("var", 8, sign=-1)}
 
 
-def download(folder: Path) -> list[Path]:
+def download_logs(folder: Path) -> list[Path]:
     """Fetch every file that is not there yet into ``folder``/raw, and give the folders of the rigs' logs.
 
-    Raises DownloadError if a file cannot be fetched or is not the one that was cited; what was fetched before stays and
+    It ends the program if a file cannot be fetched or is not the one that was cited; what was fetched before stays and
     is not fetched again.
     """
     rigs = {}
-    with SOURCES.open(encoding="utf-8", newline="") as file:
-        for source in csv.DictReader(file):
-            raw, rig = folder / "raw" / f"{source['rig']}-{source['log']}.mat", folder / source["rig"]
-            if not raw.is_file() or sha256(raw.read_bytes()).hexdigest() != source["sha256"]:
-                write_atomically(raw, fetched(source))
-            rigs[rig] = write_log(read_log(raw, FORMATS[rig.name]), rig / f"{source['log']}.csv")
+    for source in pandas.read_csv(SOURCES, dtype=str).to_dict("records"):
+        raw, rig = folder / "raw" / f"{source['rig']}-{source['log']}.mat", folder / source["rig"]
+        if not raw.is_file() or sha256(raw.read_bytes()).hexdigest() != source["sha256"]:
+            place = f"{source['repository']}/{source['commit']}/{quote(source['path'])}"
+            address = f"https://raw.githubusercontent.com/{place}"
+            try:
+                with urlopen(address, timeout=60.0) as answer:
+                    content = answer.read(int(source["bytes"]) + 1)  # no more than shows that it is too long
+            except (OSError, HTTPException) as error:
+                sys.exit(f"{address} cannot be fetched: {error}.")
+            if sha256(content).hexdigest() != source["sha256"]:
+                sys.exit(f"{address} is not the file that was cited; nothing of it was kept.")
+            write_atomically(raw, content)
+        rigs[rig] = write_log(read_log(raw, FORMATS[rig.name]), rig / f"{source['log']}.csv")
     return list(rigs)
 
 
-def fetched(source: dict[str, str]) -> bytes:
-    """Give the content of one published file, if it is the one that was cited; DownloadError otherwise."""
-    address = PUBLIC.format(**{**source, "path": quote(source["path"])})
-    try:
-        with urlopen(address, timeout=60.0) as answer:
-            content: bytes = answer.read(int(source["bytes"]) + 1)  # no more than shows that it is too long
-    except (OSError, HTTPException) as error:
-        raise DownloadError(f"{address} cannot be fetched: {error}.") from error
-    if sha256(content).hexdigest() != source["sha256"]:
-        raise DownloadError(f"{address} is not the file that was cited; nothing of it was kept.")
-    return content
+def measured_rig(rig: str, start: float) -> tuple[str, list[Log]]:
+    """Give the name and the logs from ``start`` [s] on of a folder, ``FOLDER:-pitch`` if its pitch counts down."""
+    folder, _, mirrored = rig.partition(":")
+    files = sorted(path for path in Path(folder).iterdir() if path.name.endswith((".csv", ".csv.gz", ".mat")))
+    signs = LogFormat(signs={"pitch": -1} if mirrored else {})
+    return Path(folder).name, list(read_logs(files, signs, start=start or None))

@@ -7,45 +7,31 @@ mutant get ``--budget`` seconds. With ``--against COMMIT`` the same mutants meet
 places are drawn that both have, letter by letter.
 """
 
-import ast
 import os
 import random
 import subprocess
 import sys
 import tempfile
+from ast import literal_eval
 from collections import Counter
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
+from io import StringIO
+from itertools import count, islice
 from pathlib import Path
 from time import monotonic
+from token import NAME, NUMBER, OP
+from tokenize import TokenInfo, generate_tokens
 from typing import NamedTuple
 
 from benchmarks.harness import ROOT, table
 
-PACKAGES = ("heli_plant", "heli_identifier", "fmu_src")
-OPERATORS: dict[type[ast.AST], tuple[str, ast.AST]] = {
-    ast.Lt: ("bound", ast.LtE()), ast.LtE: ("bound", ast.Lt()), ast.Gt: ("bound", ast.GtE()),
-    ast.GtE: ("bound", ast.Gt()), ast.Eq: ("bound", ast.NotEq()), ast.NotEq: ("bound", ast.Eq()),
-    ast.Add: ("sign", ast.Sub()), ast.Sub: ("sign", ast.Add()), ast.USub: ("sign", ast.UAdd()),
-    ast.Mult: ("law", ast.Div()), ast.Div: ("law", ast.Mult()),
+SWAPS = {
+    "<": ("bound", "<="), "<=": ("bound", "<"), ">": ("bound", ">="), ">=": ("bound", ">"), "==": ("bound", "!="),
+    "!=": ("bound", "=="), "min": ("bound", "max"), "max": ("bound", "min"), "+": ("sign", "-"), "-": ("sign", "+"),
+    "*": ("law", "/"), "/": ("law", "*"), "raise": ("check", "pass;"),
 }  # fmt: skip
-"""Kind of a mutant and what takes the operator's place."""
-
-EXTREMES = {"min": "max", "max": "min"}
-HANGS = 300.0
-"""Seconds after which a test file is taken to hang; without a mutant none takes half as long."""
-
-
-def mutated(node: ast.AST) -> tuple[str, ast.AST] | None:
-    """Give the kind of a node's mutant and what takes its place."""
-    match node:
-        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-            return "number", ast.Constant(value * 2 if value else value + 1)
-        case ast.Name(id="min" | "max" as name):
-            return "bound", ast.Name(EXTREMES[name], ast.Load())
-        case ast.Raise():
-            return "check", ast.Pass()
-    return OPERATORS.get(type(node))
+"""Kind of a mutant and what takes a word's place; a number is doubled."""
 
 
 class Mutant(NamedTuple):
@@ -57,37 +43,31 @@ class Mutant(NamedTuple):
     number: int
 
 
-class Places(ast.NodeTransformer):
-    """Counts the places of a file that have mutants, and changes the one of a number."""
-
-    def __init__(self, path: str, source: str, chosen: int = -1) -> None:
-        self.path, self.lines, self.chosen, self.line = path, source.splitlines(), chosen, 1
-        self.found: list[Mutant] = []
-        self.seen: Counter[tuple[str, str]] = Counter()
-        self.text = ast.unparse(self.visit(ast.parse(source)))
-
-    def visit(self, node: ast.AST) -> ast.AST:
-        """Take note of a place; operators stand in the line of what is before them."""
-        self.line = getattr(node, "lineno", self.line)
-        if change := mutated(node):
-            kind, text = change[0], self.lines[self.line - 1].strip()
-            self.seen[kind, text] += 1
-            self.found.append(Mutant(self.path, kind, text, self.seen[kind, text]))
-            if len(self.found) - 1 == self.chosen:
-                return change[1]
-        return self.generic_visit(node)
+def mutants_of(path: str, source: str) -> Iterator[tuple[Mutant, TokenInfo, str]]:
+    """Give the places of a file that have mutants, the word there and what takes its place."""
+    seen = Counter[tuple[str, str]]()
+    for token in generate_tokens(StringIO(source).readline):
+        kind, other = SWAPS.get(token.string, ("", "")) if token.type in (OP, NAME) else ("", "")
+        if token.type == NUMBER:
+            value = literal_eval(token.string)
+            kind, other = "number", repr(value * 2 if value else value + 1)
+        if kind:
+            text = token.line.strip()
+            seen[kind, text] += 1
+            yield Mutant(path, kind, text, seen[kind, text]), token, other
 
 
-# --- which tests, and what they say --------------------------------------------------------------------------------
-
-
-@dataclass
 class Tree:
-    """Copy of a commit, the number of each of its mutants in its file, and whether its test files pass unchanged."""
+    """Copy of a commit: the source of its mutants, and which of its test files are sound, as they pass unchanged."""
 
-    root: Path
-    mutants: dict[Mutant, int]
-    sound: dict[Path, bool] = field(default_factory=dict)
+    def __init__(self, commit: str, folder: Path) -> None:
+        self.root, self.sound = folder / commit, dict[Path, bool]()
+        self.root.mkdir()
+        subprocess.run(f"git archive {commit} | tar -x -C {self.root}", shell=True, cwd=ROOT, check=True)
+        names = ("heli_plant", "heli_identifier", "fmu_src")
+        paths = sorted(path for name in names for path in (self.root / name).rglob("*.py"))
+        found = (one for path in paths for one in mutants_of(path.relative_to(self.root).as_posix(), path.read_text()))
+        self.mutants = {mutant: (token, other) for mutant, token, other in found}
 
     def tests_of(self, path: str) -> list[Path]:
         """Give the test files that name a module, then those that name its room or package; the shortest come first."""
@@ -104,8 +84,8 @@ class Tree:
         """Whether a test file passes, and ends in time."""
         command = [sys.executable, "-m", "pytest", "-x", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow"]
         told = {**os.environ, "PYTHONPATH": str(self.root), "PYTHONDONTWRITEBYTECODE": "1"}
-        with suppress(subprocess.TimeoutExpired):
-            done = subprocess.run([*command, str(test)], cwd=self.root, env=told, timeout=HANGS, capture_output=True)
+        with suppress(subprocess.TimeoutExpired):  # it hangs: without a mutant none takes half as long
+            done = subprocess.run([*command, str(test)], cwd=self.root, env=told, timeout=300.0, capture_output=True)
             return done.returncode in (0, 5)  # 5: all of its tests are slow
         return False
 
@@ -113,28 +93,34 @@ class Tree:
         """Say which test file kills a mutant, or how many did not within ``budget`` [s]."""
         began, tests, file = monotonic(), self.tests_of(mutant.path), self.root / mutant.path
         before = file.read_text(encoding="utf-8")
-        same, other = (Places(mutant.path, before, number).text for number in (-1, self.mutants[mutant]))
         try:
-            for count, test in enumerate(tests):
+            for number, test in enumerate(tests):
                 if monotonic() - began > budget:
-                    return f"survived the nearest {count} of {len(tests)} files"
-                file.write_text(other, encoding="utf-8")
-                if not self.passes(test):
-                    file.write_text(same, encoding="utf-8")  # without comments as well
-                    if self.sound.setdefault(test, self.passes(test)):
-                        return f"killed by {test.name}"
+                    return f"survived the nearest {number} of {len(tests)} files"
+                file.write_text(self.mutated(mutant), encoding="utf-8")
+                killed = not self.passes(test)
+                file.write_text(before, encoding="utf-8")
+                if killed and self.sound.setdefault(test, self.passes(test)):
+                    return f"killed by {test.name}"
             return f"survived all {len(tests)} files"
         finally:
             file.write_text(before, encoding="utf-8")
 
+    def mutated(self, mutant: Mutant) -> str:
+        """Give the file of a mutant."""
+        token, other = self.mutants[mutant]
+        lines = (self.root / mutant.path).read_text(encoding="utf-8").splitlines(keepends=True)
+        line = lines[token.start[0] - 1]
+        lines[token.start[0] - 1] = line[: token.start[1]] + other + line[token.end[1] :]
+        return "".join(lines)
 
-def tree(commit: str, folder: Path) -> Tree:
-    """Unpack a commit."""
-    (root := folder / commit).mkdir()
-    subprocess.run(f"git archive {commit} | tar -x -C {root}", shell=True, cwd=ROOT, check=True)
-    paths = sorted(path for package in PACKAGES for path in (root / package).rglob("*.py"))
-    found = [Places(path.relative_to(root).as_posix(), path.read_text(encoding="utf-8")).found for path in paths]
-    return Tree(root, {mutant: number for own in found for number, mutant in enumerate(own)})
+    def is_program(self, mutant: Mutant) -> bool:
+        """Whether Python can read a mutant: a star before an argument is no product."""
+        try:
+            compile(self.mutated(mutant), mutant.path, "exec")
+        except SyntaxError:
+            return False
+        return True
 
 
 def mutants(
@@ -144,15 +130,14 @@ def mutants(
     """Draw mutants, as many of each kind, and print which tests kill them."""
     commits = [commit, against] if against else [commit]
     with tempfile.TemporaryDirectory() as folder:
-        trees = [tree(one, Path(folder)) for one in commits]
+        trees = [Tree(one, Path(folder)) for one in commits]
         own = [mutant for mutant in trees[0].mutants if mutant.path.startswith(below)]
         common = [mutant for mutant in own if all(mutant in one.mutants for one in trees)]
         random.Random(seed).shuffle(common)
-        kinds = sorted({mutant.kind for mutant in common})
-        by_kind = {kind: [mutant for mutant in common if mutant.kind == kind] for kind in kinds}
-        drawn = [by_kind[kinds[number % len(kinds)]].pop() for number in range(sample)]
+        turns = {kind: count() for kind in {mutant.kind for mutant in common}}
+        common.sort(key=lambda mutant: next(turns[mutant.kind]))  # kinds take turns
         rows = []
-        for mutant in drawn:
+        for mutant in islice(filter(trees[0].is_program, common), sample):
             rows.append((mutant.kind, mutant.path, mutant.line, *(one.answer(mutant, budget) for one in trees)))
             print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
     print(table(("kind", "file", "line", *commits), rows))

@@ -1,10 +1,13 @@
-"""What a laboratory would fit to the same logs without this program, judged on the same held-out logs.
+"""Tools that a laboratory has without this program: the fit alone, and models of other kinds on the same logs.
 
-    python -m benchmarks outside [RIG...] [--from SECONDS] [--csv FILE]
+*fit*: ours beside scipy's least_squares, and the same with CasADi's Jacobian. Four logs of 90 s at 100 Hz of the blind
+generator, the eleven parameters of the simplified model. The general tools minimise the errors of a simulation over
+the whole log, which needs no noise model: they do less. Each starts where our fit starts and ends at its own tolerance.
+Times are of one core, after compilation.
 
-The demonstration rigs, and measured ones as in ``measured`` (the first half of their logs is fitted).
-
-*ARX*, one model per axis by least squares, with the number of lags n (of `STEP`) by Schwarz' criterion:
+*outside*: models of the demonstration rigs, and of measured ones as in ``measured`` (the first half of their logs is
+fitted), judged on the same held-out logs. *ARX*, one model per axis by least squares, with the number of lags n (of
+`STEP`) by Schwarz' criterion:
 
     y_k = c + Σ_i a_i y_{k-i} + Σ_i b_i · (V_front, V_rear)_{k-i},  i = 1 ... n
 
@@ -20,23 +23,115 @@ Printed are the errors .2 s and 1 s ahead [mrad], from the same starts on the sa
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated
+from time import process_time
 
 import numpy as np
 import pandas
-import typer
 from numpy.typing import NDArray
-from scipy.signal import savgol_coeffs
+from scipy.optimize import least_squares
+from scipy.signal import lfilter, savgol_coeffs
+from threadpoolctl import threadpool_limits
 
-from benchmarks.halves import rig_logs
-from benchmarks.harness import Words, print_frame
+from benchmarks.harness import From, Words, print_frame, section, table
+from benchmarks.measured import measured_rig
+from benchmarks.rigs import likelihood_of, log_of
+from heli_identifier import tracing
 from heli_identifier.chain import SETTLING
+from heli_identifier.online import ModelParameters
 from heli_identifier.records import DEMO_RIGS, Log, demo_logs
-from heli_identifier.tracing import diagnose
+from heli_identifier.results import significant
 from heli_identifier.tracing.settings import SMOOTHING, SPACING
 from heli_plant.effects import AXES
+from heli_plant.parameters import PlantParameters
+from tests.blind.generator import simulate_log
+from tests.blind.rigs import draw_rig
+from tests.blind.signals import multisines
 
 Array = NDArray[np.float64]
+H, LOGS, SECONDS, ROUNDS = 0.01, 4, 90.0, 3
+NAMES = ModelParameters._fields
+
+
+def ours(likelihood: tracing.Likelihood, _start: Array) -> Array:
+    """Fit by the likelihood."""
+    found = tracing.fit(likelihood, [name for name in likelihood.rig.base if name in NAMES]).parameters
+    return np.array([getattr(found, name) for name in NAMES])
+
+
+def shooting(likelihood: tracing.Likelihood, start: Array) -> Array:
+    """Fit by least squares of simulation errors, derivatives by finite differences of the compiled plant."""
+    rig, width = likelihood.rig, np.maximum(np.abs(start), 0.05)
+    base: PlantParameters = rig.estimate(likelihood.records)
+
+    def errors(x: Array) -> Array:
+        p = base._replace(**dict(zip(NAMES, (x * width).tolist(), strict=True)))
+        parts = [rig.simulate(r.inputs, r.step, r.start, p) - r.angles for r in likelihood.records]
+        return np.nan_to_num(np.concatenate(parts).ravel(), nan=1e3, posinf=1e3, neginf=-1e3)
+
+    return least_squares(errors, start / width, method="trf", x_scale="jac").x * width
+
+
+def casadi_shooting(likelihood: tracing.Likelihood, start: Array) -> Array:
+    """Fit the same by CasADi: RK4 as a mapped function, its exact Jacobian for least_squares."""
+    import casadi as ca
+
+    p, x, u = ca.MX.sym("p", len(NAMES)), ca.MX.sym("x", 8), ca.MX.sym("u", 2)
+    k, lag = dict(zip(NAMES, ca.vertsplit(p), strict=True)), likelihood.rig.estimate(likelihood.records).T_m
+    th, e, _, wx, wz, wy, front, rear = ca.vertsplit(x)
+    slope = ca.vertcat(
+        wx, wz, wy,
+        -k["a_wx"] * wx - k["a_th"] * ca.sin(th - k["theta0"]) + k["k_x"] * (front - rear),
+        -k["a_wz"] * wz - k["a_e"] * e - k["a_1"] - k["a_lt"] * wx * wy + k["k_z"] * (front + rear) * ca.cos(th),
+        -k["a_wy"] * wy + k["k_y"] * (front + rear) * ca.sin(th),
+        (u - x[6:]) / lag,
+    )  # fmt: skip
+    inputs = ca.vertcat(u, p)
+    moved = ca.simpleRK(ca.Function("slope", [x, inputs], [slope]), 1, 4)(x, inputs, H)
+    step, residuals = ca.Function("step", [x, u, p], [moved]).expand(), []
+    for record in likelihood.records:
+        run = step.mapaccum(record.samples - 1)
+        angles = run(record.start[:8], record.inputs[:-1].T, p)[:3, :]
+        residuals.append(ca.vec(angles - record.angles[1:].T))
+    r = ca.vertcat(*residuals)
+    value, jacobian = (ca.Function("f", [p], [f]) for f in (r, ca.jacobian(r, p)))
+    return least_squares(lambda x: value(x).full().ravel(), start, lambda x: jacobian(x).full(), x_scale="jac").x
+
+
+CONTENDERS: dict[str, Callable[[tracing.Likelihood, Array], Array]] = {
+    "this project: likelihood, air and offsets": ours,
+    "scipy least_squares on simulation errors": shooting,
+    "CasADi single shooting, exact Jacobian": casadi_shooting,
+}
+
+
+def fit() -> str:
+    """Measure, and give the section of the page."""
+    generated = draw_rig(np.random.SeedSequence(11), "clean")
+    flights = [multisines(SECONDS, np.random.default_rng(number)) for number in range(LOGS)]
+    likelihood = likelihood_of([log_of(f"log{k}", 1.0 / H, simulate_log(generated, flight, k))
+                                for k, flight in enumerate(flights)])  # fmt: skip
+    first = likelihood.rig.estimate(likelihood.records)
+    start, truth = (np.array([getattr(own, name) for name in NAMES]) for own in (first, generated.base))
+    gains, rows = [NAMES.index(name) for name in ("k_x", "k_z", "k_y")], []
+    with threadpool_limits(1):
+        ours(likelihood, start)
+        for name, run in CONTENDERS.items():
+            times = [process_time()]
+            for _ in range(ROUNDS):
+                found = run(likelihood, start)
+                times.append(process_time())
+            rows.append((name, float(np.median(np.diff(times))), np.abs(found / truth - 1.0)[gains].max()))
+    lines = [(name, significant(time), f"{time / rows[0][1]:.1f}", f"{off:.2%}") for name, time, off in rows]
+    samples = sum(record.samples for record in likelihood.records)
+    return section(
+        "The fit alone",
+        f"{len(NAMES)} parameters, {samples} samples, processor time of one core, median of {ROUNDS}; the largest "
+        "error of a gain against the truth.",
+        table(("fit", "time [s]", "over ours", "gains off by"), lines),
+        packages=("numpy", "scipy", "casadi"),
+    )
+
+
 Record = tuple[Array, Array]
 """Voltages (N, 2), means over `STEP`, and angles (N, 3)."""
 
@@ -61,17 +156,18 @@ def record_of(log: Log) -> Record:
 def arx(records: Sequence[Record]) -> Predictor:
     """Fit an ARX model to each axis."""
 
-    def regressors(v: Array, y: Array, at: NDArray[np.intp], n: int) -> Array:
-        back = at[:, None] - np.arange(1, n + 1)
-        return np.hstack((y[back], v[back].reshape(len(at), -1), np.ones((len(at), 1))))
+    def back(at: NDArray[np.intp], n: int) -> NDArray[np.intp]:
+        return at[:, None] - np.arange(1, n + 1)
 
+    def regressors(past: Array, v: Array, at: NDArray[np.intp]) -> Array:
+        return np.hstack((past, v[back(at, past.shape[1])].reshape(len(at), -1), np.ones((len(at), 1))))
+
+    at = [np.arange(LAGS[-1], len(y)) for _, y in records]
     fitted = []
     for axis in range(3):
-        found = []
+        target, found = np.concatenate([y[k, axis] for (_, y), k in zip(records, at, strict=True)]), []
         for n in LAGS:
-            at = [np.arange(LAGS[-1], len(y)) for _, y in records]
-            X = np.vstack([regressors(v, y[:, axis], k, n) for (v, y), k in zip(records, at, strict=True)])
-            target = np.concatenate([y[k, axis] for (_, y), k in zip(records, at, strict=True)])
+            X = np.vstack([regressors(y[back(k, n), axis], v, k) for (v, y), k in zip(records, at, strict=True)])
             b, *_ = np.linalg.lstsq(X, target, rcond=None)
             N = len(target)
             found.append((N * np.log(np.mean((target - X @ b) ** 2)) + X.shape[1] * np.log(N), n, b))
@@ -81,11 +177,9 @@ def arx(records: Sequence[Record]) -> Predictor:
         v, y = record
         ends = []
         for axis, (n, b) in enumerate(fitted):
-            past = y[at[:, None] - np.arange(n), axis]  # the newest first
-            for k in range(steps):
-                volts = v[at[:, None] + k - np.arange(n)].reshape(len(at), -1)
-                new = np.hstack((past, volts, np.ones((len(at), 1)))) @ b
-                past = np.column_stack((new, past[:, :-1]))
+            past = y[back(at + 1, n), axis]  # the newest first
+            for k in range(1, steps + 1):
+                past = np.column_stack((regressors(past, v, at + k) @ b, past[:, :-1]))
             ends.append(past[:, 0])
         return np.column_stack(ends)
 
@@ -95,13 +189,9 @@ def arx(records: Sequence[Record]) -> Predictor:
 def derivatives(y: Array, order: int, centred: bool = True) -> Array:
     """Give the derivative (N, 3) by local cubics over `SMOOTHING`; not a number where the log ends."""
     length = int(SMOOTHING / STEP) | 1
-    weights = savgol_coeffs(length, 3, order, STEP, None if centred else length - 1, use="dot")
-    found = np.full_like(y, np.nan)
-    first = length // 2 if centred else length - 1
-    found[first : first + len(y) - length + 1] = np.einsum(
-        "nak,k->na", np.lib.stride_tricks.sliding_window_view(y, length, axis=0), weights
-    )
-    return found
+    found: Array = lfilter(savgol_coeffs(length, 3, order, STEP, None if centred else length - 1), 1.0, y, axis=0)
+    found[: length - 1] = np.nan
+    return np.roll(found, -(length // 2), axis=0) if centred else found
 
 
 def sindy(records: Sequence[Record], threshold: float) -> Predictor:
@@ -121,22 +211,19 @@ def sindy(records: Sequence[Record], threshold: float) -> Predictor:
         warnings.simplefilter("ignore")  # of columns that depend on each other
         model.fit(states, t=STEP, x_dot=slopes, u=volts)
 
+    def slope(x: Array, u: Array) -> Array:
+        found = np.asarray(model.predict(np.delete(np.clip(x, -1e3, 1e3), 2, axis=1), u=u))
+        return np.insert(found, 2, x[:, 5], axis=1)
+
     def predict(record: Record, at: NDArray[np.intp], steps: int) -> Array:
         v, y = record
-        angles, rates = (derivatives(y, order, steps == HORIZONS["prediction_1s"])[at] for order in (0, 1))
-        x = np.hstack((angles, rates))  # (S, 6)
-
-        def slope(x: Array, u: Array) -> Array:
-            found = np.asarray(model.predict(np.delete(np.clip(x, -1e3, 1e3), 2, axis=1), u=u))
-            return np.insert(found, 2, x[:, 5], axis=1)
-
-        for k in range(steps):
-            u, h = v[at + k], STEP
+        x = np.hstack([derivatives(y, order, steps == HORIZONS["prediction_1s"])[at] for order in (0, 1)])  # (S, 6)
+        for u in (v[at + k] for k in range(steps)):
             a = slope(x, u)
-            b = slope(x + 0.5 * h * a, u)
-            c = slope(x + 0.5 * h * b, u)
-            d = slope(x + h * c, u)
-            x = x + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+            b = slope(x + 0.5 * STEP * a, u)
+            c = slope(x + 0.5 * STEP * b, u)
+            d = slope(x + STEP * c, u)
+            x = x + STEP / 6.0 * (a + 2.0 * b + 2.0 * c + d)
         return x[:, :3]
 
     return predict
@@ -150,33 +237,34 @@ def starts(record: Record, left_out: Sequence[tuple[float, float]]) -> NDArray[n
 
 
 def errors(predict: Predictor, records: Sequence[Record], at: Sequence[NDArray[np.intp]], steps: int) -> Array:
-    """Root mean squares (3,) [rad] of the errors so many steps ahead."""
+    """Root mean squares (3,) [mrad] of the errors so many steps ahead."""
     found = [record[1][k + steps] - predict(record, k, steps) for record, k in zip(records, at, strict=True)]
-    return np.asarray(np.sqrt(np.mean(np.concatenate(found) ** 2, axis=0)))
+    return np.asarray(1e3 * np.sqrt(np.mean(np.concatenate(found) ** 2, axis=0)))
 
 
 def judged(rig: str, training: Sequence[Log], held_out: Sequence[Log]) -> pandas.DataFrame:
     """Give a row for each horizon and axis, the errors in mrad."""
-    diagnosis = diagnose(training, held_out=held_out)
+    diagnosis = tracing.diagnose(training, held_out=held_out)
     fitted, judge = ([record_of(log) for log in logs] for logs in (training, held_out))
     at = [starts(own, [(e.start, e.end) for e in diagnosis.events if e.log == log.name])
           for own, log in zip(judge, held_out, strict=True)]  # fmt: skip
     everywhere = [starts(own, ()) for own in fitted]
-    sparse = [sindy(fitted, threshold) for threshold in THRESHOLDS]
-    rows = []
+    by_lags, sparse = arx(fitted), [sindy(fitted, threshold) for threshold in THRESHOLDS]
+    parts = []
     for name, steps in HORIZONS.items():
         best = min(sparse, key=lambda one: float(np.log(errors(one, fitted, everywhere, steps)).sum()))
-        baselines = [errors(one, judge, at, steps) for one in (arx(fitted), best)]
-        for axis, *own in zip(AXES, *baselines, strict=True):
-            report = diagnosis.axes[axis]
-            plants = [getattr(stage, name).value for stage in (report.before, report.after)]
-            rows.append((rig, f"{steps * STEP:g} s", axis, *(1e3 * value for value in (*own, *plants))))
-    return pandas.DataFrame(rows, columns=["rig", "ahead", "axis", "ARX", "SINDYc", "model before", "corrected"])
+        plants = {word: [1e3 * getattr(getattr(diagnosis.axes[axis], stage), name).value for axis in AXES]
+                  for word, stage in (("model before", "before"), ("corrected", "after"))}  # fmt: skip
+        parts.append(pandas.DataFrame({
+            "rig": rig, "ahead": f"{steps * STEP:g} s", "axis": AXES, "ARX": errors(by_lags, judge, at, steps),
+            "SINDYc": errors(best, judge, at, steps), **plants,
+        }))  # fmt: skip
+    return pandas.concat(parts)
 
 
-def outside(rigs: Words, start: Annotated[float, typer.Option("--from")] = 6.0, csv: Path | None = None) -> None:
+def outside(rigs: Words, start: From = 6.0, csv: Path | None = None) -> None:
     """Judge all on the demonstration rigs and on measured ones; write the errors to the file ``csv``."""
     data = {rig: [list(logs) for logs in demo_logs(rig)] for rig in DEMO_RIGS}
-    data |= {Path(rig).name.partition(":")[0]: [rig_logs(rig, start)[k::2] for k in (0, 1)] for rig in rigs}
+    data |= {name: [logs[k::2] for k in (0, 1)] for name, logs in (measured_rig(rig, start) for rig in rigs)}
     rows = pandas.concat([judged(rig, *logs) for rig, logs in data.items()])
     print_frame(rows, csv)

@@ -1,41 +1,32 @@
-"""Rigs of the blind battery as a campaign takes them, with their truth in the catalogue's names.
+"""Generated rigs as the program takes them, with their truth in the catalogue's names, and what is held against it.
 
 A diagnosis sees the logs alone. What a test can see that is told the structure (:func:`told_scores`) is measured with
 the tracer's own likelihood: it says which effects the logs show at all.
 """
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from heli_identifier.online import ModelParameters
+from benchmarks.harness import Row
+from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.records import Log
-from heli_identifier.tools import Rig, Row, Source, diagnosed, source_digest
+from heli_identifier.tools import Rig
 from heli_identifier.tracing import DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
-from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
 from tests.blind.damage import DAMAGES
-from tests.blind.generator import BATTERY, Case
+from tests.blind.generator import Case
 from tests.blind.windy import WindyLog, WindyRig
-
-GROUPS = tuple(dict.fromkeys(case.group for case in BATTERY))
-
-STATED_ELSEWHERE = {"ground_effect"}
-"""Effects whose coefficient the tracer states at another point of the law than the generators do."""
 
 DETECTABLE = 8.0
 """Score from which on a test that is told the structure shows an effect [nats]."""
 
-Sources = dict[str, tuple[Any, Source]]
-"""Case and source of each rig by its name, which no diagnosis sees."""
-
 
 def log_of(name: str, rate: float, samples: np.ndarray) -> Log:
-    """Give rows of a generator as a log: time, two voltages, three angles."""
-    return Log(name, rate, samples[:, 1:3], samples[:, 3:])
+    """Give rows of a generator as a log; they end with two voltages and three angles."""
+    return Log(name, rate, samples[:, -5:-3], samples[:, -3:])
 
 
 def windy_log(name: str, log: WindyLog) -> Log:
@@ -61,18 +52,6 @@ def windy_plant(rig: WindyRig) -> PlantParameters:
     return PlantParameters(**rig.truth.parameters, **effects)
 
 
-def blind_sources(groups: Collection[str] = GROUPS, limit: int | None = None) -> Sources:
-    """Give the rigs of some groups of the blind battery, at most ``limit`` of each of its cases."""
-    made_by = source_digest(("benchmarks.rigs", "tests.blind"))
-    return {
-        name: (case, Source(name, partial(blind_rig, *made), partial(str, f"{made} {made_by}")))
-        for case in BATTERY
-        if case.group in groups
-        for index in range(min(case.count, limit or case.count))
-        for name, made in ((f"{case.group} {case.kind} {index}", (case.kind, case.scale, index)),)
-    }
-
-
 def blind_rig(kind: str, scale: float, index: int) -> Rig:
     """Make one rig of the blind battery."""
     made = Case("", kind, 0, scale).rig(index)
@@ -83,9 +62,16 @@ def blind_rig(kind: str, scale: float, index: int) -> Rig:
 def true_structure(rig: Any) -> dict[str, float | None]:
     """Translate the truth of a generator's rig into the names of a campaign."""
     truth: dict[str, float | None] = {symbol: getattr(rig.base, symbol) for symbol in ModelParameters._fields}
-    for own in rig.effects:
-        truth[f"{own.name} {own.axis}"] = None if own.name in STATED_ELSEWHERE else own.coefficient
+    for own in rig.effects:  # the tracer states the coefficient of the ground's effect at another point of the law
+        truth[f"{own.name} {own.axis}"] = None if own.name == "ground_effect" else own.coefficient
     return truth | ({f"unknown {rig.unknown.axis}": None} if rig.unknown else {})
+
+
+def against(estimate: Estimate, truth: float) -> Row:
+    """Hold an estimate against the truth; ``ratio`` and ``half_width`` of its 95 % interval are over it."""
+    low, high = estimate.interval
+    return {"ratio": estimate.value / truth, "half_width": abs(0.5 * (high - low) / truth),
+            "covers": low <= truth <= high, "determined": estimate.is_determined}  # fmt: skip
 
 
 def likelihood_of(logs: Sequence[Log]) -> Likelihood:
@@ -106,11 +92,3 @@ def told_scores(training: Sequence[Log], fields: Iterable[str]) -> dict[str, flo
     fitted = fit(likelihood, list(dict.fromkeys((*rig.base, *(name for own in inside for name in own.parameters)))))
     scores = Scores(fitted, rig.candidates).scores([own.field for own in inside if own.field not in rig.base])
     return {field: score.score for field, score in scores.items() if field in fields}
-
-
-def measured_rig(source: Source, settings: DiagnosisSettings) -> Row:
-    """Diagnose a rig; beside its row stands the largest ``told`` score of its effects, where the catalogue has any."""
-    row, rig = diagnosed(source, settings), source.load()
-    entries = [name.split() for name in rig.truth or () if " " in name and not name.startswith("unknown")]
-    scores = told_scores(rig.training, [effect(name, axis).field for name, axis in entries])
-    return row | ({"told": max(scores.values())} if scores else {})

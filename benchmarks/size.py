@@ -23,26 +23,16 @@ FOLDERS = (
 )
 """Folder, files that are counted, and the lines that it is to have at most."""
 
-PACKAGES = ("heli_plant", "heli_identifier", "fmu_src")
-MOST_LINES, MOST_FILES = 24_000, 200
-"""Of the Python of all packages together."""
 
-
-def size(folder: str, pattern: str) -> tuple[int, int]:
+def size(folder: str, pattern: str = "**/*.py") -> tuple[int, int]:
     """Give lines and files of a folder."""
     lines = [len(file.read_bytes().splitlines()) for file in (ROOT / folder).glob(pattern)]
     return sum(lines), len(lines)
 
 
-def main() -> None:
-    """Print the table."""
+if __name__ == "__main__":
     print(f"{'folder':<40}{'lines':>8}{'files':>8}{'target':>8}")
     for folder, pattern, target in FOLDERS:
-        lines, files = size(folder, pattern)
-        print(f"{f'{folder}/{pattern}':<40}{lines:>8}{files:>8}{target:>8}")
-    lines, files = (sum(counts) for counts in zip(*(size(name, "**/*.py") for name in PACKAGES), strict=True))
-    print(f"{'all packages':<40}{lines:>8}{files:>8}{MOST_LINES:>8}  at most {MOST_FILES} files")
-
-
-if __name__ == "__main__":
-    main()
+        print("{:<40}{:>8}{:>8}{:>8}".format(f"{folder}/{pattern}", *size(folder, pattern), target))
+    packages = map(sum, zip(*map(size, ("heli_plant", "heli_identifier", "fmu_src")), strict=True))
+    print("{:<40}{:>8}{:>8}{:>8}  at most {} files".format("all packages", *packages, 24_000, 200))

@@ -5,10 +5,11 @@
 A damage takes the time (n,) [s], the voltages (n, 2) [V] and the angles (n, 3) [rad] that a rig really had, and gives
 voltages and angles as a log has them. Sizes are those that laboratories meet: a sample or three of delay, a filter that
 somebody left in the block diagram, an encoder of another make. ``DAMAGES`` has one entry a line; the channel that it
-strikes is its first word, so that a test can ask for it.
+strikes is its first word, so that a test can ask for it. :func:`interrupted` is what goes wrong between a rig and a
+program that hears it while it flies.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import accumulate
 
 import numpy as np
@@ -125,3 +126,43 @@ DAMAGES: Mapping[str, Damage] = {
     "elevation in degrees under [rad]": on(ELEVATION, scaled(1.0 / DEGREE)),
     "travel folded at half a turn": on(TRAVEL, lambda _, x: (x + np.pi) % (2.0 * np.pi) - np.pi),
 }
+
+
+STREAMS = ("loss", "stuck", "stop", "jitter", "all")
+"""Faults of a stream: 5 % of the samples lost, an encoder stuck for 4 s, nothing for 5 s, samples that arrive with a
+jitter and 5 % lost, all of them."""
+
+FAULTY = "faulty"
+"""All faults all along, stuck and stopped once a minute."""
+
+LATE = ("jitter", "all", FAULTY)
+"""Faults in which the samples that are left travel for a random time as well, which is not done here."""
+
+RATE, LOST, STUCK, STOPPED = 100.0, 0.05, 4.0, 5.0
+"""Samples in a second, share of them that are lost [1], and the times of a stuck encoder and of a stop [s]."""
+
+
+def interrupted(kind: str, rows: Array, start: float, rng: np.random.Generator) -> Array:
+    """Put the fault of a stream into ``rows`` (N, 5), two voltages and three angles that are heard; give 1 for what
+    comes in, else 0; in its place stands the sample before.
+
+    An encoder is stuck, and the stream stops, 20 s before a change of the rig at ``start`` [s], or 5 or 40 s after it.
+    """
+    fresh = np.ones(len(rows))
+
+    def times(kinds: tuple[str, str], after: float, before: float) -> Iterator[float]:
+        if kind in kinds:
+            yield start + float(rng.choice([-20.0, 5.0, 40.0]))
+        for minute in range(int(len(rows) / RATE / 60.0) if kind == FAULTY else 0):
+            yield 60.0 * minute + rng.uniform(after, before)
+
+    for time in times(("stuck", "all"), 15.0, 35.0):
+        at, column = round(RATE * time), int(rng.integers(2, 5))
+        rows[at : at + round(RATE * STUCK), column] = rows[at - 1, column]
+    if kind in ("loss", *LATE):
+        fresh[1:][rng.random(len(rows))[1:] < LOST] = 0.0
+    for time in times(("stop", "all"), 40.0, 54.0):
+        fresh[round(RATE * time) :][: round(RATE * STOPPED)] = 0.0
+    for k in () if kind in LATE else np.flatnonzero(fresh == 0.0):
+        rows[k] = rows[k - 1]
+    return fresh

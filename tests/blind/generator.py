@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.blind.plant import STEP, Push, fly, push_torque, room_torque
-from tests.blind.rigs import DURATION, ENCODER_SHAKE, ROOM_TIME, ROOM_TORQUE, Rig, draw_rig
+from tests.blind.rigs import DURATION, ENCODER_SHAKE, ROOM_TIME, ROOM_TORQUE, STRENGTHS, Rig, draw_rig
 from tests.blind.signals import SAMPLE, multisines, square_and_chirp
 
 _DECIMALS = (2, 5, 5, 6, 6, 6)
@@ -99,15 +99,8 @@ class Case(NamedTuple):
         return make_rig(int.from_bytes(digest[:8], "big"), self.kind, self.scale)
 
 
-SINGLE = (
-    "dry_friction", "quadratic_drag", "gyroscopic_coupling", "airspeed_thrust_loss", "reverse_thrust_loss",
-    "quadratic_thrust", "dead_zone", "input_delay", "motor_lag", "thrust_fade", "rotor_mismatch", "cable_stiffness",
-    "arm_bending", "moving_mass", "inertial_coupling", "large_angle_gravity",
-)  # fmt: skip
-"""Effects of the bars."""
-
-BEYOND = ("breakaway_friction", "constant_torque", "rotor_drag_torque", "pitch_gravity_coupling", "ground_effect")
-"""Effects of the catalogue that no bar names."""
+SINGLE, BEYOND = tuple(STRENGTHS)[:16], tuple(STRENGTHS)[16:]
+"""Effects of the bars, and those of the catalogue that no bar names."""
 
 PAIRS = (
     "dry_friction:pitch+quadratic_drag:travel",

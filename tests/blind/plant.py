@@ -52,6 +52,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from tests.blind.coefficients import Coefficients, Strange
 
@@ -105,6 +106,17 @@ def placed(
         k_de=2.0 * zeta_e * math.sqrt(k_pe * k_z + base.a_e) / k_z,
         k_ie=0.5 * k_pe * integral,
     )._replace(**more)
+
+
+def drawn_poles(t_m: float, rng: np.random.Generator) -> tuple[float, float, float, float]:
+    """Draw bandwidth of the rate filter, frequency of pitch and elevation [rad/s], damping ratio, as laboratories tune.
+
+    A loop is no faster than the motors, of time constant ``t_m`` [s], and the filter allow.
+    """
+    bandwidth = rng.uniform(18.0, 35.0)
+    fastest = 0.42 / (t_m + 1.0 / bandwidth)
+    omega_p, omega_e = min(rng.uniform(1.6, 2.5), fastest), min(rng.uniform(1.9, 2.6), fastest)
+    return bandwidth, omega_p, omega_e, rng.uniform(0.65, 0.9)
 
 
 class Push(NamedTuple):
@@ -432,16 +444,13 @@ def fly(
     return read, angles, rates, held
 
 
-@njit(cache=True)
-def room_torque(noise, std, correlation_time):
+def room_torque(noise: NDArray[np.float64], std: float, correlation_time: float) -> NDArray[np.float64]:
     """Ornstein-Uhlenbeck torque r' = -r/tau + noise at each step of 1 ms [rad/s^2], from its normal numbers (m, 3)."""
     stay = math.exp(-STEP / correlation_time)
-    kick = std * math.sqrt(1.0 - stay * stay)
-    out = np.empty_like(noise)
-    out[0] = std * noise[0]
-    for k in range(1, len(noise)):
-        out[k] = stay * out[k - 1] + kick * noise[k]
-    return out
+    kicks = std * math.sqrt(1.0 - stay * stay) * noise
+    kicks[0] = std * noise[0]
+    torque: NDArray[np.float64] = lfilter([1.0], [1.0, -stay], kicks, axis=0)
+    return torque
 
 
 def push_torque(count: int, pushes: Sequence[Push]) -> NDArray[np.float64]:

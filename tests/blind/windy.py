@@ -19,12 +19,12 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from tests.blind.air import Noise, draw_noise, torque
 from tests.blind.coefficients import Coefficients
-from tests.blind.plant import COUNTS_PER_TURN, STEP, V_MAX, Control, Push, fly, placed, push_torque
+from tests.blind.plant import COUNTS_PER_TURN, STEP, V_MAX, Control, Push, drawn_poles, fly, placed, push_torque
 from tests.blind.rigs import AXES, DRAWN, ENCODER_SHAKE, Effect
 from tests.blind.signals import joystick
 
@@ -178,10 +178,7 @@ def _tuned(
     v = f if bend == 0.0 else (math.sqrt(1.0 + 4.0 * bend * f) - 1.0) / (2.0 * bend)
     slope = 1.0 + 2.0 * bend * v
     k_x, k_z = (k * slope * rng.uniform(0.9, 1.1) for k in (base.k_x, base.k_z))
-    bandwidth = rng.uniform(18.0, 35.0)
-    fastest = 0.42 / (base.t_m + 1.0 / bandwidth)
-    omega_p, omega_e = min(rng.uniform(1.6, 2.5), fastest), min(rng.uniform(1.9, 2.6), fastest)
-    zeta = rng.uniform(0.65, 0.9)
+    bandwidth, omega_p, omega_e, zeta = drawn_poles(base.t_m, rng)
     rng.random()
     rng.random()
     omega_t = rng.uniform(0.45, 0.7)
@@ -211,22 +208,16 @@ def _controls(
     return first, second._replace(**{name: 0.5 * getattr(second, name) for name in halved})
 
 
-@njit(cache=True)
-def _lagged(levels, stay):
-    """First-order lag of each column, from its first value on."""
-    out = levels.copy()
-    for k in range(1, len(levels)):
-        out[k] = stay * out[k - 1] + (1.0 - stay) * levels[k]
-    return out
-
-
 def _steps(samples: int, rate: float, rng: np.random.Generator) -> NDArray[np.float64]:
     """Steps to random levels at random times, each through a first-order lag, shape (n, 3)."""
     wanted, count = np.empty((samples, 3)), int(samples / rate / HOLDS[0]) + 1
     for axis, level in enumerate(LEVELS):
         times, values = np.cumsum(rng.uniform(*HOLDS, count)), rng.uniform(-level, level, count + 1)
         wanted[:, axis] = values[np.searchsorted(times, np.arange(samples) / rate)]
-    return _lagged(wanted, math.exp(-1.0 / (rate * SMOOTHING)))
+    stay = math.exp(-1.0 / (rate * SMOOTHING))
+    wanted[1:] *= 1.0 - stay  # the lag has settled at the first level
+    lagged: NDArray[np.float64] = lfilter([1.0], [1.0, -stay], wanted, axis=0)
+    return lagged
 
 
 def _references(
