@@ -21,7 +21,7 @@ from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
 from .plausibility import check_plausible, describe_values, unwrap_angle
 from .text import read_text
-from .timing import find_sampling
+from .timing import find_sampling, mean_of_held
 from .units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
 
 _Signals = dict[str, Array]
@@ -67,7 +67,7 @@ def read_log(
     file, row = table.file, table.first_row + kept.start
     del table  # a large one is let go of when its columns have been taken over
 
-    sampling = find_sampling(time, file, row)
+    rate_hz, grid, resampled = find_sampling(time, file, row)
     turns = []
     for signal in ANGLES:
         values[signal], note = unwrap_angle(values[signal], signal, file, row)
@@ -75,18 +75,22 @@ def read_log(
     if time[0] != 0.0:
         notes.append(f"time counts from 0, which the file calls {time[0]:g} s")
     values, done = _in_project_signs(values, columns, format)
-    notes += [*done, *turns, *sampling.notes]
-    check_plausible(columns[1:6], values, sampling.rate_hz, file)
-    uniform = {signal: sampling.resampled(time, own, signal not in ANGLES) for signal, own in values.items()}
-    voltages, angles = (np.stack([uniform[signal] for signal in signals], axis=1) for signals in (VOLTAGES, ANGLES))
+    notes += [*done, *turns, *resampled]
+    check_plausible(columns[1:6], values, rate_hz, file)
+    if grid is not None:
+        values = {
+            signal: np.interp(grid, time, own) if signal in ANGLES else mean_of_held(time, own, grid)
+            for signal, own in values.items()
+        }
+    voltages, angles = (np.stack([values[signal] for signal in signals], axis=1) for signals in (VOLTAGES, ANGLES))
     return Log(
         name=printable(os.fsencode(Path(path).stem).decode("utf-8", "replace")),  # what is no UTF-8 cannot be drawn
         path=str(path),
         sha256=sha256,
-        rate_hz=sampling.rate_hz,
+        rate_hz=rate_hz,
         voltages=voltages,
         angles=angles,
-        references={axis: uniform[name] for axis, name in zip(ANGLES, REFERENCES, strict=True) if name in uniform},
+        references={axis: values[name] for axis, name in zip(ANGLES, REFERENCES, strict=True) if name in values},
         notes=(*notes, *describe_values(voltages, angles, format.voltage_limit)),
         start=float(time[0]),
         configuration=configuration,

@@ -12,8 +12,6 @@ Identification needs samples at i/rate. There are three kinds of time column:
 A gap of more than `GAP_STEPS` median steps is refused, because nothing is known of the rig during it.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from heli_identifier.errors import LogError
@@ -30,26 +28,10 @@ _UNIFORM_STEPS = 1e-3  # an angle that moves at 1 rad/s is off by 1e-5 rad at 10
 _OFTEN_DOUBLED = 0.24  # share of doubled steps from which a print in whole steps is coarse: up to 800 Hz (.25) in ms
 
 
-class Sampling(NamedTuple):
-    """Uniform rate of a log [Hz], its uniform samples, whether they lie off the log's instants, and what was done."""
+def find_sampling(time: Array, file: str, row: int) -> tuple[float, Array | None, list[str]]:
+    """Find the uniform rate [Hz] behind the instants [s] of a log, shape (N,), and say what was done.
 
-    rate_hz: float
-    samples: int
-    resample: bool = False
-    notes: tuple[str, ...] = ()
-
-    def resampled(self, time: Array, values: Array, held: bool = False) -> Array:
-        """Give values, shape (N,), of a log's instants [s] at the uniform ones: interpolated, or means of held ones."""
-        if not self.resample:
-            return values
-        grid = time[0] + np.arange(self.samples) / self.rate_hz
-        return mean_of_held(time, values, grid) if held else np.interp(grid, time, values)
-
-
-def find_sampling(time: Array, file: str, row: int) -> Sampling:
-    """Find the uniform rate behind the instants [s] of a log, shape (N,).
-
-    A LogError says, at a row of the file, whose first sample stands in ``row``, that time does not increase or has too
+    Where the instants are uneven the uniform ones, shape (M,), stand beside the rate, else None. A LogError says, at a row of the file, whose first sample stands in ``row``, that time does not increase or has too
     long a gap; or that rate or length lie outside of the bounds.
     """
     if len(time) < 2:
@@ -68,17 +50,17 @@ def find_sampling(time: Array, file: str, row: int) -> Sampling:
             f"{file}, row {row + at}: no samples for {intervals[at - 1]:.4g} s before {time[at]:g} s, at most "
             f"{GAP_STEPS} steps of {median:.4g} s are bridged; cut the log in two there with --from and --to."
         )
-    found = _sampling(time, intervals, median)
-    check_extent(found.rate_hz, found.samples, file)
-    return found
+    rate, grid, notes = _sampling(time, intervals, median)
+    check_extent(rate, len(time if grid is None else grid), file)
+    return rate, grid, notes
 
 
-def _sampling(time: Array, intervals: Array, median: float) -> Sampling:
+def _sampling(time: Array, intervals: Array, median: float) -> tuple[float, Array | None, list[str]]:
     duration = float(time[-1] - time[0])
     mean = duration / len(intervals)
     off_grid = float(np.abs(time - time[0] - mean * np.arange(len(time))).max())
     if off_grid <= _UNIFORM_STEPS * mean:
-        return Sampling(_rounded_rate(1.0 / mean, off_grid / duration), len(time))
+        return _rounded_rate(1.0 / mean, off_grid / duration), None, []
     # The coarsest digit (1, .1, ... 1e-6 s) of which all instants are multiples; 0 if none is.
     multiples = (10.0**-k for k in range(7) if np.abs(time * 10.0**k - np.round(time * 10.0**k)).max() < 1e-3)
     digit = next(multiples, 0.0)
@@ -86,13 +68,13 @@ def _sampling(time: Array, intervals: Array, median: float) -> Sampling:
     if off_grid <= digit and not _samples_lost(intervals, median, digit):
         rate = _rounded_rate(1.0 / mean, digit / duration)
         interval = f"sampling interval taken as the mean, {1e3 / rate:.5g} ms ({rate:g} Hz)"
-        return Sampling(rate, len(time), notes=(f"time column printed to {1e3 * digit:g} ms; {interval}",))
+        return rate, None, [f"time column printed to {1e3 * digit:g} ms; {interval}"]
     # The median separates lost samples from jitter but jitters itself; the number of steps between the ends does not.
     steps = float(np.maximum(np.round(intervals / median), 1.0).sum())
     rate = _rounded_rate(steps / duration, 1.0 / steps)
     uneven = f"time is uneven (steps of {1e3 * intervals.min():.4g} to {1e3 * intervals.max():.4g} ms)"
-    note = f"{uneven}: resampled to {rate:g} Hz, angles linearly, voltages as means of what was held"
-    return Sampling(rate, int(np.floor(duration * rate + _UNIFORM_STEPS)) + 1, True, (note,))
+    grid = time[0] + np.arange(int(np.floor(duration * rate + _UNIFORM_STEPS)) + 1) / rate
+    return rate, grid, [f"{uneven}: resampled to {rate:g} Hz, angles linearly, voltages as means of what was held"]
 
 
 def _samples_lost(intervals: Array, median: float, digit: float) -> bool:
