@@ -19,7 +19,7 @@ import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from itertools import zip_longest
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,13 +42,6 @@ _BLOCK = 10_000  # rows that are split at a time: cells take much more memory th
 _MARKS = str.maketrans(",.", ".,")  # of a decimal comma and a point between thousands
 
 
-class _Layout(NamedTuple):
-    separator: str
-    headers: list[str]
-    above: int  # lines above the first sample
-    left_out: int  # lines above the header
-
-
 def read_text(data: bytes, file: str, format: LogFormat) -> Table:
     """Read the bytes of a text, in UTF-8, UTF-16 with its mark, or the encoding of western Windows.
 
@@ -60,16 +53,38 @@ def read_text(data: bytes, file: str, format: LogFormat) -> Table:
     is_cut = lines[-1].strip() != ""
     while not lines[-1].strip():  # blank lines are rows but for those at the end
         lines.pop()
-    layout = _find_layout(lines[:_LOOKED_AT], file, format)
+    separator = _separator(lines[:_LOOKED_AT], format.decimal)
+    headers, above, left_out = _find_headers(lines[:_LOOKED_AT], separator, file, format)
     notes = []
-    if layout.left_out:
-        above = f"the first {layout.left_out} lines are" if layout.left_out > 1 else "line 1 is"
-        notes.append(f"{above} no part of the table")
+    if left_out:
+        notes.append(f"{f'the first {left_out} lines are' if left_out > 1 else 'line 1 is'} no part of the table")
     if is_cut:
         last = lines.pop()
         notes.append(f"row {len(lines) + 1} is left out: the file ends within it, after {last[-40:]!r}")
-    columns = _columns(lines, layout, file, format.decimal)
-    return Table(file, tuple(layout.headers), columns, layout.above + 1, tuple(notes))
+    count, samples = len(headers), len(lines) - above
+    if samples <= 0:
+        raise LogError(f"{file} holds a header but no rows; log at least 5 s.")
+    if samples * count > sum(map(len, lines)) + len(lines):
+        raise LogError(f"{file}: its {samples} rows have fewer cells than its {count} headers; save it again.")
+    blocks = []
+    for first in range(above, len(lines), _BLOCK):
+        block, rows = lines[first : first + _BLOCK], list[list[str]]()
+        if format.decimal == ".":
+            # a cell is empty or quoted, or holds no number; blank lines alone are a warning
+            with suppress(ValueError), warnings.catch_warnings(action="ignore"):
+                found = np.loadtxt(block, delimiter=separator.strip(" ") or None, comments=None, ndmin=2)
+                if found.shape == (len(block), count):
+                    blocks.append([*found.T])
+                    continue
+        for row, line in enumerate(block, first + 1):
+            cells = _cells(line, separator)
+            if any(cells[count:]):
+                wrong = f"{len(cells)} cells stand under {count} headers"
+                raise LogError(f"{file}, row {row}: {wrong}; look for a decimal comma or a separator too many.")
+            rows.append(cells[:count] + [""] * (count - len(cells)))
+        blocks.append([_numbers(column, format.decimal) for column in zip(*rows, strict=True)])
+    columns = tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
+    return Table(file, tuple(headers), columns, above + 1, tuple(notes))
 
 
 def _decoded(data: bytes, file: str) -> str:
@@ -89,33 +104,6 @@ def _decoded(data: bytes, file: str) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _columns(lines: Sequence[str], layout: _Layout, file: str, decimal: str) -> tuple[NDArray[Any], ...]:
-    """Give the columns: floats, NaN where a cell is empty, or the texts of a column that holds something else."""
-    if len(lines) <= layout.above:
-        raise LogError(f"{file} holds a header but no rows; log at least 5 s.")
-    count, samples = len(layout.headers), len(lines) - layout.above
-    if samples * count > sum(map(len, lines)) + len(lines):
-        raise LogError(f"{file}: its {samples} rows have fewer cells than its {count} headers; save it again.")
-    blocks = []
-    for first in range(layout.above, len(lines), _BLOCK):
-        block, rows = lines[first : first + _BLOCK], list[list[str]]()
-        if decimal == ".":
-            # a cell is empty or quoted, or holds no number; blank lines alone are a warning
-            with suppress(ValueError), warnings.catch_warnings(action="ignore"):
-                found = np.loadtxt(block, delimiter=layout.separator.strip(" ") or None, comments=None, ndmin=2)
-                if found.shape == (len(block), count):
-                    blocks.append([*found.T])
-                    continue
-        for row, line in enumerate(block, first + 1):
-            cells = _cells(line, layout.separator)
-            if any(cells[count:]):
-                wrong = f"{len(cells)} cells stand under {count} headers"
-                raise LogError(f"{file}, row {row}: {wrong}; look for a decimal comma or a separator too many.")
-            rows.append(cells[:count] + [""] * (count - len(cells)))
-        blocks.append([_numbers(column, decimal) for column in zip(*rows, strict=True)])
-    return tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
-
-
 def _numbers(cells: Sequence[str], decimal: str) -> NDArray[Any]:
     with suppress(ValueError):
         if "_" not in "".join(cells):  # 1_0 is ten in Python only
@@ -124,9 +112,8 @@ def _numbers(cells: Sequence[str], decimal: str) -> NDArray[Any]:
     return np.array(cells, dtype=object)
 
 
-def _find_layout(lines: Sequence[str], file: str, format: LogFormat) -> _Layout:
-    """Find separator, headers and first sample."""
-    separator = _separator(lines, format.decimal)
+def _find_headers(lines: Sequence[str], separator: str, file: str, format: LogFormat) -> tuple[list[str], int, int]:
+    """Find the headers, and how many lines stand above the first sample and above the header."""
     rows = [_cells(_COMMENT.sub("", line), separator) for line in lines]
     comments = [bool(_COMMENT.match(line)) for line in lines]
     numeric = [not comment and _is_data(row) for row, comment in zip(rows, comments, strict=True)]
@@ -140,7 +127,7 @@ def _find_layout(lines: Sequence[str], file: str, format: LogFormat) -> _Layout:
                 f"{file} has no header: its first line holds numbers; write {contract} above it, or name the columns "
                 f"as {names[0]!r} to {names[-1]!r}, as `heli init {file}` does."
             )
-        return _Layout(separator, names, begins, begins)
+        return names, begins, begins
     headers, above = [cell.strip() for cell in rows[at]], at + 1
     for row in rows[:at]:
         if row and row[0] == _LABVIEW_UNITS:
@@ -152,7 +139,7 @@ def _find_layout(lines: Sequence[str], file: str, format: LogFormat) -> _Layout:
     if len(headers) < 2:
         found = f"its first line is {lines[0][:60]!r}, a header of six columns is needed: {contract}"
         raise LogError(f"{file} is not a table: {found}.")
-    return _Layout(separator, headers, above, at)
+    return headers, above, at
 
 
 def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool]) -> int | None:

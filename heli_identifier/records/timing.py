@@ -31,8 +31,9 @@ _OFTEN_DOUBLED = 0.24  # share of doubled steps from which a print in whole step
 def find_sampling(time: Array, file: str, row: int) -> tuple[float, Array | None, list[str]]:
     """Find the uniform rate [Hz] behind the instants [s] of a log, shape (N,), and say what was done.
 
-    Where the instants are uneven the uniform ones, shape (M,), stand beside the rate, else None. A LogError says, at a row of the file, whose first sample stands in ``row``, that time does not increase or has too
-    long a gap; or that rate or length lie outside of the bounds.
+    Where the instants are uneven the uniform ones, shape (M,), stand beside the rate, else None. A LogError says, at a
+    row of the file, whose first sample stands in ``row``, that time does not increase or has too long a gap; or that
+    rate or length lie outside of the bounds.
     """
     if len(time) < 2:
         raise LogError(f"{file}: {len(time)} sample is not a log; log at least 5 s.")
