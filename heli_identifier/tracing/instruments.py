@@ -32,6 +32,7 @@ Shea, Rev. Economics and Statistics 79 (1997) 348, for the share.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cache
 from math import inf, nan
 from typing import Any
 
@@ -234,14 +235,19 @@ def _reduce(signal: Array, rate: float) -> Array:
 
 
 def _filtered(signal: Array, order: int) -> Array:
-    """L p^order of a signal, from rest at its first value, by the bilinear transform at 200 Hz.
+    """L p^order of a signal, from rest at its first value."""
+    fine = resample_poly(signal - signal[:1], 8, 1, axis=0, padtype="line")
+    return lfilter(*_differentiator(order), fine, axis=0)[::8]
+
+
+@cache
+def _differentiator(order: int) -> tuple[Array, Array]:
+    """L p^order by the bilinear transform at 200 Hz.
 
     At 25 Hz itself the transform's p^2 would be 12 % too large at the corner, and so would every gain.
     """
     numerator, denominator = butter(3, CORNER, analog=True)
-    b, a = bilinear(np.r_[numerator, np.zeros(order)], denominator, 8 * SEEN_AT)
-    fine = resample_poly(signal - signal[:1], 8, 1, axis=0, padtype="line")
-    return lfilter(b, a, fine, axis=0)[::8]
+    return bilinear(np.r_[numerator, np.zeros(order)], denominator, 8 * SEEN_AT)
 
 
 def _columns(terms: Sequence[Term], signals: Array) -> Array:
