@@ -202,6 +202,11 @@ def delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     alone, likelihood = selection.fit, selection.fit.likelihood
     if dropped:
         alone = refitted(selection.fit, candidates, kept)
+    beside = [own for name, own in selection.scores.items() if name in mechanics and name not in kept]
+    squares = [CATALOGUE_WIDTHS**-2 + own.standard_error**2 for own in beside]
+    away = [0.5 * (1.0 - own.value) ** 2 / square - own.score for own, square in zip(beside, squares, strict=True)]
+    if sum(away) > 3.0 * KEPT:  # nats by the quadratic form, each term apart: it errs by less
+        return alone
     rig = likelihood.rig.expecting(dict.fromkeys(mechanics, (1.0, 1.0 / CATALOGUE_WIDTHS)))
     begun = {name: 1.0 for name in mechanics if name not in kept}
     start = replace(alone, likelihood=replace(likelihood, rig=rig))
