@@ -4,32 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from heli_identifier import tracing
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log
 from heli_identifier.results.simulation import started
-from heli_identifier.tracing import (
-    Agreement,
-    AxisError,
-    AxisReport,
-    CatalogueVerdict,
-    CurveShape,
-    DataEntry,
-    Determination,
-    Diagnosis,
-    EffectCurve,
-    ErrorFigure,
-    FoundEffect,
-    HeldOutLikelihood,
-    HeldOutSeries,
-    NamedShape,
-    ParameterReport,
-    PeriodicShape,
-    RigVerdict,
-    Use,
-    Verdict,
-)
+from heli_identifier.tracing import Verdict
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.simulation import simulate
@@ -53,32 +34,33 @@ def series_of(log, seed=1):
     before = after + 1.6 * np.sin(0.06 * np.arange(len(after)))[:, None]
     start = started(log)
     runs = [simulate(log.voltages, H, start, p)[1] for p in (BEFORE, AFTER)]
-    return HeldOutSeries(log, *runs, start._asdict(), before, after, H)
+    return tracing.HeldOutSeries(log, *runs, start._asdict(), before, after, H)
 
 
 def figure(value):
-    return ErrorFigure(value, 0.9 * value, 1.1 * value)
+    return tracing.ErrorFigure(value, 0.9 * value, 1.1 * value)
 
 
 def axis_reports(series):
     """Reports whose free run after is that of the series; the other figures are made up."""
     squares = np.concatenate([(s.log.angles - s.free_run_after) ** 2 for s in series])
-    change = {"ahead_200ms": ErrorFigure(0.0, -0.02, 0.02), "prediction_1s": ErrorFigure(-0.6, -0.65, -0.55)}
+    better = tracing.ErrorFigure(-0.6, -0.65, -0.55)
+    change = {"ahead_200ms": tracing.ErrorFigure(0.0, -0.02, 0.02), "prediction_1s": better}
     reports = {}
     for axis, column in zip(AXES, squares.T, strict=True):
         stable = axis != "travel"  # nothing pulls it back
         near, run = (figure(6e-4), figure(7e-4)), figure(float(np.sqrt(column.mean())))
-        reports[axis] = AxisReport(
-            before=AxisError(*near, figure(5e-3), figure(1.3e-2), figure(3e-2) if stable else None),
-            after=AxisError(*near, figure(2e-3), figure(4e-3), run if stable else None),
-            noise_floor=AxisError(*near, figure(1.9e-3), figure(3.6e-3)),
+        reports[axis] = tracing.AxisReport(
+            before=tracing.AxisError(*near, figure(5e-3), figure(1.3e-2), figure(3e-2) if stable else None),
+            after=tracing.AxisError(*near, figure(2e-3), figure(4e-3), run if stable else None),
+            noise_floor=tracing.AxisError(*near, figure(1.9e-3), figure(3.6e-3)),
             angle_stays=figure(0.15),
             rate_stays=figure(0.07),
             whiteness_p={"before": 1e-9, "after": 0.4},
             air=3e-3,
             air_rate=2.5,
             encoder_noise=6e-4,
-            use=Use.CONTROL if stable else Use.PREDICTION,
+            use=tracing.Use.CONTROL if stable else tracing.Use.PREDICTION,
             why="references agree" if stable else "k_y is not determined: its interval is ± .1",
             change=change,
         )
@@ -93,11 +75,11 @@ def estimate(parameters, name):
 
 def determinations(parameters):
     """What the gains rest on: two from outside, one not determined."""
-    sure, rest = (Determination.OUTSIDE, 0.8), ((0.1, 1.0), "references alone give the same")
+    sure, rest = (tracing.Determination.OUTSIDE, 0.8), ((0.1, 1.0), "references alone give the same")
     found = {name: estimate(parameters, name) for name in ("k_x", "k_z", "k_y")}
-    reports = {name: ParameterReport(own, *sure, own, False, *rest) for name, own in found.items()}
-    reports["k_y"] = ParameterReport(
-        found["k_y"], Determination.NOT_DETERMINED, 0.0, None, False, (0.1, 1.0), "its interval is ± .1",
+    reports = {name: tracing.ParameterReport(own, *sure, own, False, *rest) for name, own in found.items()}
+    reports["k_y"] = tracing.ParameterReport(
+        found["k_y"], tracing.Determination.NOT_DETERMINED, 0.0, None, False, (0.1, 1.0), "its interval is ± .1",
         "Lean the pitch by 10 degrees for 5 s either way.",
     )  # fmt: skip
     return reports
@@ -119,21 +101,21 @@ def found_effects():
     curve, band = np.column_stack((TURNS, WAVE)), np.column_stack((TURNS, WAVE - 1e-3, WAVE + 1e-3))
     bending = {"frequency": Estimate(3.1, 0.02, "Hz"), "damping": Estimate(0.05, None, "1")}
     return (
-        FoundEffect(
-            "dry_friction", "pitch", FRICTION, Verdict.SHOWN, "friction of the pitch", (), NamedShape(), 41.0
+        tracing.FoundEffect(
+            "dry_friction", "pitch", FRICTION, Verdict.SHOWN, "friction of the pitch", (), tracing.NamedShape(), 41.0
         ),
-        FoundEffect(
+        tracing.FoundEffect(
             "arm_bending", "elevation", Estimate(2e-3, 1e-4, "rad/V"), Verdict.AMBIGUOUS,
-            "arm bending of the elevation", (("ground_effect", "elevation"),), NamedShape(bending), 20.0,
+            "arm bending of the elevation", (("ground_effect", "elevation"),), tracing.NamedShape(bending), 20.0,
             "Excite the voltage sum with a chirp from 1 to 6 Hz.",
         ),
-        FoundEffect(
+        tracing.FoundEffect(
             "unknown", "elevation", None, Verdict.UNKNOWN, "unknown torque of the elevation", (),
-            PeriodicShape(0.7, 0.02, 1e-3, "a line at 0.7 Hz"), 9.0, in_plant=False,
+            tracing.PeriodicShape(0.7, 0.02, 1e-3, "a line at 0.7 Hz"), 9.0, in_plant=False,
         ),
-        FoundEffect(
+        tracing.FoundEffect(
             "unknown", "travel", None, Verdict.UNKNOWN, "unknown torque of the travel", (),
-            CurveShape("travel", "rad", "periodic in the travel", curve, band), 8.0,
+            tracing.CurveShape("travel", "rad", "periodic in the travel", curve, band), 8.0,
         ),
     )  # fmt: skip
 
@@ -142,11 +124,11 @@ def curves():
     x = np.linspace(-0.3, 0.3, 32)
     law = -FRICTION.value * np.sign(x)
     return (
-        EffectCurve(
+        tracing.EffectCurve(
             "dry_friction", "pitch", "pitch rate", "rad/s", np.column_stack((x, law + 1e-3 * np.cos(40.0 * x))),
             np.column_stack((x, law, law - 1e-3, law + 1e-3)),
         ),
-        EffectCurve(
+        tracing.EffectCurve(
             "unknown", "travel", "travel", "rad", np.empty((0, 2)),
             np.column_stack((TURNS, WAVE, WAVE - 1e-3, WAVE + 1e-3)),
         ),
@@ -157,7 +139,7 @@ def catalogue():
     """Every entry: the shown one, two that are not testable, the others not shown."""
     verdicts = []
     for number, entry in enumerate(CATALOGUE):
-        row = CatalogueVerdict(
+        row = tracing.CatalogueVerdict(
             entry.name, entry.axis, Verdict.NOT_SHOWN, Estimate(1e-3, 1e-3, entry.unit), 1.0, 0.02 * (number + 1), 3e-3,
             "score 1.0 nats, 8 needed", "",
         )  # fmt: skip
@@ -177,16 +159,16 @@ def example(logs=None):
     logs = logs or [made_log()]
     series = tuple(series_of(log) for log in logs)
     names = tuple((entry.name, entry.axis) for entry in CATALOGUE)
-    correlation = np.eye(len(names))
+    correlation, gain = np.eye(len(names)), tracing.ErrorFigure(70.0, 50.0, 90.0)
     correlation[3, 0] = correlation[0, 3] = 0.95
     correlation[7, 2] = correlation[2, 7] = -0.5
-    return Diagnosis(
-        verdict=RigVerdict.EFFECTS_SHOWN,
+    return tracing.Diagnosis(
+        verdict=tracing.RigVerdict.EFFECTS_SHOWN,
         effects=found_effects(),
         possible=(
-            FoundEffect(
+            tracing.FoundEffect(
                 "motor_lag", "rotors", Estimate(0.03, 2e-3, "s"), Verdict.POSSIBLE, "lag or delay of the rotors",
-                (("input_delay", "rotors"),), NamedShape(), 5.0, "Step both voltages.", True, 2.5,
+                (("input_delay", "rotors"),), tracing.NamedShape(), 5.0, "Step both voltages.", True, 2.5,
                 "lag and delay of the rotors together: 110 ms",
             ),
         ),
@@ -200,17 +182,17 @@ def example(logs=None):
         plant_before=BEFORE,
         plant_after=AFTER,
         axes=axis_reports(series),
-        held_out=HeldOutLikelihood(20.0, 1800.0, 1803.5, ErrorFigure(70.0, 50.0, 90.0), {"after": (7.0, 8)}),
+        held_out=tracing.HeldOutLikelihood(20.0, 1800.0, 1803.5, gain, {"after": (7.0, 8)}),
         closed_loop=False,
         references="voltages",
-        agreement=Agreement(0.8, 0.9, 3),
+        agreement=tracing.Agreement(0.8, 0.9, 3),
         series=series,
         curves=curves(),
         correlation_labels=names,
         correlation=correlation,
         data=(
-            DataEntry("train <1>.csv", "ab" * 32, 9000, 100.0, "training", ("pitch converted from deg to rad",)),
-            DataEntry("held.csv", "cd" * 32, 2000, 100.0, "held out"),
+            tracing.DataEntry("train <1>.csv", "ab" * 32, 9000, 100.0, "training", ("pitch in degrees",)),
+            tracing.DataEntry("held.csv", "cd" * 32, 2000, 100.0, "held out"),
         ),
         settings={
             "motor_time_constant": 0.08, "voltage_limit": 5.0, "rest_pitch": None, "keep_events": False,
@@ -227,6 +209,6 @@ def adequate():
     whole = example()
     shown = tuple(replace(v, verdict=Verdict.NOT_SHOWN) if v.verdict == Verdict.SHOWN else v for v in whole.catalogue)
     return replace(
-        whole, verdict=RigVerdict.MODEL_ADEQUATE, effects=(), curves=(), catalogue=shown,
+        whole, verdict=tracing.RigVerdict.MODEL_ADEQUATE, effects=(), curves=(), catalogue=shown,
         parameters_after=whole.parameters_before, effects_after={}, possible=(),
     )  # fmt: skip

@@ -1,7 +1,5 @@
 """The blind rigs: independent of the code that they test, the same as when their batteries ran, and right physics."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +15,7 @@ from tests.blind.plant import STEP, fly
 from tests.blind.rigs import STRENGTHS, draw_rig
 from tests.blind.signals import SAMPLE, square_and_chirp
 from tests.blind.windy import windy_rig
+from tests.commands import python
 
 HERE = Path(__file__).parent
 DEMO = HERE.parent / "heli_identifier" / "demo_logs"
@@ -25,9 +24,9 @@ DEMO = HERE.parent / "heli_identifier" / "demo_logs"
 def test_generator_imports_nothing_of_the_code_that_it_tests():
     modules = ", ".join(f"tests.blind.{path.stem}" for path in (HERE / "blind").glob("[a-z]*.py"))
     program = f"import sys, {modules}; print(sorted({{name.partition('.')[0] for name in sys.modules}}))"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=HERE.parent)
-    assert "numba" in done.stdout
-    assert not any(package in done.stdout for package in ("heli_plant", "heli_identifier", "fmu_src"))
+    printed = python(program, cwd=HERE.parent).stdout
+    assert "numba" in printed
+    assert not any(package in printed for package in ("heli_plant", "heli_identifier", "fmu_src"))
 
 
 def made(seed, *kind):
@@ -63,41 +62,17 @@ def test_rigs_are_those_of_the_published_batteries(rig):
     assert np.sqrt(np.mean(make() ** 2, axis=0)) == pytest.approx(expected, rel=1e-4)
 
 
-@pytest.mark.parametrize(("name", "slowness"), [("train1", 1.0), ("train2", 2.0)])
-def test_training_signals_are_those_of_the_measured_logs(name, slowness):
-    measured = np.loadtxt(DEMO / "rig-c" / f"{name}.csv", delimiter=",", skiprows=1)
-    assert np.array_equal(measured[:, 1:3], square_and_chirp(90.0, slowness))
-
-
-def flown(voltages, start, p):
-    """True angles and rates in still air."""
-    count = len(voltages)
-    still = np.zeros((round(count * SAMPLE / STEP), 3))
-    return fly(voltages, start, p, still, np.zeros((count, 3)))[1:3]
-
-
-def test_base_model_agrees_with_the_plant_on_the_training_signal():
+def test_base_model_agrees_with_the_plant_on_the_training_signal_which_is_that_of_the_measured_logs():
     """To a hundredth of a count, which is negligible beside the encoder; test_plant.py holds the plant to scipy."""
+    for name, slowness in (("train1", 1.0), ("train2", 2.0)):
+        measured = np.loadtxt(DEMO / "rig-c" / f"{name}.csv", delimiter=",", skiprows=1)
+        assert np.array_equal(measured[:, 1:3], square_and_chirp(90.0, slowness))
     voltages = square_and_chirp(20.0, 1.0)
     start = (TABLE_2.theta0 + 0.02, 0.2, 0.0)
-    angles, _ = flown(voltages, np.array(start), Coefficients())
+    still = np.zeros((round(len(voltages) * SAMPLE / STEP), 3))
+    angles = fly(voltages, np.array(start), Coefficients(), still, np.zeros((len(voltages), 3)))[1]
     expected = simulate(voltages, SAMPLE, start_state(*start, *voltages[0]), TABLE_2)[1]
     assert np.abs(angles - expected).max() < 2 * np.pi / 8192 / 100
-
-
-def test_dry_friction_takes_two_bands_from_the_amplitude_every_period_half_and_then_holds_still():
-    """What no smooth law shows; the accelerations themselves are held to the plant's in test_effect_files.py."""
-    c, rest = 0.02, (0.0, 0.1, 0.0)
-    undamped = {"a_wx": 0.0, "a_wz": 0.0, "a_wy": 0.0, "a_lt": 0.0, "a_1": 0.0, "theta0": 0.0}
-    p = Coefficients(**undamped, dry_friction_elevation=c)
-    angles, rates = flown(np.zeros((round(40.0 / SAMPLE), 2)), np.array(rest), p)
-    turns = np.flatnonzero(np.diff(np.sign(rates[:, 1])) != 0)
-    peaks = np.abs(angles[turns, 1])[:6]  # the first turn is the release
-    band = c / p.a_e
-    # A turning point lies between samples: its angle is off by at most omega^2 A SAMPLE^2/2 = 1.3e-5.
-    assert np.diff(peaks) == pytest.approx(-2 * band, abs=3e-5)
-    assert abs(angles[-1, 1]) <= band
-    assert np.all(rates[-1000:, 1] == 0.0)
 
 
 def test_logs_of_a_rig_carry_no_word_of_its_truth_which_is_in_the_words_of_the_catalogue():

@@ -2,7 +2,6 @@
 
 import os
 import signal
-import subprocess
 import sys
 from collections import Counter
 from dataclasses import replace
@@ -18,23 +17,12 @@ import pytest
 from heli_identifier import tools
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log
-from heli_identifier.tools import (
-    CONSOLIDATED,
-    Rig,
-    Source,
-    campaign,
-    generated_rigs,
-    rigs_below,
-    run_campaign,
-)
 from heli_identifier.tools.campaign import complete, judged, parquet_bytes, read_row, summarised
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
+from tests.commands import python
 
 SETTINGS = DiagnosisSettings()
-
-
-# --- where rigs come from ----------------------------------------------------------------------------------------
 
 
 def test_every_sub_folder_with_a_log_is_a_rig_whose_content_follows_every_byte_that_a_diagnosis_reads(tmp_path):
@@ -42,7 +30,7 @@ def test_every_sub_folder_with_a_log_is_a_rig_whose_content_follows_every_byte_t
     for path in map(tmp_path.joinpath, files.split()):
         path.parent.mkdir(exist_ok=True)
         path.write_text(path.name)
-    sources = rigs_below(tmp_path, tmp_path / "lab.toml")
+    sources = tools.rigs_below(tmp_path, tmp_path / "lab.toml")
     assert [source.rig for source in sources] == ["a", "b"]
     for source, own in zip(sources, (("train.csv", "held1.csv", "heli.toml"), ("run1.mat", "run2.csv")), strict=True):
         seen = {source.content()}
@@ -91,34 +79,31 @@ def module(tmp_path, monkeypatch):
     return name
 
 
-def test_generator_is_called_with_one_seed_after_another_and_the_content_follows_seed_and_source(module, tmp_path):
-    sources = generated_rigs(f"{module}:make", 3)
+def test_generator_is_called_with_one_seed_after_another_and_a_result_by_its_settings(module, tmp_path):
+    sources = tools.generated_rigs(f"{module}:make", 3)
     assert [source.rig for source in sources] == ["seed 0", "seed 1", "seed 2"]
     assert [source.load().training[0].voltages[0, 0] for source in sources] == [0.0, 1.0, 2.0]
     source_digest.cache_clear()
     (tmp_path / f"{module}.py").write_text(MODULE.replace("9", "8"))
-    assert len({source.content() for source in sources + generated_rigs(f"{module}:make", 3)}) == 6
-
-
-def test_rigs_that_are_none_are_refused(module):
-    log = Log("log", 100.0, np.zeros((9, 2)), np.zeros((9, 3)))
-    for wrong, said in (
-        (generated_rigs(f"{module}:nothing", 1)[0].load, "NoneType"),
-        (partial(Rig, (log,), ()), "held_out"),
-        (partial(Rig, (log,), (log,), {"dry_friction rotors": 0.02}), "dry_friction rotors"),
-    ):
-        with pytest.raises(ConfigurationError, match=said):
-            wrong()
-
-
-def test_result_has_the_name_of_its_settings_in_every_process():
-    code = "import dask.base, heli_identifier as hi; print(dask.base.tokenize(hi.DiagnosisSettings()))"
-    other = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert len({source.content() for source in sources + tools.generated_rigs(f"{module}:make", 3)}) == 6
+    # a result has the name of its settings in every process
+    other = python("import dask.base, heli_identifier as hi; print(dask.base.tokenize(hi.DiagnosisSettings()))")
     assert dask.base.tokenize(SETTINGS) == dask.base.tokenize(replace(SETTINGS)) == other.stdout.strip()
     assert dask.base.tokenize(replace(SETTINGS, voltage_limit=6.0)) != dask.base.tokenize(SETTINGS)
 
 
-# --- on a cluster ------------------------------------------------------------------------------------------------
+def test_rigs_results_and_folders_that_are_none_are_refused(module, tmp_path):
+    log, torn = Log("log", 100.0, np.zeros((9, 2)), np.zeros((9, 3))), tmp_path / "k.json"
+    torn.write_text("torn")
+    for wrong, said in (
+        (partial(read_row, torn), r"k\.json is not a result"),
+        (partial(tools.run_campaign, [], torn), "k.json is a file, a folder is needed there"),
+        (tools.generated_rigs(f"{module}:nothing", 1)[0].load, "NoneType"),
+        (partial(tools.Rig, (log,), ()), "held_out"),
+        (partial(tools.Rig, (log,), (log,), {"dry_friction rotors": 0.02}), "dry_friction rotors"),
+    ):
+        with pytest.raises(ConfigurationError, match=said):
+            wrong()
 
 
 @pytest.fixture
@@ -130,10 +115,10 @@ def stand_in(module, tmp_path):
     def run(seeds, seconds=0.0, first=None, **options):
         """Rigs that take some seconds, the first time as many as ``first`` says of a seed."""
         sources = [
-            Source(f"rig {seed}", partial(tuple, (seed, marks, seconds, (first or {}).get(seed, seconds))), str)
+            tools.Source(f"rig {seed}", partial(tuple, (seed, marks, seconds, (first or {}).get(seed, seconds))), str)
             for seed in seeds
         ]
-        return run_campaign(sources, folder, work=work, **options)
+        return tools.run_campaign(sources, folder, work=work, **options)
 
     def noted(event):
         files = sorted((tmp_path / "marks").glob(f"{event}.*"), key=lambda path: path.name.split(".")[3])
@@ -156,7 +141,7 @@ def test_killed_worker_costs_no_result_and_doubles_none_and_a_restart_makes_only
     rows = stand_in.run(range(8), 0.2, {0: 60.0}, workers=2, progress=kill_the_one_at_work)
     assert [(row["rig"], row["error"]) for row in rows] == [(f"rig {seed}", None) for seed in range(8)]
     assert len(list((stand_in.folder / "rows").iterdir())) == 8
-    assert list(pd.read_parquet(stand_in.folder / CONSOLIDATED)["rig"]) == [row["rig"] for row in rows]
+    assert list(pd.read_parquet(stand_in.folder / tools.CONSOLIDATED)["rig"]) == [row["rig"] for row in rows]
     # Only the rig that the dead process was at was begun again, in another process, and each was ended once.
     assert Counter(seed for seed, _ in stand_in.noted("began")) == Counter([0, *range(8)])
     assert sorted(seed for seed, _ in stand_in.noted("ended")) == list(range(8))
@@ -194,7 +179,7 @@ def test_scheduler_that_runs_already_is_used_and_left_running_but_not_one_of_ano
         with Client(machines) as still:
             assert len(still.nthreads()) == 1
         # As if this process had fewer packages; a worker digests all that it has itself.
-        monkeypatch.setattr(campaign, "CODE", ("heli_plant",))
+        monkeypatch.setattr(tools.campaign, "CODE", ("heli_plant",))
         with pytest.raises(ConfigurationError, match="another version of this software"):
             stand_in.run((5,), scheduler=address)
 
@@ -216,12 +201,9 @@ def test_what_ends_before_the_first_result_leaves_no_folder(stand_in):
 def test_missing_package_is_told_with_the_command_that_installs_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)  # Python's way to say that a package is not there
     monkeypatch.delitem(sys.modules, "heli_identifier.tools.campaign")
-    monkeypatch.delitem(vars(tools), "run_campaign")
+    monkeypatch.delitem(vars(tools), "run_campaign", raising=False)
     with pytest.raises(ConfigurationError, match=r"package distributed; .*heli-twin\[cluster\]"):
         tools.run_campaign  # noqa: B018
-
-
-# --- the work and its rows ---------------------------------------------------------------------------------------
 
 
 FRICTION = {"a_wx": 0.060, "dry_friction pitch": 0.02}
@@ -242,14 +224,6 @@ def row(truth, *effects, verdict="effects shown", **columns):
     told = None if truth is None else [{"name": name, "value": value} for name, value in truth.items()]
     known = {"rig": "r", "key": "k", "verdict": verdict, "effects": list(effects), "seconds": 2.0, "truth": told}
     return complete(known | columns)
-
-
-def test_what_is_no_result_and_no_folder_for_results_is_named(tmp_path):
-    (tmp_path / "k.json").write_text("torn")
-    with pytest.raises(ConfigurationError, match=r"k\.json is not a result"):
-        read_row(tmp_path / "k.json")
-    with pytest.raises(ConfigurationError, match="k.json is a file, a folder is needed there"):
-        run_campaign([], tmp_path / "k.json")
 
 
 def test_the_table_has_every_column_whatever_the_rows_lack(tmp_path):
@@ -281,7 +255,7 @@ def test_entries_are_judged_against_the_truth(truth, effects, every, false):
     assert (own.all_named, own.false) == (every, false)
 
 
-def test_interval_covers_what_lies_within_1_96_standard_errors_and_is_not_counted_where_nothing_is_known():
+def test_intervals_of_1_96_standard_errors_are_counted_where_the_truth_is_known():
     near, far = found("dry_friction", "pitch", 0.02 + 1.9e-3, 1e-3), damping(0.060 + 2.0e-3, 1e-3)
     assert judged(row(FRICTION, near, parameters=far)).covered == {"dry_friction pitch": True, "a_wx": False}
     unstated = {"ground_effect elevation": None}

@@ -17,7 +17,7 @@ from heli_identifier.cli.app import app
 from heli_identifier.cli.arguments import Group, in_scenario, spread
 from heli_identifier.cli.terminal import print_table
 from heli_identifier.results import Table
-from tests.commands import heli
+from tests.commands import heli, python
 
 COMMANDS = sorted(get_command(app).commands)
 
@@ -105,16 +105,16 @@ def test_a_table_of_many_columns_stands_in_parts_and_no_cell_is_cut(monkeypatch,
     assert sum("k_x" in line for line in lines) == sum("parameter" in line for line in lines) > 1
 
 
-UNFORESEEN = (
-    (ZeroDivisionError("nobody thought of this"), 70, "ZeroDivisionError: nobody thought"),
-    (ImportError("No module named 'nonsense'"), 70, "No module named 'nonsense'"),
-    (OSError(28, "No space left on device"), 2, "heli: No space left on device."),
-    (OSError("timed out"), 2, "heli: timed out."),
-    (MemoryError(), 2, "heli: there is not enough memory"),
+@pytest.mark.parametrize(
+    "error, code, said",
+    [
+        (ZeroDivisionError("nobody thought of this"), 70, "ZeroDivisionError: nobody thought"),
+        (ImportError("No module named 'nonsense'"), 70, "No module named 'nonsense'"),
+        (OSError(28, "No space left on device"), 2, "heli: No space left on device."),
+        (OSError("timed out"), 2, "heli: timed out."),
+        (MemoryError(), 2, "heli: there is not enough memory"),
+    ],
 )
-
-
-@pytest.mark.parametrize("error, code, said", UNFORESEEN)
 def test_a_command_that_could_not_do_its_work_has_another_exit_code_than_one_with_a_bad_answer(error, code, said):
     """Exit code 1 is an answer of a check: the model no longer explains the log."""
 
@@ -168,17 +168,12 @@ main()
 
 @pytest.mark.parametrize("case", ["dropped", "changed", "stuck"])
 def test_a_command_that_is_asked_to_end_does_and_leaves_nothing_whatever_a_library_makes_of_it(tmp_path, case):
-    done = subprocess.run(
-        [sys.executable, "-c", ENDED, case], capture_output=True, text=True, timeout=300, check=False, cwd=tmp_path
-    )
-    assert (done.returncode, done.stdout, done.stderr) == (128 + signal.SIGTERM, "", "")
+    done = python(ENDED, case, ends=128 + signal.SIGTERM, timeout=300, cwd=tmp_path)
+    assert (done.stdout, done.stderr) == ("", "")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_text_parameter_takes_a_text_that_looks_like_a_number():
+def test_a_text_parameter_takes_a_text_that_looks_like_a_number_and_a_foreign_fmu_what_is_given():
     assert checked_start_values(unit_class("LogPlayer"), {"log.path": "3"}) == {"log.path": "3"}
-
-
-def test_what_a_foreign_fmu_takes_is_left_to_it():
     # a unit from a file may have parameters that this project's unit of the same name does not
     assert in_scenario("open_loop", None, ["plant.mass=2"], foreign=("plant",)) == {"plant.mass": 2.0}

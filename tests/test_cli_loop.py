@@ -1,8 +1,6 @@
 """From logs to a corrected plant by the commands alone, and back: what one writes the next one takes."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -15,15 +13,14 @@ from fmu_src import UNITS, build
 from fmu_src.native.toolchain import LINUX, compiler
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import demo_files, read_data_set, write_log
-from heli_identifier.results import NATIVE_PLANT
-from heli_identifier.results.parameters import plant_values
+from heli_identifier.results import NATIVE_PLANT, plant_values
 from heli_identifier.results.unit import check_free_run, unit_run
 from heli_identifier.tools import split_logs
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_NAME
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
-from tests.commands import heli
+from tests.commands import HELI, heli, python
 from tests.diagnosis_example import AFTER, BEFORE, example, made_log
 
 RESULTS = {"diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu"}
@@ -36,10 +33,7 @@ def diagnosed(tmp_path_factory):
     (training, *_), held_out = demo_files("rig-a")
     folder = tmp_path_factory.mktemp("rig-a") / "result"
     words = ["diagnose", training, "--validate", *held_out, "--output", folder, "--json", *NATIVE]
-    code = "from heli_identifier.cli import main; main()"
-    done = subprocess.run([sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return folder, done.stdout
+    return folder, python(HELI, *words).stdout
 
 
 def test_a_diagnosis_leaves_its_four_files_and_prints_its_document_and_finds_the_friction_of_rig_a(diagnosed):
@@ -53,20 +47,17 @@ def test_a_diagnosis_leaves_its_four_files_and_prints_its_document_and_finds_the
     assert first["coefficient"]["value"] == pytest.approx(0.025, rel=0.15)
 
 
-def test_the_parameters_of_a_diagnosis_build_the_unit_that_it_delivered(diagnosed, tmp_path):
+def test_the_parameters_of_a_diagnosis_build_the_unit_that_it_delivered_and_the_native_one_is_the_same(
+    diagnosed, tmp_path
+):
     folder, _ = diagnosed
     words = ("build", "HelicopterPlant", "--parameters", folder / "parameters.json", "--output", tmp_path)
     assert heli(*words).exit_code == 0
     assert (tmp_path / "HelicopterPlant.fmu").read_bytes() == (folder / "HelicopterPlant.fmu").read_bytes()
-
-
-@pytest.mark.skipif(not NATIVE, reason="this machine has no C compiler (extra 'native')")
-def test_the_native_unit_of_a_diagnosis_is_the_same_plant(diagnosed):
-    python, native = (
-        {own.name: own.start for own in fmpy.read_model_description(diagnosed[0] / file).modelVariables}
-        for file in ("HelicopterPlant.fmu", NATIVE_PLANT)
-    )
-    assert python == native and float(native["effects.dry_friction.pitch"]) > 0.0  # rig-a has it
+    delivered = ["HelicopterPlant.fmu", NATIVE_PLANT][: 1 + len(NATIVE)]
+    variables = (fmpy.read_model_description(folder / file).modelVariables for file in delivered)
+    one, *other = [{own.name: own.start for own in listed} for listed in variables]
+    assert other in ([], [one]) and float(one["effects.dry_friction.pitch"]) > 0.0  # rig-a has it
 
 
 def test_a_check_passes_on_a_log_of_the_same_rig_and_fails_on_one_of_another(diagnosed, tmp_path):
@@ -94,51 +85,37 @@ def test_a_log_is_played_whole_in_steps_of_any_length(tmp_path, step):
     assert 5.99 - step < end <= 5.99 + 1e-9
 
 
-@pytest.fixture(scope="module")
-def corrected_unit(tmp_path_factory):
+def test_the_unit_repeats_the_free_run_at_any_rate_of_the_log_and_is_delivered_only_if_it_does(tmp_path):
     values = {name: estimate.value for name, estimate in plant_values(AFTER, {}).items()}
-    return build("HelicopterPlant", tmp_path_factory.mktemp("unit"), values)
-
-
-@pytest.mark.parametrize("rate", [50.0, 333.0])
-def test_the_unit_repeats_the_free_run_at_any_rate_of_the_log(corrected_unit, rate):
-    log = made_log(8.0)
-    held = np.repeat(log.voltages, 10, axis=0)[:: int(1000 / rate)]
-    log = replace(log, rate_hz=rate, voltages=held, angles=np.zeros((len(held), 3)) + 0.01)
-    series = replace(example().series[0], log=log)
-    _, angles = simulate(log.voltages, log.step, PlantState(**series.start), AFTER)
-    # 400 to 2700 steps of the same arithmetic, compiled and interpreted
-    assert np.abs(unit_run(corrected_unit, series) - angles).max() < 1e-12
-
-
-def test_a_unit_that_does_not_reach_the_reported_free_run_is_not_delivered(corrected_unit, tmp_path):
+    corrected_unit, flown = build("HelicopterPlant", tmp_path / "unit", values), made_log(8.0)
+    for rate in (50.0, 333.0):
+        held = np.repeat(flown.voltages, 10, axis=0)[:: int(1000 / rate)]
+        log = replace(flown, rate_hz=rate, voltages=held, angles=np.zeros((len(held), 3)) + 0.01)
+        series = replace(example().series[0], log=log)
+        _, angles = simulate(log.voltages, log.step, PlantState(**series.start), AFTER)
+        # 400 to 2700 steps of the same arithmetic, compiled and interpreted
+        assert np.abs(unit_run(corrected_unit, series) - angles).max() < 1e-12
     check_free_run(corrected_unit, example())
     other = build("HelicopterPlant", tmp_path, {"pitch.damping": BEFORE.a_wx})
     with pytest.raises(IdentifierError, match="free run of the pitch"):
         check_free_run(other, example())
 
 
-@pytest.fixture
-def logs(tmp_path):
-    return [write_log(made_log(length), tmp_path / f"run{length:g}.csv") for length in (30.0, 20.0)]
-
-
-def test_without_a_held_out_log_the_last_one_is_held_out_and_a_short_single_one_is_refused(logs):
+def test_without_a_held_out_log_the_last_one_is_held_out_and_of_a_single_one_the_last_third(tmp_path):
+    """No sample is in both."""
+    logs = [write_log(made_log(length), tmp_path / f"run{length:g}.csv") for length in (30.0, 20.0)]
     training, held, said = split_logs(*read_data_set(logs))
     assert ([log.name for log in training], [log.name for log in held]) == (["run30"], ["run20"])
     assert said.startswith("held out: ")
     with pytest.raises(LogError, match="too short"):
         split_logs(*read_data_set(logs[:1], start=0.0, end=24.0))
-
-
-@pytest.mark.parametrize("start, end, samples", [(None, None, 3000), (3.0, 28.5, 2551)])
-def test_of_a_single_log_the_last_third_is_held_out_and_no_sample_is_in_both(logs, start, end, samples):
-    (training,), (held,), _ = split_logs(*read_data_set(logs[:1], start=start, end=end))
-    assert training.samples + held.samples == samples and held.samples == pytest.approx(samples / 3, abs=1)
-    assert held.start > training.start + training.duration - 1.5 * training.step
-    # the last sample kept is that of ``end``, which holds for one step
-    first, last = (0.0, 29.99) if start is None else (start, end)
-    assert (training.start, held.start + held.duration) == pytest.approx((first, last + 0.01))
+    for start, end, samples in ((None, None, 3000), (3.0, 28.5, 2551)):
+        (training,), (held,), _ = split_logs(*read_data_set(logs[:1], start=start, end=end))
+        assert training.samples + held.samples == samples and held.samples == pytest.approx(samples / 3, abs=1)
+        assert held.start > training.start + training.duration - 1.5 * training.step
+        # the last sample kept is that of ``end``, which holds for one step
+        first, last = (0.0, 29.99) if start is None else (start, end)
+        assert (training.start, held.start + held.duration) == pytest.approx((first, last + 0.01))
 
 
 def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_path):
@@ -155,15 +132,12 @@ def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_pat
     assert {line.split(",")[0] for line in history[1:]} == {"train1", "train2"}
 
 
-def test_build_makes_every_unit_and_lists_them(tmp_path):
+def test_build_makes_every_unit_and_lists_them_and_effects_lists_those_of_the_plant(tmp_path):
     said = heli("build", "--output", tmp_path, "--json")
     assert said.exit_code == 0
     files = json.loads(said.stdout)
     assert {Path(file).stem for file in files} == set(UNITS)
     assert sorted(files) == sorted(str(path) for path in tmp_path.iterdir())
-
-
-def test_effects_lists_every_entry_with_a_parameter_that_the_plant_has():
     listed = json.loads(heli("effects", "--json").stdout)
     assert [(entry["name"], entry["axis"]) for entry in listed] == [(e.name, e.axis) for e in CATALOGUE]
     assert all(entry["parameter"] in BY_NAME for entry in listed)

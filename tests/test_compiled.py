@@ -1,22 +1,25 @@
-"""Compiled code is found again on disk by its whole content; tests/test_effects.py compares what it computes."""
+"""Compiled code is found again on disk by its whole content; dual numbers of the same source keep its bits."""
 
 import os
-import subprocess
-import sys
-from textwrap import dedent
+from math import inf
+from random import Random
 
+import numpy as np
 import pytest
 
 from heli_plant.compiled import cache_folder, compiled
+from heli_plant.dual import Dual, seeded, slopes, with_duals
+from heli_plant.effects import CATALOGUE
 from heli_plant.errors import PlantError
+from heli_plant.laws import next_step_time
+from heli_plant.parameters import TABLE_2
+from heli_plant.plant import rates_of_change, step
+from heli_plant.state import PlantState
+from tests.commands import python
 
 
 def run(script, cache):
-    done = subprocess.run(
-        [sys.executable, "-c", dedent(script)], capture_output=True, text=True, timeout=300,
-        env={**os.environ, "HELI_CACHE_DIR": str(cache)}, check=True,
-    )  # fmt: skip
-    return done.stdout.split()
+    return python(script, timeout=300, env={**os.environ, "HELI_CACHE_DIR": str(cache)}).stdout.split()
 
 
 def outer_of_a_test(folder, body, constant):
@@ -51,21 +54,17 @@ def test_machine_code_on_disk_serves_until_a_called_function_or_a_constant_elsew
     assert outer_of_a_test(tmp_path, "x + 2.0", 5.0) == ["25.0", "0"]
 
 
-def test_folder_that_cannot_be_written_is_named_with_the_remedy(monkeypatch, tmp_path):
+def test_folder_that_cannot_be_written_is_named_with_the_remedy_and_one_of_others_is_not_read(monkeypatch, tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("")
     monkeypatch.setenv("HELI_CACHE_DIR", str(blocked))
     with pytest.raises(PlantError, match=rf"{blocked}.*set HELI_CACHE_DIR"):
         compiled(lambda x: x)
-
-
-def test_package_imports_no_numba_before_something_is_compiled():
-    """The plant's modules serve inside an FMU, whose host may have neither numba nor numpy."""
-    script = """
-        import sys, heli_plant.plant, heli_plant.control, heli_plant.communication, heli_plant.parameters
-        print("numba" in sys.modules, "numpy" in sys.modules)
-    """
-    assert run(script, "") == ["False", "False"]
+    if hasattr(os, "getuid"):  # what numba unpickles can run code: the folder has to be the user's own
+        tmp_path.chmod(0o777)
+        monkeypatch.setenv("HELI_CACHE_DIR", str(tmp_path))
+        with pytest.raises(PlantError, match="others can write to it"):
+            cache_folder()
 
 
 COUNTED = """
@@ -88,10 +87,67 @@ def test_a_damaged_cache_is_dropped_and_filled_again(tmp_path, ending):
     assert run(COUNTED, tmp_path) == ["5.0", "1"]
 
 
-@pytest.mark.skipif(not hasattr(os, "getuid"), reason="folders have no mode here")
-def test_a_folder_that_others_can_write_to_is_not_read(tmp_path, monkeypatch):
-    """What numba unpickles can run code: it has to be the user's own."""
-    tmp_path.chmod(0o777)
-    monkeypatch.setenv("HELI_CACHE_DIR", str(tmp_path))
-    with pytest.raises(PlantError, match="others can write to it"):
-        cache_folder()
+BY = tuple(range(1, 14))
+"""States and inputs among the arguments of rates_of_change."""
+
+
+def check_slopes(function, given, by, h, tolerance):
+    """Values of a function keep their bits; slopes by the arguments at the places ``by`` are central differences."""
+    duals = list(given)
+    for place, number in zip(by, seeded([given[place] for place in by]), strict=True):
+        duals[place] = number
+    after = with_duals(function)(*duals)
+    assert [x.value if isinstance(x, Dual) else x for x in after] == list(function(*given))
+    found = slopes(after, len(by))
+    for column, place in enumerate(by):
+        up, down = list(given), list(given)
+        up[place] += h
+        down[place] -= h
+        expected = (np.array(function(*up)) - np.array(function(*down))) / (2.0 * h)
+        scale = max(1.0, np.abs(expected).max())
+        np.testing.assert_allclose(found[:, column], expected, rtol=0.0, atol=tolerance * scale)
+    return found
+
+
+def parameter_sets():
+    small = {e.field: min(0.02, e.upper) for e in CATALOGUE if e.field != "input_delay_rotors"}
+    every = TABLE_2._replace(**small)
+    return {
+        "plain": TABLE_2,
+        "general model": TABLE_2._replace(general_model=1.0),
+        "every effect": every,
+        "every effect, general model": every._replace(general_model=1.0),
+        "no lag": TABLE_2._replace(T_m=0.0),
+    }
+
+
+def stepped(*row):
+    return step(PlantState(*row[:12]), row[12], row[13], 0.0, 0.0, 0.01, TABLE_2)
+
+
+def drawn(draw):
+    state = [draw.uniform(-0.8, 0.8) for _ in range(6)] + [draw.uniform(0.5, 5.0) for _ in range(2)] + [0.01, -0.02]
+    voltages = [draw.uniform(0.5, 4.8) for _ in range(2)]
+    return [draw.uniform(0.0, 50.0), *state, *voltages, draw.uniform(-0.1, 0.1), 0.3]
+
+
+@pytest.mark.parametrize("name", parameter_sets())
+def test_the_jacobian_is_that_of_central_differences(name):
+    """Differences of h = 1e-5: truncation h^2/6 f''', 2e-7 where friction is smoothed; rounding eps f/h, 1e-9."""
+    p, draw = parameter_sets()[name], Random(3)
+    for _ in range(50):
+        check_slopes(rates_of_change, [*drawn(draw), p], BY, 1e-5, 2e-6)
+
+
+def test_a_mass_at_rest_in_its_middle_and_a_whole_step_have_slopes_and_the_next_step_of_a_law_is_told():
+    """The law of the moving mass is skipped at x = 0, but not for a dual number with a slope."""
+    given = [0.0, *[0.1] * 10, 1.0, 1.0, 0.0, 0.0, TABLE_2]
+    found = check_slopes(rates_of_change, given, (13,), 1e-5, 1e-8)
+    assert found[4, 0] == -(TABLE_2.ado_offset + TABLE_2.ado_stiffness * 0.1) != 0.0
+    # halves of differences of 1e-4: truncation 1e-9, rounding 1e-12
+    row = [0.1, -0.2, 0.3, 0.4, -0.1, 0.2, 2.0, 2.5, 0.0, 0.0, 0.0, 0.0, 3.0, 2.0]
+    check_slopes(stepped, row, range(len(row)), 1e-4, 1e-8)
+    on = TABLE_2._replace(moving_mass_elevation=0.1, moving_mass_time=5.0)
+    assert next_step_time(0.0, on) == 5.0
+    assert next_step_time(5.0, on) == inf
+    assert next_step_time(0.0, TABLE_2) == inf

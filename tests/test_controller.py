@@ -14,19 +14,11 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration, Log, write_log
 from heli_identifier.results import ParameterSet, document_text, plant_values
-from heli_identifier.tools import closed_loop_check, corrected_init, course_values, design_controller
+from heli_identifier.tools import closed_loop_check, corrected_init, course_values, design_controller, margins
 from heli_identifier.tools.design_files import corrected_values
 from heli_identifier.tools.judging import kept_together
 from heli_identifier.tools.linearisation import linear_model, operating_point
 from heli_identifier.tools.loop import at_rest, begun, controller_parameters, controller_settings, fly
-from heli_identifier.tools.margins import (
-    closed_loop,
-    controller_response,
-    disk_margins,
-    frequencies,
-    is_stable,
-    plant_response,
-)
 from heli_identifier.tools.synthesis import synthesised
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.geometry import RATIO_ERROR, Geometry
@@ -98,9 +90,9 @@ def test_an_input_delay_shifts_the_response_and_nothing_else(periods):
 def test_the_disk_margin_is_that_of_the_structured_singular_value_and_within_it_the_loop_stays_stable():
     """Of two complex numbers mu(M) is the largest spectral radius of diag(1, exp(j phi)) M (Packard, Doyle 1993)."""
     settings, _ = designed()
-    model, omega = linear_model(TABLE_2, 0.0, 0.1, H), frequencies(H)
-    plant, law = plant_response(model, omega), controller_response(settings, H, omega)
-    (margin,) = disk_margins(plant[None], law)
+    model, omega = linear_model(TABLE_2, 0.0, 0.1, H), margins.frequencies(H)
+    plant, law = margins.plant_response(model, omega), margins.controller_response(settings, H, omega)
+    (margin,) = margins.disk_margins(plant[None], law)
     M = np.linalg.inv(np.eye(2) - law @ plant) - 0.5 * np.eye(2)
     turned = (np.array([1.0, np.exp(1j * phi)])[:, None] * M for phi in np.linspace(0.0, 2.0 * np.pi, 721))
     # half a step of .009 rad beside the worst phase costs 1e-5 of the radius
@@ -108,7 +100,7 @@ def test_the_disk_margin_is_that_of_the_structured_singular_value_and_within_it_
     for d in (-0.99 * margin, 0.0, 0.99 * margin):  # both rotors together
         system = model.sampled
         scaled = control.ss(system.A, (2.0 + d) / (2.0 - d) * system.B, system.C, system.D, H)
-        assert is_stable(closed_loop(replace(model, sampled=scaled), settings))
+        assert margins.is_stable(margins.closed_loop(replace(model, sampled=scaled), settings))
 
 
 def test_the_robust_design_keeps_more_where_the_plant_is_known_badly():

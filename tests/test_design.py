@@ -1,22 +1,18 @@
-"""Design of experiments: what an experiment would tell, rehearsed on the model."""
+"""Excitation: the paper's signals, multisines, how they reach the rotors; what an experiment of them would tell."""
 
 import json
+from math import isclose, pi, sqrt
 
 import numpy as np
 import pytest
+import scipy.signal
 
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.online import excitation
 from heli_identifier.online.excitation import Excitation, Multisine
-from heli_identifier.tools.experiment import (
-    Limits,
-    Outlook,
-    Proposal,
-    Sight,
-    effects_named,
-    outlook,
-    proposals,
-    ranked,
-)
+from heli_identifier.records import demo_files, read_log
+from heli_identifier.tools import experiment
+from heli_identifier.tools.experiment import Limits, Proposal
 from heli_identifier.tools.flight import additions, flight_outlooks
 from heli_plant.control import PidSettings
 from heli_plant.effects import effect
@@ -32,52 +28,55 @@ def multisines(base: float, strength: float) -> Proposal:
 
 
 def seen(proposal, *effects):
-    found = outlook(proposal, PLANT, effects, 40.0, WIDE)
+    found = experiment.outlook(proposal, PLANT, effects, 40.0, WIDE)
     assert found is not None
     return found
 
 
-def test_rotors_that_never_reverse_cannot_show_a_loss_of_reverse_thrust():
+def test_rotors_that_never_reverse_show_no_loss_of_reverse_thrust_and_a_stronger_excitation_shows_more_drag():
     entry = effect("reverse_thrust_loss", "rotors")
     forward, reversing = seen(multisines(3.0, 0.2), entry), seen(multisines(0.0, 0.6), entry)
     assert (forward.effects[0].visibility, forward.effects[0].standard_error) == (0.0, np.inf)
     assert reversing.effects[0].standard_error < 0.2  # a fifth of all reverse thrust is seen at one standard error
-
-
-def test_a_stronger_excitation_shows_drag_with_a_smaller_error():
     weak, strong = (seen(multisines(1.5, rms), effect("quadratic_drag", "pitch")) for rms in (0.1, 0.4))
     # drag grows with the square of the amplitude; noise does not
     assert strong.effects[0].standard_error < weak.effects[0].standard_error / 4.0
 
 
 def test_two_effects_that_look_alike_are_separated_with_larger_errors():
-    found = seen(multisines(1.5, 0.5), *effects_named(("motor_lag", "input_delay")))
+    found = seen(multisines(1.5, 0.5), *experiment.effects_named(("motor_lag", "input_delay")))
     assert found.correlation > 0.8  # a lag and a delay differ only in second order of the frequency
     for own in found.effects:
         # 1 / sqrt(1 - .8^2) = 1.67
         assert own.standard_error_separated == pytest.approx(own.standard_error / np.sqrt(1.0 - found.correlation**2))
     with pytest.raises(ConfigurationError, match="same effect"):
-        effects_named(("motor_lag", "motor_lag"))
+        experiment.effects_named(("motor_lag", "motor_lag"))
 
 
 def expected(*errors):
     """An outlook whose effects have these standard errors if both are in question."""
-    return Outlook("", 40.0, tuple(Sight("", "", 0.1, 1e-3, error, "1") for error in errors), 0.9, 0.5, 0.3)
+    sights = tuple(experiment.Sight("", "", 0.1, 1e-3, error, "1") for error in errors)
+    return experiment.Outlook("", 40.0, sights, 0.9, 0.5, 0.3)
 
 
-def test_an_experiment_beyond_the_limits_is_not_proposed_and_voltages_keep_theirs_however_small():
+def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_and_voltages_keep_theirs():
     tight = Limits(pitch=0.05, elevation=0.05)
-    assert outlook(multisines(1.5, 0.6), PLANT, (effect("dry_friction", "pitch"),), 40.0, tight) is None
+    assert experiment.outlook(multisines(1.5, 0.6), PLANT, (effect("dry_friction", "pitch"),), 40.0, tight) is None
     for limit in (0.5, 2.0):
-        found = [np.abs(one.voltages(1.0)).max() for one in proposals(limit)]
+        found = [np.abs(one.voltages(1.0)).max() for one in experiment.proposals(limit)]
         assert 9 <= len(found) and max(found) <= limit
+    limits = Limits(pitch=0.2, elevation=0.06)
+    outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 20.0, limits, lambda what, share: None)
+    assert outlooks
+    assert all(one.pitch_to_rad <= 0.2 and one.elevation_by_rad <= 0.06 for one in outlooks)
+    assert len(outlooks) < len(list(additions()))  # steps of .2 and .1 rad go beyond
 
 
 def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
     lopsided, fair, alike = expected(0.5, 4.0), expected(1.0, 1.0), expected(2.06, 2.06)
     # relative to the smallest errors .5 and 1: 4, 2 and 4.1
-    assert ranked([alike, lopsided, fair]) == [fair, lopsided, alike]
-    assert ranked([]) == []
+    assert experiment.ranked([alike, lopsided, fair]) == [fair, lopsided, alike]
+    assert experiment.ranked([]) == []
 
 
 def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_path):
@@ -105,9 +104,70 @@ def test_in_closed_loop_quiet_hover_hides_gain_and_stiffness_and_multisines_on_t
     assert largest == sorted(largest)
 
 
-def test_in_closed_loop_no_proposal_departs_by_more_than_the_limits():
-    limits = Limits(pitch=0.2, elevation=0.06)
-    outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 20.0, limits, lambda what, share: None)
-    assert outlooks
-    assert all(one.pitch_to_rad <= 0.2 and one.elevation_by_rad <= 0.06 for one in outlooks)
-    assert len(outlooks) < len(list(additions()))  # steps of .2 and .1 rad go beyond
+H = 0.01
+
+
+def sampled(signal, seconds):
+    return np.array([signal.at(k * H) for k in range(round(seconds / H))])
+
+
+def test_the_difference_drives_pitch_and_the_total_drives_elevation():
+    pitch = excitation.paper_excitation(1, "difference", base=1.5)
+    elevation = excitation.paper_excitation(1, "total", base=0.5)
+    for t in (0.0, 3.3, 12.7, 25.0):
+        front, rear = excitation.voltages(t, pitch)
+        assert isclose(front - rear, excitation.SquareChirp().at(t), abs_tol=1e-15)
+        assert isclose(front + rear, 3.0)
+        front, rear = excitation.voltages(t, elevation)
+        assert front == rear
+        assert isclose(front + rear, 1.0 + 2.0 * excitation.SquareChirp().at(t))
+    strong = excitation.Excitation(base=4.9, difference=excitation.SquareChirp(), total=excitation.SquareChirp())
+    assert excitation.voltages(0.0, strong) == (5.0, 4.9)  # the amplifiers' limit
+
+
+def test_the_chirp_is_the_linear_chirp_of_scipy_and_a_log_of_square_and_chirp_is_reproduced():
+    """A training log of 90 s, printed to 1e-5 V."""
+    signal, t = excitation.SquareChirp(low=0.0, high=0.0, chirp_amplitude=0.2), np.arange(1000) * H
+    reference = 0.2 * scipy.signal.chirp(t, 2.0, 10.0, 0.5, phi=-90)
+    # Both evaluate one sine of at most 80 rad: rounding only.
+    np.testing.assert_allclose(sampled(signal, 10.0), reference, atol=1e-13)
+    square = excitation.SquareChirp(-0.5, 0.5, 15.4, chirp_amplitude=0.0)  # runs 3.7 s ahead
+    chirp = excitation.SquareChirp(0.0, 0.0, 15.4, 0.25, 1.5, 0.3, 13.0)
+    total = excitation.SquareChirp(0.5, 2.0, 20.0, 0.4, 2.0, 0.5, 10.0)
+    log = read_log(demo_files("rig-c")[0][0])
+    found = [excitation.combined(0.5, square.at(t + 3.7) + chirp.at(t), total.at(t), 5.0) for t in log.time]
+    off = np.abs(found - log.voltages).max(1) > 1.5e-5
+    assert off.sum() < 5  # edges that fall on a sample, which belongs to either side by rounding
+
+
+def test_a_multisine_has_its_rms_and_only_its_tones_and_a_seed_fixes_it():
+    signal = excitation.Multisine(rms=0.45, lowest=1 / 30, highest=2.5, tones=12, period=90.0)
+    values = sampled(signal, 90.0)
+    spectrum = 2.0 * np.abs(np.fft.rfft(values)) / len(values)
+    lines = np.flatnonzero(spectrum > 1e-9)
+    # All tones are harmonics of 1/90 Hz, so that a whole period leaks nothing (rounding alone remains).
+    assert len(lines) == 12
+    np.testing.assert_allclose(lines[[0, -1]] / 90.0, [1 / 30, 2.5])
+    np.testing.assert_allclose(spectrum[lines], 0.45 * sqrt(2 / 12), rtol=1e-9)
+    assert isclose(float(np.sqrt(np.mean(values**2))), 0.45, rel_tol=1e-9)
+    assert excitation.Multisine(seed=3).components == excitation.Multisine(seed=3).components
+    assert excitation.Multisine(seed=3).components != excitation.Multisine(seed=4).components
+    # Drawn once from Python's Mersenne twister, whose sequence the language guarantees.
+    assert isclose(excitation.phases(3, 1)[0], 2 * pi * 0.23796462709189137)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: excitation.SquareChirp(period=0.0), "square.period = 0.0 s must be positive"),
+        (lambda: excitation.SquareChirp(high=float("nan")), "square.high = nan V"),
+        (lambda: excitation.Multisine(highest=0.01), "multisine.highest = 0.01 Hz must lie in"),
+        (lambda: excitation.Multisine(lowest=1e-4, highest=2e-4, tones=1), "has no harmonic near 0.0001 Hz"),
+        (lambda: excitation.Excitation(base=6.0), "excitation.base = 6.0 V must lie in"),
+        (lambda: excitation.paper_excitation(3), "experiment = 3 must be 1 or 2"),
+        (lambda: excitation.paper_excitation(1, "sum"), "channel = 'sum'"),
+    ],
+)
+def test_impossible_settings_are_refused_with_name_value_and_bound(make, message):
+    with pytest.raises(ConfigurationError, match=message.replace("[", r"\[")):
+        make()

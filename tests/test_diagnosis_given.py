@@ -12,8 +12,7 @@ from heli_identifier.cli.terminal import print_diagnosis
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import RigConfiguration, demo_files, read_log
-from heli_identifier.tools import Rig
-from heli_identifier.tools.campaign import diagnosed
+from heli_identifier.tools import Rig, diagnosed
 from heli_identifier.tracing import DiagnosisSettings, diagnose, sign_notes
 from heli_identifier.tracing.diagnose import base_estimates
 from heli_identifier.tracing.fit import covariance, fit
@@ -58,19 +57,16 @@ def test_a_given_elevation_gain_is_kept_and_the_parameters_in_proportion_to_it_f
     assert result.plant_before.a_e > 1.02 * TABLE_2.a_e
 
 
-REFUSED = {
-    "voltage_limit = 0.0 V must be positive": {"voltage_limit": 0.0},
-    "^motor_time_constant = inf s must lie in": {"motor_time_constant": math.inf},
-    "^elevation_gain = -1.0 rad/s.2/V must lie in": {"elevation_gain": -1.0},
-    "^effects.bogus is no effect that can be given": {"effects": {"bogus": Estimate(1.0, 0.1, "1")}},
-    "inertial_coupling_travel = 1.0 must be an Estimate": {"effects": {"inertial_coupling_travel": 1.0}},
-}
-
-
-@pytest.mark.parametrize("said", REFUSED)
-def test_settings_that_cannot_be_are_refused_at_once(said):
-    with pytest.raises(ConfigurationError, match=said):
-        DiagnosisSettings(**REFUSED[said])
+def test_settings_that_cannot_be_are_refused_at_once():
+    for given, said in (
+        ({"voltage_limit": 0.0}, "voltage_limit = 0.0 V must be positive"),
+        ({"motor_time_constant": math.inf}, "^motor_time_constant = inf s must lie in"),
+        ({"elevation_gain": -1.0}, "^elevation_gain = -1.0 rad/s.2/V must lie in"),
+        ({"effects": {"bogus": Estimate(1.0, 0.1, "1")}}, "^effects.bogus is no effect that can be given"),
+        ({"effects": {"inertial_coupling_travel": 1.0}}, "inertial_coupling_travel = 1.0 must be an Estimate"),
+    ):
+        with pytest.raises(ConfigurationError, match=said):
+            DiagnosisSettings(**given)
 
 
 def test_a_campaign_keeps_the_rest_pitch_of_each_rig(logs):

@@ -25,6 +25,7 @@ from PIL import Image
 
 from benchmarks.figures import DRAWN, first_words, report_of_rig_a
 from heli_identifier.results.svg import COLOURS
+from tests.commands import python
 from tests.test_report_browser import CHROMIUM, Chromium
 
 ROOT = Path(__file__).parent.parent
@@ -235,16 +236,10 @@ def test_a_notebook_is_small_and_was_executed_once_from_top_to_bottom(name):
 def test_the_code_of_a_notebook_runs_and_prints_what_it_shows(name, tmp_path):
     script = "\n".join("".join(cell["source"]) for cell in code_cells(name))
     environment = {**os.environ, "MPLBACKEND": "agg"}
-    done = subprocess.run(
-        [sys.executable, "-c", script], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300,
-        check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    done = python(script, cwd=tmp_path, env=environment, timeout=300)
     outputs = [output for cell in code_cells(name) for output in cell["outputs"] if output["output_type"] == "stream"]
     assert unlike("".join("".join(output["text"]) for output in outputs), done.stdout) == []
 
-
-# --- pictures and search -----------------------------------------------------------------------------------------
 
 SHOWN = {name for text in PAGES.values() for name in re.findall(r"!\[[^]]*\]\([./docs]*/?figures/([^)]+)\)", text)}
 BESIDE = "tutorial-beside.svg"
@@ -267,12 +262,9 @@ def test_every_picture_of_the_pages_is_drawn_by_a_command_and_none_is_left_over(
     assert {*DRAWN, BESIDE} == SHOWN == {path.name for path in (DOCS / "figures").iterdir()}
 
 
-@pytest.mark.parametrize("name", ["detection.svg", "measured.svg", "windy.svg"])
-def test_the_pictures_of_tables_are_those_of_the_tables(name):
-    assert kept(name).decode() == DRAWN[name]()
-
-
-def test_the_picture_of_the_report_has_the_colours_of_the_page():
+def test_the_pictures_of_tables_are_those_of_the_tables_and_that_of_the_report_has_the_colours_of_the_page():
+    for name in ("detection.svg", "measured.svg", "windy.svg"):
+        assert kept(name).decode() == DRAWN[name](), name
     with Image.open(DOCS / "figures" / "report.png") as image:
         picture = np.array(image)[..., :3]
     for role in ("measured", "before", "after"):
@@ -280,12 +272,8 @@ def test_the_picture_of_the_report_has_the_colours_of_the_page():
 
 
 @pytest.mark.slow
-def test_the_picture_of_the_scenario_is_that_of_today():
+def test_the_pictures_of_the_scenario_and_the_tutorial_are_those_of_today(typed_page):
     assert same_drawing(kept("closed-loop-identifier.svg").decode(), DRAWN["closed-loop-identifier.svg"]())
-
-
-@pytest.mark.slow
-def test_the_picture_of_the_tutorial_is_that_of_today(typed_page):
     (drawn,) = typed_page("docs/tutorial.md")[1].rglob("beside.svg")
     assert same_drawing(kept(BESIDE).decode(), drawn.read_text())
 

@@ -1,17 +1,24 @@
 """Files of the effects: the published law is the function, in any units, and the blind rigs have the same laws.
 
 Three descriptions of a law are compared: the function that the plant runs, the text that reports and documentation
-print, and the blind generator's own equations, which share no code with the plant.
+print, and the blind generator's own equations, which share no code with the plant. The new effect of the page, one
+function with its declaration, is at once everywhere in a copy of the project.
 """
 
 import math
+import os
 import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fmu_src.description import base_exponents
 from heli_plant.effects import ACCELERATION, AXES, BENDING, CATALOGUE, THRUST, VOLTAGE
 from heli_plant.effects.definition import VOCABULARY
 from heli_plant.laws import motor_input, switched_on, thrust_voltage
@@ -20,6 +27,7 @@ from heli_plant.plant import accelerations
 from tests.blind import plant as blind_plant
 from tests.blind.coefficients import Coefficients
 from tests.blind.plant import elevation_torque, pitch_torque, travel_torque
+from tests.commands import python
 
 FAST = 30.0
 """Rates [rad/s] at which the smoothed sign of dry friction equals the sign to the last bit, also after rescaling."""
@@ -31,12 +39,8 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 def unit_of(e, name):
     """Unit of an argument, as the catalogue or the list of parameters states it."""
-    shapes = {shape.name: shape.unit for shape in e.shapes}
-    if name == "c":
-        return e.unit
-    if name in shapes:
-        return shapes[name]
-    return VOCABULARY[name][1] if name in VOCABULARY else BY_FIELD[name].unit
+    own = {"c": e.unit} | {shape.name: shape.unit for shape in e.shapes}
+    return own.get(name) or (VOCABULARY[name][1] if name in VOCABULARY else BY_FIELD[name].unit)
 
 
 def drawn(e, seed):
@@ -56,8 +60,6 @@ def drawn(e, seed):
             values[name] = float(random.uniform(-1.5, 1.5))
     return values
 
-
-# --- the published law ----------------------------------------------------------------------------------------------
 
 OPERATORS = ("**", "<=", ">=", "<", ">", "+", "-", "*", "/", "(", ")", "=")
 FUNCTIONS = {
@@ -97,11 +99,8 @@ def published(law, values):
 
 def by_symbol(e, values):
     """Values under the symbols of the published law."""
-    shapes = {shape.name: shape.symbol for shape in e.shapes}
-    named = {shapes.get(name) or VOCABULARY.get(name, (name,))[0]: value for name, value in values.items()}
-    if "horizontal_offset" in values:
-        named["eps_0"] = values["horizontal_offset"]
-    return named
+    symbols = {"horizontal_offset": "eps_0"} | {shape.name: shape.symbol for shape in e.shapes}
+    return {symbols.get(name) or VOCABULARY.get(name, (name,))[0]: value for name, value in values.items()}
 
 
 @pytest.mark.parametrize("e", [e for e in CATALOGUE if e.place != BENDING], ids=lambda e: e.field)
@@ -121,23 +120,11 @@ def test_published_law_of_the_bending_mode_is_its_equation_of_motion(seed):
     assert expression(left, symbols) == pytest.approx(expression(right, symbols), rel=1e-9)
 
 
-# --- units ----------------------------------------------------------------------------------------------------------
-
-THOUSANDS = {"s": 1, "V": 1}
-"""Powers of 1000 by which a number grows when seconds become milliseconds and volts millivolts."""
-
-
 def power(unit):
-    """Power of 1000 by which a quantity of this unit grows."""
-    total, sign = 0, 1
-    for part in re.split(r"(/)", unit.replace("(", "").replace(")", "")):
-        if part == "/":
-            sign = -1
-            continue
-        for factor in part.split():
-            name, _, exponent = factor.partition("^")
-            total += sign * THOUSANDS.get(name, 0) * int(exponent or 1)
-    return total
+    """Power of 1000 by which a number grows in milliseconds and millivolts; a volt is 1 kg m^2 s^-3 A^-1."""
+    exponents = base_exponents(unit)
+    volts = exponents.get("kg", 0)
+    return volts + exponents.get("s", 0) + 3 * volts
 
 
 RESULT = {ACCELERATION: "rad/s^2", BENDING: "rad/s^2", VOLTAGE: "V", THRUST: "V", "lag": "s", "delay": "s"}
@@ -151,13 +138,9 @@ def test_law_means_the_same_in_milliseconds_and_millivolts(e, seed):
     if "rate" in values:
         values["rate"] *= 10.0  # the smoothing is a constant in rad/s; the smoothed sign must be +-1 in rad/ms as well
     rescaled = {name: value * 1000.0 ** power(unit_of(e, name)) for name, value in values.items()}
-    if "frequency" in rescaled:  # Hz is 1/s
-        rescaled["frequency"] = values["frequency"] / 1000.0
     expected = e.function(**values) * 1000.0 ** power(RESULT[e.place])
     assert e.function(**rescaled) == pytest.approx(expected, rel=1e-9, abs=1e-300)
 
-
-# --- the blind rigs -------------------------------------------------------------------------------------------------
 
 ON_AXES = {
     "quadratic_drag": AXES, "constant_torque": ("pitch", "travel"), "airspeed_thrust_loss": ("pitch", "elevation"),
@@ -176,7 +159,6 @@ SMOOTH = [
     if e.place == ACCELERATION and "friction" not in e.name and blind_field(e) in Coefficients._fields
 ]
 """Effects that the generator has too."""
-
 
 angle, rate, volts = st.floats(-0.8, 0.8), st.floats(-2.0, 2.0), st.floats(-10.0, 10.0)
 
@@ -209,3 +191,65 @@ def test_blind_generator_and_plant_pull_alike(v, t):
     p, blind = TABLE_2._replace(**{f"{name}_rotors": c for name, c in on.items()}), Coefficients(**on)
     assert motor_input(v, p) == pytest.approx(blind_plant.beyond_dead_zone(v, 0.2), abs=1e-15)
     assert thrust_voltage(v, t, p) == pytest.approx(blind_plant.thrust(v, t, blind), rel=1e-14)
+
+
+ROOT = Path(__file__).parent.parent
+
+PAGE = (ROOT / "docs" / "reference" / "effects.md").read_text(encoding="utf-8")
+LAW = "\n\n" + PAGE.partition("```python\n")[2].partition("```")[0]
+
+SCRIPT = """
+    import numpy as np
+    from pathlib import Path
+
+    from heli_identifier.tracing import DiagnosisSettings, diagnose
+    from heli_identifier.results.report import report_page
+    from heli_plant.compiled import compiled, parameter_record
+    from heli_plant.laws import added_travel
+    from heli_plant.parameters import from_names
+    from fmu_src.builder import build
+    from fmpy import read_model_description
+    from tests.simulated import drive, noisy
+
+    tilted = from_names({"effects.table_tilt.travel": 0.15})
+    motion = [0.0, 0.1, 0.2, 0.7, 0.3, 0.1, 0.2, 1.0, 0.5, 0.0]
+    interpreted = added_travel(*motion, tilted)
+    assert interpreted == 0.15 * np.sin(0.7) == compiled(added_travel)(*motion, parameter_record(tilted))
+    print("compiled")
+
+    one, other, held = (noisy(tilted, drive(60.0, seed) + 0.8, seed, name=f"run{seed}") for seed in (1, 2, 3))
+    diagnosis = diagnose([one, other], held_out=held)
+    found = diagnosis.effects[0]
+    assert (found.name, found.axis) == ("table_tilt", "travel"), diagnosis.effects
+    assert abs(found.coefficient.value - 0.15) < 0.01
+    print("traced")
+    page = report_page(diagnosis, "rig")
+    assert "Table tilt on the travel" in page
+    assert "c sin(λ)" in page
+    print("reported")
+    unit = build("HelicopterPlant", Path("units"), {"effects.table_tilt.travel": 0.15})
+    names = {variable.name for variable in read_model_description(unit).modelVariables}
+    assert "effects.table_tilt.travel" in names
+    print("in the unit")
+"""
+
+
+def test_the_law_that_the_page_shows_passes_the_linter():
+    file = ROOT / "heli_plant" / "effects" / "arm.py"
+    ruff = [Path(sys.executable).with_name("ruff"), "check", "--stdin-filename", file, "-"]
+    said = subprocess.run(ruff, input=file.read_text() + LAW, capture_output=True, text=True, cwd=ROOT)
+    assert said.returncode == 0, said.stdout
+
+
+@pytest.mark.slow
+def test_new_effect_is_compiled_traced_reported_documented_and_in_the_unit(tmp_path):
+    for package in ("heli_plant", "heli_identifier", "fmu_src", "tests", "docs"):
+        ignored = shutil.ignore_patterns("__pycache__", "demo_logs", "figures")
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=ignored if package != "heli_identifier" else None)
+    file = tmp_path / "heli_plant" / "effects" / "arm.py"
+    file.write_text(file.read_text() + LAW)
+    there = {"cwd": tmp_path, "timeout": 300}
+    there["env"] = {**os.environ, "PYTHONPATH": str(tmp_path), "HELI_CACHE_DIR": str(tmp_path / "cache")}
+    assert python(SCRIPT, **there).stdout.splitlines() == ["compiled", "traced", "reported", "in the unit"]
+    documented = "from docs.hooks.effects import on_page_markdown as page; print(page('<!-- effects -->'))"
+    assert "| `table_tilt` | travel |" in python(documented, **there).stdout

@@ -1,20 +1,26 @@
-"""Every effect of the catalogue: its sign, its value at rest, that off is off, interpreted and compiled.
-
-The laws themselves are compared in :mod:`tests.test_effect_files`.
+"""Every effect of the catalogue: its sign, its value at rest, that off is off, interpreted and compiled; torque tables;
+ranges and names of parameters. The laws themselves are compared in :mod:`tests.test_effect_files`.
 """
 
+import math
+from math import inf, nan, radians
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import CubicHermiteSpline
 
+from heli_plant import plant
 from heli_plant.effects import ACCELERATION, AXES, CATALOGUE, ROTORS
+from heli_plant.errors import ParameterError
 from heli_plant.laws import switched_on
-from heli_plant.parameters import TABLE_2
-from heli_plant.plant import accelerations, advance, rigid_start, step
+from heli_plant.parameters import PARAMETERS, TABLE_2, checked, from_names
+from heli_plant.plant import advance, rigid_start, step
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
+from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 from tests.simulated import random_tables
 
 BY_AXIS = [e for e in CATALOGUE if e.place == ACCELERATION]
@@ -28,12 +34,10 @@ def on(e, c, **shapes):
     return TABLE_2._replace(**{e.field: c, **shapes})
 
 
-# --- off is off --------------------------------------------------------------------------------------------------
-
 START = PlantState(0.3, 0.2, 0.5, 0.3, -0.4, 0.6, 1.2, -0.8, cable_rest=0.2)
 
 
-def test_shapes_of_effects_that_are_off_change_no_bit():
+def test_shapes_of_effects_that_are_off_change_no_bit_and_an_effect_switches_its_own_axis_on():
     shaped = TABLE_2._replace(**{s.field: 0.5 * (s.lower + s.upper) for e in CATALOGUE for s in e.shapes})
     plain = changed = START
     for k in range(50):
@@ -41,9 +45,6 @@ def test_shapes_of_effects_that_are_off_change_no_bit():
         changed = step(changed, 3.0, -1.0, 0.0, k * h, h, shaped)
     assert changed == plain
     assert switched_on(TABLE_2) == (False, False, False)
-
-
-def test_any_effect_of_an_axis_switches_this_axis_on_and_no_other():
     for e in BY_AXIS:
         assert switched_on(on(e, 1e-9)) == tuple(axis == e.axis for axis in AXES), e.field
 
@@ -64,31 +65,11 @@ def test_effect_vanishes_with_its_coefficient_and_shows_within_a_second(e):
     assert np.abs(measured - without)[:, index].max(axis=0).min() > 1e-7
 
 
-# --- sign and dissipation ----------------------------------------------------------------------------------------
-
-DISSIPATIVE = [e for e in BY_AXIS if e.name in ("dry_friction", "breakaway_friction", "quadratic_drag")]
-
-
-@given(
-    st.sampled_from(DISSIPATIVE), st.floats(0.01, 1.0), st.tuples(*[st.floats(-2.0, 2.0)] * 3), st.floats(-10.0, 10.0)
-)
-def test_friction_and_drag_never_add_power(e, share, rates, mu_sum):
-    axis, p = AXES.index(e.axis), on(e, share * e.upper)
-    found, without = (
-        accelerations(0.0, 0.3, -0.2, 0.7, *rates, 0.5, mu_sum, 0.0, 0.1, switched_on(own), own)[axis]
-        for own in (p, TABLE_2)
-    )
-    assert (found - without) * rates[axis] <= 0.0
-
-
 def test_friction_at_the_catalogues_bound_is_integrated_without_chatter():
     """c = 1 rad/s^2 smoothed over .005 rad/s is a rate of 200 1/s, within Runge-Kutta's 2.78/h at 10 ms."""
     p = TABLE_2._replace(a_wy=0.0, dry_friction_travel=1.0)
     states, _ = simulate(np.zeros((400, 2)), h, start_state(p.theta0, 0.05, 0.0, rates=(0, 0, 0.5)), p)
     assert np.all(states[100:, 5] >= 0.0) and np.all(np.diff(states[:, 5]) <= 0.0)
-
-
-# --- both ways of running ----------------------------------------------------------------------------------------
 
 
 def interpreted(V, start, p):
@@ -109,3 +90,107 @@ def test_compiled_record_moves_as_the_interpreted_steps(p):
     batch, _ = simulate(V, h, START, p)
     # the compiler may not reorder operations: only sines and exponentials of another library could differ, by roundings
     np.testing.assert_allclose(batch, interpreted(V, START, p), rtol=0, atol=1e-12)
+
+
+MOTION = SimpleNamespace(
+    t=2.0, th=0.2, ep=-0.1, la=0.7, w_th=0.4, w_ep=-0.3, w_la=0.9, mu_diff=0.6, mu_sum=4.1,
+    mass_position=0.0, cable_rest=0.0,
+)  # fmt: skip
+VALUES = dict(zip(VARIABLES, (0.2, -0.1, 0.7, 0.4, -0.3, 0.9, 4.1, 0.6, 2.0), strict=True))
+"""What each variable is in :data:`MOTION`."""
+
+
+def tabled(axis, variable, first, last, law, p=TABLE_2):
+    """``p`` with a table of ``law`` on an axis."""
+    spacing = (last - first) / (KNOTS - 1)
+    torques = {f"table_torque_{k + 1}_{axis}": float(law(first + k * spacing)) for k in range(KNOTS)}
+    number = float(list(VARIABLES).index(variable) + 1)
+    return p._replace(
+        **{f"table_variable_{axis}": number, f"table_first_{axis}": first, f"table_spacing_{axis}": spacing, **torques}
+    )
+
+
+def added(p):
+    """What a parameter set adds to the accelerations of Table 2 at :data:`MOTION`."""
+    with_table = plant.accelerations(**vars(MOTION), switches=switched_on(p), p=p)
+    without = plant.accelerations(**vars(MOTION), switches=switched_on(TABLE_2), p=TABLE_2)
+    return np.subtract(with_table, without)
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("variable", VARIABLES)
+def test_a_table_of_any_variable_turns_its_own_axis(axis, variable):
+    x = VALUES[variable]
+    p = tabled(axis, variable, x - 1.0, x + 0.9, lambda value: 0.3 + 0.1 * (value - x))
+    expected = [0.3 if each == axis else 0.0 for each in AXES]
+    assert added(p) == pytest.approx(expected, abs=1e-14)  # a straight line is its own interpolation
+
+
+def test_between_the_values_of_the_table_runs_the_cubic_with_central_slopes_and_beyond_them_the_torque_stays():
+    """scipy's Hermite spline with the slopes that the module's equation names."""
+    y = np.random.default_rng(0).normal(size=KNOTS)
+    first, spacing = -0.4, 0.07
+    slopes = np.concatenate(([y[1] - y[0]], 0.5 * (y[2:] - y[:-2]), [y[-1] - y[-2]])) / spacing
+    reference = CubicHermiteSpline(first + spacing * np.arange(KNOTS), y, slopes)
+    last = first + (KNOTS - 1) * spacing
+    x = np.array([-50.0, *np.linspace(first - 0.1, last + 0.1, 1001), 80.0])
+    found = [tabulated_torque(float(value), first, spacing, tuple(y.tolist())) for value in x]
+    assert found == pytest.approx(reference(np.clip(x, first, last)), abs=1e-12)
+
+
+@pytest.mark.parametrize("turns", [-3.0, -1.0, 2.0, 40.0])
+def test_a_torque_of_the_travel_repeats_with_every_turn(turns):
+    p = tabled("travel", "travel", 0.0, math.tau, lambda x: 0.2 * math.sin(x))
+    state = vars(MOTION)
+    here = plant.accelerations(**state, switches=switched_on(p), p=p)
+    there = plant.accelerations(**{**state, "la": state["la"] + turns * math.tau}, switches=switched_on(p), p=p)
+    assert there == pytest.approx(here, abs=1e-13)  # some rounding errors of 40 turns times the slope
+
+
+DESIGN = {
+    "dry_friction": "pitch elevation travel", "breakaway_friction": "pitch elevation travel",
+    "quadratic_drag": "pitch elevation travel", "constant_torque": "pitch travel", "rotor_mismatch": "pitch",
+    "quadratic_thrust": "rotors", "reverse_thrust_loss": "rotors", "dead_zone": "rotors", "motor_lag": "rotors",
+    "input_delay": "rotors", "thrust_fade": "rotors", "airspeed_thrust_loss": "pitch elevation",
+    "gyroscopic_coupling": "pitch elevation", "rotor_drag_torque": "travel", "thrust_tilt": "elevation",
+    "translational_lift": "elevation", "cable_stiffness": "travel", "inertial_coupling": "elevation travel",
+    "large_angle_gravity": "elevation", "pitch_gravity_coupling": "pitch", "speed_stability": "pitch",
+    "ground_effect": "elevation", "arm_bending": "elevation", "moving_mass": "elevation",
+}  # fmt: skip
+"""Names of all effects, which parameter sets and reports use, with the axes on which they act."""
+
+
+def test_table_2_is_the_papers_and_every_row_has_unit_description_and_a_default_in_its_range_and_effects_their_names():
+    p = TABLE_2
+    assert (p.a_wx, p.a_th, p.k_x, p.theta0) == (0.060, 0.664, 0.293, radians(-7.8))
+    assert (p.a_wz, p.a_e, p.a_1, p.a_lt, p.k_z) == (0.032, 2.59, -0.142, 0.026, 0.157)
+    assert (p.a_wy, p.k_y, p.T_m, p.v_max) == (0.114, -0.112, 0.08, 5.0)
+    for row in PARAMETERS:
+        assert row.unit and row.description, row.name
+        assert row.minimum <= row.default <= row.maximum, row.name
+    assert checked(TABLE_2) is TABLE_2
+    published = [(name, axis) for name in DESIGN for axis in DESIGN[name].split()]
+    assert [own for e in CATALOGUE if (own := (e.name, e.axis)) in published] == published
+
+
+def test_each_parameter_is_refused_beyond_either_bound_and_an_unknown_name_with_the_nearest_one():
+    for row in PARAMETERS:
+        for value in (row.minimum - 1.0, row.maximum + 1.0, nan, inf, -inf):
+            with pytest.raises(ParameterError) as caught:
+                checked(TABLE_2._replace(**{row.field: value}))
+            unit = "" if row.unit == "1" else f" {row.unit}"
+            bounds = f"[{row.minimum:g}, {row.maximum:g}]"
+            assert str(caught.value) == f"{row.name} = {value!r}{unit} must lie in {bounds}{unit}"
+    with pytest.raises(ParameterError, match=r"'effects.dry_frction.pitch'; did you mean 'effects.dry_friction.pitch'"):
+        from_names({"effects.dry_frction.pitch": 0.1})
+
+
+@given(st.data())
+def test_parameters_survive_the_way_through_structured_names(data):
+    rows = data.draw(st.lists(st.sampled_from(PARAMETERS), max_size=8, unique=True))
+    values = {row.field: data.draw(st.floats(row.minimum, row.maximum)) for row in rows}
+    p = TABLE_2._replace(**values)
+    if p.T_m + p.motor_lag_rotors < 0.0:
+        return  # refused, see above
+    names = {row.name: getattr(p, row.field) for row in PARAMETERS}
+    assert from_names(names, start=TABLE_2._replace(k_x=1.0)) == p

@@ -33,9 +33,6 @@ def vaccine():
     return np.log(a / (a + b) * (c + d) / c), np.sqrt(1 / a - 1 / (a + b) + 1 / c - 1 / (c + d))
 
 
-# --- one coefficient ---------------------------------------------------------------------------------------------
-
-
 def test_published_figures_of_a_meta_analysis_and_those_of_statsmodels_come_out():
     """Viechtbauer, Conducting Meta-Analyses in R with the metafor Package, J. Stat. Softw. 36(3), 2010: Q = 152.23."""
     y, s = vaccine()
@@ -48,9 +45,7 @@ def test_published_figures_of_a_meta_analysis_and_those_of_statsmodels_come_out(
     assert ours.spread**2 == pytest.approx(theirs.tau2, rel=1e-5)
     # the weights are those of q = 1, at which the lower bound of the variance just does not act
     assert ours.interval == pytest.approx(tuple(theirs.conf_int()[3]), rel=1e-5)
-
-
-def test_identical_rigs_differ_in_nothing():
+    # identical rigs differ in nothing
     found = pooled([0.3, 0.3, 0.3], [0.1, 0.02, 0.05])
     assert (found.I2, found.Q, found.spread, found.spread_interval) == (0.0, 0.0, 0.0, (0.0, 0.0))
     # the lower bound of the variance: a few rigs that agree know the mean no better than their standard errors say
@@ -82,9 +77,6 @@ def test_intervals_hold_mean_spread_and_a_further_rig(rigs, spread):
     # exact where the spread is not zero; there the interval is two-sided and holds no more than it says
     assert of_spread >= 0.95 - NOISE
     assert spread == 0.0 or of_spread <= 0.95 + NOISE
-
-
-# --- the fleet ---------------------------------------------------------------------------------------------------
 
 
 def rig(estimates, named=(), alternatives=(), untestable=()):
@@ -147,7 +139,7 @@ def test_a_fleet_finds_what_repeats_what_differs_and_what_is_one_rigs_own(rigs, 
     assert fleet_sentence(fleet) == f"Over {len(rigs)} rigs {said}."
 
 
-def test_a_rig_that_cannot_test_an_effect_is_left_out_and_says_why():
+def test_a_rig_that_cannot_test_an_effect_or_has_it_as_mechanics_expects_is_left_out():
     _, effects = over(own(0.2), own(0.2), own(9.0, False, untestable=True))
     found = effects[FRICTION]
     assert (found.finding, found.pooled.rigs, found.named) == (Finding.REPEATS, 2, ("rig 1", "rig 2"))
@@ -155,21 +147,13 @@ def test_a_rig_that_cannot_test_an_effect_is_left_out_and_says_why():
     fleet, effects = over(*[own(0.0, False, untestable=True)] * 2)
     assert effects[FRICTION].finding == Finding.NOT_TESTABLE
     assert "not testable" in {cells[1] for cells in effect_table(fleet.effects).rows}
-
-
-def test_what_a_plant_has_as_mechanics_expects_it_is_no_evidence_that_it_repeats():
-    """Such a coefficient is near 1 by its prior, whatever the logs say."""
+    # what a plant has as mechanics expects it is near 1 by its prior, whatever the logs say
     gravity = ("large_angle_gravity", "elevation")
     pattern = replace(found_effects()[0], name=gravity[0], axis=gravity[1], verdict=Verdict.POSSIBLE, in_plant=True)
     _, effects = over(*[replace(rig({gravity: 1.0}), possible=(pattern,))] * 3)
     assert effects[gravity].finding == Finding.NOT_TESTABLE
     _, effects = over(*[rig({gravity: 1.0})] * 3)
     assert effects[gravity].finding == Finding.REPEATS
-
-
-def test_the_heading_names_what_explains_the_logs_as_well():
-    fleet, _ = over(*[rig({FRICTION: 0.2}, [FRICTION], alternatives=[CABLE])] * 2)
-    assert f"{TITLE} or cable stiffness on the travel repeats" in fleet_sentence(fleet)
 
 
 def test_beside_a_named_effect_that_explains_the_same_an_entry_says_nothing():
@@ -180,12 +164,11 @@ def test_beside_a_named_effect_that_explains_the_same_an_entry_says_nothing():
         assert effects[key].rigs[0].left_out == "motor lag of the rotors is named in its place"
         assert effects[key].pooled.rigs == 2
     assert effects[LAG].pooled.rigs == 3
-
-
-def test_a_parameter_that_was_given_has_no_mean():
-    fleet, _ = over(rig({}), rig({}))
+    fleet, _ = over(*[rig({FRICTION: 0.2}, [FRICTION], alternatives=[CABLE])] * 2)
+    assert f"{TITLE} or cable stiffness on the travel repeats" in fleet_sentence(fleet)
+    # a lag that was given has no mean, and the same rig twice differs in nothing
     assert {parameter.name for parameter in fleet.parameters} == set(adequate().parameters_after) - {"T_m"}
-    assert all(parameter.pooled.I2 == 0.0 for parameter in fleet.parameters)  # the same rig twice
+    assert all(parameter.pooled.I2 == 0.0 for parameter in fleet.parameters)
 
 
 def test_page_and_document_hold_every_effect(monkeypatch):
@@ -210,22 +193,11 @@ def test_page_and_document_hold_every_effect(monkeypatch):
     assert len(document["rigs"]) == 3
 
 
-# --- the command -------------------------------------------------------------------------------------------------
-
-
 def folder_of(place, *logs):
-    place.mkdir()
+    place.mkdir(parents=True)
     for log in logs:
         shutil.copy(log, place)
     return place
-
-
-def test_folders_of_one_name_are_told_apart(tmp_path):
-    log = demo_files("rig-a")[0][0]
-    (tmp_path / "a").mkdir()
-    (tmp_path / "b").mkdir()
-    folders = [folder_of(tmp_path / lab / "rig", log) for lab in "ab"]
-    assert [rig.rig for rig in rig_folders(folders)] == [str(folder) for folder in folders]
 
 
 def test_all_logs_are_read_first_and_a_bad_log_or_rig_is_lost_alone(tmp_path, monkeypatch):
@@ -267,3 +239,5 @@ def test_a_configuration_of_this_folder_is_taken_for_rigs_without_one_and_that_i
     assert "configuration: heli.toml of this folder, for rigs without one of their own" in done.stderr
     named = heli("fleet", *folders, "--config", "heli.toml")
     assert "configuration:" not in named.stderr
+    labs = [folder_of(tmp_path / lab / "rig", log) for lab in "ab"]  # folders of one name are told apart
+    assert [rig.rig for rig in rig_folders(labs)] == [str(folder) for folder in labs]

@@ -1,4 +1,4 @@
-"""Building units: the rules of FMI, content, determinism, parameters, and what a unit may hold."""
+"""Building units: the rules of FMI, content, parameters, determinism; the wiring table, its delays, its SSP files."""
 
 import ast
 import math
@@ -9,25 +9,34 @@ from xml.etree import ElementTree
 
 import pytest
 from fmpy import read_model_description
+from fmpy.ssp.ssd import find_components, get_connections, read_ssd, read_ssv
 from fmpy.validation import validate_fmu
 
-from fmu_src import UNITS, BuildError, build, problem_with, unit_class
+from fmu_src import (
+    SCENARIOS,
+    UNITS,
+    BuildError,
+    Connection,
+    Scenario,
+    WiringError,
+    build,
+    problem_with,
+    scenario,
+    unit_class,
+)
 from fmu_src.description import base_exponents
-from fmu_src.ssp import parameter_set
+from fmu_src.ssp import parameter_set, write_ssp
 from fmu_src.variables import parameter
 from fmu_src.vendoring import needed_sources
 from tests.fmi_rules import findings
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_a_unit_breaks_no_rule_and_a_rebuild_is_the_same_bytes(fmus, unit, tmp_path):
-    assert validate_fmu(str(fmus[unit])) == []
-    assert findings(fmus[unit]) == []
+def test_a_unit_breaks_no_rule_is_built_to_the_same_bytes_and_imports_only_itself_and_the_standard_library(
+    fmus, unit, tmp_path
+):
+    assert validate_fmu(str(fmus[unit])) == findings(fmus[unit]) == []
     assert build(unit, tmp_path).read_bytes() == fmus[unit].read_bytes()
-
-
-@pytest.mark.parametrize("unit", UNITS)
-def test_a_unit_holds_its_page_a_licence_and_sources_that_import_only_each_other_and_the_standard_library(fmus, unit):
     with zipfile.ZipFile(fmus[unit]) as archive:
         files = {name: archive.read(name) for name in archive.namelist()}
     page = files["documentation/index.html"].decode()
@@ -80,29 +89,80 @@ def test_a_value_is_good_or_its_problem_names_variable_value_bounds_and_unit(var
     assert problem_with(variable, value) == said
 
 
-def test_a_text_reads_back_from_xml_as_it_was():
-    text = "a<&\"' "
-    root = ElementTree.fromstring(parameter_set(unit_class("LogPlayer"), {"log.path": text}))
-    assert text in [node.get("value") for node in root.iter()]
-
-
 def test_a_build_that_fails_in_writing_leaves_what_was_there_and_no_part(tmp_path):
     in_the_way = tmp_path / "Exciter.fmu" / "old"
     in_the_way.mkdir(parents=True)
     with pytest.raises(OSError, match="Exciter.fmu"):
         build("Exciter", tmp_path)
     assert list(tmp_path.rglob("*")) == [tmp_path / "Exciter.fmu", in_the_way]
-
-
-def test_a_module_that_needs_more_than_the_standard_library_is_refused():
     with pytest.raises(BuildError, match="imports numpy, which is not in the standard library"):
         needed_sources("fmu_src.master.result")
 
 
-def test_names_of_units_resolve_to_base_units():
+def test_names_of_units_resolve_to_base_units_and_a_text_reads_back_from_xml_as_it_was():
     """V = kg m^2 s^-3 A^-1."""
     assert base_exponents("rad/s^2/V") == {"rad": 1, "s": 1, "kg": -1, "m": -2, "A": 1}
     assert base_exponents("1/(V s)") == {"s": 2, "kg": -1, "m": -2, "A": 1}
     assert base_exponents("N.m.s") == {"kg": 1, "m": 2, "s": -1}
     with pytest.raises(BuildError, match="furlong"):
         base_exponents("furlong/s")
+    text = "a<&\"' "
+    root = ElementTree.fromstring(parameter_set(unit_class("LogPlayer"), {"log.path": text}))
+    assert text in [node.get("value") for node in root.iter()]
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_connections_join_an_output_to_an_input_of_its_unit_of_measure_and_what_is_not_fed_rests(name):
+    """Not fed are the moving mass and those inputs by which a plant follows a rig."""
+    wiring = SCENARIOS[name]
+    variables = {unit: {v.name: v for v in unit_class(kind).variables} for unit, kind in wiring.units}
+    for wire in wiring.connections:
+        source, target = variables[wire.source_unit][wire.source], variables[wire.target_unit][wire.target]
+        assert (source.causality, target.causality, source.unit) == ("output", "input", target.unit)
+    fed = {(wire.target_unit, wire.target) for wire in wiring.connections}
+    for unit, own in variables.items():
+        for variable in own.values():
+            if variable.causality == "input" and (unit, variable.name) not in fed:
+                rests = variable.name == "mass_position" or variable.name.startswith(("measured.", "correction."))
+                rests = rests or variable.name.endswith("_reference")  # a second opinion, for those who have them
+                assert rests or variable.name in ("observer.bandwidth", "fresh")
+                assert variable.start == (1.0 if variable.name in ("fresh", "measured.fresh") else 0.0)
+            # no output at the start depends on an input, so that one pass initialises all
+            assert {own[name].causality for name in variable.initial_dependencies} <= {"parameter"}
+
+
+def test_an_input_fed_twice_a_unit_that_is_not_there_and_an_unknown_scenario_are_refused():
+    wires = (Connection("a", "x", "b", "u"), Connection("c", "x", "b", "u"))
+    with pytest.raises(WiringError, match="b.u is connected twice"):
+        Scenario("twice", "", (("a", "A"), ("b", "B"), ("c", "C")), wires)
+    with pytest.raises(WiringError, match="names the unit 'z'"):
+        Scenario("lost", "", (("a", "A"),), (Connection("a", "x", "z", "u"),))
+    with pytest.raises(WiringError, match="did you mean 'closed_loop'"):
+        scenario("close_loop")
+
+
+GIVEN = {"plant.pitch.gain": 1.0 / 3.0, "plant.encoder.enabled": True}
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_file_is_valid_flat_the_same_again_and_holds_wiring_and_parameters(name, fmus, tmp_path):
+    wiring = SCENARIOS[name]
+    files = {name: fmus[kind] for name, kind in wiring.units}
+    path = write_ssp(wiring, tmp_path / "once.ssp", GIVEN, files)
+    assert write_ssp(wiring, tmp_path / "again.ssp", GIVEN, files).read_bytes() == path.read_bytes()
+    system = read_ssd(str(path), validate=True).system
+    assert [component.name for component in find_components(system)] == [name for name, _ in wiring.units]
+    wires = {(a.parent.name, a.name, b.parent.name, b.name) for a, b in get_connections(system)}
+    assert wires == {(w.source_unit, w.source, w.target_unit, w.target) for w in wiring.connections}
+    held = {}
+    for name, kind in wiring.units:
+        parameters = read_ssv(str(path), f"resources/{name}.ssv", validate=True).parameters
+        expected = [v.name for v in unit_class(kind).variables if v.causality == "parameter"]
+        assert [parameter.name for parameter in parameters] == expected
+        held |= {f"{name}.{parameter.name}": parameter.value for parameter in parameters}
+    for name, value in {**dict(wiring.parameters), **GIVEN}.items():
+        assert held[name] == (repr(value).lower() if isinstance(value, bool) else str(value))
+    assert system.connectors == [] and not any(hasattr(element, "elements") for element in system.elements)
+    for component in find_components(system):
+        for connector in component.connectors:  # every listed input is fed
+            assert connector.kind == "output" or (component.name, connector.name) in {wire[2:] for wire in wires}

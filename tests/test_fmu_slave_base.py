@@ -8,6 +8,7 @@ import pytest
 from fmu_src import Refusal
 from fmu_src.slave_base import SlaveBase
 from fmu_src.variables import output, parameter, real_input
+from tests.units import initialised
 
 
 class Integrator(SlaveBase):
@@ -45,16 +46,9 @@ def instantiated():
     return Integrator(instance_name="unit", resources="")
 
 
-def started(slave):
-    slave.setup_experiment(0.0)
-    slave.enter_initialization_mode()
-    slave.exit_initialization_mode()
-    return slave
-
-
 @pytest.fixture
 def unit():
-    return started(instantiated())
+    return initialised(Integrator)
 
 
 def said(unit):
@@ -99,26 +93,27 @@ def test_an_exception_in_a_step_is_logged_with_its_traceback_and_refused(unit):
     assert unit.do_step(0.0, 0.1)
 
 
-@pytest.mark.parametrize(
-    ("time", "step", "reason"),
-    [
-        *((0.1, step, f"communication step = {step!r} s") for step in (0.0, -0.1, math.nan, math.inf)),
-        *((time, 0.1, "time must neither repeat nor jump") for time in (0.0, 0.2, -1.0, math.nan)),
-    ],
-)
-def test_a_step_that_is_not_positive_and_finite_or_repeats_or_leaves_out_time_is_refused(unit, time, step, reason):
+REFUSED = [
+    *((lambda u, h=h: u.do_step(0.1, h), f"communication step = {h!r} s") for h in (0.0, -0.1, math.nan, math.inf)),
+    *((lambda u, t=t: u.do_step(t, 0.1), "time must neither repeat nor jump") for t in (0.0, 0.2, -1.0, math.nan)),
+    (lambda u: u.set_real([INITIAL], [9.0]), "initial.x is fixed once initialisation has ended; the value 9.0 was"),
+    *(
+        (lambda u, raw=raw: u._set_fmu_state(u._fmu_state_from_bytes(raw)), "nothing was changed")
+        for raw in (b"", b"\xff\xfe", b"[]", b'{"unit": ["Other", 3]}')
+    ),
+]
+"""Calls that are refused after a step of .1 s, and what is said."""
+
+
+@pytest.mark.parametrize("call, reason", REFUSED)
+def test_what_is_refused_is_said_and_changes_nothing_and_a_tunable_parameter_is_taken(unit, call, reason):
+    unit.set_real([U, GAIN], [1.0, 4.0])
     assert unit.do_step(0.0, 0.1)
-    assert not unit.do_step(time, step)
+    before = unit._get_fmu_state()
+    assert not call(unit)
     assert reason in said(unit)
+    assert unit._get_fmu_state() == before and unit.get_real([INITIAL, GAIN]) == [0.5, 4.0]
     assert unit.do_step(0.1, 0.1)
-
-
-def test_a_fixed_parameter_is_refused_after_initialisation_and_a_tunable_one_is_taken(unit):
-    unit.set_real([INITIAL], [9.0])
-    assert "initial.x is fixed once initialisation has ended; the value 9.0 was ignored" in said(unit)
-    unit.set_real([GAIN], [4.0])
-    assert unit.get_real([INITIAL, GAIN]) == [0.5, 4.0]
-    assert unit.do_step(0.0, 0.1)
 
 
 @pytest.mark.parametrize("reference", [-1, ORDER, NOTE, 99])
@@ -144,7 +139,9 @@ def test_a_failed_initialisation_gives_its_reason_again_with_every_step_and_ever
     slave.set_boolean([ENABLED], [False])
     slave.set_string([NOTE], ["broken"])
     assert (slave.get_integer([ORDER]), slave.get_boolean([ENABLED])) == ([3], [False])
-    started(slave)
+    slave.setup_experiment(0.0)
+    slave.enter_initialization_mode()
+    slave.exit_initialization_mode()
     assert "the note is broken" in said(slave)
     assert not slave.do_step(0.0, 0.1) and "the note is broken" in said(slave)
     assert slave.get_real([X]) == [0.0] and "the note is broken" in said(slave)
@@ -153,9 +150,7 @@ def test_a_failed_initialisation_gives_its_reason_again_with_every_step_and_ever
 def test_a_saved_state_takes_unit_and_another_instance_back_to_the_bit_and_shares_nothing(unit):
     unit.set_real([U, GAIN], [1.0 / 3.0, math.pi])
     unit.do_step(0.0, 0.1)
-    saved, other = unit._get_fmu_state(), instantiated()
-    other.set_integer([ORDER], [3])  # what follows from it has to be made again
-    started(other)
+    saved, other = unit._get_fmu_state(), initialised(Integrator, {"order": 3})  # what follows from it is made again
     frozen = json.dumps(saved)
     unit.do_step(0.1, 0.1)
     first = unit.get_real([X, U, INITIAL, GAIN]), (unit.x, unit.seen)
@@ -169,16 +164,6 @@ def test_a_saved_state_takes_unit_and_another_instance_back_to_the_bit_and_share
         assert (one.get_real([X, U, INITIAL, GAIN]), (one.x, one.seen)) == first
     other.set_real([INITIAL], [1.0])
     assert "is fixed" in said(other)
-
-
-@pytest.mark.parametrize("raw", [b"", b"\xff\xfe", b"[]", b'{"unit": ["Other", 3]}'])
-def test_bytes_that_are_no_state_of_the_unit_are_refused_and_change_nothing(unit, raw):
-    unit.set_real([U], [1.0])
-    unit.do_step(0.0, 0.1)
-    before = unit._get_fmu_state()
-    unit._set_fmu_state(unit._fmu_state_from_bytes(raw))
-    assert "nothing was changed" in said(unit)
-    assert unit._get_fmu_state() == before
 
 
 def test_messages_cannot_be_taken_for_printf_formats_or_break_utf8(unit):

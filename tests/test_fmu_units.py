@@ -1,12 +1,17 @@
-"""Exciter, PidController and AdaptiveIdentifier as units: what they add to the library that they wrap."""
+"""Units in Python: what they add to the library that they wrap; what the LogPlayer plays when, and what it refuses."""
+
+import math
+import re
 
 import numpy as np
 import pytest
 
+from fmu_src import Refusal
 from fmu_src.units.adaptive_identifier import AdaptiveIdentifier
 from fmu_src.units.controllers import PidController
 from fmu_src.units.exciter import Exciter
 from fmu_src.units.helicopter_plant import HelicopterPlant
+from fmu_src.units.log_player import LogPlayer, read_recording
 from fmu_src.units.rig_link import RigLink
 from heli_identifier.online import IdentifierSettings, ModelParameters, prepare, start, step
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
@@ -37,7 +42,7 @@ def test_the_exciter_plays_the_papers_experiments_and_the_librarys_multisines(ex
     assert tuple(got(unit, "v_front", "v_rear")) == voltages(1.5, multisines)
 
 
-def test_the_controller_starts_at_its_trim_and_adds_the_excitation_within_its_limit():
+def test_the_controller_starts_at_its_trim_adds_the_excitation_within_its_limit_and_follows_a_reference():
     unit = started(PidController, trim=3.0)
     assert got(unit, "v_front", "v_rear") == [1.5, 1.5]
     put(unit, "excitation_front", 0.4)
@@ -45,9 +50,6 @@ def test_the_controller_starts_at_its_trim_and_adds_the_excitation_within_its_li
     unit.do_step(0.0, 0.01)
     # no error, no rate: trim plus excitation, the rear one at the limit
     assert got(unit, "v_front", "v_rear") == [1.9, 5.0]
-
-
-def test_the_controllers_reference_can_be_moved_while_it_runs():
     unit = started(PidController, trim=0.0)
     unit.do_step(0.0, 0.01)
     put(unit, "reference.pitch", 0.1)
@@ -70,17 +72,14 @@ def fed(unit, times, step_size):
         assert unit.do_step(time, step_size), unit.log_queue[-1].msg
 
 
-def test_the_identifier_takes_its_own_samples_whatever_the_communication_step():
+def test_the_identifier_takes_its_own_samples_and_bridges_a_longer_communication_step_by_straight_lines():
     """Communication at half its period must not change a thing: every second point carries a sample."""
     names = ModelParameters._fields
     usual, fine = (started(AdaptiveIdentifier, adaptation__hold_time=1.0) for _ in range(2))
     fed(usual, [k * 0.01 for k in range(1000)], 0.01)
     fed(fine, [k * 0.005 for k in range(1999)], 0.005)
     assert got(usual, *names) == got(fine, *names)
-
-
-def test_the_identifier_bridges_a_longer_communication_step_by_straight_lines():
-    """At H = .02 s and h = .01 s every second angle is the mean of its neighbours, the voltage the earlier one."""
+    # at H = .02 s and h = .01 s every second angle is the mean of its neighbours, the voltage the earlier one
     unit = started(AdaptiveIdentifier, adaptation__hold_time=1.0)
     fed(unit, [k * 0.02 for k in range(500)], 0.02)
     plan = prepare(IdentifierSettings(hold_time=1.0))
@@ -136,13 +135,81 @@ def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_th
         (RigLink, {"link.layout": "pitch"}, "lacks v_front"),
     ],
 )
-def test_settings_that_cannot_be_are_refused_with_the_reason_and_no_step_is_taken(kind, parameters, said):
+def test_settings_that_cannot_be_are_refused_with_the_reason_and_no_step_is_taken_nor_one_of_days(
+    kind, parameters, said
+):
     unit = initialised(kind, parameters)
     assert said in unit.log_queue[-1].msg
     assert not unit.do_step(0.0, 0.01)
-
-
-def test_a_step_of_days_is_refused_at_once():
     unit = initialised(AdaptiveIdentifier)  # which takes its samples with the step after
     assert not (unit.do_step(0.0, 1e6) and unit.do_step(1e6, 0.01))
     assert "at most 100000 are taken" in unit.log_queue[-1].msg
+
+
+HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
+ROWS = ["4.00,1,2,.1,.2,.3", "4.01,3,4,.4,.5,.6", "4.02,5,-5,.7,.8,.9"]
+
+
+def write(tmp_path, *lines):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return str(path)
+
+
+def playing(path, start=0.0):
+    return initialised(LogPlayer, {"log.path": path, "log.start": start})
+
+
+def test_every_row_shows_at_its_own_time_counted_from_the_first_one_and_the_last_holds(tmp_path):
+    """Times in a long file and k H are rounded differently; no row may be missed or come a step early."""
+    path = write(tmp_path, HEADER, *ROWS)
+    assert playing(path, start=0.01).get_real([0]) == [3.0]
+    unit, outputs = playing(path), list(range(5))
+    assert unit.get_real(outputs) == [1.0, 2.0, 0.1, 0.2, 0.3]
+    assert unit.do_step(0.0, 0.005) and unit.get_real([0]) == [1.0]
+    assert unit.do_step(0.005, 0.005) and unit.get_real([0]) == [3.0]
+    assert unit.do_step(0.01, 50.0)
+    assert unit.get_real(outputs) == [5.0, -5.0, 0.7, 0.8, 0.9]
+    lines = [f"{k * 0.01:.2f},{k},0,0,0,0" for k in range(9001)]
+    unit = playing(write(tmp_path, HEADER, *lines))
+    for k in range(9000):
+        assert unit.do_step(k * 0.01, 0.01)
+        assert unit.get_real([0]) == [k + 1.0]
+
+
+def test_degrees_column_order_further_columns_and_a_byte_order_mark_are_taken(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(
+        "\ufefftravel [deg],note,time [s],pitch [deg],elevation [rad],v_rear [V],v_front [V]\n"
+        "180,start,0,-7.8,.1,2,1\n".encode()
+    )
+    recording = read_recording(str(path))
+    assert recording.rows[0] == pytest.approx((1.0, 2.0, math.radians(-7.8), 0.1, math.pi), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ((HEADER.replace("pitch [rad]", "pitch [grad]"), *ROWS), "no column 'pitch [rad]' or 'pitch [deg]'"),
+        ((HEADER.replace("v_rear [V],", ""), *ROWS), "no column 'v_rear [V]'"),
+        ((HEADER + ",pitch [deg]", *ROWS), "2 columns 'pitch [rad]' or 'pitch [deg]'"),
+        ((HEADER, ROWS[0], "4.01,3,nan,.4,.5,.6"), "row 3, column 'v_rear [V]': 'nan' is not a finite number"),
+        ((HEADER, ROWS[0], "4.01,3,,.4,.5,.6"), "row 3, column 'v_rear [V]': '' is not a finite number"),
+        ((HEADER, ROWS[0], "4.01,3"), "row 3, column 'v_rear [V]': '' is not a finite number"),
+        ((HEADER, ROWS[0], ROWS[0]), "row 3: time = 4 s must be greater than 4 s"),
+        ((HEADER, ROWS[1], ROWS[0]), "row 3: time = 4 s must be greater than 4.01 s"),
+        ((HEADER,), "no rows below its header"),
+        (("\x89PNG\r", "\0"), "holds a NUL byte"),
+    ],
+)
+def test_a_file_that_cannot_be_played_is_refused_with_row_and_column(tmp_path, lines, message):
+    with pytest.raises(Refusal, match=re.escape(message)):
+        read_recording(write(tmp_path, *lines))
+
+
+def test_a_missing_file_and_an_empty_path_discard_every_step_with_the_reason(tmp_path):
+    for path, reason in ((str(tmp_path / "none.csv"), "none.csv cannot be read"), ("", "log.path is empty")):
+        unit = playing(path)
+        assert reason in unit.log_queue[-1].msg
+        assert not unit.do_step(0.0, 0.01)
+        assert reason in unit.log_queue[-1].msg

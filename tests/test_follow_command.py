@@ -15,19 +15,16 @@ import pytest
 
 from heli_identifier.cli.arguments import controller_of
 from heli_identifier.cli.flight import Adviser, _drawbacks, part
-from heli_identifier.live import USUAL_LAYOUT, Datagram, encode, read_layout
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_files, read_log, write_log
 from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters, plant_values
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
+from tests.commands import HELI
 from tests.diagnosis_example import AFTER, example, made_log
+from tests.test_live import LONGEST, H, datagram
 
-H = 0.01
-LAYOUT = read_layout(USUAL_LAYOUT)
-MAIN = [sys.executable, "-c", "from heli_identifier.cli import main; main()"]
-LONGEST = 180.0
-"""Time after which a process is taken for hung [s]; a loaded machine is no defect."""
+MAIN = [sys.executable, "-c", HELI]
 
 
 def rows_of(path):
@@ -42,13 +39,9 @@ def flight(tmp_path_factory):
     """A folder with a log of 12 s, too short for a diagnosis, and the parameters of a twin of this rig."""
     folder = tmp_path_factory.mktemp("flight")
     write_log(read_log(demo_files("rig-c")[1][0], end=12.0), folder / "log.csv")
-    ParameterSet(PLANT, plant_values(TABLE_2, {"k_x": Estimate(TABLE_2.k_x, 0.001, "rad/s^2/V")})).write(
-        folder / "parameters.json"
-    )
+    known = {"k_x": Estimate(TABLE_2.k_x, 0.001, "rad/s^2/V")}
+    ParameterSet(PLANT, plant_values(TABLE_2, known)).write(folder / "parameters.json")
     return folder
-
-
-# --- advice on the controller ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
@@ -63,21 +56,18 @@ def test_the_controller_is_judged_beside_the_loop_and_its_gains_are_offered(tmp_
     assert (tmp_path / "controller.json").exists() is bool(advice["gains"])
 
 
-# --- what is diagnosed -----------------------------------------------------------------------------------------------
-
-
-def test_the_longest_stretch_after_the_last_change_is_diagnosed():
-    times = [k * H for k in range(10000) if not 7000 <= k < 7100]
-    times = np.array(times)
+def test_the_longest_stretch_after_the_last_change_is_diagnosed_and_a_controller_taken_from_its_file(tmp_path):
+    times = np.array([k * H for k in range(10000) if not 7000 <= k < 7100])
     alarm = {"what": "alarm", "since_s": 30.0}
     assert part(times, [])[:2] == pytest.approx((0.0, 69.99))
     assert part(times, [alarm])[:2] == pytest.approx((30.0, 69.99))
     late = part(times, [alarm, {"what": "adopted", "since_s": 80.0}])
     assert late[:2] == pytest.approx((0.0, 69.99)) and "may have changed" in late[2]
     assert part(times[:1], []) == (0.0, 0.0, "")
-
-
-# --- the commands ----------------------------------------------------------------------------------------------------
+    # the controller of the rig is taken from its file
+    gains = ParameterSet("PidController", {"pitch.integral": Estimate(1.25, None, "V/(rad s)")})
+    found = controller_of(PidSettings(), gains.write(tmp_path / "controller.json"))
+    assert found == PidSettings()._replace(pitch=PidSettings().pitch._replace(integral=1.25))
 
 
 @pytest.fixture
@@ -130,10 +120,6 @@ def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight,
     assert "too short for a diagnosis" in said and "1201 samples" in out
 
 
-def datagram(number):
-    return encode(Datagram(number, number * H, (1.0, 2.0, 0.001 * number, 0.1, 0.2)), LAYOUT)
-
-
 @pytest.mark.parametrize("end", ["kill", pytest.param("terminate", marks=pytest.mark.slow)])
 def test_what_came_in_before_the_command_was_ended_is_on_disk(flight, tmp_path, started, end):
     """Fewer samples than the rate is found from; each is recorded as soon as it is in order."""
@@ -149,12 +135,6 @@ def test_what_came_in_before_the_command_was_ended_is_on_disk(flight, tmp_path, 
     assert [round(1000 * row[3]) for row in rows_of(tmp_path / "out/recorded.csv")] == list(range(40))
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"events.json", "recorded.csv", "predictions.csv"}
     assert isinstance(json.loads((tmp_path / "out/events.json").read_text()), list)
-
-
-def test_the_controller_of_the_rig_is_taken_from_its_file(tmp_path):
-    gains = ParameterSet("PidController", {"pitch.integral": Estimate(1.25, None, "V/(rad s)")})
-    found = controller_of(PidSettings(), gains.write(tmp_path / "controller.json"))
-    assert found == PidSettings()._replace(pitch=PidSettings().pitch._replace(integral=1.25))
 
 
 def test_a_diagnosis_that_predicts_worse_or_does_not_determine_a_gain_does_not_replace_the_twin():

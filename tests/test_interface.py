@@ -1,5 +1,6 @@
-"""The Python interface: light to import, one way in for Python and commands, results that show themselves."""
+"""The Python interface: light, frozen results that show themselves; functions take what is at hand; plants compared."""
 
+import inspect
 import json
 from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
@@ -11,33 +12,39 @@ from fmpy import read_model_description
 import heli_identifier as hi
 from heli_identifier import check
 from heli_identifier.errors import ConfigurationError, LogError
+from heli_identifier.records import write_log
 from heli_identifier.results import corrected_parameters
 from heli_identifier.tools import design_pid
 from heli_identifier.tracing import Use
 from heli_plant.parameters import TABLE_2
 from tests.commands import heli
-from tests.diagnosis_example import example, made_log
+from tests.diagnosis_example import AFTER, example, made_log
 from tests.test_report_page import Page
 
 
+def diagnosis(damping=AFTER.a_wx, **changed):
+    """The example with another pitch damping, known to 1 %, and one effect."""
+    found = example()
+    value = replace(found.parameters_after["a_wx"], value=damping, standard_error=0.01 * AFTER.a_wx)
+    return replace(found, effects=found.effects[:1], parameters_after={**found.parameters_after, "a_wx": value},
+                   plant_after=AFTER._replace(a_wx=damping), **changed)  # fmt: skip
+
+
 @pytest.fixture(scope="module")
-def parameters(tmp_path_factory):
-    """Parameters of the corrected plant of the example, read from the file that it writes."""
-    folder = replace(example(), effects=example().effects[:1]).write(tmp_path_factory.mktemp("result"))
-    return hi.read_parameters(folder / "parameters.json")
+def written(tmp_path_factory):
+    """Folder of a diagnosis, and its log."""
+    folder = diagnosis().write(tmp_path_factory.mktemp("result"))
+    return folder, write_log(made_log(), folder / "run.csv")
 
 
-def test_every_public_name_is_found_and_documented_and_type_checkers_see_it():
+@pytest.fixture(scope="module")
+def parameters(written):
+    return hi.read_parameters(written[0] / "parameters.json")
+
+
+def test_every_public_name_is_found_and_documented_and_every_result_is_frozen_and_shows_itself(parameters):
     assert (Path(hi.__file__).parent / "py.typed").is_file()
     assert all(getattr(hi, name).__doc__ and name in dir(hi) for name in hi.__all__)
-
-
-def test_without_a_held_out_log_there_is_no_diagnosis():
-    with pytest.raises(LogError, match="no log is held out"):
-        hi.diagnose(made_log(), held_out=())
-
-
-def test_every_result_is_frozen_and_shows_itself(parameters):
     log = made_log()
     for name, result in {  # one of every kind, each from the function that gives it
         "Diagnosis": example(),
@@ -55,34 +62,13 @@ def test_every_result_is_frozen_and_shows_itself(parameters):
             result.new = 1
 
 
-def test_the_plant_under_a_log_repeats_the_free_run_that_the_diagnosis_reports(parameters):
-    diagnosis = example()
-    run = hi.simulate(parameters, made_log())
-    np.testing.assert_array_equal(run.angles, diagnosis.series[0].free_run_after)
-    frame = run.to_frame()
-    assert list(frame.columns[:5]) == ["v_front", "v_rear", "pitch", "elevation", "travel"]
-    np.testing.assert_array_equal(frame["elevation"], run.angles[:, 1])
-
-
-@pytest.mark.parametrize("voltages", [np.zeros(5), np.zeros((5, 3)), np.zeros((0, 2)), np.full((5, 2), np.nan)])
-def test_voltages_of_another_shape_are_refused_with_it(voltages):
-    with pytest.raises(ConfigurationError, match=r"must be finite and of shape \(N, 2\)"):
-        hi.simulate(TABLE_2, voltages)
-
-
-def test_a_unit_is_built_from_the_parameters_of_its_own(parameters, tmp_path):
-    assert hi.build("HelicopterPlant", tmp_path, parameters) == tmp_path / "HelicopterPlant.fmu"
-    with pytest.raises(ConfigurationError, match="parameters of the HelicopterPlant, those of the Exciter are needed"):
-        hi.build("Exciter", tmp_path, parameters)
-
-
 def used(**uses):
     """Parameters of the example, some of its axes with another word."""
     made = corrected_parameters(example())
     return replace(made, expected={a: replace(e, use=uses.get(a, Use.CONTROL)) for a, e in made.expected.items()})
 
 
-def test_an_axis_that_is_not_usable_is_not_judged_by_a_check_and_one_of_none_is_refused():
+def test_an_axis_that_is_not_usable_is_not_judged_and_gets_no_controller_and_a_check_of_none_is_refused():
     found = check(made_log(), used(elevation=Use.NOTHING), factor=100.0)
     assert {outcome.axis for outcome in found.outcomes} == {"pitch", "travel"} and found.passed
     assert found.table.rows[-1][1] == "elevation" and found.table.rows[-1][-1] == "not usable"
@@ -90,21 +76,20 @@ def test_an_axis_that_is_not_usable_is_not_judged_by_a_check_and_one_of_none_is_
     useless = used(pitch=Use.NOTHING, elevation=Use.NOTHING, travel=Use.NOTHING)
     with pytest.raises(ConfigurationError, match="no axis of these parameters usable"):
         check(made_log(), useless)
+    for axis in ("pitch", "elevation"):
+        with pytest.raises(ConfigurationError, match=f"does not call the {axis} of these parameters fit"):
+            design_pid(used(**{axis: Use.NOTHING}))
 
 
-def test_the_description_of_a_unit_says_what_its_axes_may_be_used_for(tmp_path):
+def test_a_unit_is_built_from_parameters_of_its_own_and_its_description_says_what_its_axes_may_be_used_for(tmp_path):
     """Whatever the parameters are given as; the unit itself stays the same."""
     file = used(elevation=Use.NOTHING).write(tmp_path / "parameters.json")
     for native in (False, True):
         said = read_model_description(hi.build("HelicopterPlant", tmp_path, file, native=native)).description
         assert said.endswith("motor voltages. Use of pitch and travel: prediction and control; elevation: not usable")
-    assert hi.build("HelicopterPlant", tmp_path, example()).is_file()
-
-
-@pytest.mark.parametrize("axis", ["pitch", "elevation"])
-def test_no_controller_is_retuned_around_an_axis_that_is_not_usable(axis):
-    with pytest.raises(ConfigurationError, match=f"does not call the {axis} of these parameters fit"):
-        design_pid(used(**{axis: Use.NOTHING}))
+    assert hi.build("HelicopterPlant", tmp_path, example()) == tmp_path / "HelicopterPlant.fmu"
+    with pytest.raises(ConfigurationError, match="parameters of the HelicopterPlant, those of the Exciter are needed"):
+        hi.build("Exciter", tmp_path, file)
 
 
 def test_a_command_warns_of_what_is_not_fit_for_control(tmp_path):
@@ -116,3 +101,113 @@ def test_a_command_warns_of_what_is_not_fit_for_control(tmp_path):
     assert done.exit_code == 0
     assert "the elevation of this plant can be used for prediction only" in said
     assert "the travel of this plant cannot be used" in said
+
+
+def outcome(found, name):
+    return next(one.outcome for one in (*found.parameters, *found.effects) if one.name == name)
+
+
+@pytest.mark.parametrize("errors, said", [(2.0, "within its interval"), (3.5, "moved")])
+def test_a_parameter_has_moved_beyond_1_96_standard_errors_of_a_difference(errors, said):
+    """Two errors of 1 % make 1.41 % of the difference, 1.96 of which are 2.8 errors of one."""
+    assert outcome(hi.compare(diagnosis(), diagnosis(AFTER.a_wx * (1.0 + 0.01 * errors))), "a_wx") == said
+
+
+def test_a_diagnosis_beside_itself_moves_nothing_and_an_effect_of_one_plant_alone_is_named():
+    same, without = hi.compare(diagnosis(), diagnosis()), hi.compare(diagnosis(), replace(diagnosis(), effects=()))
+    assert same.moved == () and same.remarks[-1].startswith("Both diagnoses use")
+    assert all(row[-1] in ("within its interval", "given", "the same") for row in same.table.rows)
+    assert without.moved == ("dry friction on the pitch",)
+    assert outcome(without, "dry friction on the pitch") == "only in the first"
+
+
+def test_a_gain_is_compared_as_the_slope_that_its_report_names():
+    """At no voltage it follows how the thrust bends, and may differ where the thrust in flight does not."""
+    other = diagnosis()
+    bent = replace(other.parameters_after["k_x"], value=0.5 * other.parameters_after["k_x"].value)
+    found = hi.compare(diagnosis(), replace(other, parameters_after={**other.parameters_after, "k_x": bent}))
+    assert found.moved == () and "slopes at the median voltages of the logs, 1.25 V and 1.25 V" in found.remarks[1]
+
+
+def test_the_plant_that_made_the_log_is_better_on_the_axis_in_which_the_other_errs():
+    found = hi.compare(diagnosis(AFTER.a_wx + 0.3), diagnosis(), made_log(seed=3))  # far more reaches the travel
+    said = {error.axis: error.outcome for error in found.errors}
+    assert said == {"pitch": "second is better", "elevation": "not told apart", "travel": "not told apart"}
+    # where a controller flew the error over less than its answer judges
+    found = hi.compare(diagnosis(AFTER.a_wx + 1.0), diagnosis(closed_loop=True), made_log(seed=3))
+    assert {error.axis: error.outcome for error in found.errors}["pitch"] == "second is better"
+    assert "pitch .2 s ahead [mrad]" in found.summary()
+
+
+def test_the_command_prints_what_the_function_gives(tmp_path):
+    # the second one's plant stays, as its unit is held to the free run; what moves is the document's damping
+    moved = {**diagnosis().parameters_after, "a_wx": replace(diagnosis().parameters_after["a_wx"], value=0.2)}
+    folders = [
+        diagnosis().write(tmp_path / "may"),
+        replace(diagnosis(), parameters_after=moved).write(tmp_path / "june"),
+    ]
+    log = write_log(made_log(), tmp_path / "run.csv")
+    done = heli("compare", *folders, "--log", log, "--json")
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout) == json.loads(json.dumps(hi.compare(*folders, log).to_dict()))
+    shown = heli("compare", *folders)
+    assert "differ between may and june" in " ".join(shown.stdout.split())
+
+
+def test_a_function_takes_parameters_and_logs_as_they_are_at_hand(written):
+    folder, log = written
+    file = folder / "parameters.json"
+    reference = example().series[0].free_run_after  # as the diagnosis reports it
+    for parameters in (diagnosis(), file, str(file), AFTER, hi.read_parameters(file)):
+        np.testing.assert_array_equal(hi.simulate(parameters, log).angles, reference)
+    frame = hi.simulate(AFTER, hi.read_log(log)).to_frame()
+    assert list(frame.columns[:5]) == ["v_front", "v_rear", "pitch", "elevation", "travel"]
+    np.testing.assert_array_equal(frame["elevation"], reference[:, 1])
+    one = hi.check(log, file, 100.0).to_dict()
+    assert one == hi.check([hi.read_log(log)], diagnosis(), 100.0).to_dict()
+    assert hi.linearise(file).A == pytest.approx(hi.linearise(AFTER).A)
+
+
+@pytest.mark.parametrize("name", [n for n in hi.__all__ if inspect.isfunction(getattr(hi, n))])
+def test_another_type_of_any_argument_is_refused_in_a_sentence_that_names_it(name):
+    function = getattr(hi, name)
+    given = inspect.signature(function).parameters
+    needed = {own: "nowhere" for own, it in given.items() if it.default is it.empty and own != "training"}
+    for own in given.keys() - {"inputs"}:  # whatever numpy takes
+        with pytest.raises(ConfigurationError, match=f"^{own} is of type bytes"):
+            function(**{**({"training": []} if "training" in given else {}), **needed, own: b"x"})
+
+
+REFUSED = [
+    (lambda log: hi.check([log, 3], example()), "logs is of type list, with int in it; needed: Log, path or sequence"),
+    (lambda log: hi.check([], example()), "no log was given"),
+    (lambda log: hi.read_data_set(str(log)), "training is of type str; needed: sequence of path"),
+    (lambda log: hi.diagnose(log, held_out=()), "no log is held out"),
+    (lambda log: hi.compare(example(), 3), "is of type int"),
+    (lambda log: hi.compare(example(), "nowhere"), "nowhere/diagnosis.json does not exist"),
+    *(
+        (lambda log, voltages=voltages: hi.simulate(TABLE_2, voltages), r"must be finite and of shape \(N, 2\)")
+        for voltages in (np.zeros(5), np.zeros((5, 3)), np.zeros((0, 2)), np.full((5, 2), np.nan))
+    ),
+]
+
+
+@pytest.mark.parametrize("call, said", REFUSED)
+def test_what_a_function_cannot_take_is_said_with_what_it_needs(written, call, said):
+    with pytest.raises((ConfigurationError, LogError), match=said):
+        call(written[1])
+
+
+def test_a_simulated_log_says_how_far_the_plant_is_off_it(written):
+    """The unit's free run is that of the diagnosis, to the nanoradian; the terminal shows three digits of it."""
+    folder, log = written
+    words = ["simulate", "plant_beside_log", "--log", log, "--parameters", folder / "parameters.json"]
+    done = heli(*words, "--json")
+    assert done.exit_code == 0, done.output
+    found = {row["name"]: row["rms_error"] for row in json.loads(done.stdout) if "rms_error" in row}
+    for axis, report in example().axes.items():
+        if report.after.free_run:
+            assert found[f"plant.{axis}"] == pytest.approx(report.after.free_run.value, abs=1e-9)
+    assert set(found) == {"plant.pitch", "plant.elevation", "plant.travel"}
+    shown = heli(*words).stdout
+    assert f"pitch {1e3 * found['plant.pitch']:.3g} mrad" in " ".join(shown.split())

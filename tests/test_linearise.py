@@ -9,26 +9,12 @@ import pytest
 from scipy.io import loadmat
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online.settings import Estimate
-from heli_identifier.results.documents import document_text
+from heli_identifier.online import Estimate
+from heli_identifier.results import document_text, read_parameters
 from heli_identifier.results.parameters import Covariance, ParameterSet, corrected_parameters, plant_values
-from heli_identifier.results.sources import read_parameters
-from heli_identifier.tools.controller import control_advice, design_pid
+from heli_identifier.tools import control_advice, design_pid, margins
 from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
 from heli_identifier.tools.loop import step_response
-from heli_identifier.tools.margins import (
-    LOOPS,
-    closed_loop,
-    controller,
-    controller_response,
-    drawn_plants,
-    frequencies,
-    is_stable,
-    loop_gain,
-    loop_margins,
-    plant_response,
-    unit_step,
-)
 from heli_identifier.tools.synthesis import PEAK, retuned, weighted_error
 from heli_plant.control import AxisGains, PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
@@ -40,11 +26,12 @@ H = 0.01
 PID = PidSettings()
 
 
-def margins(model, settings):
+def margins_of(model, settings):
     """Margins around one plant."""
-    omega = frequencies(H)
-    plant, law = plant_response(model, omega), controller_response(settings, H, omega)
-    return {name: loop_margins(loop_gain(plant, law, index), omega) for index, name in enumerate(LOOPS)}
+    omega = margins.frequencies(H)
+    plant, law = margins.plant_response(model, omega), margins.controller_response(settings, H, omega)
+    gains = {name: margins.loop_gain(plant, law, index) for index, name in enumerate(margins.LOOPS)}
+    return {name: margins.loop_margins(gain, omega) for name, gain in gains.items()}
 
 
 @pytest.mark.parametrize("pitch", [-0.2, 0.0, 0.15])
@@ -82,7 +69,7 @@ def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
 
 def test_the_linear_controller_is_the_controller():
     random = np.random.default_rng(2)
-    K, z, state = controller(PID, H), np.zeros(6), start_pid(0.0, 0.0, 0.0)
+    K, z, state = margins.controller(PID, H), np.zeros(6), start_pid(0.0, 0.0, 0.0)
     for _ in range(200):
         angles, references = 1e-3 * random.normal(size=(2, 3))
         state, voltages = pid_step(state, *angles, tuple(references), H, PID._replace(trim=0.0))
@@ -99,58 +86,54 @@ def test_the_loop_becomes_unstable_where_its_gain_margin_says(axis, channel):
 
     def stable(factor):
         louder = control.ss(plant.A, plant.B @ (np.eye(2) + (factor - 1.0) * only), plant.C, plant.D, H)
-        return is_stable(closed_loop(replace(model, sampled=louder), PID))
+        return margins.is_stable(margins.closed_loop(replace(model, sampled=louder), PID))
 
     # the grid has a per cent from one frequency to the next, and the margin is interpolated
-    margin = margins(model, PID)[axis].gain
+    margin = margins_of(model, PID)[axis].gain
     assert stable(0.99 * margin) and not stable(1.01 * margin)
 
 
 def test_the_phase_margin_and_crossover_are_those_of_python_control():
     model = linear_model(TABLE_2)
-    K = controller(PID, H)
+    K = margins.controller(PID, H)
     pid = control.ss(K.A, K.B[:, :3], K.C, K.D[:, :3], H)
     plant, wait = model.sampled, control.tf([1], [1, 0], H)
     split, join = np.array([[0.5], [-0.5]]), np.array([[1.0, -1.0]])
     loop = -control.ss([], [], [], join, H) * pid * plant * control.ss([], [], [], split, H)
-    _, phase, _, crossover = control.margin(control.frequency_response(loop * wait, frequencies(H, 2000)))
-    found = margins(model, PID)["pitch"]
+    _, phase, _, crossover = control.margin(control.frequency_response(loop * wait, margins.frequencies(H, 2000)))
+    found = margins_of(model, PID)["pitch"]
     assert found.phase == pytest.approx(phase, abs=0.5)
     assert found.crossover == pytest.approx(crossover, rel=0.01)
+
+
+def pid_around(plant, known=None, **more):
+    """The PID designed for a plant, some of whose parameters have errors, of two draws."""
+    return design_pid(ParameterSet("HelicopterPlant", plant_values(plant, known or {})), draws=2, **more)
 
 
 def test_a_point_that_no_allowed_plant_can_hold_and_a_plant_without_motor_lag_are_refused():
     with pytest.raises(ConfigurationError, match="positive lag"):
         linear_model(TABLE_2._replace(T_m=0.0))
     # Two draws of a spring that is known to a hundred times its stiffness: both lie far from any that 5 V can hold.
-    values = plant_values(AFTER, {"a_e": Estimate(AFTER.a_e, 100.0 * AFTER.a_e, "1/s^2")})
+    loose = {"a_e": Estimate(AFTER.a_e, 100.0 * AFTER.a_e, "1/s^2")}
     with pytest.raises(ConfigurationError, match="none of 2 plants that the data allow has an equilibrium at pitch 0"):
-        design_pid(ParameterSet("HelicopterPlant", values), elevation=0.3, draws=2)
+        pid_around(AFTER, loose, elevation=0.3)
 
 
-def test_a_retuned_loop_without_margins_is_not_to_be_flown():
+def test_a_loop_without_margins_is_not_to_be_flown_and_a_rig_that_the_present_pid_cannot_hold_gets_one_with_them():
     # 22 times the published gain behind motors four times as slow: no PID gets to a peak of 1.6
-    values = plant_values(TABLE_2._replace(k_x=6.0, a_wx=0.0, T_m=0.3), {})
-    made = design_pid(ParameterSet("HelicopterPlant", values), draws=2)
+    made = pid_around(TABLE_2._replace(k_x=6.0, a_wx=0.0, T_m=0.3))
     assert [note.partition(":")[0] for note in made.notes] == ["do not fly the retuned pitch loop"]
     gains = made.delivered().start_values  # nobody builds what is refused
     assert gains["pitch.proportional"] == PID.pitch.proportional
     assert gains["elevation.proportional"] == made.robust.settings.elevation.proportional
-
-
-def test_an_unstable_loop_has_no_margins_and_its_gains_are_not_to_be_flown():
-    """With the pitch counted the other way the open loop's gain never comes near -1, and the loop diverges."""
-    values = plant_values(TABLE_2._replace(k_x=-TABLE_2.k_x), {"k_x": Estimate(-TABLE_2.k_x, 0.01, "rad/s^2/V")})
-    made = design_pid(ParameterSet("HelicopterPlant", values), draws=2)
+    # with the pitch counted the other way the open loop's gain never comes near -1, and the loop diverges
+    made = pid_around(TABLE_2._replace(k_x=-TABLE_2.k_x), {"k_x": Estimate(-TABLE_2.k_x, 0.01, "rad/s^2/V")})
     assert made.robust.figures["pitch.sensitivity"].value == np.inf
     assert [note.partition(":")[0] for note in made.notes] == ["WRONG SIGN", "do not fly the retuned PID"]
     assert made.delivered().start_values["elevation.proportional"] == PID.elevation.proportional
-
-
-def test_a_rig_that_the_present_pid_cannot_hold_gets_one_that_keeps_its_margins():
-    """Six times the published gain, as a measured rig has: the search begins with a tenth of the gains."""
-    values = plant_values(TABLE_2._replace(k_x=1.66, a_wx=0.0, T_m=0.18), {})
-    made = design_pid(ParameterSet("HelicopterPlant", values), draws=2)
+    # six times the published gain, as a measured rig has: the search begins with a tenth of the gains
+    made = pid_around(TABLE_2._replace(k_x=1.66, a_wx=0.0, T_m=0.18))
     assert not made.baseline.is_stable and made.robust.is_stable
     assert made.flown == made.robust.settings  # no loop is refused
 
@@ -158,14 +141,14 @@ def test_a_rig_that_the_present_pid_cannot_hold_gets_one_that_keeps_its_margins(
 def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_more_noise():
     parameters = parameter_set()
     model = linear_model(AFTER)
-    others = [linear_model(plant) for plant in drawn_plants(parameters, 8)]
+    others = [linear_model(plant) for plant in margins.drawn_plants(parameters, 8)]
     new = retuned(model, PID, others)
     assert new.trim == model.point.lift
     assert new.travel == PID.travel
     for loop, axis in enumerate(("pitch", "elevation")):
         assert weighted_error(model, new, loop) < weighted_error(model, PID, loop)
         # the bound is a penalty; four digits of the gains leave a per cent
-        assert max(margins(one, new)[axis].sensitivity for one in (model, *others)) < 1.01 * PEAK
+        assert max(margins_of(one, new)[axis].sensitivity for one in (model, *others)) < 1.01 * PEAK
         loud = [getattr(s, axis).proportional + getattr(s, axis).derivative / s.rate_time_constant for s in (new, PID)]
         assert loud[0] < 1.01 * loud[1]
 
@@ -177,15 +160,15 @@ def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
     settings = PID._replace(trim=point.v_front + point.v_rear)
     model = linear_model(plant, 0.0, 0.1)
     simulated = step_response(model, settings, "pitch", size=1e-3, duration=4.0)
-    loop = closed_loop(model, settings)
-    linear = 1e-3 * unit_step(loop, 0, 400)[:, 0]
+    loop = margins.closed_loop(model, settings)
+    linear = 1e-3 * margins.unit_step(loop, 0, 400)[:, 0]
     assert np.abs(simulated.angle[:100]).max() < 1e-9
     # the square of a motion of 1e-3 rad
     assert np.abs(simulated.angle[100:] - linear).max() < 2e-6
 
 
 def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay():
-    plants = drawn_plants(parameter_set(), 400)
+    plants = margins.drawn_plants(parameter_set(), 400)
     gains = np.array([plant.k_x for plant in plants])
     # the spread of 400 draws is known to 3.5 %, the mean to a twentieth of the error
     assert gains.std() == pytest.approx(0.01 * AFTER.k_x, rel=0.15)
@@ -193,11 +176,16 @@ def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay()
     assert {plant.T_m for plant in plants} == {AFTER.T_m}
 
 
+def drawn_by(plant, *names):
+    """400 draws by the covariance of a gain, known to 20 % at 3 V, and another parameter, known to .01."""
+    known = Covariance(names, names[:1], 3.0, np.diag([0.2, 0.01]) ** 2)
+    return margins.drawn_plants(ParameterSet("HelicopterPlant", plant_values(plant, {}), covariance=known), 400)
+
+
 def test_drawn_plants_keep_the_slope_at_the_operating_point_and_the_sign_of_a_gain():
     """A quadratic thrust and the gain at 0 V trade off: the slope at 3 V, 1.3 times it, is known to 20 %."""
-    plant, names = AFTER._replace(quadratic_thrust_rotors=0.05), ("pitch.gain", "effects.quadratic_thrust.rotors")
-    known = Covariance(names, names[:1], 3.0, np.diag([0.2, 0.01]) ** 2)
-    drawn = drawn_plants(ParameterSet("HelicopterPlant", plant_values(plant, {}), covariance=known), 400)
+    plant = AFTER._replace(quadratic_thrust_rotors=0.05)
+    drawn = drawn_by(plant, "pitch.gain", "effects.quadratic_thrust.rotors")
     slopes = np.array([p.k_x * (1.0 + 6.0 * p.quadratic_thrust_rotors) for p in drawn])
     # the spread of 400 draws is known to 3.5 %; 4 standard deviations of that
     assert np.log(slopes).std() == pytest.approx(0.2, rel=0.14)
@@ -207,10 +195,7 @@ def test_drawn_plants_keep_the_slope_at_the_operating_point_and_the_sign_of_a_ga
 
 def test_drawn_plants_lift_their_weight_as_the_estimated_one_does():
     """The gain is known to 20 %, the weight beyond what 3 V on both rotors lift to .01 rad/s^2: no arm falls."""
-    names = ("elevation.gain", "elevation.offset")
-    known = Covariance(names, names[:1], 3.0, np.diag([0.2, 0.01]) ** 2)
-    drawn = drawn_plants(ParameterSet("HelicopterPlant", plant_values(AFTER, {}), covariance=known), 400)
-    beyond = np.array([p.a_1 - 6.0 * p.k_z for p in drawn])
+    beyond = np.array([p.a_1 - 6.0 * p.k_z for p in drawn_by(AFTER, "elevation.gain", "elevation.offset")])
     # four standard deviations of the mean and of the spread of 400 draws
     assert beyond.mean() == pytest.approx(AFTER.a_1 - 6.0 * AFTER.k_z, abs=4.0 * 0.01 / 20.0)
     assert beyond.std() == pytest.approx(0.01, rel=0.14)

@@ -1,18 +1,24 @@
-"""The link to a rig: datagrams that hold a sample, their order, the clock and the instants by which they are shown."""
+"""The link to a rig: datagrams that hold a sample, their order, the clock and its instants; the RigLink never waits."""
 
 import json
+import socket
 import struct
+import threading
 from collections import Counter
+from contextlib import suppress
 from math import nan
 
+import psutil
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fmu_src.units.rig_link import RigLink
 from heli_identifier.live import JSON, USUAL_LAYOUT, Clock, Datagram, encode, read_address, read_layout
 from heli_identifier.live.align import Order
 from heli_identifier.live.datagrams import decode
 from heli_identifier.live.listening import find_unit
+from tests.units import got, initialised
 
 H = 0.01
 USUAL = read_layout(USUAL_LAYOUT)
@@ -33,21 +39,18 @@ def passed(arrivals, delay=5):
     return out + [one.number for one in order.release(1e9)], order
 
 
-# --- datagrams -------------------------------------------------------------------------------------------------------
-
-
-def test_the_usual_layout_is_seven_doubles_little_endian_and_json_holds_the_same():
+def test_the_usual_layout_is_seven_doubles_little_endian_json_holds_the_same_and_others_are_read_as_are_addresses():
     assert encode(SAMPLE, USUAL) == struct.pack("<7d", 7.0, 0.07, 1.5, -2.5, 0.1, -0.2, 3.0)
     layout = read_layout(JSON)
     assert decode(encode(SAMPLE, USUAL), USUAL) == decode(encode(SAMPLE, layout), layout) == SAMPLE
     bare = json.dumps({"v_front": 1, "v_rear": 2, "pitch": 0, "elevation": 0, "travel": 0}).encode()
     assert decode(bare, layout) == Datagram(-1, nan, (1.0, 2.0, 0.0, 0.0, 0.0))
-
-
-def test_a_layout_may_order_the_signals_leave_out_the_stamps_and_hold_degrees_and_other_doubles():
+    # another order, no stamps, degrees, a double of something else
     layout = read_layout("pitch[deg] - elevation travel v_front v_rear")
     found = decode(struct.pack("<6d", 180.0, float("nan"), 0.2, 0.3, 4.0, 5.0), layout)
     assert found == Datagram(-1, nan, (4.0, 5.0, pytest.approx(3.14159265), 0.2, 0.3))
+    assert read_address("[::1]:25000", "x") == ("::1", 25000)
+    assert read_address("localhost", "x") == ("127.0.0.1", -1)
 
 
 BARE = b'"v_rear": 0, "pitch": 0, "elevation": 0, "travel": 0'
@@ -70,8 +73,10 @@ NO_SAMPLES = [
 ]
 
 
-def test_what_holds_no_sample_is_refused_with_the_reason():
+@given(st.binary(max_size=100))
+def test_what_holds_no_sample_is_refused_with_the_reason_and_no_bytes_make_decoding_fail(random):
     as_json = read_layout(JSON)
+    assert isinstance(decode(random, USUAL), (str, Datagram)) and isinstance(decode(random, as_json), (str, Datagram))
     for layout, contents in (
         (USUAL, NO_SAMPLES),
         (as_json, NO_JSON_SAMPLES),
@@ -81,25 +86,11 @@ def test_what_holds_no_sample_is_refused_with_the_reason():
             assert isinstance(decode(content, layout), str)
 
 
-@given(st.binary(max_size=100))
-def test_no_bytes_make_decoding_fail(content):
-    for layout in (USUAL, read_layout(JSON)):
-        assert isinstance(decode(content, layout), (str, Datagram))
-
-
 def test_a_sample_without_a_stamp_is_at_its_number_times_the_interval_or_when_it_came_in():
     for sample, wanted in ((SAMPLE, 0.07), (SAMPLE._replace(time=nan), 0.14), (Datagram(-1, nan, ()), 9.0)):
         order = Order(0.02)
         order.take(sample, 9.0)
         assert order.newest.time == wanted
-
-
-def test_an_address_has_a_port_or_none():
-    assert read_address("[::1]:25000", "x") == ("::1", 25000)
-    assert read_address("localhost", "x") == ("127.0.0.1", -1)
-
-
-# --- their order -----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -124,13 +115,11 @@ def test_an_address_has_a_port_or_none():
 def test_samples_come_out_in_order_and_once_and_the_rest_is_counted(numbers, wanted, counts):
     out, order = passed(sent(numbers))
     assert out == list(wanted) and order.counts == counts
-
-
-def test_lost_samples_are_counted_by_time_without_numbers_and_a_damaged_time_changes_nothing():
+    # without numbers lost samples are counted by time, and a damaged time changes nothing
     _, order = passed([sample._replace(number=-1) for sample in sent([0, 1, 2, 5, 6])])
     assert order.counts["lost"] == 2
     good = sent(range(50))
-    out, order = passed([*good[:20], good[20]._replace(time=1e9), *good[20:]])  # a damaged time
+    out, order = passed([*good[:20], good[20]._replace(time=1e9), *good[20:]])
     assert out == list(range(50)) and order.counts == Counter(received=50, stray=1)
 
 
@@ -142,9 +131,6 @@ def test_the_unit_of_the_rigs_clock_is_the_one_that_gives_a_usual_rate(unit):
             assert find_unit(times, 8.0 / rate / pace) == unit
     assert find_unit([0.1 * k for k in range(8)], 0.7) == 1.0  # 10 Hz are no usual rate in any unit
     assert find_unit([0.5 * k for k in range(8)], 3.5) == 1.0  # 2 Hz, and no 2000 Hz in milliseconds
-
-
-# --- the clock of a co-simulation ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("step, least, most", [(0.05, 10, 200), (0.002, 2, 200)], ids=["ahead", "behind"])
@@ -167,3 +153,146 @@ def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_ins
         shown.append((clock.order.last.number, clock.fresh))
     assert shown == [(0, True), (1, True), (2, True), (3, True), (3, False), (4, False), (6, True), (7, True)]
     assert clock.order.counts["received"] == 7
+
+
+def created(**parameters):
+    return initialised(RigLink, {f"link.{name}": value for name, value in {"port": 0, **parameters}.items()})
+
+
+@pytest.fixture
+def linked():
+    """Make units, each with a socket that sends to it; all are closed in the end."""
+    opened = []
+
+    def make(**parameters):
+        unit = created(**parameters)
+        assert unit.log_queue == []
+        rig = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        rig.connect(("127.0.0.1", int(got(unit, "port")[0])))
+        opened.extend((unit, rig))
+        return unit, rig
+
+    yield make
+    for one in opened:
+        one.terminate() if isinstance(one, RigLink) else one.close()
+
+
+def sample(number, layout=USUAL):
+    return encode(Datagram(number, 1e6 + number * H, (1.0, 2.0, 0.001 * number, -0.1, 0.5)), layout)
+
+
+def stepped(unit, k):
+    assert unit.do_step(k * H, H), unit.log_queue[-1].msg
+
+
+@pytest.mark.parametrize("layout", [USUAL_LAYOUT, JSON, "sequence travel elevation pitch v_rear v_front"])
+def test_it_shows_what_the_rig_sends_with_the_delay(linked, layout):
+    unit, rig = linked(layout=layout)
+    for k in range(100):
+        rig.send(sample(k, read_layout(layout)))
+        stepped(unit, k)
+    # sample 99 came in during the last step; what is shown is .05 s older
+    assert got(unit, "v_front", "v_rear", "pitch", "elevation", "travel") == [1.0, 2.0, 0.094, -0.1, 0.5]
+    assert got(unit, "fresh", "watchdog", "received", "lost", "waiting") == [1.0, 0.0, 100.0, 0.0, 5.0]
+
+
+def test_a_stopped_stream_trips_the_watchdog_and_no_step_waits(linked):
+    unit, rig = linked()
+    assert got(unit, "watchdog", "fresh") == [1.0, 0.0]  # nothing has come in yet
+    for k in range(50):
+        rig.send(sample(k))
+        stepped(unit, k)
+    assert got(unit, "watchdog") == [0.0]
+    for k in range(50, 550):  # a step that waited for the rig would never come back
+        stepped(unit, k)
+    assert got(unit, "watchdog", "fresh", "pitch") == [1.0, 0.0, 0.049]
+    # all that waited has been shown, .05 s after it came in; the co-simulation is 5 s ahead of the newest
+    assert got(unit, "age", "lead") == pytest.approx([4.95, 5.0])
+    for k in range(550, 600):
+        rig.send(sample(k))
+        stepped(unit, k)
+    assert got(unit, "watchdog", "fresh", "lost", "set_anew") == [0.0, 1.0, 500.0, 0.0]
+
+
+def test_the_first_good_sender_is_the_rig_and_nobody_else(linked):
+    unit, rig = linked()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.connect(rig.getpeername())
+        other.send(b"rubbish first")  # locks nothing
+        stepped(unit, 0)
+        rig.send(sample(0))
+        stepped(unit, 1)
+        for k in range(1, 60):
+            rig.send(sample(k))
+            try:
+                other.send(encode(Datagram(k, k * H, (9.0, 9.0, 1.0, 1.0, 1.0)), USUAL))
+            except ConnectionRefusedError:  # the system says that nobody hears it there
+                pass
+            stepped(unit, k + 1)
+    assert got(unit, "v_front", "pitch") == [1.0, 0.055 - 0.001]
+    assert got(unit, "received", "duplicated") == [60.0, 0.0]
+
+
+def test_a_sender_that_is_named_is_the_only_one_and_may_come_back_from_another_port(linked):
+    unit, rig = linked(sender="127.0.0.1", look_ahead=10)
+    strange, _ = linked(sender="127.0.0.2")
+    for k in range(20):
+        rig.send(sample(k))
+        stepped(unit, k)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as again:
+        again.connect(rig.getpeername())
+        for k in range(20, 40):
+            again.send(sample(k))
+            stepped(unit, k)
+        again.connect(("127.0.0.1", int(got(strange, "port")[0])))
+        again.send(sample(0))
+        stepped(strange, 0)
+    assert got(unit, "received", "foreign") == [40.0, 0.0]
+    assert got(strange, "received", "foreign") == [0.0, 1.0]
+    for k in range(40, 140):
+        rig.send(sample(k))
+    stepped(unit, 40)
+    assert got(unit, "received") == [50.0]  # a flood takes no more of a step than the look-ahead
+
+
+def test_a_port_that_is_taken_is_refused_and_free_again_after_the_end_which_leaves_no_socket(linked):
+    unit, _ = linked()
+    port = int(got(unit, "port")[0])
+    second = created(port=port)
+    assert "cannot be listened on: Address already in use" in second.log_queue[0].msg
+    unit.terminate()
+    before = psutil.Process().net_connections("udp4")
+    third = created(port=port)
+    assert third.log_queue == [] and third.do_step(0.0, H)
+    third.terminate()
+    assert psutil.Process().net_connections("udp4") == before
+
+
+def test_the_initialisation_waits_for_the_first_sample_and_shows_it_until_one_is_due(linked):
+    early, rig = linked()  # finds a free port
+    port = int(got(early, "port")[0])
+    early.terminate()
+    listening = threading.Event()
+
+    def send():  # until the unit shows something
+        while not listening.wait(0.02):
+            with suppress(ConnectionRefusedError):
+                rig.send(sample(40))
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    unit, _ = linked(port=port, wait=60.0)
+    listening.set()
+    sender.join()
+    assert got(unit, "pitch", "received", "fresh", "watchdog") == [0.04, 1.0, 0.0, 1.0]
+    for k in range(5):
+        stepped(unit, k)
+    assert got(unit, "pitch", "fresh", "watchdog") == [0.04, 1.0, 0.0]
+
+
+def test_a_rig_that_does_not_send_is_said_where_it_is_waited_for_and_no_state_is_saved():
+    unit = created(wait=0.05)
+    assert unit.log_queue[0].msg.endswith("no sample of the rig came in within link.wait = 0.05 s")
+    assert not unit.do_step(0.0, H)
+    assert unit._get_fmu_state() == {} and "cannot be saved" in unit.log_queue[-1].msg
+    unit.terminate()

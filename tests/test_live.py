@@ -5,7 +5,6 @@ import http.client
 import json
 import random
 import re
-import signal
 import socket
 from contextlib import ExitStack
 from io import StringIO
@@ -28,6 +27,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_files, read_log
 from heli_identifier.results import PLANT, ParameterSet, plant_values
 from heli_plant.parameters import TABLE_2
+from tests.test_files import files_of_at_most
 
 H = 0.01
 LAYOUT = read_layout(USUAL_LAYOUT)
@@ -59,9 +59,9 @@ def heard(contents, until, pauses=(), format=CONTRACT, layout=LAYOUT, rate=None,
                 rig.sendto(content, port.address)
 
     thread, began = Thread(target=sender), monotonic()
+    listening = Listening(port, rate, format)
+    thread.start()
     try:
-        listening = Listening(port, rate, format)
-        thread.start()
         for sample in listening.instants(lambda time, signals: kept.append((time, *signals)), lambda: False):
             if sample is not None:
                 seen.append(sample)
@@ -69,13 +69,9 @@ def heard(contents, until, pauses=(), format=CONTRACT, layout=LAYOUT, rate=None,
                 break
             assert monotonic() - began < LONGEST
     finally:
-        if thread.ident:
-            thread.join()
+        thread.join()
         port.close()
     return seen, kept, listening
-
-
-# --- a rig that sends ------------------------------------------------------------------------------------------------
 
 
 def test_a_network_that_loses_doubles_and_delays_gives_every_instant_once_and_counts_the_rest():
@@ -131,16 +127,12 @@ def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them(
         ),
     ],
 )
-def test_signs_units_and_rotors_of_the_rig_are_put_right_as_in_its_logs(form, layout, wanted):
+def test_signs_units_and_rotors_are_put_right_as_in_logs_and_a_rig_too_slow_is_refused(form, layout, wanted):
     contents = [datagram(k, layout=layout) for k in range(60)]
     _, kept, _ = heard(contents, lambda seen, kept: len(seen) >= 60, format=form, layout=layout)
     assert kept[50][1:] == pytest.approx(wanted)
-
-
-def test_a_rig_too_slow_to_be_followed_is_refused():
-    contents = [datagram(k, 0.1 * k) for k in range(60)]
     with pytest.raises(ConfigurationError, match="the rig sends at 10 Hz, 50 to 2000 Hz are followed"):
-        heard(contents, lambda *_: False)
+        heard([datagram(k, 0.1 * k) for k in range(60)], lambda *_: False)
 
 
 UNNUMBERED = USUAL_LAYOUT.partition(" ")[2]
@@ -192,9 +184,6 @@ def test_a_stray_datagram_before_the_rigs_first_does_not_lock_the_rig_out(monkey
     assert re.search(r"127.0.0.1:\d+ fell silent; the rig is 127.0.0.1:\d+ since", listening.status.line)
 
 
-# --- a log in place of a rig, and a log sent as one -------------------------------------------------------------------
-
-
 def test_a_log_is_sent_at_its_own_instants():
     """20 datagrams of 10 ms at half the pace take at least .38 s."""
     log = Log("short", 1.0 / H, np.zeros((20, 2)), np.zeros((20, 3)))
@@ -209,24 +198,14 @@ def test_a_log_is_sent_at_its_own_instants():
         ]
 
 
-# --- files -----------------------------------------------------------------------------------------------------------
-
-
 def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):
-    resource = pytest.importorskip("resource")
     journal = Journal(tmp_path / "a.csv", ("x", "y"))
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
-    try:
+    with files_of_at_most(1000):
         for k in range(200):
             journal.add((0.123456789 * k, 1.0))
         with pytest.raises(OSError, match="a.csv"):
             journal.flush()
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-        signal.signal(signal.SIGXFSZ, handler)
-        journal.close()
+    journal.close()
     rows = (tmp_path / "a.csv").read_text()
     assert rows.endswith("\n") and len(rows) > 900 and all(row.count(",") == 1 for row in rows.splitlines())
 
@@ -256,16 +235,20 @@ def test_what_was_recorded_is_the_log_and_predictions_stand_beside_what_was_meas
     assert json.loads((folder / "events.json").read_text()) == session.events
 
 
-# --- screen and page -------------------------------------------------------------------------------------------------
-
-
-def test_the_screen_shows_every_axis_and_every_parameter(followed):
+def test_the_screen_shows_every_axis_and_every_parameter_and_a_page_that_is_opened_late_has_the_past(followed):
     view = followed[2][-1]
     console = Console(file=StringIO(), width=120)
     console.print(draw_screen("a title", view))
     shown = console.file.getvalue()
     for word in ("a title", "pitch", "elevation", "travel", "pitch.gain", "travel.damping", view.mode):
         assert word in shown
+    with served("127.0.0.1:0", "title") as (url, show):
+        show(view)
+        told = json.loads(asked(url, "/view")[1])
+        late = json.loads(asked(url, f"/view?after={view.past[-3]['time']}")[1])
+    assert [told[key] for key in ("title", "time", "mode")] == ["title", view.time, view.mode]
+    assert [due["time"] for due in told["past"]] == [due["time"] for due in view.past] != []
+    assert late == {**told, "past": told["past"][-2:]}
 
 
 def asked(url, path, host=None):
@@ -291,17 +274,6 @@ def test_the_page_loads_nothing_from_elsewhere_and_runs_no_inline_script_and_a_f
             assert asked(url, "/", name)[0].status == 421
         for name in ("127.0.0.1", "127.0.0.1:8042", "localhost"):  # without a port it is 80
             assert asked(url, "/", name)[0].status == 200
-
-
-def test_a_page_that_is_opened_late_has_the_past_and_then_what_is_new(followed):
-    view = followed[2][-1]
-    with served("127.0.0.1:0", "title") as (url, show):
-        show(view)
-        told = json.loads(asked(url, "/view")[1])
-        late = json.loads(asked(url, f"/view?after={view.past[-3]['time']}")[1])
-    assert [told[key] for key in ("title", "time", "mode")] == ["title", view.time, view.mode]
-    assert [due["time"] for due in told["past"]] == [due["time"] for due in view.past] != []
-    assert late == {**told, "past": told["past"][-2:]}
 
 
 def test_half_open_connections_leave_descriptors_for_the_recording():

@@ -7,17 +7,20 @@ import numpy as np
 import pytest
 
 from fmu_src import SCENARIOS, MasterError, WiringError
-from fmu_src.master import run_apart
+from fmu_src.master import run, run_apart
+from heli_identifier.following import FollowPlan, FollowSettings, Sample, correct, start_correcting
 from heli_identifier.online import IdentifierSettings, output_of, prepare, start, step
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_identifier.records import Log, write_log
 from heli_plant.communication import quantise
 from heli_plant.control import PidSettings, pid_step, start_pid
+from heli_plant.observer import CORRECTED
 from heli_plant.parameters import TABLE_2, from_names
 from heli_plant.plant import measured_angles
 from heli_plant.plant import step as plant_step
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state, start_state
+from tests.simulated import changing
 
 H = 0.01
 ANGLES = ("plant.pitch", "plant.elevation", "plant.travel")
@@ -26,8 +29,16 @@ EXACT = 1e-12
 relative 1e-16 each, over 3000 steps of a stable plant."""
 
 
-def files_of(scenario, fmus):
-    return {name: fmus[kind] for name, kind in SCENARIOS[scenario].units}
+@pytest.fixture
+def ran(fmus):
+    """Run a scenario, or the one of a name, with the units that all tests share."""
+
+    def run_with_units(scenario, seconds, step=H, parameters=None, **more):
+        wiring = SCENARIOS.get(scenario, scenario) if isinstance(scenario, str) else scenario
+        files = {name: fmus[kind] for name, kind in wiring.units}
+        return run_apart(scenario, seconds, step, parameters or {}, files, **more)
+
+    return run_with_units
 
 
 @pytest.fixture(scope="module")
@@ -38,15 +49,15 @@ def log(tmp_path_factory):
     return write_log(Log("log", 1.0 / H, held, angles), tmp_path_factory.mktemp("log") / "log.csv"), held
 
 
-def test_in_real_time_no_step_is_taken_before_it_is_due(fmus):
-    files = files_of("open_loop", fmus)
-    result = run_apart(replace(SCENARIOS["open_loop"], in_real_time=True), 0.5, 0.1, {}, files)
+def test_in_real_time_no_step_is_taken_before_it_is_due_and_progress_goes_to_the_error_stream(ran, capfd):
+    result = ran(replace(SCENARIOS["open_loop"], in_real_time=True), 0.5, 0.1, progress=True)
     assert result.seconds >= 0.4  # step k of 5 is due after k 0.1 s
+    out, err = capfd.readouterr()
+    assert out == "" and "100%" in err
 
 
-def test_every_unit_of_the_open_loop_shows_what_the_library_gives_and_results_read_back_to_the_bit(fmus, tmp_path):
-    files = files_of("open_loop", fmus)
-    shown = run_apart("open_loop", 30.0, H, {"identifier.adaptation.hold_time": 2.0}, files)
+def test_every_unit_of_the_open_loop_shows_what_the_library_gives_and_results_read_back_to_the_bit(ran, tmp_path):
+    shown = ran("open_loop", 30.0, H, {"identifier.adaptation.hold_time": 2.0})
     held, excitation = shown.columns("exciter.v_front", "exciter.v_rear"), paper_excitation(1)
     # the exciter shows the signal of t_k at t_k: it forms t_k as (k - 1) H + H, one rounding error of time, times the
     # chirp's 2.5 V/s
@@ -82,7 +93,7 @@ def test_every_unit_of_the_open_loop_shows_what_the_library_gives_and_results_re
     ],
     ids=lambda effects: next(iter(effects)),
 )
-def test_a_corrected_plant_under_a_log_is_the_offline_plant(fmus, log, effects):
+def test_a_corrected_plant_under_a_log_is_the_offline_plant(ran, log, effects):
     path, held = log
     encoders = effects == {"encoder.enabled": True}
     parameters = TABLE_2 if encoders else from_names(effects)
@@ -93,8 +104,7 @@ def test_a_corrected_plant_under_a_log_is_the_offline_plant(fmus, log, effects):
         "initial.v_front": held[0, 0], "initial.v_rear": held[0, 1],
     }  # fmt: skip
     given = {f"plant.{name}": value for name, value in {**initial, **effects}.items()}
-    files = files_of("plant_beside_log", fmus)
-    result = run_apart("plant_beside_log", 20.0, H, {"player.log.path": str(path), **given}, files)
+    result = ran("plant_beside_log", 20.0, H, {"player.log.path": str(path), **given})
     assert np.array_equal(result.columns("player.v_front", "player.v_rear"), held)
     _, angles = simulate(held, H, first, parameters)
     if encoders:
@@ -103,11 +113,10 @@ def test_a_corrected_plant_under_a_log_is_the_offline_plant(fmus, log, effects):
     assert np.abs(result.columns(*ANGLES) - angles).max() < EXACT
 
 
-def test_the_controllers_voltages_hold_one_step_after_the_angles_that_they_follow_from(fmus):
-    files = files_of("closed_loop", fmus)
+def test_the_controllers_voltages_hold_one_step_after_the_angles_that_they_follow_from(ran):
     order = {"controller.reference.step_pitch": 0.2, "controller.reference.step_time": 1.0}
     order |= {"exciter.excitation.experiment": 0}
-    result = run_apart("closed_loop", 10.0, H, order, files)
+    result = ran("closed_loop", 10.0, H, order)
     settings = PidSettings()
     plant, controller = rest_state(TABLE_2), None
     shown = (0.5 * settings.trim, 0.5 * settings.trim)
@@ -121,10 +130,9 @@ def test_the_controllers_voltages_hold_one_step_after_the_angles_that_they_follo
         controller, shown = pid_step(controller, *angles, (reference, 0.0, 0.0), H, settings)
 
 
-def test_a_long_communication_step_keeps_the_inner_step(fmus, log):
+def test_a_long_communication_step_keeps_the_inner_step(ran, log):
     path, held = log
-    files = files_of("plant_beside_log", fmus)
-    seen = run_apart("plant_beside_log", 19.8, 0.03, {"player.log.path": str(path)}, files)
+    seen = ran("plant_beside_log", 19.8, 0.03, {"player.log.path": str(path)})
     # the voltage of t_k holds over .03 s, three inner steps of .01 s each
     stretched = np.repeat(held[:1981:3], 3, axis=0)[:1981]
     _, angles = simulate(stretched, H, rest_state(TABLE_2), TABLE_2)
@@ -141,24 +149,18 @@ def test_a_long_communication_step_keeps_the_inner_step(fmus, log):
         ({"plant.pitch.gain": float("nan")}, MasterError, "plant.set pitch.gain at t = 0 s.*pitch.gain = nan"),
         ({"identifier.filter.frequency": 90.0}, MasterError, r"identifier.*filter.frequency = 90.0 rad/s"),
         ({}, WiringError, "no whole number of steps"),
+        # damping of -10 1/s grows as exp(10 t): the angle leaves the identifier's range, 1e4 rad, within 2 s
+        (
+            {"plant.pitch.damping": -10.0, "plant.pitch.stiffness": -100.0}, MasterError,
+            r"identifier.setReal at t = [0-9.]+ s answered discard: .*pitch = ",
+        ),
     ],
-)
-def test_a_bad_parameter_or_duration_is_refused_by_name(fmus, order, error, message):
+)  # fmt: skip
+def test_a_bad_parameter_or_duration_and_a_unit_that_fails_are_named(ran, order, error, message):
     with pytest.raises(error, match=message):
-        run_apart("open_loop", 1.0 if order else 1.003, H, order, files_of("open_loop", fmus))
-
-
-def test_a_unit_that_fails_in_a_step_is_named_with_call_and_time(fmus):
-    files = files_of("open_loop", fmus)
-    # damping of -10 1/s grows as exp(10 t): the angle leaves the identifier's range, 1e4 rad, within 2 s
-    order = {"plant.pitch.damping": -10.0, "plant.pitch.stiffness": -100.0}
-    with pytest.raises(MasterError, match=r"identifier.setReal at t = [0-9.]+ s answered discard: .*pitch = "):
-        run_apart("open_loop", 20.0, H, order, files)
-
-
-def test_an_fmu_of_no_unit_is_refused(fmus):
+        ran("open_loop", 5.0 if order else 1.003, H, order)
     with pytest.raises(WiringError, match="an FMU is given for 'pilot'"):
-        run_apart("plant_beside_log", 1.0, H, {}, {"pilot": fmus["Exciter"]})
+        run_apart("plant_beside_log", 1.0, H, {}, {"pilot": "Exciter.fmu"})
 
 
 @pytest.mark.parametrize("name", ["ü%# [1]", "a%20b"])
@@ -173,16 +175,38 @@ def test_units_run_below_any_folder_but_one_whose_name_they_misread(tmp_path, mo
         run_apart("open_loop", 0.1, H)
 
 
-def test_files_of_the_working_folder_are_not_taken_for_modules(fmus, tmp_path, monkeypatch):
+def test_files_of_the_working_folder_are_not_taken_for_modules(ran, tmp_path, monkeypatch):
     for name in ("attrs", "fields", "fmpy", "pickle", "random"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('a file of the user was imported')")
     monkeypatch.chdir(tmp_path)
-    assert run_apart("open_loop", 0.1, H, {}, files_of("open_loop", fmus)).values.shape[0] > 1
+    assert ran("open_loop", 0.1).values.shape[0] > 1
 
 
-def test_the_progress_bar_goes_to_the_error_stream_and_reaches_its_end(fmus, capfd):
-    files = files_of("open_loop", fmus)
-    run_apart("open_loop", 1.0, H, {}, files, progress=True)
-    out, err = capfd.readouterr()
-    assert out == ""
-    assert "100%" in err
+STEPS, CHANGE = 4100, 15.0
+
+
+def test_the_units_give_corrections_and_events_of_the_pure_follower_and_the_plant_predicts_the_sample_to_come(tmp_path):
+    rows = changing(45.0, TABLE_2._replace(k_z=1.2 * TABLE_2.k_z), CHANGE, seed=4)
+    table = np.array(rows)
+    path = write_log(Log("rig", 1.0 / H, table[:, :2], table[:, 2:]), tmp_path / "log.csv")
+    names = ("v_front", "v_rear", "pitch", "elevation", "travel")
+    first = {f"plant.initial.{name}": value for name, value in zip(names, rows[0], strict=True)}
+    result = run("follow", STEPS * H, H, {"player.log.path": str(path), **first})
+    plan = FollowPlan(FollowSettings())
+    state, states, events = start_correcting(plan, Sample(*rows[0])), [], []
+    for row in rows[1 : STEPS - 1]:
+        state, said = correct(state, Sample(*row), plan)
+        states.append(state)
+        events.extend(said)
+    # the units show one step later what the follower knows after samples 1, 2, ...
+    for place, (name, _) in enumerate(CORRECTED):
+        wanted = [state.twin.values[place] - plan.alone.values[place] for state in states]
+        assert result.column(f"corrector.correction.{name}")[2:STEPS].tolist() == wanted
+    change = [change.name for change in plan.changes].index(events[-1].name) + 1
+    assert events[-1].what == "adopted"
+    for name, value in (("count", len(events)), ("change", change), ("value", events[-1].value)):
+        assert result.column(f"corrector.event.{name}")[STEPS - 1] == value
+    # after the adoption the plant's error is that of the encoders: counts of 1.5e-3 rad, shaken by a quarter
+    late = slice(STEPS - 600, STEPS - 1)
+    error = result.column("plant.elevation")[late] - table[late, 3]
+    assert np.sqrt(np.mean(error**2)) < 1e-3

@@ -1,4 +1,7 @@
-"""The native plant for Model Exchange: an importer's solver finds the motion of the co-simulation, and its slopes."""
+"""Native units by the commands, many runs of them; Model Exchange: an importer's solver finds motion and slopes."""
+
+import json
+import zipfile
 
 import fmpy
 import numpy as np
@@ -6,13 +9,17 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
-from fmu_src import BuildError, build
-from heli_plant.parameters import from_names
+from fmu_src import CLOSED_LOOP, OPEN_LOOP, MasterError
+from fmu_src.master import run_apart
+from heli_identifier.online import Estimate
+from heli_identifier.results.parameters import ParameterSet, plant_values
+from heli_plant.parameters import BY_FIELD, TABLE_2, from_names
 from heli_plant.plant import STATES, measured, rates_of_change
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
+from tests.commands import heli
 from tests.hosts.unit_host import opened
-from tests.units import host
+from tests.units import host, needs_a_compiler
 
 OUTPUTS = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate")
 VOLTAGES = (1.9, 1.6)
@@ -82,7 +89,7 @@ def slopes_of(model, unknowns, known):
 
 
 def test_derivatives_and_their_slopes_have_the_bits_of_python(unit):
-    """Slopes are those of dual numbers, which test_dual.py holds to differences."""
+    """Slopes are those of dual numbers, which test_compiled.py holds to differences."""
     from heli_plant.dual import seeded, slopes, with_duals
 
     model = modelled(unit, {**BASE, **EFFECTS})
@@ -102,14 +109,11 @@ def test_derivatives_and_their_slopes_have_the_bits_of_python(unit):
         slopes_of(model, rates, "pitch.damping")
 
 
-@pytest.mark.parametrize("parameters", [{"effects.input_delay.rotors": 0.03}, {"encoder.enabled": True}])
-def test_what_is_no_differential_equation_is_refused_when_the_initialisation_ends(unit, parameters):
-    with pytest.raises(FMICallException):
-        modelled(unit, parameters)
-
-
-def test_parameters_are_fixed_once_the_initialisation_has_ended(unit):
+def test_what_is_no_differential_equation_is_refused_and_parameters_are_fixed_once_it_is_initialised(unit):
     """The solver's states belong to one differential equation; only voltages and mass move while it integrates."""
+    for parameters in ({"effects.input_delay.rotors": 0.03}, {"encoder.enabled": True}):
+        with pytest.raises(FMICallException):
+            modelled(unit, parameters)
     model = modelled(unit, BASE)
     before = model.get("pitch.damping", "der(state.pitch_rate)")
     with pytest.raises(FMICallException):
@@ -148,6 +152,97 @@ answer([refused, before == model.get("effects.input_delay.rotors", "pitch")])
     assert host(script, twins["HelicopterPlant", 2, "X"]) == [True, True]
 
 
-def test_a_sampled_unit_has_no_model_exchange(tmp_path):
-    with pytest.raises(BuildError, match="PidController has no model exchange.*HelicopterPlant has"):
-        build("PidController", tmp_path, model_exchange=True, native=True)
+RECORD = ["plant.pitch", "plant.elevation"]
+
+
+@pytest.fixture(scope="module")
+def files(twins):
+    return {name: str(twins[kind]) for name, kind in OPEN_LOOP.units}
+
+
+def many(files, variations, **more):
+    return run_apart(OPEN_LOOP, DURATION, 0.01, {}, files, variations=variations, record=RECORD, **more)
+
+
+def test_units_in_python_and_native_ones_give_the_same_bits_and_the_same_refusal(twins, fmus):
+    """They are stepped by two loops, one in Python and one in machine code."""
+    found, said = [], []
+    for units in (fmus, twins):
+        files = {name: str(units[kind]) for name, kind in CLOSED_LOOP.units}
+        found.append(run_apart(CLOSED_LOOP, DURATION, 0.01, {"plant.encoder.enabled": True}, files))
+        with pytest.raises(MasterError) as caught:
+            run_apart(CLOSED_LOOP, 4.0, 2.0, {"plant.solver.step": 1e-5}, files)
+        said.append(str(caught.value))
+    assert found[0].names == found[1].names
+    assert np.array_equal(found[0].values, found[1].values)
+    assert said[0] == said[1] and said[0].startswith("plant.doStep at t = 0 s answered discard: ")
+
+
+def test_every_run_begins_at_the_start_and_has_the_bits_of_a_run_alone(files):
+    """With two equal variations both ends of the band are that run: nothing is left of the runs before."""
+    variation = {"plant.pitch.gain": 0.25, "plant.effects.dry_friction.pitch": 0.02}
+    result = many(files, [variation, variation])
+    for values, given in ((result.values, {}), (result.bands.low, variation), (result.bands.high, variation)):
+        alone = run_apart(OPEN_LOOP, DURATION, 0.01, given, files, record=RECORD)
+        assert alone.names == result.names
+        assert np.array_equal(values, alone.values)
+
+
+def test_the_bands_lie_where_95_of_100_runs_do(files):
+    """At one instant 5 of 100 runs lie outside; the ends are quantiles between neighbours, so at most one more does."""
+    gains = np.linspace(0.2, 0.3, 100)
+    result = many(files, [{"plant.pitch.gain": gain} for gain in gains])
+    column = result.names.index("plant.pitch")
+    last = [
+        run_apart(OPEN_LOOP, DURATION, 0.01, {"plant.pitch.gain": gain}, files, record=RECORD).values[-1, column]
+        for gain in (gains[1], gains[5], gains[94], gains[98])
+    ]
+    low, high = result.bands.low[-1, column], result.bands.high[-1, column]
+    assert [low <= value <= high for value in last] == [False, True, True, False]
+
+
+def test_a_run_that_a_unit_refuses_is_counted_with_its_reason_and_units_in_python_are_refused(files, fmus):
+    bands = many(files, [{"plant.pitch.gain": 0.25}, {"plant.pitch.gain": 1e9}]).bands
+    assert bands.runs == 1 and len(bands.refused) == 1
+    assert "pitch.gain = 1000000000.0" in bands.refused[0]
+    with pytest.raises(MasterError, match="every one of 1 varied runs was refused; the first: plant"):
+        many(files, [{"plant.pitch.gain": 1e9}])
+    with pytest.raises(MasterError, match="many runs need native units; plant is none"):
+        many({**files, "plant": str(fmus["HelicopterPlant"])}, [{}])
+
+
+@pytest.mark.slow
+def test_the_command_repeats_with_its_seed_and_draws_figure_and_table(tmp_path, files):
+    known = {field: getattr(TABLE_2, field) for field in ("a_wx", "k_x", "a_th")}
+    estimates = {field: Estimate(value, 0.05 * abs(value), BY_FIELD[field].unit) for field, value in known.items()}
+    file = ParameterSet("HelicopterPlant", plant_values(TABLE_2, estimates)).write(tmp_path / "parameters.json")
+    given = [f"--fmu={name}={path}" for name, path in files.items()]
+    words = ("simulate", "open_loop", "--native", "--runs", 20, "--duration", 2, "--parameters", file, "--json", *given)
+    figure, table = tmp_path / "runs.svg", tmp_path / "runs.csv"
+    first = heli(*words, "--plot", figure, "--output", table)
+    assert first.exit_code == 0, first.output
+    answer = json.loads(first.stdout)
+    assert (answer["runs"], answer["refused"]) == (20, 0)
+    pitch = next(row for row in answer["outputs"] if row["name"] == "plant.pitch")
+    assert pitch["last_low"] < pitch["last_high"]
+    assert json.loads(heli(*words).stdout) == answer
+    assert json.loads(heli(*words, "--seed", 1).stdout) != answer
+    assert "95 % of the runs" in figure.read_text()
+    header = table.read_text().splitlines()[0]
+    assert "plant.pitch low [rad]" in header and "plant.pitch high [rad]" in header
+    assert "3 parameters are drawn" in first.stderr and "independently by their standard errors" in first.stderr
+
+
+def test_build_and_ssp_write_native_units_of_either_version(tmp_path):
+    needs_a_compiler()
+    for fmi, folder in (("2", "linux64"), ("3", "x86_64-linux")):
+        words = ("build", "PidController", "--native", "--fmi", fmi, "--output", tmp_path, "--set", "trim=-1.25")
+        assert heli(*words).exit_code == 0
+        with zipfile.ZipFile(tmp_path / "PidController.fmu") as archive:
+            assert f"binaries/{folder}/PidController.so" in archive.namelist()
+            assert "-1.25" in archive.read("sources/variables.c").decode()
+    assert heli("ssp", "open_loop", "--native", "--output", tmp_path / "open.ssp").exit_code == 0
+    with zipfile.ZipFile(tmp_path / "open.ssp") as archive:
+        (tmp_path / "plant.fmu").write_bytes(archive.read("resources/plant.fmu"))
+    with zipfile.ZipFile(tmp_path / "plant.fmu") as unit:
+        assert "sources/model.c" in unit.namelist()

@@ -1,22 +1,28 @@
-"""Native units in hosts without Python: a C program, with sanitizers, at every optimisation, and under Wine."""
+"""Native units: what the translator knows has CPython's bits; in hosts without Python, under sanitizers, Wine, qemu."""
 
+import ctypes
+import math
 import os
+import pickle
 import shutil
 import subprocess
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
-from math import sin
+from math import atan2, ceil, copysign, floor, hypot, sin, sqrt
 from pathlib import Path
+from random import Random
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import pytest
 
 from fmu_src import build
-from fmu_src.native import NATIVE_UNITS
+from fmu_src.native import NATIVE_UNITS, Untranslatable
 from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, compiler
+from fmu_src.native.translator.program import Translation
 from tests.hosts.unit_host import Unit
-from tests.units import HOSTS, compiled, described, needs_a_compiler
+from tests.units import HOSTS, compiled, described, library, needs_a_compiler
 
 HOST = HOSTS / "native_host.c"
 STEPS = 1000
@@ -64,15 +70,6 @@ def host(tmp_path_factory):
     return compiled(system_gcc(), [HOST], target, "-O1", "-Wall", "-Wextra", "-Werror")
 
 
-@pytest.mark.parametrize("unit", NATIVE_UNITS)
-def test_a_c_host_runs_a_native_unit_without_python(opened, host, log, unit):
-    library = opened[unit] / f"binaries/linux64/{unit}.so"
-    shown = run([str(host)], library, opened[unit], log)
-    assert len(shown) > 0
-    needed = subprocess.run(["ldd", str(library)], capture_output=True, text=True, check=False).stdout
-    assert "python" not in needed
-
-
 SMALL = ("PidController", "LogPlayer")  # they compile quickly; one only calculates, one reads a file
 SANITIZED = "-fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all -g -O1"
 
@@ -85,8 +82,10 @@ def test_every_optimisation_has_the_same_bits_and_sanitizers_find_nothing(opened
     flags = [*level.split(), "-Wall", "-Wextra", "-Wpedantic", "-Wno-unused-parameter", "-Werror"]
     own = compiled(system_gcc(), sources_of(opened[unit]), tmp_path / f"{unit}.so", *flags, "-shared", "-fPIC")
     program = compiled(system_gcc(), [HOST], tmp_path / "host", *level.split()) if level is SANITIZED else host
-    expected = run([str(host)], opened[unit] / f"binaries/linux64/{unit}.so", opened[unit], log)
-    assert run([str(program)], own, opened[unit], log, ASAN_OPTIONS="detect_leaks=1") == expected
+    delivered = opened[unit] / f"binaries/linux64/{unit}.so"
+    expected = run([str(host)], delivered, opened[unit], log)
+    assert run([str(program)], own, opened[unit], log, ASAN_OPTIONS="detect_leaks=1") == expected != []
+    assert "python" not in subprocess.run(["ldd", delivered], capture_output=True, text=True, check=False).stdout
 
 
 def test_the_binary_for_arm_gives_the_bits_of_that_for_x86(host, log, tmp_path):
@@ -152,3 +151,139 @@ def test_instances_in_threads_show_what_they_show_alone(twins):
     with ThreadPoolExecutor(6) as pool:
         assert list(pool.map(shown, range(6))) == alone
     assert len({tuple(map(tuple, rows)) for rows in alone}) == 6
+
+
+FEW = [0.0, -0.0, 0.1, -0.1, 0.5, 1.0, -1.0, 1.5, 2.5, -2.5, 3.7, -3.7, 1e-300, 1e300, math.inf, -math.inf]
+EIGHTHS = [k / 8.0 for k in range(-80, 81)]
+WHOLE = range(-20, 21)
+class Pair(NamedTuple):
+    """Two numbers."""
+
+    a: float
+    b: float
+
+
+def remainder(x: float, y: float) -> float:
+    return x % y
+
+
+def whole(i: int, j: int) -> int:
+    return (i // j) * 1000 + i % j
+
+
+def extremes(x: float, y: float) -> float:
+    return max(x, y) + 2.0 * min(x, y, 0.5)
+
+
+def rounded(x: float) -> float:
+    return float(round(x)) + floor(x) * 0.25 + ceil(x) * 0.5
+
+
+def ordered_sums(x: float, y: float) -> float:
+    return x - y + x * y / (1.0 + x) - (x - (y - x)) + -x * y
+
+
+def decided(x: float, y: float) -> float:
+    p = Pair(x, y)
+    a, b = p
+    a, b = b, a
+    q = p._replace(a=a + b)
+    chained = (1 if 0.0 < x <= y < 2.0 else 0) + (10 if x in (0.5, 1.5) else 0)
+    side = x if x > y and not (x == 0.5 or y == 0.5) else -y
+    return atan2(q.a, q.b) + sqrt(abs(a)) * copysign(1.0, b) + chained + side
+
+
+NUMBERS = [remainder, extremes, ordered_sums, decided]
+FUNCTIONS = [*NUMBERS, whole, rounded]
+KINDS = {float: ctypes.c_double, int: ctypes.c_int64}
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    translation = Translation()
+    units = {f: translation.entry(f) for f in FUNCTIONS}
+    made = library(tmp_path_factory.mktemp("c"), translation)
+
+    def call(function, *arguments):
+        c, kinds = getattr(made, units[function].name), function.__annotations__
+        c.argtypes, c.restype = [KINDS[kinds[name]] for name in units[function].parameters], KINDS[kinds["return"]]
+        return c(*arguments)
+
+    return call
+
+
+def same(a, b):
+    return (a == b and math.copysign(1.0, a) == math.copysign(1.0, b)) or (math.isnan(a) and math.isnan(b))
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f.__name__)
+def test_a_function_in_c_has_the_bits_of_python(built, function):
+    """Of numbers, at the edges that no flight reaches; lists and loops are those of the units, step by step."""
+    draw = Random(1)
+    if function in NUMBERS:
+        cases = [(x, y) for x in FEW for y in FEW] + [(draw.uniform(-9, 9), draw.uniform(-9, 9)) for _ in range(2000)]
+    else:
+        cases = [(i, j) for i in WHOLE for j in (-7, -3, -1, 1, 2, 5)] if function is whole else [(x,) for x in EIGHTHS]
+    tried = 0
+    for arguments in cases:
+        try:
+            expected = function(*arguments)
+        except (ZeroDivisionError, ValueError, OverflowError):
+            continue  # Python raises where C has infinities; the units check their states
+        tried += 1
+        assert same(built(function, *arguments), expected), arguments
+    assert tried > 0.8 * len(cases)
+
+
+def uses_hypot(x: float) -> float:
+    return hypot(x, 1.0)
+
+
+def uses_sum(x: float) -> float:
+    return sum([x, x])
+
+
+def uses_power(x: float) -> float:
+    return x**2.5
+
+
+def reads_behind_a_loop(x: float) -> float:
+    for i in range(floor(x)):
+        x += i
+    return i
+
+
+def changes_a_tuple(x: float) -> float:
+    p = Pair(x, x)
+    p.a = 1.0
+    return p.a
+
+
+def decides_at_run_time(x: float) -> float:
+    return [1.0, 2.0][floor(x) : floor(x) + 1][0] if f"{x}" else 0.0
+
+
+def has_no_annotation(x):
+    return x
+
+
+@pytest.mark.parametrize(
+    "function, reason",
+    [
+        (uses_hypot, "differs from that of C libraries in the last bit"),
+        (uses_sum, "rounds differently from Python 3.12 on"),
+        (uses_power, "write a product"),
+        (reads_behind_a_loop, "name 'i' is not defined"),
+        (decides_at_run_time, "a text that is made at run time"),
+        (changes_a_tuple, "NamedTuples have _replace"),
+        (has_no_annotation, "needs an annotation"),
+    ],
+)
+def test_what_it_does_not_know_is_refused_with_file_line_and_reason(function, reason):
+    with pytest.raises(Untranslatable) as refused:
+        Translation().entry(function)
+    problem = pickle.loads(pickle.dumps(refused.value))  # as it comes from the process that builds units
+    first = function.__code__.co_firstlineno
+    assert reason in problem.reason
+    assert problem.file.endswith("test_native_hosts.py") and first <= problem.line <= first + 4
+    assert str(problem) == f"{problem.file}, line {problem.line}: {problem.reason}"

@@ -225,9 +225,6 @@ answer([shown[0] == shown[1], last, resource.getrusage(resource.RUSAGE_SELF).ru_
     assert more < 20_000, f"{more} kB"
 
 
-# The archive
-
-
 @pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_fmpy_finds_no_problem_and_all_variables_are_those_of_the_pythonfmu_unit(fmus, twins, unit):
     assert validate_fmu(str(twins[unit])) == validate_fmu(str(twins[unit, 3])) == []
@@ -264,10 +261,12 @@ def test_sources_and_their_description_are_always_there(tmp_path, twins):
         assert "binaries/x86_64-linux/PidController.so" in archive.namelist()
 
 
-def test_every_unit_has_a_native_twin_but_those_that_run_in_python_only(tmp_path):
+def test_every_unit_has_a_native_twin_but_those_that_run_in_python_only_and_none_but_the_plant_an_exchange(tmp_path):
     assert [unit for unit in UNITS if unit in NATIVE_UNITS] == list(NATIVE_UNITS)
     with pytest.raises(BuildError, match="Corrector runs in Python only"):
         build("Corrector", tmp_path, native=True)
+    with pytest.raises(BuildError, match="PidController has no model exchange.*HelicopterPlant has"):
+        build("PidController", tmp_path, model_exchange=True, native=True)
 
 
 def test_without_a_compiler_the_unit_holds_its_sources_and_the_user_is_told_what_to_install(tmp_path, monkeypatch):

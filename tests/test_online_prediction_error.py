@@ -1,5 +1,6 @@
-"""Recursive prediction errors: right in closed loop, where least squares is not, and as certain as they say."""
+"""Recursive prediction errors: right in closed loop and as certain as they say; the method that `identify` takes."""
 
+import json
 from dataclasses import replace
 from functools import cache
 from math import isfinite, log
@@ -8,25 +9,21 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from heli_identifier.online import (
-    ADAPTATION,
-    CLOSED,
-    PREDICTION_ERROR,
-    IdentifierSettings,
-    ModelParameters,
-    determined,
-    gain_matrix,
-    noise_of,
-    prepare,
-    start,
-    step,
-)  # fmt: skip
+import heli_identifier as hi
+from benchmarks.rigs import windy_logs
+from heli_identifier import online
+from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, IdentifierSettings, gain_matrix
 from heli_identifier.online.adaptation import initial_axis, kept_early
 from heli_identifier.online.prediction_error import first_predictor, predict_axis
 from heli_identifier.online.state_filter import discretise
 from heli_identifier.online.whitening import bandwidth_slope, first_noise, remember, settled_memory, whiten, whitening
+from heli_identifier.records import Log, write_log
+from heli_identifier.tools.history import identify_log, joint
+from heli_identifier.tools.identification import choose
 from heli_plant.parameters import TABLE_2
-from tests.simulated import H, closed_loop, identified, multisines, record
+from tests.blind.windy import windy_rig
+from tests.commands import heli
+from tests.simulated import H, closed_loop, drive, identified, multisines, noisy, record
 
 FILTER = discretise(1.0, 0.7, H, 0.08)
 USUAL = whitening(log(7.0), log(0.8), FILTER, H)
@@ -34,7 +31,8 @@ USUAL = whitening(log(7.0), log(0.8), FILTER, H)
 
 def run(log_, method, **settings):
     """Return state and output of the identifier after a log, standard errors evaluated near its end."""
-    return identified(log_.voltages, log_.angles, IdentifierSettings(method=method, report_interval=0.5, **settings))
+    asked = online.IdentifierSettings(method=method, report_interval=0.5, **settings)
+    return identified(log_.voltages, log_.angles, asked)
 
 
 @cache
@@ -80,15 +78,15 @@ def test_the_slopes_are_the_derivatives_of_the_innovations():
 
 def test_without_information_the_estimate_returns_to_its_prior():
     """At rest, without noise. The return takes prior / change, 160 s and 49 s; 500 s leave exp(-3) of .25."""
-    initial = ModelParameters(a_wy=0.1, k_y=0.2)
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.02, initial=initial))
+    initial = online.ModelParameters(a_wy=0.1, k_y=0.2)
+    plan = online.prepare(online.IdentifierSettings(method=online.PREDICTION_ERROR, forgetting=0.02, initial=initial))
     own = plan.axes[2]
     axis, p = initial_axis(own, plan), first_predictor((0.0, 0.0, 0.0), own, plan)
     moved = axis._replace(omega=(0.3, 0.1, log(9.0), log(0.5)))
     for count in range(50_000):
         moved, p = predict_axis(moved, p, (0.0, 0.0, 0.0), count, (), own, plan)
-    gain = np.array(gain_matrix(moved.factor, 4))
-    assert noise_of(moved) == pytest.approx(noise_of(axis), rel=0.02)
+    gain = np.array(online.gain_matrix(moved.factor, 4))
+    assert online.noise_of(moved) == pytest.approx(online.noise_of(axis), rel=0.02)
     assert moved.omega[:2] == pytest.approx((0.1, 0.2), abs=1e-3)
     assert np.sqrt(np.diag(gain)) == pytest.approx(np.sqrt(own.prior), rel=0.05)
 
@@ -98,14 +96,14 @@ def test_in_closed_loop_prediction_errors_hold_where_the_adaptation_is_wrong_and
     """Of 5 flights and 6 parameters; with 26 or more of 30 a binomial of .95 has p = .997."""
     covered, right, wrong = [], [], []
     for seed in range(5):
-        found = flown(seed, PREDICTION_ERROR)[1]
+        found = flown(seed, online.PREDICTION_ERROR)[1]
         for name in ("a_th", "k_x", "a_e", "k_z", "a_wy", "k_y"):
             error = abs(getattr(found.parameters, name) - getattr(TABLE_2, name))
             covered.append(error < 1.96 * getattr(found.standard_errors, name))
         right.append(abs(found.parameters.k_z / TABLE_2.k_z - 1.0))
-        assert determined(found.parameters.k_z, found.standard_errors.k_z, "")
+        assert online.determined(found.parameters.k_z, found.standard_errors.k_z, "")
         if seed < 2:
-            wrong.append(abs(flown(seed, ADAPTATION)[1].parameters.k_z / TABLE_2.k_z - 1.0))
+            wrong.append(abs(flown(seed, online.ADAPTATION)[1].parameters.k_z / TABLE_2.k_z - 1.0))
     assert sum(covered) >= 26
     assert max(right) < min(wrong)
 
@@ -113,15 +111,15 @@ def test_in_closed_loop_prediction_errors_hold_where_the_adaptation_is_wrong_and
 def test_the_loop_is_seen_to_be_closed_by_both_methods_and_open_where_it_is():
     voltages, angles, _ = record(30.0, multisines(1, 30.0))
     excited = replace(closed_loop(TABLE_2, 0.1, 0), voltages=voltages, angles=angles)
-    for method in (ADAPTATION, PREDICTION_ERROR):
-        assert max(map(abs, flown(0, method)[1].feedback)) > CLOSED
-        assert max(map(abs, run(excited, method)[1].feedback)) < CLOSED
+    for method in (online.ADAPTATION, online.PREDICTION_ERROR):
+        assert max(map(abs, flown(0, method)[1].feedback)) > online.CLOSED
+        assert max(map(abs, run(excited, method)[1].feedback)) < online.CLOSED
 
 
 def test_a_wrong_lag_is_found_and_no_longer_turns_up_as_negative_damping():
     log_ = closed_loop(TABLE_2._replace(T_m=0.12), 40.0, 7)
-    _, assumed = run(log_, PREDICTION_ERROR, lag_known=True)
-    _, found = run(log_, PREDICTION_ERROR)
+    _, assumed = run(log_, online.PREDICTION_ERROR, lag_known=True)
+    _, found = run(log_, online.PREDICTION_ERROR)
     assert found.lag.value == pytest.approx(0.12, abs=3.0 * found.lag.standard_error)
     assert abs(found.parameters.a_wx - TABLE_2.a_wx) < abs(assumed.parameters.a_wx - TABLE_2.a_wx)
     assert assumed.lag.standard_error == 0.0
@@ -132,14 +130,14 @@ def test_a_log_at_500_hz_is_taken_every_10_ms_with_the_mean_of_its_voltages():
     fast = rng.uniform(0.0, 2.0, (1500, 2))
     fast[:5] = 1.0  # so that both begin at the same voltage
     angles = np.repeat(0.2 * rng.standard_normal((300, 3)).cumsum(axis=0) * 0.05, 5, axis=0)
-    plan_fast = prepare(IdentifierSettings(method=PREDICTION_ERROR, sample_time=0.002))
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR))
+    plan_fast = online.prepare(online.IdentifierSettings(method=online.PREDICTION_ERROR, sample_time=0.002))
+    plan = online.prepare(online.IdentifierSettings(method=online.PREDICTION_ERROR))
     means = fast.reshape(300, 5, 2).mean(axis=1)
-    state_fast, state = start(plan_fast, (*fast[0], *angles[0])), start(plan, (*means[0], *angles[0]))
+    state_fast, state = online.start(plan_fast, (*fast[0], *angles[0])), online.start(plan, (*means[0], *angles[0]))
     for k in range(1, 1496):
-        state_fast, output_fast = step(state_fast, (*fast[k], *angles[k]), plan_fast)
+        state_fast, output_fast = online.step(state_fast, (*fast[k], *angles[k]), plan_fast)
         if k % 5 == 0:
-            state, output = step(state, (*means[k // 5], *angles[k]), plan)
+            state, output = online.step(state, (*means[k // 5], *angles[k]), plan)
     # The same sums in another order.
     assert output_fast.parameters == pytest.approx(output.parameters, rel=1e-6, abs=1e-9)
 
@@ -147,38 +145,127 @@ def test_a_log_at_500_hz_is_taken_every_10_ms_with_the_mean_of_its_voltages():
 def test_a_forgotten_gain_is_no_divisor():
     """An hour at rest with a memory of ten seconds: exp(-360) of the gain, whose square no floating-point number holds.
     """
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.1))
-    state = start(plan, (0.5, 0.5, -0.1, 0.1, 0.0))
+    plan = online.prepare(online.IdentifierSettings(method=online.PREDICTION_ERROR, forgetting=0.1))
+    state = online.start(plan, (0.5, 0.5, -0.1, 0.1, 0.0))
     pitch, *others = state.axes
     omega = (*(1e-170 for _ in pitch.estimate.omega[:-2]), *pitch.estimate.omega[-2:])
     forgotten = pitch._replace(estimate=pitch.estimate._replace(omega=omega))
     state = state._replace(axes=(forgotten, *others))
     for _ in range(2 * plan.report_samples):
-        state, _ = step(state, (0.5, 0.5, -0.1, 0.1, 0.0), plan)
+        state, _ = online.step(state, (0.5, 0.5, -0.1, 0.1, 0.0), plan)
     assert all(isfinite(value) for value in state.axes[0].estimate.omega)
 
 
-def test_what_is_determined_follows_from_value_and_error():
-    assert determined(1.0, 0.051, "1/s")
-    assert not determined(1.0, 0.052, "1/s")
-    assert determined(0.0, 0.02, "rad")  # a rest angle of zero, known to two degrees
-
-
-@pytest.mark.parametrize("seconds", [20.0, 71.0, 73.0, 200.0])
-def test_what_is_kept_of_a_sample_is_the_product_of_what_each_part_of_the_time_since_keeps(seconds):
-    count = round(seconds / H)
-    parts = [kept_early(last, 100, H) for last in range(99, count, 100)]
-    # a part that begins after 72 s counts as 1; it would forget less than 2e-5
-    assert kept_early(count - 1, count, H) == pytest.approx(np.prod(parts), rel=1e-4)
-
-
-def test_a_longer_flight_is_not_known_worse():
+def test_what_is_kept_of_a_sample_is_the_product_of_what_its_parts_keep_and_a_longer_flight_is_not_known_worse():
+    for count in (2000, 7100, 7300, 20_000):
+        parts = [kept_early(last, 100, H) for last in range(99, count, 100)]
+        # a part that begins after 72 s counts as 1; it would forget less than 2e-5
+        assert kept_early(count - 1, count, H) == pytest.approx(np.prod(parts), rel=1e-4)
     log_ = closed_loop(TABLE_2, 98.0, 2)
     errors = [
         np.array(identified(log_.voltages[:end], log_.angles[:end], settings)[1].standard_errors)
-        for settings in [IdentifierSettings(method=PREDICTION_ERROR, report_interval=0.5)]
+        for settings in [online.IdentifierSettings(method=online.PREDICTION_ERROR, report_interval=0.5)]
         for end in (round(seconds / H) for seconds in (68.0, 78.0, 98.0))
     ]
     # early samples are forgotten until 72 s; a standard error from 16 to 32 blocks is itself known to a fifth
     assert (errors[1] < 2.0 * errors[0]).all()
     assert (errors[2] < 2.0 * errors[0]).all()
+
+
+@pytest.fixture(scope="module")
+def two_flights():
+    """Two flights under a controller."""
+    return hi.identify([closed_loop(TABLE_2, 25.0, seed, f"flight {seed}") for seed in (1, 2)])
+
+
+def test_logs_flown_by_a_controller_are_identified_by_prediction_errors_and_within_their_intervals(two_flights):
+    found = two_flights
+    assert found.choice.method == PREDICTION_ERROR
+    assert "a controller flew the rig" in found.remarks[0]
+    assert "T_m" in found.estimates
+    for name in ("k_z", "a_e", "k_x", "T_m"):
+        estimate = found.estimates[name]
+        # 3.5 standard errors: four estimates exceed it once in 500 runs.
+        assert abs(estimate.value - getattr(TABLE_2, name)) < 3.5 * estimate.standard_error
+    hidden = [name for name, estimate in found.estimates.items() if not estimate.is_determined]
+    assert hidden and all(name in found.remarks[1] for name in hidden)  # what is not determined is named
+
+
+def test_logs_together_are_the_product_of_their_likelihoods_and_one_prior(two_flights):
+    """Of the travel, whose encoder's zero enters nothing; the noise model is one for all logs as well."""
+    (first, second), own = two_flights.histories, two_flights.histories[0].plan.axes[2]
+    n = len(own.first)
+    (omega, gamma), (omega_2, gamma_2) = (
+        (np.array(one.omega), np.array(gain_matrix(one.factor, n)))
+        for one in (history.state.axes[2].estimate for history in (first, second))
+    )
+    # What the second log alone says: its posterior without the prior, as a measurement for a Kalman update.
+    prior = np.diag(own.prior)
+    R = np.linalg.inv(np.linalg.inv(gamma_2) - np.linalg.inv(prior))
+    y = R @ (np.linalg.solve(gamma_2, omega_2) - np.linalg.solve(prior, own.first))
+    together = omega + gamma @ np.linalg.solve(gamma + R, y - omega)
+    assert two_flights.estimates["k_y"].value == pytest.approx(together[1], rel=1e-6)
+    assert two_flights.together.noise[2] == pytest.approx(np.exp(together[2:]), rel=1e-6)
+
+
+def test_logs_of_different_rates_together_do_not_depend_on_their_order():
+    """Every second sample of a flight, with the mean of the voltages that were held, is a flight at half the rate."""
+    fast, whole = (closed_loop(TABLE_2, 12.0, seed, f"flight {seed}") for seed in (1, 2))
+    voltages = whole.voltages[: 2 * (whole.samples // 2)].reshape(-1, 2, 2).mean(axis=1)
+    slow = Log("slow", 0.5 / whole.step, voltages, whole.angles[::2][: len(voltages)])
+    histories = [
+        identify_log(log, IdentifierSettings(sample_time=log.step, method=PREDICTION_ERROR)) for log in (fast, slow)
+    ]
+    one, other = joint(histories), joint(histories[::-1])
+    for name, estimate in one.estimates.items():
+        # sums of two in either order
+        assert other.estimates[name].value == pytest.approx(estimate.value, rel=1e-9)
+        assert other.estimates[name].standard_error == pytest.approx(estimate.standard_error, rel=1e-6)
+
+
+def test_logs_in_open_loop_are_identified_by_the_papers_adaptation_and_a_lag_that_was_given_is_said(two_flights):
+    found = hi.identify(noisy(TABLE_2, drive(30.0), 1))
+    assert found.choice.method == ADAPTATION
+    assert "no controller flew the rig" in found.remarks[0]
+    assert "T_m" not in found.estimates
+    assert "the motors' lag was taken for 0.08 s" in " ".join(found.remarks)
+    assert "lag was taken" not in " ".join(two_flights.remarks)  # estimated along
+    found = hi.identify(closed_loop(TABLE_2, 25.0, 1), method=ADAPTATION)
+    assert "wrong there by more than its intervals say" in found.warnings[0]
+
+
+def test_one_closed_loop_among_open_ones_is_found_a_method_taken_and_what_is_determined_follows_from_its_error():
+    assert choose([(0.3, -0.2, 1.0), (5.1, 4.0, 0.1), (-1.0, 0.4, 0.2)]).closed_loop
+    assert not choose([(0.3, -0.2, 1.0), (2.9, 0.0, 0.1), (-1.0, 0.4, 0.2)]).closed_loop
+    assert choose([(2.5, 0.0, 0.0)] * 4).closed_loop  # together 5
+    assert choose([(5.0, 5.0, 0.0)], ADAPTATION).method == ADAPTATION
+    assert online.determined(1.0, 0.051, "1/s")
+    assert not online.determined(1.0, 0.052, "1/s")
+    assert online.determined(0.0, 0.02, "rad")  # a rest angle of zero, known to two degrees
+
+
+GAINS = ("k_x", "k_z", "k_y")
+
+
+def test_look_says_who_flew_accuses_a_bare_rig_of_nothing_and_finds_its_gains_in_swirling_air(tmp_path):
+    """Within three half-widths and a quarter of the truth: a likelihood with one colour of air errs by a third."""
+    rig = windy_rig(11, "swirl", effects="bare")
+    looked = hi.look(logs := windy_logs(rig, "a"))
+    references = looked.identification.references
+    assert references.closed_loop and {"pitch", "elevation"} <= set(references.names)
+    assert [name for name, _, _, established in looked.effects if established] == []
+    slopes = rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in logs]))))
+    for name in GAINS:
+        estimate = looked.gains[name].estimate
+        error = abs(estimate.value - slopes[name])
+        assert error < min(3.0 * 1.96 * estimate.standard_error, 0.25 * abs(slopes[name]))
+    flown, moved, gains = looked.lines
+    assert flown.startswith("A controller flew; moved from outside: ")
+    assert all(axis in moved for axis in ("pitch", "elevation", "travel"))
+    assert all(name in gains for name in GAINS)  # each is either determined or named as missing
+    paths = [write_log(log, tmp_path / f"{log.name}.csv") for log in logs[:2]]
+    done = heli("look", *paths, "--json")
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["closed_loop"] and set(found["gains"]) == set(GAINS)
+    assert found["movement_counts"]["pitch"] > 10.0

@@ -2,7 +2,6 @@
 
 import re
 import runpy
-import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -11,6 +10,8 @@ import grimp
 import pytest
 from importlinter.cli import lint_imports
 
+from tests.commands import python
+
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("fmu_src", "heli_plant", "heli_identifier")
 
@@ -18,6 +19,9 @@ PACKAGES = ("fmu_src", "heli_plant", "heli_identifier")
 def test_imports_keep_their_direction(monkeypatch):
     monkeypatch.chdir(ROOT)
     assert lint_imports(no_cache=True) == 0
+    # identification takes the form of the physics and never true values
+    sources = (ROOT / "heli_identifier").rglob("*.py")
+    assert [path.name for path in sources if "TABLE_2" in path.read_text(encoding="utf-8")] == []
 
 
 def test_what_an_fmu_runs_needs_the_standard_library_alone():
@@ -29,24 +33,20 @@ def test_what_an_fmu_runs_needs_the_standard_library_alone():
     assert {name for name in reached if name.partition(".")[0] not in allowed} == set()
 
 
-def test_identification_takes_the_form_of_the_physics_and_never_true_values():
-    sources = (ROOT / "heli_identifier").rglob("*.py")
-    assert [path.name for path in sources if "TABLE_2" in path.read_text(encoding="utf-8")] == []
-
-
 @pytest.mark.parametrize(
     "module, without",
     [
         ("heli_identifier", ("numpy", "numba", "scipy", "pandas", "fmpy", "msgspec", "typer", "rich")),
         ("heli_identifier.cli.app", ("numpy", "numba", "scipy", "pandas", "matplotlib", "fmpy", "rich.table")),
         ("heli_identifier.tracing.diagnose", ("pandas", "matplotlib", "control")),
+        # the plant's modules serve inside an FMU, whose host may have neither numba nor numpy
+        *((f"heli_plant.{name}", ("numba", "numpy")) for name in ("plant", "control", "communication", "parameters")),
         ("fmu_src.master", ("fmpy", "numba", "scipy")),
     ],
 )
 def test_what_takes_long_to_import_is_imported_by_those_who_need_it(module, without):
     program = f"import sys, {module}; print([name for name in {without!r} if name in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert done.stdout.strip() == "[]"
+    assert python(program, cwd=ROOT).stdout.strip() == "[]"
 
 
 LOCKED = (ROOT / "requirements" / "demo.txt").read_text(encoding="utf-8")

@@ -1,23 +1,29 @@
-"""The configuration of a rig: what it says, what it refuses, and the template that explains it."""
+"""The configuration of a rig: what it says and refuses, its template; what `heli init LOG` finds by names and physics.
+"""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
+import numpy as np
 import pytest
+from scipy.io import savemat
+from scipy.signal import lfilter
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier import records
+from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.records import (
     ControllerConfiguration,
     Geometry,
     LogFormat,
     RigConfiguration,
-    common_configuration,
     demo_files,
+    guess,
     read_configuration,
     read_log,
-    write_template,
+    suspicions,
 )
 from heli_identifier.records.heli_toml import examples
 from heli_identifier.records.units import ANGLES, NAMED
+from tests.commands import heli
 
 
 @pytest.fixture
@@ -25,17 +31,17 @@ def configured(tmp_path):
     def read(text):
         path = tmp_path / "heli.toml"
         path.write_text(text, encoding="utf-8")
-        return read_configuration(path)
+        return records.read_configuration(path)
 
     return read
 
 
 def test_the_template_holds_the_defaults_shows_every_key_and_all_of_them_can_be_switched_on(tmp_path):
-    template = write_template(tmp_path / "heli.toml")
-    assert read_configuration(template) == RigConfiguration()
+    template = records.write_template(tmp_path / "heli.toml")
+    assert records.read_configuration(template) == RigConfiguration()
     lines = template.read_text(encoding="utf-8").splitlines()
     template.write_text("\n".join(line.removeprefix("# ") if " = " in line else line for line in lines), "utf-8")
-    rig = read_configuration(template)
+    rig = records.read_configuration(template)
     assert (rig.rest_pitch, rig.format.start) == (-0.14, 6.0)
     content, elsewhere = examples(), {"voltage_limit", "encoder_counts"}
     kinds = {"rig": RigConfiguration, "log": LogFormat, "controller": ControllerConfiguration, "geometry": Geometry}
@@ -47,12 +53,7 @@ def test_the_template_holds_the_defaults_shows_every_key_and_all_of_them_can_be_
     assert content["log"]["references"].keys() == content["rig"]["encoder_counts"].keys() == {*ANGLES}
 
 
-def test_a_format_made_in_python_is_held_to_the_same_names():
-    with pytest.raises(ConfigurationError, match="log.references.yaw is no axis"):
-        LogFormat(references={"yaw": "psi"})
-
-
-def test_keys_arrive_where_they_belong(configured):
+def test_keys_arrive_where_they_belong_and_a_format_made_in_python_is_held_to_the_same_names(configured):
     rig = configured(
         """
         [rig]
@@ -66,6 +67,8 @@ def test_keys_arrive_where_they_belong(configured):
     )
     form = LogFormat(units={"pitch": "deg"}, end=60.5, encoder_counts=(2000, 4096, 16384), voltage_limit=6.0)
     assert rig == RigConfiguration(motor_time_constant=0.12, format=form)
+    with pytest.raises(ConfigurationError, match="log.references.yaw is no axis"):
+        LogFormat(references={"yaw": "psi"})
 
 
 @pytest.mark.parametrize(
@@ -91,6 +94,123 @@ def test_a_wrong_configuration_gets_one_sentence_that_names_file_key_and_way_out
 
 def test_what_is_given_of_the_rig_is_the_configuration_that_all_logs_were_read_with():
     rig = RigConfiguration(motor_time_constant=0.12, format=LogFormat(encoder_counts=(2000, 2000, 2000)))
-    (path, second, *_), _ = demo_files("rig-a")
-    own, too, other = read_log(path, rig), read_log(second, rig), read_log(second)
-    assert [common_configuration(logs) for logs in ((own, too), (own, other), (other, own), ())] == [rig, *[None] * 3]
+    (path, second, *_), _ = records.demo_files("rig-a")
+    own, too, other = records.read_log(path, rig), records.read_log(second, rig), records.read_log(second)
+    cases = ((own, too), (own, other), (other, own), ())
+    assert [records.common_configuration(logs) for logs in cases] == [rig, *[None] * 3]
+
+
+TRUE = read_log(demo_files("rig-b")[0][0], end=45.0)
+RNG = np.random.default_rng(7)
+
+
+def quantised(angle, counts):
+    step = 2.0 * np.pi / counts
+    return step * np.round(angle / step)
+
+
+def rate(angle):
+    """A rate as Simulink's filtered derivative gives it: s/(s/20 + 1), held at the samples."""
+    h, away = TRUE.step, angle - angle[0]
+    return 20.0 * (away - lfilter([0.0, 20.0 * h], [1.0, 20.0 * h - 1.0], away))
+
+
+def angles(scale=1.0):
+    pitch, elevation, travel = TRUE.angles.T
+    measured = quantised(travel, 8192), quantised(pitch, 4096), quantised(elevation, 4096)
+    return [scale * column for angle in measured for column in (angle, rate(angle))]
+
+
+FRONT, REAR = TRUE.voltages.T
+REFERENCES = [np.repeat(RNG.uniform(-0.3, 0.3, 9), 1000)[: TRUE.samples] for _ in range(2)]
+"""Steps that a controller was asked to follow, which nothing of this log did."""
+SUM, DIFFERENCE = FRONT + REAR, FRONT - REAR
+BOTH, COMBINED = {"v_front": 8, "v_rear": 9}, {"v_difference": 8, "v_sum": 9}
+LAYOUTS = {
+    "thirteen rows in radians, with references, sum, difference and both voltages": (
+        [*angles(), *REFERENCES, DIFFERENCE, SUM, FRONT, REAR], {"v_front": 12, "v_rear": 13}, "rad", {}, False,
+    ),
+    "nine rows in degrees, with difference and sum": (
+        [*angles(np.degrees(1.0)), DIFFERENCE, SUM], COMBINED, "deg", {}, False,
+    ),
+    "nine rows, the difference the other way round": (
+        [*angles(), -DIFFERENCE, SUM], COMBINED, "rad", {"v_difference": -1}, False,
+    ),
+    "the rear rotor before the front one": ([*angles(), REAR, FRONT], BOTH, "rad", {}, True),
+    "pitch and elevation that count the other way": (
+        [*angles()[:2], *(-column for column in angles()[2:]), FRONT, REAR], BOTH, "rad",
+        {"elevation": -1, "pitch": -1}, False,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", LAYOUTS)
+def test_the_rows_of_an_unnamed_matrix_are_found_by_what_they_do_to_each_other(tmp_path, case):
+    rows, of_voltages, unit, signs, swapped = LAYOUTS[case]
+    savemat(tmp_path / "log.mat", {"ans": np.vstack([TRUE.time, *rows])})
+    found = guess(tmp_path / "log.mat")
+    places = {"time": 1, "travel": 2, "pitch": 4, "elevation": 6} | of_voltages
+    assert found.format.columns == {signal: f"ans({row},:)" for signal, row in places.items()}
+    assert {found.format.units[angle] for angle in ("pitch", "elevation", "travel")} == {unit}
+    assert (found.format.signs, found.format.swap_rotors) == (signs, swapped)
+    (doubt,) = found.doubts
+    assert "mirror image" in doubt
+    log = read_log(tmp_path / "log.mat", found.format)
+    assert np.allclose(log.voltages, TRUE.voltages, atol=1e-12)
+    # An encoder of 4096 counts is off by half a count at most.
+    assert np.abs(log.angles - TRUE.angles).max() <= np.pi / 4096 + 1e-9
+    assert suspicions(log) == ()
+
+
+def test_a_file_without_headers_is_looked_into_and_one_of_few_columns_refused(tmp_path):
+    rows = [TRUE.time, *angles(), FRONT, REAR]
+    np.savetxt(tmp_path / "log.csv", np.transpose(rows), delimiter=",", fmt="%.9g")
+    assert guess(tmp_path / "log.csv").format.columns == {
+        "time": "column 1", "travel": "column 2", "pitch": "column 4", "elevation": "column 6",
+        "v_front": "column 8", "v_rear": "column 9",
+    }  # fmt: skip
+    np.savetxt(tmp_path / "log.csv", np.transpose((TRUE.time, FRONT, REAR)), delimiter=",", header="a,b,c", comments="")
+    with pytest.raises(LogError, match="2 columns of numbers .* two voltages and three angles of a rig are not found"):
+        guess(tmp_path / "log.csv")
+
+
+def test_the_configuration_that_init_writes_reads_the_log_and_gives_every_reason(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows, *_ = LAYOUTS["pitch and elevation that count the other way"]
+    savemat("log.mat", {"ans": np.vstack([TRUE.time, *rows])})
+    said = heli("init", "log.mat")
+    assert said.exit_code == 0, said.output
+    text = (tmp_path / "heli.toml").read_text()
+    assert 'pitch = "ans(4,:)"' in text
+    assert "a larger front voltage lowers it in the file" in text
+    assert suspicions(read_log("log.mat", read_configuration("heli.toml"))) == ()
+    again = heli("init", "log.mat")
+    assert (again.exit_code, "exists already" in again.output) == (2, True)
+
+
+V, A = TRUE.voltages, TRUE.angles
+WRONG = {
+    "rotors exchanged": (V[:, ::-1], A, "the pitch falls where v_front exceeds v_rear"),
+    "pitch mirrored": (V, A * [-1.0, 1.0, 1.0], "the pitch falls where v_front exceeds v_rear"),
+    "elevation mirrored": (V, A * [1.0, -1.0, 1.0], "the elevation falls where the voltages rise"),
+    "angles taken for voltages": (0.5 * A[:, 1:], A, "neither the pitch nor the elevation is seen to follow"),
+}
+
+
+def test_wrong_columns_and_signs_are_noticed_on_reading():
+    assert suspicions(TRUE) == ()
+    for voltages, angles, said in WRONG.values():
+        (found,) = suspicions(replace(TRUE, voltages=voltages, angles=angles))
+        assert said in found
+
+
+def test_what_was_asked_of_an_axis_is_found_by_its_name(tmp_path):
+    asked = np.where(np.arange(TRUE.samples) // 500 % 2, 5.0, 0.0)
+    values = np.column_stack((*TRUE.columns.values(), asked, np.radians(asked), asked))
+    path, names = tmp_path / "asked.csv", ",".join(TRUE.columns)
+    np.savetxt(path, values, delimiter=",", header=f"{names},elev_ref [deg],pitch setpoint,a", comments="")
+    found = guess(path)
+    assert found.format.references == {"pitch": "pitch setpoint", "elevation": "elev_ref [deg]"}
+    read = read_log(path, found.format).references
+    # a column without a unit has that of its axis
+    np.testing.assert_allclose(read["elevation"], read["pitch"], atol=1e-9)

@@ -127,13 +127,12 @@ def test_an_invalid_sample_of_an_mdf_file_is_no_number(tmp_path):
         (FIELDS | {"pitch_rad": np.full(2001, 1j)}, "row 1, column 'pitch_rad': the cell holds"),
     ],
 )
-def test_a_matlab_file_that_holds_no_log_says_why(tmp_path, variables, words):
+def test_a_matlab_file_that_holds_no_log_says_why_and_what_is_no_signal_may_have_another_length(
+    tmp_path, variables, words
+):
     savemat(tmp_path / "log.mat", variables)
     with pytest.raises(LogError, match=words):
         read_log(tmp_path / "log.mat")
-
-
-def test_a_matlab_vector_that_is_no_signal_may_have_another_length(tmp_path):
     savemat(tmp_path / "log.mat", {**FIELDS, "gains": np.arange(4.0), "counter": np.arange(2001), "name": "a run"})
     assert same(read_log(tmp_path / "log.mat"))
 

@@ -10,18 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heli_identifier.online import Estimate
+from heli_identifier.results import words
 from heli_identifier.results.report import ranked_experiments, report_page
 from heli_identifier.results.svg import Axes, figure, thinned, ticks
 from heli_identifier.results.tables import effect_table, error_table, gain_table
-from heli_identifier.results.words import (
-    held_out_sentence,
-    law_text,
-    power_text,
-    significant,
-    unit_text,
-    verdict_line,
-    with_interval,
-)
 from heli_identifier.tracing import AxisError, Determination, ErrorFigure, LogFault
 from tests.diagnosis_example import adequate, example, made_log
 
@@ -80,12 +72,26 @@ def test_the_first_screen_answers_what_a_laboratory_asks(text):
     assert "little" not in text and "rad/s^2" not in text and "+-" not in text
 
 
-def test_an_effect_that_the_plant_does_not_have_is_left_out_with_its_reason():
+def test_what_is_not_in_the_plant_faults_of_logs_a_second_log_and_a_noise_floor_that_is_none_are_shown_as_such(text):
     whole = example()
     alone = replace(whole, effects=tuple(replace(own, in_plant=False) for own in whole.effects), possible=())
     page = report_page(alone, "rig")
     assert "Nothing was added to the model." in page and "not in the plant" in page
-    assert "The model lacks" not in verdict_line(alone)
+    assert "The model lacks" not in words.verdict_line(alone)
+    # faults of the logs and remarks stand before the details
+    late = LogFault("late", "pitch", "A late column", advice="Fix it.")
+    notes = ("A late column. Fix it.", *example().notes)
+    page = report_page(replace(example(), faults=(late,), notes=notes), "rig")
+    assert page.count("A late column") == 1
+    assert page.index("A late column. Fix it") < page.index("voltages reach 5.10 V") < page.index("<h2>Details</h2>")
+    # each held-out log has its residuals, and the first one the overlay
+    count = '<svg class="figure"'
+    two = report_page(example([made_log(name="one"), made_log(seed=2, name="two")]), "rig")
+    assert two.count(count) == text.count(count) + 6
+    nothing = ErrorFigure(0.0, 0.0, 0.0)
+    pitch = replace(whole.axes["pitch"], noise_floor=AxisError(nothing, nothing, nothing, nothing))
+    page = report_page(replace(whole, axes={**whole.axes, "pitch": pitch}), "rig")
+    assert 'data-label="noise floor">0 ' not in page and "A dash: it is unstable" in page
 
 
 def test_the_first_experiment_is_the_one_that_settles_most():
@@ -98,45 +104,19 @@ def test_the_first_experiment_is_the_one_that_settles_most():
     assert "These logs leave no question open" in report_page(settled, "rig")
 
 
-def test_faults_of_the_logs_and_remarks_stand_before_the_details():
-    late = LogFault("late", "pitch", "A late column", advice="Fix it.")
-    notes = ("A late column. Fix it.", *example().notes)
-    page = report_page(replace(example(), faults=(late,), notes=notes), "rig")
-    assert page.count("A late column") == 1
-    assert page.index("A late column. Fix it") < page.index("voltages reach 5.10 V") < page.index("<h2>Details</h2>")
-
-
-def test_each_held_out_log_has_its_residuals_and_the_first_one_the_overlay(text):
-    count = '<svg class="figure"'
-    two = report_page(example([made_log(name="one"), made_log(seed=2, name="two")]), "rig")
-    assert two.count(count) == text.count(count) + 6
-
-
-def test_a_noise_floor_that_could_not_be_computed_is_a_dash():
-    whole = example()
-    nothing = ErrorFigure(0.0, 0.0, 0.0)
-    pitch = replace(whole.axes["pitch"], noise_floor=AxisError(nothing, nothing, nothing, nothing))
-    page = report_page(replace(whole, axes={**whole.axes, "pitch": pitch}), "rig")
-    assert 'data-label="noise floor">0 ' not in page and "A dash: it is unstable" in page
-
-
-def test_the_terminal_names_the_effect_its_size_and_what_could_stand_in_for_it():
+def test_tables_name_the_effect_its_size_what_could_stand_in_for_it_the_leading_error_and_what_gains_rest_on():
     rows = {row[0]: row[1:] for row in effect_table(example()).rows}
     assert rows["Dry friction on the pitch"][:2] == ("shown", "0.0250 ± 0.0012 rad/s²")
     assert rows["Arm bending on the elevation"][-1] == "ground effect on the elevation"
     assert rows["A periodic torque on the elevation at 0.700 Hz"][-2] == "no"
     assert rows["Motor lag of the rotors"][0] == "possible"
     assert effect_table(adequate()).rows == []
-    assert "2 of" in verdict_line(adequate())
-
-
-def test_under_a_controller_the_errors_that_its_voltages_answer_do_not_lead():
+    assert "2 of" in words.verdict_line(adequate())
+    # under a controller the errors that its voltages answer do not lead
     flown = replace(example(), closed_loop=True)
     assert error_table(flown).rows[0][1] == ".1 s ahead"
-    assert "decide nothing here" in held_out_sentence(flown) and "error .2 s ahead" in report_page(flown, "rig")
-
-
-def test_a_gain_that_references_contradict_or_that_was_given_is_said_to_be():
+    assert "decide nothing here" in words.held_out_sentence(flown) and "error .2 s ahead" in report_page(flown, "rig")
+    # a gain that references contradict or that was given is said to be
     whole = example()
     against = replace(whole.parameters["k_x"], contradicted=True, determination=Determination.NOT_DETERMINED)
     rows = gain_table(replace(whole, parameters={**whole.parameters, "k_x": against})).rows
@@ -171,9 +151,9 @@ def test_a_figure_keeps_peaks_takes_its_colours_from_the_page_and_survives_a_run
 
 
 def test_numbers_units_and_laws_are_written_as_people_write_them():
-    assert with_interval(Estimate(0.02512, 2.6e-4, "rad/s^2")) == "0.02512 ± 0.00051 rad/s²"
-    assert with_interval(Estimate(1.5, None, "1")) == "1.50"
-    assert (significant(-0.00123456), significant(float("nan")), significant(0.0)) == ("−0.00123", "–", "0")
-    assert (unit_text("rad/s^2"), unit_text("1"), unit_text("s^-1")) == ("rad/s²", "", "s⁻¹")
-    assert power_text(1e-3) == "10⁻³"
-    assert law_text("-c theta^2 - abs(eps)") == "−c θ² − |ε|"
+    assert words.with_interval(Estimate(0.02512, 2.6e-4, "rad/s^2")) == "0.02512 ± 0.00051 rad/s²"
+    assert words.with_interval(Estimate(1.5, None, "1")) == "1.50"
+    assert [words.significant(x) for x in (-0.00123456, float("nan"), 0.0)] == ["−0.00123", "–", "0"]
+    assert (words.unit_text("rad/s^2"), words.unit_text("1"), words.unit_text("s^-1")) == ("rad/s²", "", "s⁻¹")
+    assert words.power_text(1e-3) == "10⁻³"
+    assert words.law_text("-c theta^2 - abs(eps)") == "−c θ² − |ε|"

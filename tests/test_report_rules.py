@@ -1,5 +1,6 @@
-"""No sentence of a result contradicts its own figures: rules that hold heading, cards and words to diagnosis.json."""
+"""diagnosis.json keeps its contract and is strict JSON; no sentence of a result contradicts its figures."""
 
+import json
 import os
 import re
 from dataclasses import fields, replace
@@ -10,14 +11,18 @@ import numpy as np
 import pytest
 
 import heli_identifier as hi
+from docs.hooks.schema import reference_rows
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.online import Estimate
 from heli_identifier.records import DEMO_RIGS, Log
-from heli_identifier.results import read_document
+from heli_identifier.results import corrected_parameters, document_text, plain, read_document, read_parameters
 from heli_identifier.results.report import ranked_experiments, report_page
 from heli_identifier.results.words import effect_name, leading, remarks, verdict_line
 from heli_identifier.tracing import DiagnosisFile, ErrorFigure, RigVerdict, Use, Verdict
+from heli_plant.tabulated_torque import KNOTS
 from tests.blind.generator import make_rig
 from tests.blind.windy import windy_rig
-from tests.diagnosis_example import example, made_log
+from tests.diagnosis_example import AFTER, adequate, example, made_log
 
 EXAMPLE = example([made_log(5.0)])
 
@@ -162,3 +167,61 @@ def test_no_sentence_of_a_measured_rig_contradicts_its_document():
 def test_no_sentence_of_a_diagnosed_rig_contradicts_its_document(rig):
     training, held_out = hi.demo_logs(rig)
     check_rules(hi.diagnose(training, held_out=held_out))
+
+
+def test_an_effect_has_coefficient_error_unit_and_shape_and_a_number_that_is_not_finite_is_null():
+    friction, bending, line, curve = json.loads(document_text(example().to_dict()))["effects"]
+    assert (friction["name"], friction["axis"], friction["verdict"]) == ("dry_friction", "pitch", "shown")
+    assert friction["coefficient"] == {"value": 0.025, "standard_error": 0.0006, "unit": "rad/s^2"}
+    assert bending["alternatives"] == [["ground_effect", "elevation"]]
+    assert bending["shape"]["parameters"]["frequency"]["value"] == 3.1
+    assert (line["coefficient"], line["in_plant"], line["shape"]["kind"]) == (None, False, "periodic")
+    assert (curve["in_plant"], curve["shape"]["kind"], len(curve["shape"]["curve"][0])) == (True, "curve", 2)
+    # json would write Infinity, which no other parser takes
+    assert plain({"a": float("inf"), "b": [float("nan"), 1.0]}) == {"a": None, "b": [None, 1.0]}
+    entries = example().to_dict()["catalogue"]
+    blind = next(entry for entry in entries if entry["name"] == "inertial_coupling")
+    assert blind["estimate"]["standard_error"] is None
+
+
+def test_parameters_read_back_are_the_corrected_plant_with_its_table_to_the_last_bit(tmp_path):
+    table = {f"table_torque_{k}_travel": 0.01 * k for k in range(1, KNOTS + 1)}
+    plant = AFTER._replace(table_variable_travel=3.0, table_spacing_travel=0.3, **table)
+    torque = Estimate(0.02, 0.001, "rad/s^2")
+    found = replace(example(), plant_after=plant, effects_after={"table_torque_2_travel": torque})
+    written = corrected_parameters(found)
+    read = read_parameters(written.write(tmp_path / "parameters.json"))
+    assert (read.values, read.expected) == (written.values, written.expected)
+    assert {name.split(".")[1] for name in read.values if name.startswith("table.")} == {"travel"}
+    assert read.values["table.travel.torque_2"] == torque
+    assert read.plant() == plant
+
+
+def test_the_limit_of_an_axis_is_a_multiple_of_the_larger_of_error_and_noise_floor():
+    parameters = corrected_parameters(example())
+    expected = parameters.expected["pitch"]
+    assert parameters.limits(1.5)["pitch"] == 1.5 * expected.prediction_1s_rad.value
+    quiet = replace(parameters, expected={**parameters.expected, "pitch": replace(expected, noise_floor_rad=1.0)})
+    assert quiet.limits(1.5)["pitch"] == 1.5
+    with pytest.raises(ConfigurationError, match="no expected error of pitch, elevation, travel"):
+        replace(parameters, expected={}).limits(1.3)
+
+
+@pytest.mark.parametrize("made", [example, adequate])
+def test_a_diagnosis_is_read_back_as_the_value_that_was_written_and_a_damaged_entry_is_named(made, tmp_path):
+    file, found, document = tmp_path / "diagnosis.json", made(), made().to_dict()
+    file.write_text(document_text(document), encoding="utf-8")
+    read = read_document(file, DiagnosisFile)
+    assert plain(read) == document
+    for name in ("effects_after", "parameters", "parameters_before", "axes", "data", "held_out", "possible"):
+        assert getattr(read, name) == getattr(found, name)
+    document["axes"]["pitch"]["after"]["prediction_1s"]["value"] = "small"
+    file.write_text(document_text(document), encoding="utf-8")
+    with pytest.raises(ConfigurationError, match="axes.pitch.after.prediction_1s.value = 'small': expected `float"):
+        read_document(file, DiagnosisFile)
+
+
+def test_every_key_of_a_document_is_on_the_reference_page():
+    keys = dict(reference_rows(DiagnosisFile))
+    assert set(example().to_dict()) <= set(keys)
+    assert "axes.<name>.after" in keys and "standard_error" in keys["effects[].coefficient"] and keys["effects[].score"]

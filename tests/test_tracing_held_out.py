@@ -10,13 +10,11 @@ from benchmarks.rigs import likelihood_of as nothing_fitted
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
+from heli_identifier.tracing import Determination, ParameterReport, Use, fit, helicopter
 from heli_identifier.tracing.findings import _rests_on
-from heli_identifier.tracing.fit import fit
 from heli_identifier.tracing.held_out import compare, hold_to, likelihood_of, rms_figures, use_of
-from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.prediction import HORIZONS, Model, Run, made_by_itself
 from heli_identifier.tracing.references import controllers_of
-from heli_identifier.tracing.result import Determination, ParameterReport, Use
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.settings import NOISE_CENTRE, NOISE_WIDTH, DiagnosisSettings
 from heli_plant.parameters import TABLE_2
@@ -147,15 +145,12 @@ def test_an_unstable_plant_in_closed_loop_has_a_floor_and_no_free_run(monkeypatc
     assert RIG.stable(TABLE_2._replace(cable_stiffness_travel=0.01)) == (True, True, True)
 
 
-def test_the_air_that_is_drawn_has_its_level_and_rate():
+def test_the_air_that_is_drawn_has_its_level_and_rate_and_the_interval_of_a_figure_covers():
     d = model().noise(SimpleNamespace(step=H, samples=60_000), 1)[0]
     lag = round(1.0 / RATE / H)
     # 10 min of a memory of .4 s: 750 independent values, a standard deviation known to 3 %
     np.testing.assert_allclose(d.std(0), LEVEL, rtol=0.1)
     np.testing.assert_allclose([np.corrcoef(x[:-lag], x[lag:])[0, 1] for x in d.T], np.exp(-1.0), atol=0.12)
-
-
-def test_the_interval_of_a_figure_covers():
     random, covered = np.random.default_rng(3), 0
     for _ in range(200):
         (figure,) = rms_figures([random.standard_normal((400, 1))], 0.25)
@@ -214,7 +209,7 @@ def test_a_gate_passes_what_keeps_its_limit_and_names_what_does_not(compared, fi
         hold_to(plant, {"pitch": 0.1}, [Log("short", 100.0, log.voltages[:250], log.angles[:250])])
 
 
-def test_use_follows_from_the_gain_and_from_predictions_without_a_model():
+def test_use_follows_from_the_gain_and_from_predictions_and_what_a_gain_rests_on_from_both_intervals():
     def used(determination, error):
         estimate = Estimate(1.0, 0.1, "rad/s^2/V")
         report = determination and ParameterReport(estimate, determination, 0.3, None, False, (0.1, 5.0), "it is wide")
@@ -223,6 +218,12 @@ def test_use_follows_from_the_gain_and_from_predictions_without_a_model():
     assert [used(own, 0.01) for own in (Determination.OUTSIDE, Determination.NOISE_MODEL, None)] == [Use.CONTROL] * 3
     assert used(Determination.NOT_DETERMINED, 0.01) is Use.PREDICTION
     assert used(Determination.OUTSIDE, 0.03) is Use.NOTHING
+    # both intervals hold what either allows: a gain whose wide interval meets that of references is not contradicted
+    gain, beside = Estimate(0.20, 0.14, "rad/s^2/V"), Estimate(-0.12, 0.10, "rad/s^2/V")
+    word, why, contradicted = _rests_on(gain, beside, 0.1, 0.07, True)
+    assert (word, contradicted) == (Determination.NOT_DETERMINED, False) and "0.20 ± 0.27" in why
+    assert _rests_on(gain, replace(beside, value=-0.5), 0.1, 0.07, True)[2]  # 0.70 apart, the intervals reach 0.47
+    assert _rests_on(replace(gain, standard_error=0.01), beside, 0.1, 0.07, True)[2]
 
 
 def test_plant_and_recovered_controller_fly_a_log_again(monkeypatch):
@@ -236,12 +237,3 @@ def test_plant_and_recovered_controller_fly_a_log_again(monkeypatch):
         _, own = Run.along(model(plant), record, np.zeros(3)).flown_again(3.0, laws)
         errors[name] = np.sqrt(np.mean(own**2, axis=(0, 1)))[:2]
     assert np.all(errors["true"] < 0.5 * errors["wrong"]), errors
-
-
-def test_references_contradict_no_gain_whose_wide_interval_meets_theirs():
-    """Both intervals hold what either allows: such a gain is not determined, and nothing contradicts it."""
-    gain, beside = Estimate(0.20, 0.14, "rad/s^2/V"), Estimate(-0.12, 0.10, "rad/s^2/V")
-    word, why, contradicted = _rests_on(gain, beside, 0.1, 0.07, True)
-    assert (word, contradicted) == (Determination.NOT_DETERMINED, False) and "0.20 ± 0.27" in why
-    assert _rests_on(gain, replace(beside, value=-0.5), 0.1, 0.07, True)[2]  # 0.70 apart, the intervals reach 0.47
-    assert _rests_on(replace(gain, standard_error=0.01), beside, 0.1, 0.07, True)[2]

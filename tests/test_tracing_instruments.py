@@ -1,14 +1,21 @@
-"""Instruments: unbiased under feedback in coloured air, intervals that cover, a judge that keeps its level."""
+"""Instruments: unbiased under feedback in coloured air, intervals that cover; references, logged or rebuilt."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from scipy.signal import lfilter
 from scipy.stats import binom
 
 from heli_identifier.errors import LogError
+from heli_identifier.records import Log
 from heli_identifier.tracing.instruments import Regression, Term, instruments
+from heli_identifier.tracing.references import controllers_of, feedback, find_references, refusal
+from tests.blind.coefficients import Coefficients
+from tests.blind.plant import Control, fly, room_torque
+from tests.blind.signals import multisines
 
 TRUTH = np.array([0.3, 1.0, 0.4])  # damping [1/s], stiffness [1/s2], gain [rad/s2/V]
 RATE, LOGS, SEEDS, SECONDS = 50.0, 4, 40, 40
@@ -109,7 +116,7 @@ def test_a_single_log_is_cut_into_halves_with_wider_intervals():
     assert np.median([axis.half_widths[2] for axis in one]) > np.median([e.axes[0].half_widths[2] for e in repeated()])
 
 
-def test_logs_of_several_rates_agree():
+def test_logs_of_several_rates_agree_and_one_below_25_hz_is_refused():
     """The same flights, two of them at twice the rate by interpolation: within a quarter of the interval."""
     y, v, r = (a[0] for a in flights())
     grids = [np.arange(0.0, y.shape[1], step) for step in (1.0, 1.0, 0.5, 0.5)]
@@ -122,6 +129,8 @@ def test_logs_of_several_rates_agree():
     found = instruments([axis], [own[:, :2] for own in rows], [own[:, 2:] for own in rows], rates).axes[0]
     one = repeated()[0].axes[0]
     assert np.all(np.abs(found.values - one.values) < 0.25 * one.half_widths)
+    with pytest.raises(LogError, match="20 Hz must be at least 25 Hz"):
+        instruments([], [np.zeros((100, 1))], [np.zeros((100, 1))], [20.0])
 
 
 def test_a_prior_narrows_what_nothing_moved_and_leaves_the_rest():
@@ -129,9 +138,7 @@ def test_a_prior_narrows_what_nothing_moved_and_leaves_the_rest():
     with_prior, without = estimate(3, terms=prior).axes[0], repeated()[3].axes[0]
     assert with_prior.half_widths[0] < 0.025
     assert np.all(with_prior.half_widths[1:] <= 1.05 * without.half_widths[1:])
-
-
-def test_known_accelerations_are_taken_off_and_samples_left_out_do_not_count():
+    # known accelerations are taken off, and samples that are left out do not count
     one, keep = repeated()[0].axes[0], np.ones((LOGS, SECONDS * round(RATE)), dtype=bool)
     shifted = estimate(0, known=[-0.25 * y for y in flights()[0][0]]).axes[0]
     assert shifted.values[1] == pytest.approx(one.values[1] - 0.25, abs=1e-3)
@@ -141,6 +148,73 @@ def test_known_accelerations_are_taken_off_and_samples_left_out_do_not_count():
     assert abs(found.values[2] - TRUTH[2]) < 1.5 * found.half_widths[2]
 
 
-def test_a_log_below_25_hz_is_refused_with_its_rate():
-    with pytest.raises(LogError, match="20 Hz must be at least 25 Hz"):
-        instruments([], [np.zeros((100, 1))], [np.zeros((100, 1))], [20.0])
+HZ = 100.0
+LAW = Control(k_pp=8.0, k_dp=5.0, mu_s0=2.5, k_pe=4.0, k_de=6.0, rate_bandwidth=12.0, integral_limit=1e9)
+
+
+def smoothed_steps(rng, samples, size):
+    """Steps every 3 to 6 s through a lag of rate 3.3 1/s."""
+    level = np.repeat(rng.normal(0.0, size, samples), rng.integers(300, 600, samples))[:samples]
+    kept = np.exp(-3.3 / HZ)
+    return lfilter([1.0 - kept], [1.0, -kept], level)
+
+
+def flight(seed, control=LAW):
+    """30 s of a blind rig in coloured air, flown by proportional, derivative and integral terms or in open loop."""
+    rng, n = np.random.default_rng(seed), 3000
+    asked = np.column_stack([smoothed_steps(rng, n, 0.1), smoothed_steps(rng, n, 0.1), np.zeros(n)])
+    air = room_torque(rng.standard_normal((10 * n + 1, 3)), 1.0, 0.4) * (0.12, 0.04, 0.01)
+    flown = fly(
+        multisines(n / HZ, rng), np.zeros(3), Coefficients(), air, np.zeros((n, 3)), references=asked, control=control
+    )
+    references = {"pitch": asked[:, 0], "elevation": asked[:, 1]}
+    return Log(f"log {seed}", HZ, flown[3], flown[0], references=references)
+
+
+def test_what_the_pilot_asked_for_is_accepted_in_nine_of_ten_logs_and_feedback_in_disguise_in_none():
+    """Few steps per log: by chance one in a hundred is refused (the scale is the largest of 99 shifts)."""
+    logs = [flight(seed) for seed in range(10)]
+    refused = [refusal(log.references["pitch"], log.angles, HZ) for log in logs]
+    assert refusal(np.full(len(logs[0].angles), 0.3), logs[0].angles, HZ) == "it never moves"
+    assert sum(reason is not None for reason in refused) <= 1
+    # voltages and rates are never still; state feedback that is held in steps is told by the outputs' past
+    for log in logs[:4]:
+        assert refusal(log.voltages[:, 0] - log.voltages[:, 1], log.angles, HZ)
+        assert refusal(np.gradient(log.angles[:, 0]), log.angles, HZ)
+        held = np.repeat((2.0 * log.angles[:, 0] + np.gradient(log.angles[:, 0], 1 / HZ))[::25], 25)
+        assert "feedback" in refusal(held, log.angles, HZ, steps=False)
+
+
+@pytest.mark.parametrize("integral", [0.0, 1.5])
+def test_references_are_rebuilt_because_a_controller_adds_no_noise(integral):
+    """The law is linear in what is logged, hence exact: its answer to 2 %, the reference to a correlation of .99."""
+    logs = [flight(seed, LAW._replace(k_ie=integral)) for seed in (1, 2)]
+    found = find_references(logs)  # those that are logged are taken before rebuilt ones
+    assert (found.origin, found.names) == ("logged", ("pitch", "elevation"))
+    found, controllers = find_references([replace(log, references={}) for log in logs]), controllers_of(logs)
+    assert found.closed_loop
+    assert found.origin == "rebuilt"
+    for log, signals, laws in zip(logs, found.signals, controllers, strict=True):
+        for i, (law, axis) in enumerate(zip(laws, ("pitch", "elevation"), strict=True)):
+            y, taken = log.angles[:, i], 1.0 - np.exp(-LAW.rate_bandwidth / HZ)
+            rate = lfilter([taken], [1.0, taken - 1.0], np.diff(y, prepend=y[0]) * HZ)
+            wanted = -(LAW.k_pp, LAW.k_pe)[i] * y - (LAW.k_dp, LAW.k_de)[i] * rate - integral * i * np.cumsum(y) / HZ
+            np.testing.assert_allclose(law.answer(log.angles, 1.0 / HZ), wanted, atol=0.02 * np.ptp(wanted))
+            rebuilt = signals[:, found.names.index(law.channel)]
+            assert np.corrcoef(rebuilt, log.references[axis])[0, 1] > 0.99
+
+
+def test_open_loop_is_told_from_closed_loop_and_its_voltages_are_the_references():
+    logs = [flight(seed, None) for seed in range(6)]
+    assert [feedback(log) for log in logs] == [False] * 6
+    assert all(feedback(flight(seed)) for seed in range(6))
+    found = find_references(logs[:2])
+    assert not found.closed_loop
+    assert found.origin == "voltages"
+    np.testing.assert_array_equal(found.signals[0][:, 0], logs[0].voltages[:, 0] - logs[0].voltages[:, 1])
+    # saturated voltages are refused with the share and the limit
+    log = flight(3)
+    found = find_references([replace(log, voltages=np.clip(log.voltages, -1.2, 1.2), references={})])
+    assert found.origin == "none"
+    assert found.signals[0].shape == (len(log.angles), 0)
+    assert any("at the limit of 1.20 V" in note for note in found.notes)

@@ -1,18 +1,20 @@
-"""The criterion: scales, sensitivities against runs of the filter, chunks, the fit's start and its bounds."""
+"""The criterion: scales, sensitivities, chunks, the fit's bounds; the air's torque and its filter beside scipy's."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import expm, solve_discrete_lyapunov
 from scipy.optimize import minimize_scalar
+from scipy.signal import lfilter
 
 from benchmarks.rigs import likelihood_of, log_of, windy_logs
 from heli_identifier.records import Log
-from heli_identifier.tracing import sensitivity as module
+from heli_identifier.tracing import helicopter, sensitivity
+from heli_identifier.tracing import noise as filters
 from heli_identifier.tracing.fit import Fit, around, bounded_step, covariance, fit, with_own_spread
-from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.rig import block_samples, record_of, records_of
-from heli_identifier.tracing.settings import HUBER, DiagnosisSettings
+from heli_identifier.tracing.settings import COLOURED, HUBER, DiagnosisSettings
 from tests.blind.generator import Case
 from tests.blind.windy import windy_rig
 
@@ -85,9 +87,9 @@ def test_torques_of_a_log_are_integrated_over(clean):
 def test_chunks_make_no_difference(clean, monkeypatch):
     fitted = clean[2]
     at = (fitted.point, fitted.coordinates, fitted.x, fitted.sigma, (fitted.e, fitted.motion))
-    whole = module.linearise(fitted.likelihood, *at)
-    monkeypatch.setattr(module, "CHUNK", 900)
-    pieces = module.linearise(fitted.likelihood, *at)
+    whole = sensitivity.linearise(fitted.likelihood, *at)
+    monkeypatch.setattr(sensitivity, "CHUNK", 900)
+    pieces = sensitivity.linearise(fitted.likelihood, *at)
     np.testing.assert_allclose(pieces.H, whole.H, rtol=1e-7, atol=1e-6 * np.abs(whole.H).max())
     np.testing.assert_allclose(pieces.g, whole.g, rtol=1e-6, atol=1e-6 * np.abs(whole.g).max())
 
@@ -103,6 +105,8 @@ def test_the_gradient_vanishes_where_the_fit_stops_at_the_gains_of_a_clean_rig(c
         error = fitted.slope(name) * np.sqrt(C[fitted.fields.index(name)][fitted.fields.index(name)])
         assert abs(fitted.estimate(name) - getattr(truth.base, name)) < 4.0 * error
         assert error < 0.03 * abs(fitted.estimate(name))
+    # offsets that all logs share are none: their spread is estimated near what is known beforehand, not at .1 rad/s^2
+    assert (with_own_spread(fitted).likelihood.widths[:3] < 0.02).all()
 
 
 def test_a_log_with_gains_of_its_own_hovers_as_the_quadratic_form_says(clean):
@@ -124,12 +128,6 @@ def test_a_log_with_gains_of_its_own_hovers_as_the_quadratic_form_says(clean):
     assert away.value - there.value == pytest.approx(away.quadratic.by_own, rel=0.05)
 
 
-def test_offsets_that_all_logs_share_are_no_offsets(clean):
-    """The logs of a clean rig have none: their spread is estimated near what is known beforehand, not at .1 rad/s^2."""
-    fitted = with_own_spread(clean[2])
-    assert (fitted.likelihood.widths[:3] < 0.02).all()
-
-
 def test_bounds_hold_and_the_rest_is_minimised():
     """A quadratic form of two coupled parameters with one at its bound: the other takes its conditional minimum."""
     H, g = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-4.0, 0.0])
@@ -137,7 +135,7 @@ def test_bounds_hold_and_the_rest_is_minimised():
     np.testing.assert_allclose(s, [1.0, -0.5])
 
 
-def test_a_resting_axis_counts_nowhere(clean):
+def test_a_resting_axis_counts_nowhere_nor_a_passage_that_is_left_out_until_the_filter_has_settled(clean):
     """An axis that moves by less than a count says nothing on torques; the others are not touched."""
     log = clean[0][0]
     angles = log.angles.copy()
@@ -147,25 +145,14 @@ def test_a_resting_axis_counts_nowhere(clean):
     weights = record_of(still, rig).weights
     assert weights[:, 1].sum() == 0.0 and weights[:, 0].mean() > 0.9
     assert records_of((still,), rig, {})[0].weights[:, 1].sum() == 0.0
-
-
-def test_an_arm_that_rests_in_flight_hovers(clean):
-    """Its gains are not determined, but the plant does not fall: at the median voltage thrust carries the weight."""
-    log = clean[0][0]
-    angles, voltages = log.angles.copy(), log.voltages + 3.0
-    angles[:, 1] = 0.2
-    likelihood = likelihood_of([Log("still", 100.0, voltages, angles)])
-    p = fit(likelihood, likelihood.rig.base).parameters
-    # a_e, which nothing tells either, is expected at 0
-    assert 2.0 * np.median(voltages) * p.k_z - p.a_1 == pytest.approx(0.0, abs=1e-6)
-
-
-def test_a_passage_that_is_left_out_counts_nowhere_until_the_filter_has_settled(clean):
-    log = clean[0][0]
-    rig = helicopter(DiagnosisSettings(), [log.angles], [log.voltages])
     record = record_of(log, rig, {log.name: [(10.0, 12.0)]})
     inside = (record.time >= 10.0) & (record.time <= 14.0)
     assert record.weights[inside].sum() == 0.0 and record.weights[~inside].any()
+    # an arm that rests in flight hovers: at the median voltage thrust carries the weight; a_e is expected at 0
+    voltages = log.voltages + 3.0
+    likelihood = likelihood_of([Log("still", 100.0, voltages, angles)])
+    p = fit(likelihood, likelihood.rig.base).parameters
+    assert 2.0 * np.median(voltages) * p.k_z - p.a_1 == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_fast_log_is_averaged_from_the_middle_of_a_block_to_the_next(clean):
@@ -217,3 +204,104 @@ def test_air_that_swirls_is_found_from_nothing():
     begun = likelihood.resting(likelihood.rig.assign(found.parameters, true), air)
     told = fit(likelihood, base, around(likelihood, base, begun, found.sigma))
     assert found.value < told.value + 1.0
+
+
+H = 0.01
+AXIS = (0.1, 0.6)
+"""Damping [1/s] and stiffness [1/s^2]."""
+
+
+def solved(rho: float, c: float, f: float, psi: float, k: float = 40.0) -> filters.AxisFilter:
+    """Filter of the axis in one air, with an encoder that turns slowly."""
+    return filters.axis_filters(np.array([[H, *AXIS, rho, c, f, psi, k]]))[0]
+
+
+def van_loan(rho: float, c: float, f: float, psi: float) -> tuple[np.ndarray, np.ndarray]:
+    """Step of (angle, rate, d, u) and covariance of its noise, by scipy's matrix exponential (Van Loan 1978)."""
+    w, R = np.sqrt(c * f), np.array([[np.cos(psi), np.sin(psi)], [-np.sin(psi), np.cos(psi)]])
+    D, W = np.zeros((4, 4)), np.zeros((4, 4))
+    D[:2, :3] = [[0.0, 1.0, 0.0], [-AXIS[1], -AXIS[0], 1.0]]
+    D[2:, 2:] = R @ np.array([[0.0, w], [-w, -f]]) @ R.T
+    W[2:, 2:] = R @ np.diag((0.0, 2.0 * f * rho**2)) @ R.T
+    both = expm(H * np.block([[-D, W], [np.zeros((4, 4)), D.T]]))
+    return both[4:, 4:].T, both[4:, 4:].T @ both[:4, 4:]
+
+
+@pytest.mark.parametrize("c, f, psi", [(2.5, 20.0, 0.3), (2.5, 300.0, 0.0), (6.0, 1.0, -1.2)])
+def test_the_torque_is_stationary_with_the_stated_variance_and_a_sample_the_integral_of_axis_and_torque(c, f, psi):
+    """P = F P F' + Q has the solution rho^2 I: the torque's standard deviation is what is called rho.
+
+    A step is that of continuous time: what the torque does within a sample is no noise of its own.
+    """
+    own = solved(80.0, c, f, psi)
+    A, F = own.A, own.F
+    Q = 80.0**2 * (np.eye(2) - F @ F.T)
+    np.testing.assert_allclose(solve_discrete_lyapunov(F, Q), 80.0**2 * np.eye(2), rtol=1e-6, atol=1e-6)
+    np.testing.assert_array_equal(A[2:4, 2:4], F)
+    np.testing.assert_allclose(A[:4, :4], van_loan(80.0, c, f, psi)[0], rtol=1e-9, atol=1e-12)
+
+
+def test_the_gain_minimises_the_stationary_error():
+    """The filter's own recursion, started elsewhere, ends at the same variance and gain."""
+    own = solved(80.0, 2.5, 20.0, 0.3)
+    A, stay = own.A, np.exp(-40.0 * H)
+    Q = np.diag((1e-10, 1e-9, 0.0, 0.0, COLOURED * (1.0 - stay**2)))
+    Q[:4, :4] += van_loan(80.0, 2.5, 20.0, 0.3)[1]
+    P, C, R = 100.0 * np.eye(5), np.array([1.0, 0.0, 0.0, 0.0, 1.0]), 1.0 - COLOURED
+    for _ in range(5000):
+        k = P @ C / (C @ P @ C + R)
+        P = A @ (P - np.outer(k, C @ P)) @ A.T + Q
+    assert C @ P @ C + R == pytest.approx(own.S, rel=1e-6)
+    np.testing.assert_allclose(P @ C / own.S, own.K, rtol=1e-5)
+
+
+def test_the_encoders_error_has_its_variance_and_colour():
+    """Mean square 1 and correlation COLOURED exp(-k h) from one sample to the next, to 4 standard errors."""
+    own, count = solved(80.0, 2.5, 200.0, 0.0), 200_000
+    n, stay = own.encoder_error(count, np.random.default_rng(6)), np.exp(-40.0 * H)
+    error = np.sqrt(2.0 / count * (1.0 + stay**2) / (1.0 - stay**2))
+    assert np.mean(n**2) == pytest.approx(1.0, abs=4.0 * error)
+    assert np.mean(n[1:] * n[:-1]) == pytest.approx(COLOURED * stay, abs=4.0 * error)
+
+
+def _linear_run(torque, noise, air):
+    """Innovations of the filter of one linear axis, made by its matrices; the axis itself obeys A's upper block."""
+    own = solved(*air)
+    K, A = own.K, own.A
+    x, angle, e = np.zeros(5), np.zeros(2), np.empty(len(torque))
+    for i in range(len(torque)):
+        e[i] = angle[0] + noise[i] - x[0] - x[4]
+        x = A @ (x + K * e[i])
+        angle = A[:2, :2] @ angle + np.array([0.5 * H * H, H]) * torque[i]
+    return e
+
+
+def test_another_filter_is_a_linear_filter_of_the_innovations():
+    """recoloured gives what the other filter would have given: exact on a linear axis."""
+    rng = np.random.default_rng(3)
+    torque, noise = rng.standard_normal(3000), 0.01 * rng.standard_normal(3000)
+    one, other = (80.0, 2.5, 200.0, 0.0, 300.0), (30.0, 5.0, 2.0, 0.8, 20.0)
+    first, second = _linear_run(torque, noise, one), _linear_run(torque, noise, other)
+    found = filters.recoloured(first, solved(*one), [solved(*other)])[0]
+    np.testing.assert_allclose(found, second, atol=1e-9 * np.abs(second).max())
+
+
+def test_slopes_of_the_colour_are_those_of_recoloured():
+    """Central differences over 2 d of what recoloured gives: their error is of the order d^2 = 1e-8."""
+    e, air, d = np.random.default_rng(4).standard_normal(1000), np.array((80.0, 2.5, 15.0, 0.4, 40.0)), 1e-4
+    own = solved(*air)
+    steps = tuple((solved(*(air * (1.0 + d * sign))), d * sign) for sign in (1.0, -1.0))
+    found = filters.slope_of_colour(own, steps).mean(1) @ filters.past(*filters.behind(own, e), slice(0, len(e)))
+    up, down = filters.recoloured(e, own, [other for other, _ in steps])
+    slope = (up - down) / (2.0 * d)
+    np.testing.assert_allclose(found, slope, atol=1e-6 * np.abs(slope).max())
+
+
+def test_a_further_acceleration_passes_the_error_dynamics():
+    """The innovations change by the transfer function, exactly on a linear axis; the plant lags a step behind."""
+    rng = np.random.default_rng(5)
+    torque, air = rng.standard_normal(2000), (80.0, 2.5, 20.0, 0.3)
+    still = np.zeros(2000)
+    # a further acceleration of the *plant in the filter* is minus one of the rig
+    change = lfilter(*filters.error_dynamics(solved(*air)), torque)
+    np.testing.assert_allclose(change, -_linear_run(torque, still, air), atol=1e-9 * np.abs(change).max())

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from typer.testing import CliRunner
+from tests.commands import HELI, heli
 
 ROOT = Path(__file__).resolve().parents[2]
 LONGEST = 900.0
@@ -59,13 +59,10 @@ def tried(fault: Fault, folder: Path) -> Answer:
 
 
 def _in_process(command: str, work: Path, temporary: Path) -> tuple[int, str]:
-    from heli_identifier.cli.app import app
-
-    _, *words = shlex.split(command)
     outer, tempfile.tempdir = tempfile.tempdir, str(temporary)
     try:
         with contextlib.chdir(work):
-            result = CliRunner().invoke(app, words)
+            result = heli(*shlex.split(command)[1:])
     finally:
         tempfile.tempdir = outer
     return result.exit_code, result.output
@@ -74,8 +71,7 @@ def _in_process(command: str, work: Path, temporary: Path) -> tuple[int, str]:
 def _by_bash(script: str, work: Path, temporary: Path) -> tuple[int, str]:
     heli = work.parent / "bin" / "heli"
     heli.parent.mkdir()
-    code = "from heli_command import main; main()"
-    heli.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c {shlex.quote(code)} "$@"\n')
+    heli.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c {shlex.quote(HELI)} "$@"\n')
     heli.chmod(0o755)
     path = f"{heli.parent}{os.pathsep}{os.environ['PATH']}"
     process = subprocess.Popen(

@@ -6,33 +6,44 @@ import os
 import numpy as np
 import pyarrow
 import pyarrow.parquet
+from scipy.io import savemat
 
 from tests.faults.case import Fault
-from tests.faults.material import (
-    ELEVATION,
-    FRONT,
-    HEADER,
-    HEADERS,
-    PITCH,
-    REAR,
-    ROWS,
-    TRAVEL,
-    as_struct,
-    changed,
-    columns,
-    configured,
-    good,
-    headed,
-    matlab,
-    nothing,
-    pipe,
-    text,
-    write,
-)
+from tests.faults.material import HEADER, ROWS, as_struct, columns, configured, good, nothing, pipe, write
 
 IDENTIFY = "heli identify log.csv -o out"
 DIAGNOSE = "heli diagnose log.csv -o out"
 RNG = np.random.default_rng(5)
+HEADERS = HEADER.split(",")
+TIME, FRONT, REAR, PITCH, ELEVATION, TRAVEL = range(6)
+
+
+def text(values, headers=HEADERS, separator=","):
+    """Give columns as the text of a log."""
+    rows = [separator.join(map(repr, row)) for row in np.transpose(values).tolist()]
+    return "\n".join([separator.join(headers), *rows, ""])
+
+
+def changed(change, headers=HEADERS):
+    """Give a function that writes a log with its columns changed in place."""
+
+    def make(folder):
+        values = columns()
+        change(values)
+        (folder / "log.csv").write_text(text(values, headers))
+
+    return make
+
+
+def headed(**names):
+    """Give a function that writes a log with other headers, by the old name."""
+    headers = [names.get(header.split(" ")[0], header) for header in HEADERS]
+    return lambda folder: (folder / "log.csv").write_text(text(columns(), headers), encoding="utf-8")
+
+
+def matlab(**variables):
+    """Give a function that writes a MATLAB file."""
+    return lambda folder: savemat(folder / "log.mat", variables)
 
 
 def at(column, rows, value):
@@ -56,8 +67,8 @@ VALUES = (
     Fault("a constant angle, to be diagnosed", whole(PITCH, 0.1), DIAGNOSE, "pitch never changes"),
     Fault("an angle of noise alone, to be diagnosed", whole(PITCH, 0.01 * RNG.normal(size=2000)), DIAGNOSE, "pitch holds nothing but noise"),
     Fault("degrees called radians", changed(lambda v: v[PITCH].__imul__(57.3)), IDENTIFY, "pitch reaches"),
-    Fault("time that stands still", at(0, 700, 6.99), IDENTIFY, "row 702: time stands still"),
-    Fault("time that runs back", at(0, 700, 3.0), IDENTIFY, "row 702: time runs back"),
+    Fault("time that stands still", at(TIME, 700, 6.99), IDENTIFY, "row 702: time stands still"),
+    Fault("time that runs back", at(TIME, 700, 3.0), IDENTIFY, "row 702: time runs back"),
     Fault("a hole of .2 s", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:700], *ROWS[720:], ""])), IDENTIFY, "no samples for 0.21 s"),
     Fault("a log of 2 s", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:200], ""])), IDENTIFY, "2 s of log are shorter than 5 s"),
 )  # fmt: skip

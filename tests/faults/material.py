@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.io import savemat
 
 from fmu_src import build
 from heli_identifier.records import demo_files
@@ -16,8 +15,6 @@ from heli_plant.parameters import TABLE_2
 
 _LINES = demo_files("rig-c")[1][0].read_text().splitlines()[:2001]
 HEADER, ROWS = _LINES[0], _LINES[1:]
-HEADERS = HEADER.split(",")
-TIME, FRONT, REAR, PITCH, ELEVATION, TRAVEL = range(6)
 
 
 def columns():
@@ -25,33 +22,10 @@ def columns():
     return np.loadtxt(io.StringIO("\n".join(ROWS)), delimiter=",").T
 
 
-def text(values, headers=HEADERS, separator=","):
-    """Give columns as the text of a log."""
-    rows = [separator.join(map(repr, row)) for row in np.transpose(values).tolist()]
-    return "\n".join([separator.join(headers), *rows, ""])
-
-
 def write(content, name="log.csv"):
     """Give a function that writes a file."""
     data = content.encode() if isinstance(content, str) else content
     return lambda folder: (folder / name).write_bytes(data)
-
-
-def changed(change, headers=HEADERS):
-    """Give a function that writes a log with its columns changed in place."""
-
-    def make(folder):
-        values = columns()
-        change(values)
-        (folder / "log.csv").write_text(text(values, headers))
-
-    return make
-
-
-def headed(**names):
-    """Give a function that writes a log with other headers, by the old name."""
-    headers = [names.get(header.split(" ")[0], header) for header in HEADERS]
-    return lambda folder: (folder / "log.csv").write_text(text(columns(), headers), encoding="utf-8")
 
 
 def good(folder: Path):
@@ -78,11 +52,6 @@ def configured(toml, make=good):
         (folder / "heli.toml").write_text(toml)
 
     return both
-
-
-def matlab(**variables):
-    """Give a function that writes a MATLAB file."""
-    return lambda folder: savemat(folder / "log.mat", variables)
 
 
 def as_struct():

@@ -21,9 +21,6 @@ def parted(full):
     return unit, variable
 
 
-# libcosim
-
-
 def libcosimpy(ssp, steps, step, names):
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimObserver import CosimObserver
@@ -46,9 +43,6 @@ def libcosimpy(ssp, steps, step, names):
     return rows
 
 
-# Ecos
-
-
 def ecos(ssp, steps, step, names):
     from ecospy import EcosSimulation
 
@@ -58,9 +52,6 @@ def ecos(ssp, steps, step, names):
         simulation.step()
         row[:] = [simulation.get_real(name.replace(".", "::", 1)) for name in names]
     return rows
-
-
-# fmpy, and one FMU of all by fmucontainer
 
 
 def fmucontainer(order, steps, step, names):
