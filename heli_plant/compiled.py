@@ -16,7 +16,7 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -36,6 +36,7 @@ PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in PlantParameters._fi
 VARIABLE = "HELI_CACHE_DIR"
 
 
+@lru_cache(maxsize=256)
 def parameter_record(parameters: PlantParameters) -> np.void:
     """Return the parameter set as a NumPy record, which compiled functions read by field."""
     return np.array([tuple(parameters)], dtype=PARAMETER_DTYPE)[0]

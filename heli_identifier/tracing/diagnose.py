@@ -164,7 +164,8 @@ def _judged(found: Identification, fitted: Fit) -> tuple[float, int] | None:
     """Say what the instruments make of a plant on the training logs: chi2 and degrees of freedom over the axes."""
     if found.outside is None:
         return None
-    measured = [fitted.likelihood.rig.measured(record, fitted.parameters) for record in found.plant.likelihood.records]
+    rig, records = fitted.likelihood.rig, found.plant.likelihood.records
+    measured = [rig.measured(record, fitted.parameters)[0] for record in records]
     judged = found.outside.judge(measured)
     return sum(own.chi2 for own in judged), sum(own.freedom for own in judged)
 

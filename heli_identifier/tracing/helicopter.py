@@ -396,11 +396,10 @@ class Rig:
         found["theta0"] = atan2(copysign(1.0, sine) * cosine, abs(sine))
         return self.parameters._replace(**{name: value for name, value in found.items() if name in self.base})
 
-    def measured(self, record: Record, parameters: PlantParameters, window: float = MOTION_WINDOW) -> Array:
-        """Accelerations (N, 3) [rad/s^2] of a plant along the measured motion, smoothed over ``window`` [s]."""
-        motion = _motion(record, window)
-        out = np.ascontiguousarray(run_accelerations(record, [parameters], motion)[0][:, 0].T)
-        out[1:] = 0.5 * (out[1:] + out[:-1])  # from the middles of the steps to their ends
+    def measured(self, record: Record, *plants: PlantParameters, window: float = MOTION_WINDOW) -> Array:
+        """Accelerations (m, N, 3) [rad/s^2] of plants along the measured motion, smoothed over ``window`` [s]."""
+        out = np.moveaxis(run_accelerations(record, plants, _motion(record, window))[0], 0, 2).copy()
+        out[:, 1:] = 0.5 * (out[:, 1:] + out[:, :-1])  # from the middles of the steps to their ends
         return out
 
     def partial_residual(
@@ -412,7 +411,8 @@ class Rig:
         effect, and the effect's own, smoothed alike.
         """
         axis, h = AXES.index("elevation" if effect.axis not in AXES else effect.axis), record.step
-        whole, without = (_smoothed(self.measured(record, p, WINDOW)[:, axis], h) for p in (parameters, bare))
+        both = self.measured(record, parameters, bare, window=WINDOW)
+        whole, without = (_smoothed(own[:, axis], h) for own in both)
         inner = slice(round(1.0 / h), -round(1.0 / h))
         y = local_cubic(record.angles[:, axis], h, WINDOW, 2) - without
         variable, unit, x = _variable(record, effect.drawn_against, axis, _motion(record, WINDOW), parameters)
@@ -427,7 +427,7 @@ class Rig:
         """
         off = dict.fromkeys((law.field for law in CATALOGUE if law.field not in self.base), 0.0)
         bare = self.assign(parameters, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
-        known = [self.measured(r, parameters) - self.measured(r, bare) for r in records]
+        known = [own - without for own, without in (self.measured(r, parameters, bare) for r in records)]
         return [
             Regression(axis, [record.angles[:, i] for record in records], own, [added[:, i] for added in known])
             for i, (axis, own) in enumerate(zip(AXES, _terms(parameters.theta0), strict=True))

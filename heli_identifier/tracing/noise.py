@@ -240,10 +240,9 @@ def start_memory(own: AxisFilter, held: int = 1) -> Array:
 
     Begun with that and driven by nothing, scipy's lfilter gives the change of the innovations.
     """
-    return np.array([_answer(own, held, start)[0][1:] for start in np.eye(5)[:2]])
+    return _answers(own, held)[0][1:, 1:]
 
 
-@lru_cache(maxsize=64)
 def error_dynamics(own: AxisFilter, held: int = 1) -> tuple[Array, Array]:
     """Transfer function from a further acceleration of one axis [rad/s^2] to its innovation [rad].
 
@@ -251,8 +250,8 @@ def error_dynamics(own: AxisFilter, held: int = 1) -> tuple[Array, Array]:
     accelerations that are ``held`` over several samples it is that to the first innovation of each such block.
     Numerator and denominator (6,) are in powers of z^-1.
     """
-    M, B = own.M, _push(own.h)
-    return _answer(own, held, np.sum([np.linalg.matrix_power(M, i) @ B for i in range(held)], axis=0))
+    numerators, a = _answers(own, held)
+    return numerators[0], a
 
 
 def _push(h: float | Array) -> Array:
@@ -265,8 +264,15 @@ def reading_dynamics(own: AxisFilter) -> tuple[Array, Array]:
     return polynomial(own.A), own.errors
 
 
-def _answer(own: AxisFilter, held: int, B: Array) -> tuple[Array, Array]:
-    """Transfer function -C (zI - M^held)^-1 B by Leverrier: det(zI - M^held + B C) - det(zI - M^held) over the last."""
-    M = np.linalg.matrix_power(own.M, held)
+@lru_cache(maxsize=64)
+def _answers(own: AxisFilter, held: int) -> tuple[Array, Array]:
+    """Transfer functions -C (zI - M^held)^-1 B of held accelerations, and of starts in angle and rate, by Leverrier.
+
+    Their numerators (3, 6), det(zI - M^held + B C) less det(zI - M^held), which is the denominator.
+    """
+    one, push = own.M, _push(own.h)
+    M, B = one, np.vstack((push, np.eye(5)[:2]))
+    for _ in range(held - 1):
+        M, B[0] = one @ M, one @ B[0] + push
     a = polynomial(M)
-    return a - polynomial(M - np.outer(B, C)), a
+    return a - polynomial(M - B[:, :, None] * C), a
