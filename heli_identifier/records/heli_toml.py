@@ -130,14 +130,11 @@ def _pid(given: dict[str, Any], voltage_limit: float) -> PidSettings | None:
 def write_template(path: str | PathLike[str], found: "Guess | None" = None) -> Path:
     """Write the commented configuration, with what was found in a log, each entry with its reason.
 
-    A ConfigurationError says that the file cannot be written, or exists already, since it may hold the user's work.
+    A ConfigurationError says that the file exists already, since it may hold the user's work.
     """
     if Path(path).is_file() or Path(path).is_dir():  # a device holds nobody's work
         raise ConfigurationError(f"{path} exists already; delete it or name another file.")
-    try:
-        return write_atomically(path, template_text(found))
-    except OSError as error:
-        raise ConfigurationError(f"{path} cannot be written: {error.strerror}.") from error
+    return write_atomically(path, template_text(found))
 
 
 def template_text(found: "Guess | None" = None) -> str:

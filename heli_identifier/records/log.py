@@ -113,16 +113,11 @@ class Log:
 def write_log(log: Log, path: str | PathLike[str]) -> Path:
     """Write a log with the contract's header.
 
-    Numbers are printed with enough digits to read the same double back.
-
-    Missing folders above the file are made; a LogError says that it cannot be written.
+    Numbers are printed with enough digits to read the same double back. Missing folders above the file are made.
     """
     columns = log.columns | {f"{axis}_reference [rad]": values for axis, values in log.references.items()}
     rows = (map(repr, row) for row in np.column_stack([*columns.values()]).tolist())
-    try:
-        return write_atomically(path, "\n".join([*map(",".join, (columns, *rows)), ""]))
-    except OSError as error:
-        raise LogError(f"{path} cannot be written: {error.strerror}.") from error
+    return write_atomically(path, "\n".join([*map(",".join, (columns, *rows)), ""]))
 
 
 def _frozen(values: ArrayLike) -> Array:

@@ -39,7 +39,7 @@ FILES = (
     Fault("a table and its figure in one file", nothing, "heli simulate open_loop -d 1 -o x.svg --plot ./x.svg", "two results are to be written to x.svg; name one file for each."),
     Fault("two files for one unit", nothing, "heli simulate open_loop --fmu plant=a.fmu --fmu plant=b.fmu", "--fmu plant is given twice; keep one."),
     Fault("units built over the parameters", parameters(), "heli build HelicopterPlant -p parameters.json -o parameters.json", "parameters.json is read by this command and not written over"),
-    Fault("`heli init` on a full disk", good, "heli init log.csv -o /dev/full", "/dev/full cannot be written: No space left on device"),
+    Fault("`heli init` on a full disk", good, "heli init log.csv -o /dev/full", "/dev/full: No space left on device"),
     Fault("`heli init` on a folder", lambda f: (f / "d").mkdir(), "heli init d", "d is a folder; name the log files in it"),
     Fault("`heli init` on columns that stand still", lambda f: (f / "log.csv").write_text("a,b,c,d,e,f\n" + "1,1,1,1,1,1\n" * 500), "heli init log.csv", "no column increases from row to row"),
     Fault("a flight that is played from its own recording", inside("recorded.csv"), "heli follow out/recorded.csv --speed 0 -p parameters.json -o out", "out/recorded.csv is there already and is not replaced"),
