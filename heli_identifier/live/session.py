@@ -12,7 +12,7 @@ from time import monotonic
 from typing import Any, NamedTuple
 
 from heli_identifier import following
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import refuse
 from heli_identifier.files import write_atomically
 from heli_identifier.following import CorrectorState, Event, FollowPlan, FollowSettings, Sample
 from heli_identifier.live.listening import Listening, Status
@@ -39,23 +39,18 @@ SYNCED_EVERY, WRITTEN_EVERY, SHOWN_EVERY = 1.0, 0.05, 0.2
 _PAST = 300  # comparisons that a view holds: a minute of flight, five a second
 _DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
-_IS_THERE = "is there already and is not replaced, it holds what was recorded before; name another folder."
-
 Changed = Callable[[PlantParameters, Mapping[str, float], float], None]
 
 
 class Journal:
     """A CSV file that is made with its header and only grows, by whole rows.
 
-    One that is there already holds what was measured before, and is never replaced: a ConfigurationError.
+    One that is there already holds what was measured before, and is never replaced.
     """
 
     def __init__(self, path: Path, columns: Sequence[str]) -> None:
         self.path, self.rows, self._synced = path, 0, monotonic()
-        try:
-            self._file = path.open("xb", buffering=0)
-        except FileExistsError as error:
-            raise ConfigurationError(f"{path} {_IS_THERE}") from error
+        self._file = path.open("xb", buffering=0)
         self._pending = [",".join(columns) + "\n"]
         self.flush()
 
@@ -117,8 +112,8 @@ Show = Callable[[View], None]
 def check_unused(folder: Path) -> None:
     """Refuse a folder that holds an earlier flight or diagnosis: a ConfigurationError that names the file."""
     for name in (RECORDED, PREDICTIONS, DIAGNOSED):
-        if os.path.lexists(folder / name):
-            raise ConfigurationError(f"{folder / name} {_IS_THERE}")
+        said = f"{folder / name} is there already and is not replaced, it holds what was recorded before"
+        refuse(os.path.lexists(folder / name), f"{said}; name another folder.")
 
 
 class Session:
