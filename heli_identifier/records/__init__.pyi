@@ -2,9 +2,9 @@ from .columns import Array as Array
 from .configuration import CONTRACT as CONTRACT
 from .configuration import ControllerConfiguration as ControllerConfiguration
 from .configuration import Geometry as Geometry
+from .configuration import GivenRig as GivenRig
 from .configuration import LogFormat as LogFormat
 from .configuration import RigConfiguration as RigConfiguration
-from .configuration import check_given as check_given
 from .data_set import DEMO_RIGS as DEMO_RIGS
 from .data_set import LogSource as LogSource
 from .data_set import check_apart as check_apart

@@ -5,7 +5,7 @@ Each value checks its own bounds when it is made; messages name the keys of the 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, ClassVar
 
 from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.online import Estimate
@@ -28,9 +28,9 @@ def bounded(default: Any, unit: str, lower: float, upper: float) -> Any:
     return field(default=default, metadata={"bounds": (unit, lower, upper)})
 
 
-def check_bounds(prefix: str, given: Any, kind: Any = None) -> None:
-    """Refuse a value whose numbers lie out of the bounds of its class, or of ``kind``: a ConfigurationError."""
-    for one in fields(kind or given):
+def check_bounds(prefix: str, given: Any) -> None:
+    """Refuse a value whose numbers lie out of the bounds of its class: a ConfigurationError."""
+    for one in fields(given):
         if limits := one.metadata.get("bounds"):
             value = getattr(given, one.name)
             for number in value if isinstance(value, tuple) else (value,):
@@ -167,10 +167,15 @@ class ControllerConfiguration:
 
 
 @dataclass(frozen=True)
-class RigConfiguration:
-    """One rig; a ConfigurationError if a value is out of bounds."""
+class GivenRig:
+    """What is given of a rig before its logs; a ConfigurationError if a value is out of bounds.
 
-    name: str = "rig"
+    An effect has to be in the catalogue, with a shape that no search has to find.
+    """
+
+    _place: ClassVar = ""
+    """What messages set before the name of a value."""
+
     # From a tenth of a log's shortest step to far above any bench motor: a value outside is in another unit.
     motor_time_constant: float = bounded(0.08, "s", 5e-5, 5.0)
     """Assumed T_m of eq. (9) of the paper [s]. The logs may refute it: a wrong one shows as the effect motor_lag."""
@@ -186,34 +191,33 @@ class RigConfiguration:
     effects: Mapping[str, Estimate] = field(default_factory=dict)
     """Effects that theory demands, by their field: the coefficient with its standard deviation, as the inertial
     coupling's 1. They belong to the model before, and the logs move them as far as they know better."""
-    format: LogFormat = CONTRACT
-    controller: ControllerConfiguration = ControllerConfiguration()
     geometry: Geometry = Geometry()
-    """Masses, lengths and hover; by default none is stated."""
+    """Masses, lengths and hover, priors of the gains; by default none is stated."""
 
     def __post_init__(self) -> None:
-        check_given("rig.", self)
+        check_bounds(self._place, self)
+        known = [effect.field for effect in CATALOGUE if not any(shape.estimated for shape in effect.shapes)]
+        for name, coefficient in self.effects.items():
+            key = f"{self._place}effects.{name}"
+            if name not in known:
+                on_axes = [field for field in known if name and field.startswith(f"{name}_")]
+                advice = f"; did you mean {' or '.join(map(repr, on_axes))}?" if on_axes else did_you_mean(name, known)
+                advice = advice or f"; choose one of {', '.join(known)}."
+                raise ConfigurationError(f"{key} is no effect that can be given{advice}")
+            said = f"{key} = {coefficient!r} must be an Estimate, the coefficient with its standard deviation and unit."
+            refuse(not isinstance(coefficient, Estimate), said)
+            effect, width = effect_of(name), coefficient.standard_error or 0.0
+            require_range(f"the coefficient of {key}", coefficient.value, effect.unit, effect.lower, effect.upper)
+            require_range(f"the standard deviation of {key}", width, effect.unit, 1e-6 * effect.upper, effect.upper)
+            said = f"{key} has the coefficient 0: what is not there need not be given; leave it out."
+            refuse(coefficient.value == 0.0, said)
 
 
-def check_given(prefix: str, rig: Any) -> None:
-    """Refuse what cannot be true of a rig: a ConfigurationError names the value, with ``prefix`` ("rig.") before it.
+@dataclass(frozen=True)
+class RigConfiguration(GivenRig):
+    """One rig, as its heli.toml states it."""
 
-    ``rig`` is a `RigConfiguration` or what else has its attributes. An effect has to be in the catalogue, with a shape
-    that no search has to find.
-    """
-    check_bounds(prefix, rig, RigConfiguration)
-    known = [effect.field for effect in CATALOGUE if not any(shape.estimated for shape in effect.shapes)]
-    for name, coefficient in rig.effects.items():
-        key = f"{prefix}effects.{name}"
-        if name not in known:
-            on_axes = [field for field in known if name and field.startswith(f"{name}_")]
-            advice = f"; did you mean {' or '.join(map(repr, on_axes))}?" if on_axes else did_you_mean(name, known)
-            advice = advice or f"; choose one of {', '.join(known)}."
-            raise ConfigurationError(f"{key} is no effect that can be given{advice}")
-        said = f"{key} = {coefficient!r} must be an Estimate, the coefficient with its standard deviation and unit."
-        refuse(not isinstance(coefficient, Estimate), said)
-        effect, width = effect_of(name), coefficient.standard_error or 0.0
-        require_range(f"the coefficient of {key}", coefficient.value, effect.unit, effect.lower, effect.upper)
-        require_range(f"the standard deviation of {key}", width, effect.unit, 1e-6 * effect.upper, effect.upper)
-        said = f"{key} has the coefficient 0: what is not there need not be given; leave it out."
-        refuse(coefficient.value == 0.0, said)
+    _place = "rig."
+    name: str = "rig"
+    format: LogFormat = CONTRACT
+    controller: ControllerConfiguration = ControllerConfiguration()

@@ -1,15 +1,13 @@
 """Every constant of the tracer with its reason, and what is given of one rig."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, fields
 from math import log
 
 import numpy as np
 
 from heli_identifier.chain import SETTLING as SETTLING
 from heli_identifier.errors import require_positive
-from heli_identifier.online import Estimate
-from heli_identifier.records import Geometry, RigConfiguration, check_given
+from heli_identifier.records import GivenRig, RigConfiguration
 
 # --- the noise of the likelihood (noise.py) ---
 
@@ -241,8 +239,8 @@ WHITE_TIME = 1.0
 
 
 @dataclass(frozen=True)
-class DiagnosisSettings:
-    """What is given of a rig.
+class DiagnosisSettings(GivenRig):
+    """What is given of a rig, its logs and its encoders.
 
     Raises
     ------
@@ -250,38 +248,24 @@ class DiagnosisSettings:
         A value is out of bounds, or the catalogue has no such effect; the message names it, its value and its bound.
     """
 
-    motor_time_constant: float = 0.08
-    """T_m [s] that the model before assumes; a different lag shows as the effect motor_lag."""
     voltage_limit: float = 5.0
     """Saturation of both voltages [V]."""
-    rest_pitch: float | None = None
-    """Pitch theta_0 at rest [rad]; None lets every fit estimate it."""
-    elevation_gain: float | None = None
-    """Gain k_z of the elevation [rad/s^2/V]; None lets every fit estimate it."""
-    horizontal: float | None = None
-    """What the elevation's encoder reads where the arm is horizontal [rad]; None lets the search estimate it."""
-    effects: Mapping[str, Estimate] = field(default_factory=dict)
-    """Effects that the model before has, by their field: the coefficient with its standard deviation."""
     keep_events: bool = False
     """Use also the passages in which something other than the plant acts; by default they are left out. They are listed
     either way."""
     counts: tuple[int, int, int] = (4096, 4096, 8192)
     """Counts per turn of the encoders of pitch, elevation, travel."""
-    geometry: Geometry = Geometry()
-    """Masses, lengths and hover: priors of the gains."""
 
     def __post_init__(self) -> None:
         require_positive("voltage_limit", self.voltage_limit, "V")
-        check_given("", self)
+        super().__post_init__()
 
     @classmethod
     def from_rig(cls, configuration: RigConfiguration) -> "DiagnosisSettings":
         """Make settings of all that a rig's configuration states."""
-        c = configuration
-        return cls(
-            c.motor_time_constant, c.format.voltage_limit, c.rest_pitch, c.elevation_gain, c.horizontal, c.effects,
-            counts=c.format.encoder_counts, geometry=c.geometry,
-        )  # fmt: skip
+        given = {one.name: getattr(configuration, one.name) for one in fields(GivenRig)}
+        form = configuration.format
+        return cls(**given, voltage_limit=form.voltage_limit, counts=form.encoder_counts)
 
     @property
     def given(self) -> frozenset[str]:
