@@ -89,19 +89,23 @@ class Group(TyperGroup):
         return without_types(super().get_params(ctx))
 
     def main(self, args: Sequence[str] | None = None, *more: Any, **options: Any) -> Any:
-        """Run the command that the words name, guarded, and end with its code; without any word the help is shown.
-
-        An empty word is refused: it would name this folder, where a variable of the shell was meant that is not set.
-        """
-        words = spread(sys.argv[1:] if args is None else args)
-        if not words:
-            return super().main(words, *more, **options)
+        """Run the command that the words name, guarded, and end with its code; without any word the help is shown."""
+        if not (sys.argv[1:] if args is None else args):
+            return super().main(args, *more, **options)
         with guarded():
-            empty = any(word == "" or re.fullmatch(r"--[\w-]+=", word) for word in words)
+            raise SystemExit(super().main(args, *more, **options | {"standalone_mode": False}))
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Look at all words before the parser sees them.
+
+        An empty one is refused: it would name this folder, where a variable of the shell was meant that is not set.
+        """
+        if not ctx.resilient_parsing:
+            empty = any(word == "" or re.fullmatch(r"--[\w-]+=", word) for word in args)
             refuse(empty, "an argument is empty; name the file, or set the variable that should name it.")
-            none = any(a == SPREAD and b.startswith("-") for a, b in pairwise(words))
+            none = any(a == SPREAD and b.startswith("-") for a, b in pairwise(args))
             refuse(none, f"{SPREAD} names no log; put one or more after it, or leave it out.")
-            raise SystemExit(super().main(words, *more, **options | {"standalone_mode": False}))
+        return super().parse_args(ctx, spread(args))
 
 
 class Command(TyperCommand):
