@@ -138,13 +138,13 @@ def test_the_corrected_script_has_the_identified_gains():
 def test_a_script_is_read_and_not_run(tmp_path):
     script = tmp_path / "init_heli.m"
     script.write_text(
-        "l_h = 0.66; % m\nm_p=2*0.36;\nA = [1 2; 3 4];\nx = system('rm -rf /');\n"
+        "l_h = 0.66; % m\nm_p=2*0.36; l_p = .175 % l_c = 0.46;\nA = [1 2; 3 4];\nx = system('rm -rf /');\n"
         "K_f = -9.81*(1.92*0.46-2*m_p*l_h)/(l_h*7)\n"
     )
     values = course_values(script)
-    assert values == {"l_h": 0.66, "m_p": 0.72, "K_f": pytest.approx(0.14269, abs=1e-5)}
-    script.write_text("m_c = weigh();\n")
-    with pytest.raises(ConfigurationError, match=r"line 1: m_c = weigh\(\) is no number"):
+    assert values == {"l_h": 0.66, "m_p": 0.72, "l_p": 0.175, "K_f": pytest.approx(0.14269, abs=1e-5)}
+    script.write_text("\nm_c = weigh();\n")
+    with pytest.raises(ConfigurationError, match=r"line 2: m_c = weigh\(\) is no number"):
         course_values(script)
     text = corrected_init(parameters(), linear_model(TABLE_2), values, Geometry(), "init_heli.m")
     assert text.isascii()

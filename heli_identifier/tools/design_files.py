@@ -43,7 +43,7 @@ LARGEST_MB = 1.0  # size of a script [MB]
 _HOVER = re.compile(r"v_?s_?(0|star|eq|hover)|hover_voltage", re.IGNORECASE)
 """How scripts call the sum of the voltages at the hover."""
 
-_ASSIGNMENT = re.compile(r"^\s*([A-Za-z]\w*)\s*=(?!=)\s*([^;%]*)")
+_ASSIGNMENT = re.compile(r"(?:^|;)\s*([A-Za-z]\w*)\s*=(?!=)\s*([^;\n]*)", re.MULTILINE)
 _OPERATORS: dict[type, Any] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos,
@@ -144,10 +144,8 @@ def course_values(script: Path | None) -> dict[str, float]:
     values: dict[str, float] = {}
     advice = "; give the course's init_heli.m"
     data = given_bytes(script, LARGEST_MB, ConfigurationError, advice) if script else b""
-    text = data.decode("utf-8", errors="replace")
-    for number, line in enumerate(text.splitlines(), 1):
-        if (found := _ASSIGNMENT.match(line)) is None:
-            continue
+    text = re.sub("%.*", "", data.decode("utf-8", errors="replace"))
+    for found in _ASSIGNMENT.finditer(text):
         name, stated = found[1], found[2].strip()
         expression = stated.replace("^", "**").replace(".*", "*").replace("./", "/")
         try:
@@ -157,9 +155,9 @@ def course_values(script: Path | None) -> dict[str, float]:
             values[name] = value
         except (SyntaxError, ValueError, KeyError, TypeError, ArithmeticError, RecursionError) as error:
             if name in Geometry.__dataclass_fields__:
-                raise ConfigurationError(
-                    f"{script}, line {number}: {name} = {stated} is no number; write one, as {name} = 0.5."
-                ) from error
+                at = f"{script}, line {text.count(chr(10), 0, found.start(1)) + 1}"
+                said = f"{at}: {name} = {stated} is no number; write one, as {name} = 0.5."
+                raise ConfigurationError(said) from error
     return values
 
 

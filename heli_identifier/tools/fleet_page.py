@@ -8,6 +8,7 @@ from heli_identifier.provenance import provenance
 from heli_identifier.results import Axes, Table, effect_name, figure, listed, meaning, rendered, significant, unit_text
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 
+FIGURES = ("mean", "unit", "spread", "I²")
 FARTHEST = 2.0  # widths of the part that holds all values, beyond which an interval is cut off at the edge
 
 
@@ -44,22 +45,20 @@ def fleet_sentence(fleet: Fleet) -> str:
 
 def effect_table(effects: Sequence[Coefficient]) -> Table:
     """Give a row per effect."""
-    columns = ("effect", "finding", "named by", "tested on", "mean", "unit", "spread", "I²")
     rows = [(title(own), str(own.finding), str(len(own.named)), *_figures(own)) for own in effects]
-    return Table("Effects over the rigs", columns, rows)
+    return Table("Effects over the rigs", ("effect", "finding", "named by", "tested on", *FIGURES), rows)
+
+
+def parameter_table(parameters: Sequence[Coefficient]) -> Table:
+    """Give a row per parameter."""
+    rows = [(own.name, title(own), *_figures(own)) for own in parameters]
+    return Table("Parameters over the rigs", ("parameter", "meaning", "rigs", *FIGURES), rows)
 
 
 def fleet_tables(fleet: Fleet) -> list[Table]:
     """Give the tables of a terminal: effects that were found, if any, and parameters."""
     shown = [effect for effect in fleet.effects if effect.finding not in (Finding.NOT_SHOWN, Finding.NOT_TESTABLE)]
     return [*([effect_table(shown)] if shown else []), parameter_table(fleet.parameters)]
-
-
-def parameter_table(parameters: Sequence[Coefficient]) -> Table:
-    """Give a row per parameter."""
-    columns = ("parameter", "meaning", "rigs", "mean", "unit", "spread", "I²")
-    rows = [(own.name, title(own), *_figures(own)) for own in parameters]
-    return Table("Parameters over the rigs", columns, rows)
 
 
 def _figures(own: Coefficient) -> tuple[str, ...]:

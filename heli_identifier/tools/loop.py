@@ -243,18 +243,15 @@ def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[
     measured, references = (signals[::every][:count] for signals in (log.angles, asked_for))
     share, first = kept(period, motor_time_constant(plant)), voltages[0]
     lagged = lfilter([0.0, 1.0 - share], [1.0, -share], voltages - first, axis=0) + first
-    length, asked, memories = round(AHEAD / period), np.empty_like(voltages), list[Memory]()
+    length, asked, errors = round(AHEAD / period), np.empty_like(voltages), list[Array]()
     memory = begun(settings, *measured[0].tolist())
     for k, (own, wanted) in enumerate(zip(measured.tolist(), references.tolist(), strict=True)):
-        memories.append(memory)
+        if k in range(length, count - length, length):
+            part, (front, rear), (nu_front, nu_rear) = slice(k, k + length), voltages[k].tolist(), lagged[k].tolist()
+            state = PlantState(*map(float, record_start(measured[part], voltages[part], period)))
+            state = state._replace(nu_front=nu_front, nu_rear=nu_rear)
+            angles, _ = fly(plant, settings, references[part], state, (front, rear), period, memory)
+            errors.append(angles - measured[part])
         memory, asked[k] = answered(settings, memory, own, wanted, period)
-    errors = []
-    for k in range(length, count - length, length):
-        part = slice(k, k + length)
-        state = PlantState(*map(float, record_start(measured[part], voltages[part], period)))
-        state = state._replace(nu_front=float(lagged[k, 0]), nu_rear=float(lagged[k, 1]))
-        held = float(voltages[k, 0]), float(voltages[k, 1])
-        angles, _ = fly(plant, settings, references[part], state, held, period, memories[k])
-        errors.append(angles - measured[part])
     refuse(not errors, f"log {log.name} lasts {log.duration:.3g} s; to be flown again it needs {3 * AHEAD:g} s.")
     return errors, float(np.sqrt(np.mean((asked[:-1] - voltages[1:]) ** 2))), period
