@@ -27,40 +27,43 @@ def argument(default: Any, text: str, metavar: str, **more: Any) -> Any:
     return typer.Argument(default, metavar=metavar, help=text, **more)
 
 
-def option(default: Any, text: str, *names: str, metavar: str = "", **more: Any) -> Any:
-    """Give an option of a command with its default and its help; a flag has no ``metavar``."""
+def option(default: Any, text: str, metavar: str, *names: str, **more: Any) -> Any:
+    """Give an option of a command with its default, its help and the word for its value."""
     return typer.Option(default, *names, metavar=metavar, help=text, **more)
+
+
+def flag(text: str, *names: str) -> Any:
+    """Give an option without a value: whether it is there."""
+    return option(False, text, "", *names)
 
 
 def folder(default: str) -> Any:
     """Give the option of the folder of the results."""
-    return option(Path(default), "Folder of the results.", "--output", "-o", metavar="DIR", show_default=True)
+    return option(Path(default), "Folder of the results.", "DIR", "--output", "-o", show_default=True)
 
 
 def to_file(text: str) -> Any:
     """Give the option of a file to write."""
-    return option(None, text, "--output", "-o", metavar="FILE")
+    return option(None, text, "FILE", "--output", "-o")
 
 
 LOGS = argument(..., "Measured logs, CSV or MATLAB, 50 Hz to 2 kHz, all of one rig.", "LOG")
 OF_RIG = "Configuration of the rig, written by `heli init`; heli.toml of this folder by default."
-CONFIG = option(None, OF_RIG, "--config", "-c", metavar="FILE")
-FROM = option(None, "First instant used, in the log's own time.", "--from", metavar="SECONDS")
-TO = option(None, "Last instant used, in the log's own time.", "--to", metavar="SECONDS")
-JSON = option(False, "Print the result as JSON, and nothing else, on standard output.", "--json")
-VERBOSE = option(False, "Print more: intervals, reasons, what was tried.", "--verbose", "-v")
+CONFIG = option(None, OF_RIG, "FILE", "--config", "-c")
+FROM = option(None, "First instant used, in the log's own time.", "SECONDS", "--from")
+TO = option(None, "Last instant used, in the log's own time.", "SECONDS", "--to")
+JSON = flag("Print the result as JSON, and nothing else, on standard output.", "--json")
+VERBOSE = flag("Print more: intervals, reasons, what was tried.", "--verbose", "-v")
 SETTING = "A parameter by its structured name; may be repeated."
-SETTINGS = option([], SETTING, "--set", "-s", metavar="NAME=VALUE", show_default=False)
-OF_UNIT = "parameters.json of a diagnosis, for the unit it names."
-PARAMETERS = option(None, OF_UNIT, "--parameters", "-p", metavar="FILE")
+SETTINGS = option([], SETTING, "NAME=VALUE", "--set", "-s", show_default=False)
+PARAMETERS = option(None, "parameters.json of a diagnosis, for the unit it names.", "FILE", "--parameters", "-p")
 PLANT_FILE = Path("parameters.json")
-PLANT_OPTION = option(PLANT_FILE, "parameters.json of a diagnosis.", "--parameters", "-p", metavar="FILE")
+PLANT_OPTION = option(PLANT_FILE, "parameters.json of a diagnosis.", "FILE", "--parameters", "-p")
 PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis or identification.", "FILE")
 USUAL = "A datagram's doubles by name in their order, or json; by default"
-LAYOUT = option(None, f"{USUAL} 'sequence time v_front v_rear pitch elevation travel'.", metavar="NAMES")
-CONTROLLER = option(None, "controller.json: parameters of the controller that flies the rig.", metavar="FILE")
-IN_C = "Units in C, which need no Python on their host (compilers: extra `native`, or gcc)."
-NATIVE = option(False, IN_C, "--native")
+LAYOUT = option(None, f"{USUAL} 'sequence time v_front v_rear pitch elevation travel'.", "NAMES")
+CONTROLLER = option(None, "controller.json: parameters of the controller that flies the rig.", "FILE")
+NATIVE = flag("Units in C, which need no Python on their host (compilers: extra `native`, or gcc).", "--native")
 
 
 def scenario_name(default: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from heli_identifier.cli import arguments as args
-from heli_identifier.cli.arguments import argument, option
+from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import refuse
 from heli_identifier.processes import undone
@@ -22,22 +22,21 @@ SERVED_AT = "127.0.0.1:8042"
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as that of every other command."""
 
+AT_START = "parameters.json of the twin at the start."
 UNUSED = "Folder of the flight; without an earlier one in it."
 
 
 def follow(
     log: Path | None = argument(None, "Log to play, in place of a rig.", "LOG"),
-    listen: str | None = option(None, "Address of this computer to which the rig sends.", metavar="HOST:PORT"),
-    parameters: Path = option(
-        args.PLANT_FILE, "parameters.json of the twin at the start.", "--parameters", "-p", metavar="FILE"
-    ),
-    output: Path = option(Path("flight"), UNUSED, "--output", "-o", metavar="DIR"),
-    speed: float | None = option(None, "Play the log N times faster; 0: as fast as it goes.", metavar="N"),
-    serve: bool = option(False, "Show the twin in a browser on this computer as well.", "--serve"),
-    serve_at: str = option(SERVED_AT, "Where --serve shows it.", metavar="HOST:PORT"),
-    sender: str = option("", "The rig; by default, the first that sends a sample.", metavar="HOST[:PORT]"),
+    listen: str | None = option(None, "Address of this computer to which the rig sends.", "HOST:PORT"),
+    parameters: Path = option(args.PLANT_FILE, AT_START, "FILE", "--parameters", "-p"),
+    output: Path = option(Path("flight"), UNUSED, "DIR", "--output", "-o"),
+    speed: float | None = option(None, "Play the log N times faster; 0: as fast as it goes.", "N"),
+    serve: bool = flag("Show the twin in a browser on this computer as well.", "--serve"),
+    serve_at: str = option(SERVED_AT, "Where --serve shows it.", "HOST:PORT"),
+    sender: str = option("", "The rig; by default, the first that sends a sample.", "HOST[:PORT]"),
     layout: str | None = args.LAYOUT,
-    rate: float | None = option(None, "The rig's sampling rate; by default, found from its time stamps.", metavar="HZ"),
+    rate: float | None = option(None, "The rig's sampling rate; by default, found from its time stamps.", "HZ"),
     controller: Path | None = args.CONTROLLER,
     start: float | None = args.FROM,
     end: float | None = args.TO,
@@ -111,8 +110,8 @@ def follow(
 
 def stream(
     log: Path = argument(..., "Measured log to send.", "LOG"),
-    to: str = option(..., "Where to send it, by UDP, as 127.0.0.1:25000.", metavar="HOST:PORT"),
-    speed: float = option(1.0, "How many times faster than the rig was.", metavar="N"),
+    to: str = option(..., "Where to send it, by UDP, as 127.0.0.1:25000.", "HOST:PORT"),
+    speed: float = option(1.0, "How many times faster than the rig was.", "N"),
     layout: str | None = args.LAYOUT,
     config: Path | None = args.CONFIG,
 ) -> None:

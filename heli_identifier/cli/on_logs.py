@@ -10,7 +10,7 @@ import heli_identifier as hi
 from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
-from heli_identifier.cli.arguments import argument, option
+from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.terminal import note, print_notes, progress_bar
 from heli_identifier.errors import ConfigurationError, refuse, require_positive
 from heli_identifier.files import write_atomically
@@ -24,8 +24,8 @@ HELD_OUT = "Held-out logs; by default the last log, or the last third of a singl
 def diagnose(
     logs: list[Path] = args.LOGS,
     output: Path = args.folder("diagnosis"),
-    validate: list[Path] = option([], HELD_OUT, metavar="LOG...", show_default=False),
-    keep_events: bool = option(False, "Keep passages in which a hand or an obstacle acts on the rig.", "--keep-events"),
+    validate: list[Path] = option([], HELD_OUT, "LOG...", show_default=False),
+    keep_events: bool = flag("Keep passages in which a hand or an obstacle acts on the rig.", "--keep-events"),
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
@@ -103,8 +103,8 @@ METHOD = "adaptation or prediction_error; by default the one that suits the logs
 def identify(
     logs: list[Path] = args.LOGS,
     output: Path = args.folder("identification"),
-    filter_frequency: float = option(1.0, "Bandwidth of the state filters.", metavar="RAD/S"),
-    method: str | None = option(None, METHOD, metavar="NAME"),
+    filter_frequency: float = option(1.0, "Bandwidth of the state filters.", "RAD/S"),
+    method: str | None = option(None, METHOD, "NAME"),
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
@@ -128,16 +128,15 @@ def identify(
 
 
 FLOWN = "controller.json of what flew; by default controller.pid of heli.toml."
-LIMIT = "Hold the closed loop's error over 3 s of every followed axis to this."
 
 
 def check(
     logs: list[Path] = args.LOGS,
     parameters: Path = args.PLANT_OPTION,
-    factor: float = option(1.3, "Error allowed, as a multiple of the expected one.", metavar="FACTOR"),
-    junit: Path | None = option(None, "Write the outcome as JUnit XML.", metavar="FILE"),
-    controller: Path | None = option(None, FLOWN, metavar="FILE"),
-    limit: float | None = option(None, LIMIT, metavar="MRAD"),
+    factor: float = option(1.3, "Error allowed, as a multiple of the expected one.", "FACTOR"),
+    junit: Path | None = option(None, "Write the outcome as JUnit XML.", "FILE"),
+    controller: Path | None = option(None, FLOWN, "FILE"),
+    limit: float | None = option(None, "Hold the closed loop's error over 3 s of every followed axis to this.", "MRAD"),
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
@@ -177,7 +176,7 @@ PREDICTED = "Log on which both plants are to predict; may be repeated."
 def compare(
     first: Path = argument(..., "Folder that `heli diagnose` wrote.", "FIRST"),
     second: Path = argument(..., "Another one, of this rig or of another.", "SECOND"),
-    log: list[Path] = option([], PREDICTED, metavar="LOG", show_default=False),
+    log: list[Path] = option([], PREDICTED, "LOG", show_default=False),
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,

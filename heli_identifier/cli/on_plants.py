@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
-from heli_identifier.cli.arguments import option
+from heli_identifier.cli.arguments import flag, option
 from heli_identifier.cli.terminal import answer, note, progress_bar
 from heli_identifier.errors import refuse, require_range
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def effects(
-    axis: str = option("", "Only effects on this axis: pitch, elevation, travel or rotors.", metavar="AXIS"),
+    axis: str = option("", "Only effects on this axis: pitch, elevation, travel or rotors.", "AXIS"),
     json: bool = args.JSON,
     verbose: bool = args.VERBOSE,
 ) -> None:
@@ -39,8 +39,6 @@ def effects(
     answer(json, document, [results.Table("Effects", columns, rows)])
 
 
-CLOSED_LOOP = "What to add to a flight under the controller, for its parameters."
-
 READING = (
     "error: standard error of the coefficient that the experiment would leave; the table is sorted by it",
     "visibility: share of an effect's signature that no change of the fitted parameters could imitate",
@@ -52,16 +50,16 @@ DEFAULT_GAINS = "no --controller given: the PID of the units flies with its defa
 
 
 def design(
-    separate: tuple[str, str] | None = option(None, "Two effects to separate, each NAME or NAME:AXIS.", metavar="A B"),
-    show: str | None = option(None, "One effect to make visible, NAME or NAME:AXIS.", metavar="A"),
+    separate: tuple[str, str] | None = option(None, "Two effects to separate, each NAME or NAME:AXIS.", "A B"),
+    show: str | None = option(None, "One effect to make visible, NAME or NAME:AXIS.", "A"),
     parameters: Path | None = args.PARAMETERS,
-    duration: float = option(90.0, "Length of the experiment, 20 to 3600.", metavar="SECONDS"),
-    pitch_limit: float = option(1.2, "Largest pitch either way.", metavar="RAD"),
-    elevation_limit: float = option(0.8, "Largest elevation either way.", metavar="RAD"),
-    voltage_limit: float = option(5.0, "Largest voltage either way.", metavar="VOLT"),
+    duration: float = option(90.0, "Length of the experiment, 20 to 3600.", "SECONDS"),
+    pitch_limit: float = option(1.2, "Largest pitch either way.", "RAD"),
+    elevation_limit: float = option(0.8, "Largest elevation either way.", "RAD"),
+    voltage_limit: float = option(5.0, "Largest voltage either way.", "VOLT"),
     output: Path | None = args.to_file("Write the best experiment's voltages as CSV."),
-    closed_loop: bool = option(False, CLOSED_LOOP, "--closed-loop"),
-    hover: float = option(0.15, "Elevation held, with --closed-loop.", metavar="RAD"),
+    closed_loop: bool = flag("What to add to a flight under the controller, for its parameters.", "--closed-loop"),
+    hover: float = option(0.15, "Elevation held, with --closed-loop.", "RAD"),
     controller: Path | None = args.CONTROLLER,
     settings: list[str] = args.SETTINGS,
     json: bool = args.JSON,
@@ -115,8 +113,8 @@ def _plant(file: Path | None) -> "PlantParameters":
 
 def linearise(
     parameters: Path = args.PLANT,
-    pitch: float = option(0.0, "Pitch of the operating point.", metavar="RAD"),
-    elevation: float = option(0.0, "Elevation of the operating point.", metavar="RAD"),
+    pitch: float = option(0.0, "Pitch of the operating point.", "RAD"),
+    elevation: float = option(0.0, "Elevation of the operating point.", "RAD"),
     output: Path = args.folder("control"),
     json: bool = args.JSON,
 ) -> None:
@@ -142,18 +140,15 @@ def linearise(
     answer(json, document, [tools.margin_table(made)], made.notes, (output, files))
 
 
-CONTROLLED = "Angle controlled beside the elevation: pitch or travel."
-
-
 def design_controller(
     parameters: Path = args.PLANT,
-    kind: str = option("lqi", "pid, lqr or lqi.", "--kind", "-k", metavar="KIND"),
-    axis: str = option("travel", CONTROLLED, metavar="AXIS"),
-    elevation: float = option(0.1, "Elevation of the operating point.", metavar="RAD"),
-    pitch: float = option(0.0, "Pitch of the operating point, with --axis pitch.", metavar="RAD"),
-    period: float | None = option(None, "Sampling period; heli.toml's or 0.01.", metavar="SECONDS"),
-    plants: int = option(1000, "Plants over which the designs are judged.", metavar="N"),
-    init: Path | None = option(None, "The course's script with masses and lengths, to compare with.", metavar="FILE.m"),
+    kind: str = option("lqi", "pid, lqr or lqi.", "KIND", "--kind", "-k"),
+    axis: str = option("travel", "Angle controlled beside the elevation: pitch or travel.", "AXIS"),
+    elevation: float = option(0.1, "Elevation of the operating point.", "RAD"),
+    pitch: float = option(0.0, "Pitch of the operating point, with --axis pitch.", "RAD"),
+    period: float | None = option(None, "Sampling period; heli.toml's or 0.01.", "SECONDS"),
+    plants: int = option(1000, "Plants over which the designs are judged.", "N"),
+    init: Path | None = option(None, "The course's script with masses and lengths, to compare with.", "FILE.m"),
     config: Path | None = args.CONFIG,
     output: Path = args.folder("control"),
     json: bool = args.JSON,

@@ -61,17 +61,16 @@ def fleet(
 
 
 OF_RIGS = "Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
-SCHEDULER = "Dask scheduler of a cluster of machines, tcp://host:8786."
 GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
 
 
 def campaign(
     folder: Path | None = argument(None, OF_RIGS, "FOLDER"),
     output: Path = args.folder("campaign"),
-    generator: str = option("", GENERATOR, metavar="MODULE:FUNCTION"),
-    rigs: int | None = option(None, "Rigs that the generator makes.", metavar="N"),
-    workers: int | None = option(None, "Processes on this machine; one per core by default.", metavar="N"),
-    scheduler: str | None = option(None, SCHEDULER, metavar="ADDRESS"),
+    generator: str = option("", GENERATOR, "MODULE:FUNCTION"),
+    rigs: int | None = option(None, "Rigs that the generator makes.", "N"),
+    workers: int | None = option(None, "Processes on this machine; one per core by default.", "N"),
+    scheduler: str | None = option(None, "Dask scheduler of a cluster of machines, tcp://host:8786.", "ADDRESS"),
     config: Path | None = args.CONFIG,
     json: bool = args.JSON,
 ) -> None:
@@ -111,7 +110,7 @@ HERE = Path(CONFIGURATION_NAME)
 
 def init(
     file: Path = argument(HERE, TO_INIT, "FILE|LOG", show_default=False),
-    output: Path = option(HERE, "Configuration to write for a log.", "--output", "-o", metavar="FILE"),
+    output: Path = option(HERE, "Configuration to write for a log.", "FILE", "--output", "-o"),
 ) -> None:
     """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag.
 

@@ -14,14 +14,12 @@ import heli_identifier as hi
 from fmu_src import master
 from heli_identifier import results
 from heli_identifier.cli import arguments as args
-from heli_identifier.cli.arguments import argument, option
+from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.terminal import answer, note, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import write_atomically
 
 TO_BUILD = "Units to build; all if none is named."
-EVERYWHERE = "Native units for macOS and ARM as well (ARM: with --fmi 3)."
-EXCHANGE = "The native plant for Model Exchange as well, with derivatives."
 
 
 def build(
@@ -30,9 +28,9 @@ def build(
     parameters: Path | None = args.PARAMETERS,
     settings: list[str] = args.SETTINGS,
     native: bool = args.NATIVE,
-    fmi: int = option(2, "FMI version of native units: 2 or 3.", metavar="VERSION", min=2, max=3),
-    all_platforms: bool = option(False, EVERYWHERE, "--all-platforms"),
-    model_exchange: bool = option(False, EXCHANGE, "--model-exchange"),
+    fmi: int = option(2, "FMI version of native units: 2 or 3.", "VERSION", min=2, max=3),
+    all_platforms: bool = flag("Native units for macOS and ARM as well (ARM: with --fmi 3).", "--all-platforms"),
+    model_exchange: bool = flag("The native plant for Model Exchange as well, with derivatives.", "--model-exchange"),
     json: bool = args.JSON,
 ) -> None:
     """Build co-simulation units of FMI 2.0; a parameters.json makes the corrected plant.
@@ -77,7 +75,7 @@ def ssp(
     output: Path | None = args.to_file("The .ssp file; SCENARIO.ssp by default."),
     parameters: Path | None = args.PARAMETERS,
     settings: list[str] = args.SETTINGS,
-    duration: float = option(90.0, "Stop time of the default experiment.", metavar="SECONDS"),
+    duration: float = option(90.0, "Stop time of the default experiment.", "SECONDS"),
     native: bool = args.NATIVE,
 ) -> None:
     """Write a scenario with its units and parameters as one SSP file."""
@@ -92,28 +90,26 @@ def ssp(
 
 # --- simulate --------------------------------------------------------------------------------------------------------
 
-OF_A_UNIT = "FMU file of a unit; by default the unit is built."
-LENGTH = "Length; by default the log's, or 60 s."
 RUNS = "With --native: N more runs, the plant's parameters drawn by the standard errors of --parameters."
 
 
 def simulate(
     scenario: str = args.scenario_name("open_loop"),
-    duration: float | None = option(None, LENGTH, "--duration", "-d", metavar="SECONDS"),
-    step: float | None = option(None, "Communication step; by default the log's, or 0.01 s.", metavar="SECONDS"),
+    duration: float | None = option(None, "Length; by default the log's, or 60 s.", "SECONDS", "--duration", "-d"),
+    step: float | None = option(None, "Communication step; by default the log's, or 0.01 s.", "SECONDS"),
     settings: list[str] = args.SETTINGS,
     parameters: Path | None = args.PARAMETERS,
     controller: Path | None = args.CONTROLLER,
-    fmu: list[str] = option([], OF_A_UNIT, metavar="UNIT=FILE", show_default=False),
-    log: Path | None = option(None, "Log that the scenario plays.", metavar="LOG"),
+    fmu: list[str] = option([], "FMU file of a unit; by default the unit is built.", "UNIT=FILE", show_default=False),
+    log: Path | None = option(None, "Log that the scenario plays.", "LOG"),
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
     output: Path | None = args.to_file("Every output of every unit as CSV."),
-    plot: Path | None = option(None, "The run as a figure, .svg.", metavar="FILE"),
+    plot: Path | None = option(None, "The run as a figure, .svg.", "FILE"),
     native: bool = args.NATIVE,
-    runs: int | None = option(None, RUNS, metavar="N", min=2, max=100_000),
-    seed: int = option(0, "Seed of the draws of --runs.", metavar="N", min=0),
+    runs: int | None = option(None, RUNS, "N", min=2, max=100_000),
+    seed: int = option(0, "Seed of the draws of --runs.", "N", min=0),
     json: bool = args.JSON,
     verbose: bool = args.VERBOSE,
 ) -> None:
