@@ -6,7 +6,7 @@ import sys
 from collections.abc import Collection, Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -17,9 +17,7 @@ from heli_identifier import tools
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.terminal import note, print_notes, warn
 from heli_identifier.errors import CONFIGURATION_NAME, refuse
-
-if TYPE_CHECKING:
-    from heli_plant.control import PidSettings
+from heli_plant.control import PidSettings
 
 
 def argument(default: Any, text: str, metavar: str, **more: Any) -> Any:
@@ -211,7 +209,7 @@ def values_of(unit: str, file: Path | None) -> dict[str, float]:
     return given[unit].start_values if given else {}
 
 
-def controller_of(default: "PidSettings", file: Path | None, words: Sequence[str] = ()) -> "PidSettings":
+def controller_of(default: PidSettings, file: Path | None, words: Sequence[str] = ()) -> PidSettings:
     """Give a PID with the parameters of its file, if there is one, and of ``name=value`` words, which outrank it."""
     unit = tools.CONTROLLER
     values: dict[str, Any] = values_of(unit, file)

@@ -3,7 +3,7 @@
 import os
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import typer
 
@@ -12,9 +12,6 @@ from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import refuse
 from heli_identifier.processes import undone
-
-if TYPE_CHECKING:
-    from heli_identifier.live.session import View
 
 SERVED_AT = "127.0.0.1:8042"
 """Where the page is shown by default."""
@@ -89,7 +86,7 @@ def follow(
         stack.callback(adviser.thread.shutdown, wait=False, cancel_futures=True)
         stopped = stack.enter_context(first_interrupt())
 
-        def show_all(view: "View") -> None:
+        def show_all(view: Any) -> None:
             session.notice = adviser.look()
             show(view)
 

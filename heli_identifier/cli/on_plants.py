@@ -10,6 +10,7 @@ from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import flag, option
 from heli_identifier.cli.terminal import answer, note, progress_bar
 from heli_identifier.errors import refuse, require_range
+from heli_plant.control import PidSettings
 
 if TYPE_CHECKING:
     from heli_plant.parameters import PlantParameters
@@ -29,22 +30,14 @@ def effects(
     for own in (entry for entry in CATALOGUE if axis in ("", entry.axis)):
         unit, span = results.unit_text(own.unit), results.typeset(f" {own.lower:g} to {own.upper:g}").strip()
         shapes = ", ".join(results.labelled(shape.name, shape.unit) for shape in own.shapes)
-        row = (own.name, own.axis, results.law_text(own.law), unit, span)
-        rows.append((*row, shapes, own.source) if verbose else row)
+        rows.append((own.name, own.axis, results.law_text(own.law), unit, span, shapes, own.source))
         known = {"name": own.name, "axis": own.axis, "parameter": f"effects.{own.name}.{own.axis}", "law": own.law}
         parts = [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in own.shapes]
         of_c = {"unit": own.unit, "range": [own.lower, own.upper], "source": own.source, "shapes": parts}
         document.append(known | of_c)
-    columns = ("effect", "axis", "law", "unit of c", "range of c", *(("shapes", "source") if verbose else ()))
-    answer(json, document, [results.Table("Effects", columns, rows)])
+    columns = ("effect", "axis", "law", "unit of c", "range of c", "shapes", "source")[: None if verbose else 5]
+    answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])
 
-
-READING = (
-    "error: standard error of the coefficient that the experiment would leave; the table is sorted by it",
-    "visibility: share of an effect's signature that no change of the fitted parameters could imitate",
-    "correlation: of the two signatures; near ±1 the logs cannot tell the effects apart",
-)
-"""How the table of experiments is read; the last line is of two effects."""
 
 DEFAULT_GAINS = "no --controller given: the PID of the units flies with its default gains"
 
@@ -69,8 +62,6 @@ def design(
     With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
     the controller come from --controller, as `heli linearise` writes it, or --set, as --set pitch.proportional=6.
     """
-    from heli_plant.control import PidSettings
-
     require_range("duration", duration, "s", 20.0, 3600.0)
     one = [separate is not None, show is not None, closed_loop].count(True) == 1
     refuse(not one, "give one of --separate A B, --show A, and --closed-loop.")
@@ -82,7 +73,6 @@ def design(
         plant = _plant(parameters)
         pid = args.controller_of(PidSettings(voltage_limit=plant.v_max), controller, settings)
         limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
-        require_range("hover", hover, "rad", -1.5, 1.5)
         with progress_bar() as progress:
             outlooks = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
         refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
@@ -95,8 +85,7 @@ def design(
         ranked = tools.designs(plant, entries, duration, limits, progress=progress)
     refuse(not ranked, f"no proposal {no_flight}; widen the limits.")
     listed = ranked[: 10 if json else 5]
-    table, said = tools.experiment_table(listed), READING if len(entries) > 1 else READING[:-1]
-    answer(json, results.plain(listed), [table], said)
+    answer(json, results.plain(listed), [tools.experiment_table(listed)])
     if output is not None:
         tools.write_voltages(ranked[0], limits, output)
         note(f"voltages of the best: {output}")

@@ -224,7 +224,7 @@ def write_voltages(outlook: Outlook, limits: Limits, path: Path) -> None:
 
 
 def experiment_table(outlooks: Sequence[Outlook]) -> Table:
-    """Give visibility, separated standard error, correlation, largest angles."""
+    """Give visibility, separated standard error, correlation, largest angles; how they are read stands below."""
     columns = [head for own in outlooks[0].effects for head in (f"visibility of {own.name}", f"its error [{own.unit}]")]
     rows = []
     for one in outlooks:
@@ -232,4 +232,9 @@ def experiment_table(outlooks: Sequence[Outlook]) -> Table:
         angles = (f"{angle:.2f} rad" for angle in (one.largest_pitch_rad, one.largest_elevation_rad))
         rows.append((one.experiment, *chain(*seen), f"{one.correlation:.2f}", *angles))
     heads = ("experiment", *columns, "correlation", "pitch to", "elevation to")
-    return Table("Experiments, best first", heads, rows)
+    said = [
+        "error: standard error of the coefficient that the experiment would leave; the table is sorted by it",
+        "visibility: share of an effect's signature that no change of the fitted parameters could imitate",
+        "correlation: of the two signatures; near ±1 the logs cannot tell the effects apart",
+    ][: len(outlooks[0].effects) + 1]
+    return Table("Experiments, best first", heads, rows, said)
