@@ -117,33 +117,27 @@ def init(
     With a log it is the configuration that reads this log: columns, units and signs are guessed by their names and by
     physics, each with its reason, to be confirmed.
     """
-    path = records.write_template(file) if file.suffix == ".toml" else _guess_configuration(file, output)
+    found = None if file.suffix == ".toml" else records.guess(file)
+    path = records.write_template(output if found else file, found)
+    if found:
+        form, reasons, rows = found.format, found.reasons, []
+        for signal, header in form.columns.items():
+            because = [reasons.get(f"{part}.{signal}", "") for part in ("columns", "units", "signs")]
+            sign = str(form.sign(signal)) if signal != "time" else ""
+            rows.append((signal, header, form.units[signal], sign, "; ".join(filter(None, because))))
+        columns = ("signal", "column", "unit", "sign", "because")
+        terminal.print_table(results.Table(f"Guessed from {file}; confirm each", columns, rows))
+        for key in ("swap_rotors", "clip", "start", "decimal"):
+            if key in reasons:
+                note(f"{key}: {reasons[key]}")
+        doubts = list(found.doubts)
+        try:
+            doubts += records.suspicions(hi.read_log(file, form))
+        except LogError as error:
+            doubts.append(f"with these guesses the log is refused: {error}")
+        for text in doubts:
+            warn(text)
     typer.echo(f"written: {path}; commands read it as heli.toml of their folder, or with --config {path}")
-
-
-def _guess_configuration(log: Path, output: Path) -> Path:
-    """Guess the configuration that reads a log, write it, and print the guesses."""
-    found = records.guess(log)
-    path = records.write_template(output, found)
-    form, reasons = found.format, found.reasons
-    rows = []
-    for signal, header in form.columns.items():
-        because = [reasons.get(f"{part}.{signal}", "") for part in ("columns", "units", "signs")]
-        sign = str(form.sign(signal)) if signal != "time" else ""
-        rows.append((signal, header, form.units[signal], sign, "; ".join(filter(None, because))))
-    columns = ("signal", "column", "unit", "sign", "because")
-    terminal.print_table(results.Table(f"Guessed from {log}; confirm each", columns, rows))
-    for key in ("swap_rotors", "clip", "start", "decimal"):
-        if key in reasons:
-            note(f"{key}: {reasons[key]}")
-    doubts = list(found.doubts)
-    try:
-        doubts += records.suspicions(hi.read_log(log, form))
-    except LogError as error:
-        doubts.append(f"with these guesses the log is refused: {error}")
-    for text in doubts:
-        warn(text)
-    return path
 
 
 def demo(output: Path = args.folder("build")) -> None:

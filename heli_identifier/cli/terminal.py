@@ -11,8 +11,9 @@ import io
 import os
 import re
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from json import dumps
 from pathlib import Path
 from typing import Any, Literal
 
@@ -101,15 +102,6 @@ def print_notes(logs: "Sequence[hi.Log]") -> None:
             warn(f"{log.path}: {text}")
 
 
-def print_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
-    """Print a document on standard output."""
-    import json
-
-    # A stream of another encoding cannot show every character; JSON can escape it, so that nothing is lost.
-    escaped = (sys.stdout.encoding or "ascii").lower().replace("-", "") != "utf8"
-    typer.echo(json.dumps(document, indent=1, ensure_ascii=escaped, allow_nan=False))
-
-
 _INTERVAL = re.compile(r" ± [^ ]+| \([^()]* to [^()]*\)| \(±[^()]*\)")
 
 UNBOUNDED = 10_000
@@ -181,7 +173,9 @@ def answer(
     What puts it in doubt comes last, as what stands last on a terminal is seen.
     """
     if json:
-        print_json(document)
+        # A stream of another encoding cannot show every character; JSON can escape it, so that nothing is lost.
+        escaped = (sys.stdout.encoding or "ascii").lower().replace("-", "") != "utf8"
+        typer.echo(dumps(document, indent=1, ensure_ascii=escaped, allow_nan=False))
     else:
         if heading:
             typer.secho(heading, bold=True)

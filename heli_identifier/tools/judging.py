@@ -11,7 +11,6 @@ from math import ceil, inf, nan
 from typing import Any
 
 import numpy as np
-from control import StateSpace
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
@@ -112,12 +111,15 @@ def judge(plants: Plants, settings: Settings, axes: Sequence[str]) -> Judged:
             paths = np.array([margins.unit_step(loop, index, round(LONGEST / period))[:, index] for loop in loops])
             columns[f"{axis}.settling"] = np.array([settling_time(path, period) for path in paths])
             band[axis] = np.quantile(paths[1:, : round(SHOWN[axis] / period)], (0.025, 0.975), axis=0)
+    # those of shift registers and of what nothing moves are left out
+    z = np.linalg.eigvals(loops[0].A).astype(complex)
+    poles = np.log(z[np.abs(z) > 1e-3]) / period
     return Judged(
         settings=settings,
         figures=_figures(columns),
         is_stable=bool(stable[0]),
         stable=float(np.mean(stable[1:])),
-        poles=_poles(loops[0]),
+        poles=poles[np.abs(poles) > 1e-6],
         disks=columns["disk"][1:],
         steps=tuple(step_response(model, settings, axis, duration=SHOWN[axis]) for axis in axes),
         band=band,
@@ -147,13 +149,6 @@ def kept_together(figures: Array) -> Array:
     worst_rank = rankdata(known, method="max", axis=0).min(axis=1)
     few = len(known) - ceil(CONFIDENCE * len(known))
     return np.asarray(known[np.argsort(worst_rank, kind="stable")[few:]].min(axis=0))
-
-
-def _poles(closed: StateSpace) -> NDArray[Any]:
-    """Poles [1/s] of a sampled loop, without those of shift registers and of what nothing moves."""
-    z = np.linalg.eigvals(closed.A).astype(complex)
-    s = np.log(z[np.abs(z) > 1e-3]) / closed.dt
-    return s[np.abs(s) > 1e-6]
 
 
 @dataclass(frozen=True, eq=False)
