@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 import heli_identifier
-from heli_identifier.cli.arguments import Command, Group
+from heli_identifier.cli.arguments import Group
 from heli_identifier.cli.guard import checked
 from heli_identifier.cli.in_flight import follow, stream
 from heli_identifier.cli.on_logs import check, compare, diagnose, identify, look
@@ -36,9 +36,8 @@ for _command in _COMMANDS:
     _name = _command.__name__.replace("_", "-")
     _own = [_line for _line in _EXAMPLES if f"{_line} ".startswith(f"heli {_name} ")]
     _paragraphs = [" ".join(_part.split()) for _part in (_command.__doc__ or "").split("\n\n")]
-    app.command(cls=Command, help="\n\n".join(_paragraphs), epilog="\n\n".join(["[bold]Examples[/]", *_own]))(
-        checked(_command)
-    )
+    _texts = {"help": "\n\n".join(_paragraphs), "epilog": "\n\n".join(["[bold]Examples[/]", *_own])}
+    app.command(**_texts)(checked(_command))
 
 
 def _version(wanted: bool) -> None:

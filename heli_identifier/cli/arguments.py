@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperGroup
 
 import fmu_src
 import heli_identifier as hi
@@ -89,6 +89,12 @@ class Group(TyperGroup):
         """Give the options before the command."""
         return without_types(super().get_params(ctx))
 
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Give a command by its name."""
+        command = super().get_command(ctx, cmd_name)
+        without_types(command.get_params(ctx) if command else [])
+        return command
+
     def main(self, args: Sequence[str] | None = None, *more: Any, **options: Any) -> Any:
         """Run the command that the words name, guarded, and end with its code; without any word the help is shown."""
         if not (sys.argv[1:] if args is None else args):
@@ -107,14 +113,6 @@ class Group(TyperGroup):
             none = any(a == SPREAD and b.startswith("-") for a, b in pairwise(args))
             refuse(none, f"{SPREAD} names no log; put one or more after it, or leave it out.")
         return super().parse_args(ctx, spread(args))
-
-
-class Command(TyperCommand):
-    """A command."""
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        """Give its parameters."""
-        return without_types(super().get_params(ctx))
 
 
 def spread(words: Iterable[str]) -> list[str]:
