@@ -36,8 +36,8 @@ for _command in _COMMANDS:
     _name = _command.__name__.replace("_", "-")
     _own = [_line for _line in _EXAMPLES if f"{_line} ".startswith(f"heli {_name} ")]
     _paragraphs = [" ".join(_part.split()) for _part in (_command.__doc__ or "").split("\n\n")]
-    _texts = {"help": "\n\n".join(_paragraphs), "epilog": "\n\n".join(["[bold]Examples[/]", *_own])}
-    app.command(**_texts)(checked(_command))
+    _epilog = "\n\n".join(["[bold]Examples[/]", *_own])
+    app.command(help="\n\n".join(_paragraphs), epilog=_epilog)(checked(_command))
 
 
 def _version(wanted: bool) -> None:
