@@ -71,13 +71,11 @@ def diagnosed(
             note(held_back + way)
         print_notes((*training, *held_out))
         settings = replace(hi.DiagnosisSettings.from_rig(configuration), keep_events=keep_events)
-        with progress_bar() as progress:
-
-            def first(what: str, share: float) -> None:
-                progress(what, 0.85 * share)
-
-            diagnosis = hi.diagnose(training, held_out=held_out, settings=settings, progress=first)
-            progress("building and running the corrected unit", 0.9)
+        with progress_bar() as bar:
+            diagnosis = hi.diagnose(
+                training, held_out=held_out, settings=settings, progress=lambda what, share: bar(what, 0.85 * share)
+            )
+            bar("building and running the corrected unit", 0.9)
             results.write_results(diagnosis, configuration.name, draft, native)
     return diagnosis, training, held_out
 

@@ -215,7 +215,7 @@ def progress_bar(lines: bool = False) -> Iterator[Callable[[str, float], None]]:
 
         def show_line(what: str, share: float) -> None:
             nonlocal shown
-            if lines and (share >= shown + 0.05 or share == 1.0):
+            if lines and (share > shown + 0.049 or share == 1.0):
                 shown = share
                 typer.echo(what, err=True)
 
