@@ -109,7 +109,7 @@ def errors_of(rows: pandas.DataFrame) -> pandas.DataFrame:
     """Give a row per half and axis: errors [mrad] .2 s and 1 s ahead and of the closed loop on the held-out logs."""
     found = []
     for (_, row), axis, (figure, what) in product(rows.iterrows(), AXES, FIGURES.items()):
-        stages = [getattr(getattr(row.axes[axis], stage), figure) for stage in ("before", "after", "noise_floor")]
+        stages = [getattr(getattr(row["axes"][axis], stage), figure) for stage in ("before", "after", "noise_floor")]
         known = [1e3 * own.value if own and own.is_known else np.nan for own in stages]
         found.append((row.rig, row.half, axis, what, *known))
     return pandas.DataFrame(found, columns=["rig", "half", "axis", "error", "before", "after", "floor"])
