@@ -58,9 +58,10 @@ class Rig:
 
     def __post_init__(self) -> None:
         for name in ("training", "held_out"):
-            logs = getattr(self, name)
+            logs = tuple(getattr(self, name))
             of_logs = bool(logs) and all(isinstance(log, Log) for log in logs)
             refuse(not of_logs, f"rig.{name} = {logs!r} must hold one or more logs.")
+            object.__setattr__(self, name, logs)
         if foreign := set(self.truth or ()) - TRUE:
             raise ConfigurationError(
                 f"rig.truth names {foreign.pop()!r}, which is neither a parameter nor an effect on an axis as `heli "
