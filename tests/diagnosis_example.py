@@ -9,7 +9,7 @@ from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log
-from heli_identifier.results.simulation import started
+from heli_identifier.results.running import started
 from heli_identifier.tracing import Verdict
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2

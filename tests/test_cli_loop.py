@@ -14,7 +14,7 @@ from fmu_src.native.toolchain import LINUX, compiler
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import demo_files, read_data_set, write_log
 from heli_identifier.results import NATIVE_PLANT, plant_values
-from heli_identifier.results.unit import check_free_run, unit_run
+from heli_identifier.results.running import check_free_run, unit_run
 from heli_identifier.tools import split_logs
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_NAME

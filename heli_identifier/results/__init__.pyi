@@ -69,7 +69,7 @@ from .parameters import (
     plant_values,
 )
 from .report import NATIVE_PLANT, RESULTS, notebook_view, rendered, write_results
-from .simulation import Simulation, simulate, started
+from .running import Simulation, build, played, simulate, started
 from .sources import PlantSource, plant_of, read_parameters
 from .svg import COLOURS, Axes, figure, figure_file, run_figure, thinned
 from .tables import (
@@ -78,7 +78,6 @@ from .tables import (
     diagnosis_summary,
     diagnosis_tables,
 )
-from .unit import build, played
 from .words import (
     AHEAD,
     angle_text,

@@ -16,8 +16,8 @@ from heli_identifier import tracing
 from heli_identifier.results import tables, words
 from heli_identifier.results.documents import write_files
 from heli_identifier.results.parameters import PLANT, corrected_parameters
+from heli_identifier.results.running import build, check_free_run
 from heli_identifier.results.svg import Axes, figure
-from heli_identifier.results.unit import build, check_free_run
 from heli_plant.effects import AXES
 from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameters import BY_FIELD

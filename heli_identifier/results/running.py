@@ -1,0 +1,225 @@
+"""The plant of a parameter set, run in Python, and as a unit of FMI that is held to the reported free run."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from heli_identifier.errors import ConfigurationError, IdentifierError, require_positive
+from heli_identifier.files import draft_folder
+from heli_identifier.records import Log, LogSource, read_logs, write_log
+from heli_identifier.results.documents import plain
+from heli_identifier.results.parameters import PLANT
+from heli_identifier.results.sources import ParameterSource, PlantSource, parameter_set, plant_of
+from heli_identifier.results.tables import Table, Tabular
+from heli_identifier.results.words import significant
+from heli_identifier.signatures import typed
+from heli_identifier.tracing import Diagnosis, HeldOutSeries, record_start
+from heli_plant.effects import AXES
+from heli_plant.simulation import simulate as simulate_plant
+from heli_plant.state import PlantState, rest_state
+
+if TYPE_CHECKING:
+    import pandas
+
+SIGNALS = ("v_front", "v_rear", "pitch", "elevation", "travel")
+"""Columns of a simulation: voltages [V], angles [rad]."""
+
+STATES = PlantState._fields
+
+SAME = 1e-9
+"""Difference [rad] up to which the unit's free-run error is the reported one."""
+
+START = {name: f"plant.initial.{name}" for axis in AXES for name in (axis, f"{axis}_rate")}
+START |= {"nu_front": "plant.initial.v_front", "nu_rear": "plant.initial.v_rear"}
+"""Parameters of a plant that take its start state, by the state's fields."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Simulation(Tabular):
+    """A simulated run."""
+
+    time: NDArray[np.float64]
+    """Shape (N,) [s]."""
+    voltages: NDArray[np.float64]
+    """Shape (N, 2): front and rear voltage [V], row k held over [t_k, t_(k+1))."""
+    angles: NDArray[np.float64]
+    """Shape (N, 3): pitch, elevation, travel [rad] as the encoders' shafts turn."""
+    states: NDArray[np.float64]
+    """Shape (N, 12): columns are the fields of :class:`heli_plant.state.PlantState`, which names their units."""
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """Give the run as a table: index ``time`` [s]; columns v_front, v_rear [V], pitch, elevation, travel [rad].
+
+        The rates and what else belongs to the state follow under the names of
+        :class:`heli_plant.state.PlantState`.
+        """
+        import pandas
+
+        table = np.column_stack((self.voltages, self.angles, self.states[:, 3:]))
+        return pandas.DataFrame(table, pandas.Index(self.time, name="time"), [*SIGNALS, *STATES[3:]])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give time [s], voltages [V] and angles [rad] as lists of numbers by name; null for what is not finite."""
+        columns = np.column_stack((self.voltages, self.angles)).T
+        return plain({"time": self.time, **dict(zip(SIGNALS, columns, strict=True))})
+
+    @property
+    def table(self) -> Table:
+        """Range and last value of every voltage and angle."""
+        values = np.column_stack((self.voltages, self.angles)).T
+        units = ("V", "V", "rad", "rad", "rad")
+        rows = [
+            (f"{name} [{unit}]", *(significant(float(value)) for value in (column.min(), column.max(), column[-1])))
+            for name, unit, column in zip(SIGNALS, units, values, strict=True)
+        ]
+        title = f"{significant(self.time[-1])} s in {len(self.time)} samples"
+        return Table(title, ("signal", "smallest", "largest", "last"), rows)
+
+
+@typed
+def simulate(
+    parameters: PlantSource,
+    inputs: LogSource | ArrayLike,
+    *,
+    step: float = 0.01,
+    start: PlantState | None = None,
+) -> Simulation:
+    """Simulate the plant: the simplified model of the paper, eq. (2), (9), (10), (12), with every effect that is on.
+
+    Parameters
+    ----------
+    parameters : ParameterSet, PlantParameters, Diagnosis, or path of a parameters.json
+    inputs : Log, path of one, or array_like of shape (N, 2)
+        Front and rear voltage [V], each row held for one step. Of a log, its voltages are taken, in its own steps.
+    step : float
+        Sampling period and integration step [s]; without effect where a log is given.
+    start : PlantState, optional
+        State at time 0. By default that of the log's first samples, or rest under no voltage.
+
+    Raises
+    ------
+    ConfigurationError
+        The parameters are not those of a plant, the voltages are not of shape (N, 2) and finite, or the step is not
+        positive.
+    """
+    plant = plant_of(parameters)
+    if isinstance(inputs, Log | str | PathLike):
+        (log,) = read_logs(inputs)
+        voltages, step, start = log.voltages, log.step, start or started(log)
+    else:
+        voltages = np.asarray(inputs, dtype=np.float64)
+        require_positive("step", step, "s")
+    if voltages.ndim != 2 or voltages.shape[1] != 2 or not len(voltages) or not np.isfinite(voltages).all():
+        raise ConfigurationError(f"voltages of shape {voltages.shape} must be finite and of shape (N, 2).")
+    states, angles = simulate_plant(voltages, step, start or rest_state(plant), plant)
+    return Simulation(np.arange(len(voltages), dtype=np.float64) * step, voltages, angles, states)
+
+
+def started(log: Log) -> PlantState:
+    """Give the state at a log's first sample: straight lines through its first .3 s, motors settled."""
+    return PlantState(*map(float, record_start(log.angles, log.voltages, log.step)))
+
+
+@typed
+def build(
+    unit: str,
+    folder: str | PathLike[str],
+    parameters: ParameterSource | Mapping[str, float | str] | None = None,
+    *,
+    native: bool = False,
+    fmi: int = 2,
+    all_platforms: bool = False,
+    model_exchange: bool = False,
+) -> Path:
+    """Build a co-simulation unit.
+
+    Parameters
+    ----------
+    unit : str
+        HelicopterPlant, AdaptiveIdentifier, PidController, Exciter or LogPlayer.
+    folder : path
+        Made if it does not exist. The file appears complete or not at all.
+    parameters : ParameterSet, Diagnosis, path of a parameters.json, or mapping, optional
+        Start values; of a mapping by structured name (``pitch.damping``), each in the unit of the model description.
+        What a diagnosis calls the axes fit for stands in the unit's description.
+    native : bool
+        In C, which needs no Python on the host, in place of Python.
+    fmi : int
+        Version of FMI, 2 or 3; a unit in Python is of FMI 2.0.
+
+    all_platforms : bool
+        Compile a native unit for macOS and, in FMI 3.0, for ARM as well.
+    model_exchange : bool
+        A native plant has Model Exchange beside co-simulation.
+
+    Returns
+    -------
+    Path
+        ``folder/<unit>.fmu``.
+
+    Raises
+    ------
+    ConfigurationError
+        The parameters are another unit's, or lack some of the plant's.
+    BuildError
+        There is no such unit, or it does not take a parameter or its value.
+    """
+    from fmu_src import build as build_unit
+
+    remark = ""
+    if parameters is None or isinstance(parameters, Mapping):
+        values = parameters
+    else:
+        own = parameter_set(parameters)
+        own.check_unit(unit)
+        values, remark = own.start_values, f"Use of {own.uses}" if own.uses else ""
+    return build_unit(
+        unit, Path(folder), values, remark, native=native, fmi=fmi, all_platforms=all_platforms,
+        model_exchange=model_exchange,
+    )  # fmt: skip
+
+
+@contextmanager
+def played(log: Log, start: Mapping[str, float]) -> Iterator[dict[str, Any]]:
+    """Give the parameters by which a LogPlayer plays a log while the block runs, and a plant starts in a state."""
+    with draft_folder() as folder:
+        path = str(write_log(log, folder / "log.csv"))
+        yield {"player.log.path": path, **{name: start[field] for field, name in START.items()}}
+
+
+def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
+    """Run the corrected unit under the master on the held-out logs and hold it to the reported free-run error.
+
+    An IdentifierError names the axis and both errors where they differ by more than :data:`SAME`.
+    """
+    reported = {axis: report.after.free_run for axis, report in diagnosis.axes.items()}
+    if not any(reported.values()):
+        return
+    runs = [unit_run(unit, series) for series in diagnosis.series]
+    errors = np.concatenate([series.log.angles - run for series, run in zip(diagnosis.series, runs, strict=True)])
+    reached = np.sqrt((errors**2).mean(axis=0))
+    for axis, figure in reported.items():
+        own = float(reached[AXES.index(axis)])
+        if figure is not None and not abs(own - figure.value) <= SAME:
+            raise IdentifierError(
+                f"the corrected unit's free run of the {axis} is off by {own!r} rad on the held-out logs, the "
+                f"diagnosis says {figure.value!r} rad; nothing was written, please report this."
+            )
+
+
+def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
+    """Angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
+    from fmu_src import VOLTAGES, Scenario
+    from fmu_src.master import run_apart
+
+    log, alone = series.log, Scenario("alone", "the plant alone", (("plant", PLANT),), ())
+    values = {"plant.solver.step": log.step, **{name: series.start[field] for field, name in START.items()}}
+    inputs = {f"plant.{name}": column for name, column in zip(VOLTAGES, log.voltages.T, strict=True)}
+    result = run_apart(alone, (log.samples - 1) * log.step, log.step, values, {"plant": unit}, inputs=inputs)
+    return result.columns(*(f"plant.{axis}" for axis in AXES))
