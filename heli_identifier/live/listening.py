@@ -113,7 +113,7 @@ class Listening:
         self.heard = monotonic()
         self.last = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self.quiet_from = -1  # instant from which on nothing has come in
-        self.elections = self.restarts = 0
+        self.elections = 0
 
     @property
     def sample_time(self) -> float:
@@ -198,8 +198,8 @@ class Listening:
         found: list[Sample] = []
         if self.clock is None or self.order.newest is None:
             return found
-        is_new_start = self.grid is not None and self.order.counts["restarted"] > self.restarts
-        self.restarts, limit = self.order.counts["restarted"], self.format.voltage_limit if self.format.clip else inf
+        is_new_start = self.grid is not None and self.order.last is None
+        limit = self.format.voltage_limit if self.format.clip else inf
         for sample in self.order.release(self.order.newest.time - age):
             grid = self.grid = self.grid or Grid(self.sample_time, sample)
             before = grid.tick
