@@ -33,14 +33,10 @@ TEMPLATES = Environment(
 )
 TEMPLATES.globals |= {"tables": tables, "words": words}
 
-
-def _typeset(value: Any) -> Any:
-    """Give text of a page as it is printed; markup and files of programs stay as they are."""
-    return value if hasattr(value, "__html__") or not isinstance(value, str) else words.typeset(value)
-
-
-PAGES = TEMPLATES.overlay(finalize=_typeset)
-"""The templates of pages, whose prose is typeset."""
+PAGES = TEMPLATES.overlay(
+    finalize=lambda value: words.typeset(value) if isinstance(value, str) and not hasattr(value, "__html__") else value
+)
+"""The templates of pages, whose prose is typeset; markup stays as it is, as do files of programs."""
 
 CONFUSED = 0.7
 """Correlation of two signatures from which the logs hardly tell the effects apart."""
