@@ -80,7 +80,7 @@ def test_what_holds_no_sample_is_refused_with_the_reason_and_no_bytes_make_decod
     for layout, contents in (
         (USUAL, NO_SAMPLES),
         (as_json, NO_JSON_SAMPLES),
-        (as_json._replace(factors=(2.0,) * 7), NO_JSON_SAMPLES),  # in other units
+        (as_json._replace(factors=dict.fromkeys(as_json.names, 2.0)), NO_JSON_SAMPLES),  # in other units
     ):
         for content in contents:
             assert isinstance(decode(content, layout), str)

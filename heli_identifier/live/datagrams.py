@@ -22,7 +22,7 @@ from __future__ import annotations
 import json
 import socket
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from ipaddress import ip_address
 from math import isnan, nan, pi
@@ -58,10 +58,10 @@ _KNOWN = (*SIGNALS, "sequence", "time", _IGNORED)
 
 
 class Layout(NamedTuple):
-    """What a datagram holds, doubles or JSON: names in their order, and their factors to SI, None if not stated."""
+    """What a datagram holds, doubles or JSON: names in their order, and factors to SI by name, None if not stated."""
 
     names: tuple[str, ...]
-    factors: tuple[float | None, ...]
+    factors: Mapping[str, float | None]
     is_json: bool = False
 
     @property
@@ -86,7 +86,7 @@ def read_layout(text: str) -> Layout:
     words = text.replace(",", " ").split()
     is_json = words == [JSON]
     names: list[str] = []
-    factors: list[float | None] = []
+    factors: dict[str, float | None] = {}
     for word in USUAL_LAYOUT.split() if is_json else words:
         name, _, unit = word.partition("[")
         if word not in _KNOWN and not (name in _ANGLES and unit in _UNITS):
@@ -97,7 +97,7 @@ def read_layout(text: str) -> Layout:
         if name in names and name != _IGNORED:
             raise ConfigurationError(f"layout {text!r}: {name!r} stands there twice")
         names.append(name)
-        factors.append(_UNITS.get(unit))
+        factors[name] = _UNITS.get(unit)
     missing = [name for name in SIGNALS if name not in names]
     if missing:
         raise ConfigurationError(f"layout {text!r} lacks {', '.join(missing)}")
@@ -105,7 +105,7 @@ def read_layout(text: str) -> Layout:
         raise ConfigurationError(
             f"the layout has {len(names)} doubles, a datagram holds {LARGEST_DATAGRAM // 8} at most"
         )
-    return Layout(tuple(names), tuple(factors), is_json)
+    return Layout(tuple(names), factors, is_json)
 
 
 def decode(datagram: bytes, layout: Layout) -> Datagram | str:
@@ -123,14 +123,14 @@ def decode(datagram: bytes, layout: Layout) -> Datagram | str:
         if len(datagram) != layout.size:
             return f"it has {len(datagram)} bytes, {layout.size} are needed for {' '.join(layout.names)}"
         content = dict(zip(layout.names, struct.unpack(f"<{len(layout.names)}d", datagram), strict=True))
-    factors, found = dict(zip(layout.names, layout.factors, strict=True)), dict[str, float]()
+    found = dict[str, float]()
     for name, (low, high) in BOUNDS.items():
         value: Any = content.get(name)
         if value is None and name not in SIGNALS:
             continue
         # JSON also has numbers that no double holds, texts, true and false
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and -1e300 < value < 1e300
-        value = value * (factors.get(name) or 1.0) if is_number else value
+        value = value * (layout.factors.get(name) or 1.0) if is_number else value
         whole = name == "sequence"
         if not is_number or not low <= value <= high or (whole and value != int(value)):
             return f"{name} = {value!r} must be a {'whole ' * whole}number in [{low:.5g}, {high:.5g}]"
@@ -145,7 +145,7 @@ def encode(sample: Datagram, layout: Layout) -> bytes:
     content |= {"sequence": max(sample.number, 0), "time": 0.0 if isnan(sample.time) else sample.time}
     if layout.is_json:
         return (json.dumps({name: content[name] for name in layout.names}) + "\n").encode()
-    numbers = [content.get(name, 0.0) / (k or 1.0) for name, k in zip(layout.names, layout.factors, strict=True)]
+    numbers = [content.get(name, 0.0) / (layout.factors[name] or 1.0) for name in layout.names]
     return struct.pack(f"<{len(numbers)}d", *numbers)
 
 

@@ -95,17 +95,16 @@ class Listening:
     """
 
     def __init__(self, port: Port, rate: float | None, format: LogFormat) -> None:
-        names, factors = port.layout.names, port.layout.factors
         if rate is not None:
             _check_rate(rate)
-        elif "time" not in names:
+        elif "time" not in port.layout.names:
             raise ConfigurationError("this layout holds no time: give the rig's sampling rate with --rate.")
         self.port, self.rate, self.format = port, rate, format
         stated = {name: understood(name, unit) for name, unit in format.units.items()}
         own = {name: factor_to_si(name, unit, format.counts_per_turn(name)) for name, unit in stated.items() if unit}
         # a unit that the layout states itself stays
-        units = [own.get(name, 1.0) if k is None else k for name, k in zip(names, factors, strict=True)]
-        port.layout = port.layout._replace(factors=tuple(units))
+        factors = {name: own.get(name, 1.0) if k is None else k for name, k in port.layout.factors.items()}
+        port.layout = port.layout._replace(factors=factors)
         self.clock: RigClock | None = None  # until enough has come in
         self.unread: list[tuple[Datagram, float]] = []  # samples that are not in order yet, and when they came in [s]
         self.order = Order(self.sample_time)
