@@ -168,18 +168,12 @@ class Fit:
 
     def in_better_air(self) -> "Fit | None":
         """Move the air of every axis to the best of a coarse grid; None if F does not fall by enough to go on."""
-        z, few = self.point.z, self.likelihood.beginning(COARSE)
-        e, chosen = self.e[: len(few)], z.copy()
-        best = self.likelihood.in_air(self.point, e, few)
-        airs = [np.clip(z + np.array(move)[:, None], -FARTHEST, FARTHEST) for move in AIR_SCAN]
-        under = self.likelihood.recoloured(self.point, e, airs)
-        for k, tried in enumerate(airs):
-            F = self.likelihood.in_air(replace(self.point, z=tried), [own[k] for own in under], few)
-            better = F < best
-            best = np.where(better, F, best)
-            chosen[:, better] = tried[:, better]
-        if (chosen == z).all():
+        z, e = self.point.z, self.e[: len(self.likelihood.beginning(COARSE))]
+        airs = [z, *(np.clip(z + np.array(move)[:, None], -FARTHEST, FARTHEST) for move in AIR_SCAN)]
+        best = self.likelihood.in_airs(self.point, e, airs).argmin(0)
+        if not best.any():
             return None
+        chosen = np.choose(best, airs)
         there = self.at(self.likelihood, self.coordinates, self.x, replace(self.point, z=chosen))
         return there if there.value < self.value - ROUGHLY else None
 
@@ -230,7 +224,7 @@ def _joined(begun: Sequence[Fit]) -> Fit:
     for fitted in begun:
         of_air = fitted.quadratic.total[0][P:, P:].reshape(SHAPES, a, SHAPES, a)
         volume = np.linalg.slogdet(np.moveaxis(np.diagonal(of_air, axis1=1, axis2=3), 2, 0))[1]
-        evidence.append(fitted.likelihood.in_air(fitted.point, fitted.e) + 0.5 * volume)
+        evidence.append(fitted.likelihood.in_airs(fitted.point, fitted.e, [fitted.point.z])[0] + 0.5 * volume)
     best = np.argmin(evidence, axis=0)
     telling = best[least.quadratic.information[:, :P].argmax(0)]
     x = np.choose(telling, [fitted.x for fitted in begun])

@@ -120,32 +120,34 @@ class Likelihood:
             F[axis], scales[axis] = count * (np.log(sigma) - 0.5) + loss, sigma
         return F, scales
 
-    def in_air(self, point: Point, e: Sequence[Array], records: Sequence[Record] | None = None) -> Array:
-        """Give what the air of a point, under which ``e`` are, adds to F (a,) [nats]: data, volume and prior."""
-        F, sigma = self.of_axes(e, records)
-        return np.asarray(F + self.volume(point, sigma, records) + 0.5 * (point.z**2).sum(0))
+    def in_airs(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> Array:
+        """Give what some ``airs`` (5, a) add to F (J, a) [nats] on the first records: data, volume and prior.
 
-    def volume(self, point: Point, sigma: Array, records: Sequence[Record] | None = None) -> Array:
-        """Give what integrating over the logs' torques adds to F (a,) [nats]."""
-        return np.asarray(0.5 * sum(np.log1p(self.told(own, point, sigma)) for own in records or self.records))
+        ``e`` (N_i, a) [rad] are the innovations of these records in the air of the point.
+        """
+        few, under = self.records[: len(e)], list[Array]()
+        for record, own in zip(few, e, strict=True):
+            old, new = self.filters(record, point), self.filters(record, point, airs)
+            columns = [recoloured(own[:, i], axis, new[i :: len(old)]) for i, axis in enumerate(old)]
+            under.append(np.stack(columns, axis=2))
+        F, sigma = map(np.array, zip(*(self.of_axes(own, few) for own in zip(*under, strict=True)), strict=True))
+        return np.asarray(F + self.volume(point, sigma, few, airs) + 0.5 * (np.array(airs) ** 2).sum(1))
 
-    def told(self, record: Record, point: Point, sigma: Array) -> Array:
+    def volume(
+        self, point: Point, sigma: Array, records: Sequence[Record] | None = None, airs: Sequence[Array] = ()
+    ) -> Array:
+        """Give what integrating over the logs' torques adds to F (a,) [nats], or in other ``airs`` (J, a)."""
+        return np.asarray(0.5 * sum(np.log1p(self.told(own, point, sigma, airs)) for own in records or self.records))
+
+    def told(self, record: Record, point: Point, sigma: Array, airs: Sequence[Array] = ()) -> Array:
         """Give tau^2 H (a,) of a record's torques: what it tells of them over what is known before."""
-        responses = np.array([own.settled for own in self.filters(record, point)])
-        return np.asarray(record.weights.sum(0) * (self.widths[: len(sigma)] * responses / sigma) ** 2)
+        responses = np.array([own.settled for own in self.filters(record, point, airs)]).reshape(sigma.shape)
+        return np.asarray(record.weights.sum(0) * (self.widths[: sigma.shape[-1]] * responses / sigma) ** 2)
 
     def filters(self, record: Record, point: Point, airs: Sequence[Array] = ()) -> list[AxisFilter]:
         """Give the axes' filters at a point, or in other ``airs`` (5, a), one air after the other."""
         some = airs or (point.z,)
         return filters(record.step, self.rig.linear(point.parameters) * len(some), np.hstack(list(map(physical, some))))
-
-    def recoloured(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> list[Array]:
-        """Give the innovations (J, N_i, a) of the first records under J airs, from ``e`` under the point's."""
-        a, found = len(self.rig.axes), list[Array]()
-        for record, own in zip(self.records, e, strict=False):
-            old, new = self.filters(record, point), self.filters(record, point, airs)
-            found.append(np.stack([recoloured(own[:, i], old[i], new[i::a]) for i in range(a)], axis=2))
-        return found
 
     def priors(self, x: Array, point: Point) -> float:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
