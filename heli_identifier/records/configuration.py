@@ -166,7 +166,7 @@ class ControllerConfiguration:
         check_bounds("controller.", self)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class GivenRig:
     """What is given of a rig before its logs; a ConfigurationError if a value is out of bounds.
 
