@@ -4,7 +4,6 @@ The loop below is the interpreted step with an acceleration d of its own, held o
 move by d h^2/2 and rates by d h, exact for an axis that is free over the period and off by its damping and stiffness,
 of the order h, where it is not."""
 
-from collections.abc import Callable
 from math import cos, pi
 from random import Random
 
@@ -17,10 +16,10 @@ from heli_identifier.records import Log
 from heli_plant.communication import EncoderCounts
 from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.effects import AXES
-from heli_plant.parameters import TABLE_2, PlantParameters
+from heli_plant.parameters import TABLE_2
 from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.simulation import simulate
-from heli_plant.state import PlantState, rest_state, start_state
+from heli_plant.state import rest_state, start_state
 from heli_plant.tabulated_torque import KNOTS
 from tests.blind.signals import multisines as blind_multisines
 
@@ -32,8 +31,6 @@ PROCESS_NOISE = 0.003
 
 COUNT = 2.0 * pi / 4096
 """Of an encoder [rad]."""
-
-Controller = Callable[[int, tuple[float, float, float]], tuple[float, float]]
 
 
 def drive(seconds, seed=0):
@@ -54,18 +51,11 @@ def process_noise(count, seed, deviation=PROCESS_NOISE, correlation_time=1.0):
     return deviation * np.sqrt(1.0 - pole**2) * lfilter([1.0], [1.0, -pole], white, axis=0)[1000:]
 
 
-def pushed(
-    parameters: PlantParameters,
-    voltages: np.ndarray,
-    torque: np.ndarray,
-    law: Callable[[int, PlantState], tuple[float, float, float]] | None = None,
-    controller: Controller | None = None,
-    changed: Callable[[int], tuple[PlantParameters, float]] | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
+def pushed(parameters, voltages, torque, law=None, controller=None, changed=None):
     """Simulate with accelerations ``torque`` (N, 3) and a further ``law`` of sample and state [rad/s^2].
 
-    ``changed`` gives the parameters at a sample, and the share of thrust that the front rotor keeps. Returns the
-    voltages (N, 2), which are the controller's if there is one, and the angles (N, 3).
+    ``controller`` gives the voltages [V] by sample and angles, ``changed`` the parameters at a sample, and the share of
+    thrust that the front rotor keeps. Returns the voltages (N, 2), and the angles (N, 3).
     """
     state, held = rigid_start(rest(parameters, voltages), parameters), []
     time = [k * H for k in range(len(voltages))]
@@ -78,14 +68,9 @@ def pushed(
         held.append((share * float(used[k, 0]), float(used[k, 1])))
         d = torque[k] if law is None else torque[k] + law(k, state)
         moved = advance(state, time, held, k, 0.0, H, now)
-        state = moved._replace(
-            pitch=moved.pitch + 0.5 * H * H * d[0],
-            elevation=moved.elevation + 0.5 * H * H * d[1],
-            travel=moved.travel + 0.5 * H * H * d[2],
-            pitch_rate=moved.pitch_rate + H * d[0],
-            elevation_rate=moved.elevation_rate + H * d[1],
-            travel_rate=moved.travel_rate + H * d[2],
-        )
+        turned = {axis: getattr(moved, axis) + 0.5 * H * H * a for axis, a in zip(AXES, d, strict=True)}
+        rates = {f"{axis}_rate": getattr(moved, f"{axis}_rate") + H * a for axis, a in zip(AXES, d, strict=True)}
+        state = moved._replace(**turned, **rates)
     return used, angles
 
 
@@ -146,23 +131,22 @@ UNSTABLE = TABLE_2._replace(a_th=-0.4, theta0=0.1)
 """A pitch that tips over when it is left alone: the body's mass above its axis."""
 
 
-def multisines(seed, period, difference_rms=0.4, total_rms=0.9, base=1.0):
+def multisines(seed, period, base=1.0):
     """Multisines over the resonances of pitch (.13 Hz) and elevation (.26 Hz)."""
     return Excitation(
         base=base,
-        difference=Multisine(difference_rms, 0.03, 0.6, 12, period, seed),
-        total=Multisine(total_rms, 0.15, 0.5, 12, period, seed + 1000),
+        difference=Multisine(0.4, 0.03, 0.6, 12, period, seed),
+        total=Multisine(0.9, 0.15, 0.5, 12, period, seed + 1000),
     )
 
 
-def record(seconds, excitation, parameters=TABLE_2, encoders=True, h=H):
+def record(seconds, excitation, parameters=TABLE_2, encoders=True):
     """Voltages (N, 2) [V], angles (N, 3) [rad] and states (N, 12) of the plant, from its equilibrium on."""
-    count = round(seconds / h)
-    held = np.array([voltages(k * h, excitation) for k in range(count)])
+    held = np.array([voltages(k * H, excitation) for k in range(round(seconds / H))])
     total = held[0].sum()
     elevation = (parameters.k_z * total * cos(parameters.theta0) - parameters.a_1) / parameters.a_e
     rest = start_state(parameters.theta0, elevation, 0.0, 0.5 * total, 0.5 * total)
-    states, angles = simulate(held, h, rest, parameters)
+    states, angles = simulate(held, H, rest, parameters)
     return held, read(angles) if encoders else angles, states
 
 
@@ -172,11 +156,10 @@ def read(angles):
     return np.floor(angles / width + 0.5) * width
 
 
-def identified(voltages, angles, settings, state=None):
-    """State and output of the identifier after a record; without ``state`` its first row is sample 0."""
-    plan, rows = prepare(settings), np.hstack([voltages, angles]).tolist()
-    if state is None:
-        state, rows = start(plan, rows[0]), rows[1:]
+def identified(voltages, angles, settings):
+    """State and output of the identifier after a record, whose first row is sample 0."""
+    plan, (first, *rows) = prepare(settings), np.hstack([voltages, angles]).tolist()
+    state = start(plan, first)
     output = output_of(state, plan)
     for row in rows:
         state, output = step(state, row, plan)

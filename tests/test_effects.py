@@ -100,12 +100,12 @@ VALUES = dict(zip(VARIABLES, (0.2, -0.1, 0.7, 0.4, -0.3, 0.9, 4.1, 0.6, 2.0), st
 """What each variable is in :data:`MOTION`."""
 
 
-def tabled(axis, variable, first, last, law, p=TABLE_2):
-    """``p`` with a table of ``law`` on an axis."""
+def tabled(axis, variable, first, last, law):
+    """Table 2 with a table of ``law`` on an axis."""
     spacing = (last - first) / (KNOTS - 1)
     torques = {f"table_torque_{k + 1}_{axis}": float(law(first + k * spacing)) for k in range(KNOTS)}
     number = float(list(VARIABLES).index(variable) + 1)
-    return p._replace(
+    return TABLE_2._replace(
         **{f"table_variable_{axis}": number, f"table_first_{axis}": first, f"table_spacing_{axis}": spacing, **torques}
     )
 

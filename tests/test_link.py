@@ -25,17 +25,17 @@ USUAL = read_layout(USUAL_LAYOUT)
 SAMPLE = Datagram(7, 0.07, (1.5, -2.5, 0.1, -0.2, 3.0))
 
 
-def sent(numbers, h=H, offset=0.0):
+def sent(numbers):
     """Samples of these numbers, each with its number as the pitch."""
-    return [Datagram(number, offset + number * h, (0.0, 0.0, float(number), 0.0, 0.0)) for number in numbers]
+    return [Datagram(number, number * H, (0.0, 0.0, float(number), 0.0, 0.0)) for number in numbers]
 
 
-def passed(arrivals, delay=5):
-    """Numbers that an order gives out, each arrival releasing what is ``delay`` samples old; and the order."""
+def passed(arrivals):
+    """Numbers that an order gives out, each arrival releasing what is five samples old; and the order."""
     order, out = Order(H), []
     for sample in arrivals:
         order.take(sample, 0.0)
-        out += [one.number for one in order.release(order.newest.time - (delay - 0.5) * H)]
+        out += [one.number for one in order.release(order.newest.time - 4.5 * H)]
     return out + [one.number for one in order.release(1e9)], order
 
 

@@ -34,9 +34,9 @@ def run(state, seconds, h, p, v_front=1.5, v_rear=1.1, command=0.0):
     return state
 
 
-def reference(state, seconds, p, v_front=1.5, v_rear=1.1):
+def reference(state, seconds, p):
     """The same motion by scipy's eighth-order method at tight tolerances, with motors and bending as further states."""
-    u = np.array([motor_input(v_front, p), motor_input(v_rear, p)])
+    u = np.array([motor_input(1.5, p), motor_input(1.1, p)])
     T, w_b = p.T_m + p.motor_lag_rotors, 2 * pi * p.bending_frequency
 
     def slope(t, x):

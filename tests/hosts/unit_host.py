@@ -31,18 +31,16 @@ class Unit:
         self.slave = instantiate_fmu(self.folder, self.description, self.kind, debug_logging=True, logger=logger)
         return self
 
-    def start(self, parameters=None, inputs=None, at=0.0):
-        self.slave.setupExperiment(startTime=at)
+    def start(self, parameters=None):
+        self.slave.setupExperiment(startTime=0.0)
         for name, value in (parameters or {}).items():
             self.set(name, value)
         self.slave.enterInitializationMode()
-        for name, value in (inputs or {}).items():
-            self.set(name, value)
         self.slave.exitInitializationMode()
         return self
 
-    def fresh(self, parameters=None, inputs=None, at=0.0):
-        return self.instantiate().start(parameters, inputs, at)
+    def fresh(self, parameters=None):
+        return self.instantiate().start(parameters)
 
     def set(self, name, value):
         variable = self.variables[name]
@@ -86,10 +84,10 @@ class Unit3(Unit):
 
     SETTERS = {"Float64": "setFloat64", "Int32": "setInt32", "Boolean": "setBoolean", "String": "setString"}
 
-    def start(self, parameters=None, inputs=None, at=0.0):
+    def start(self, parameters=None):
         for name, value in (parameters or {}).items():
             self.set(name, value)
-        self.slave.enterInitializationMode(startTime=at)
+        self.slave.enterInitializationMode(startTime=0.0)
         self.slave.exitInitializationMode()
         return self
 
