@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.rigs import log_of, struck, windy_log, windy_logs
 from heli_identifier.chain import FAULTS, Event, counted, find_events, inspected, on_time, passages, undone, unslipped
-from heli_identifier.chain.inspection import jitter, quantum
+from heli_identifier.chain.inspection import jitter
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 from heli_identifier.tracing import DiagnosisSettings, RigVerdict, diagnose, identify_plant
@@ -50,12 +50,6 @@ def test_a_fault_is_undone_by_its_own_size_and_one_of_size_0_changes_nothing(dam
         size = H * a / (1.0 - a)
     found = np.hstack(undone({BY_FIELD[field]: size}, v, y, H))
     np.testing.assert_allclose(found[2:-2, channel], true[2:-2, channel], atol=tolerance)
-
-
-def test_steps_of_an_encoder_are_seen_and_those_of_noise_are_not():
-    step = 2.0 * np.pi / 4096.0
-    assert quantum(np.round(ANGLES[:, 0] / step) * step) == pytest.approx(step, rel=1e-6)
-    assert quantum(ANGLES[:, 0] + 1e-4 * RNG.standard_normal(len(ANGLES))) == 0.0
 
 
 def test_play_is_undone_but_for_the_passage_from_one_side_to_the_other():
