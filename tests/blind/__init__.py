@@ -11,7 +11,7 @@ the only thing the two sides have in common.
 `signals`           voltages of the four logs of a rig, and what a pilot asks for
 `rigs`              the truth of one rig, the kinds there are, and how one is drawn
 `generator`         logs of a rig in open loop, and the battery
-`air`               torque of the air of measured rigs, in three colours
+`air`               torque of the air of measured rigs, in four colours
 `flown`             rigs in calm flight, which may change
 `windy`             rigs flown in that air, stirred or quiet, by two controllers
 `damage`            what goes wrong between a rig and its log

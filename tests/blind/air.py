@@ -10,6 +10,7 @@ level [rad/s^2] and c the rate [1/s]:
 `slow`    the same and a drift of half the level beside it that forgets in 10 s: A = -(c, .1), P = (s^2, s^2/4)
 `swirl`   air that goes round in the room: x_1'' + 2 zeta c x_1' + c^2 x_1 = noise and torque = x_2 = x_1',
           P = (s^2/c^2, s^2); the spectrum c^2 f^2 / ((c^2 - f^2)^2 + 4 zeta^2 c^2 f^2) has its peak at c, 2.5 rad/s
+`calm`    as `ou`, at a tenth of the level of measured rigs
 ========  =====================================================================================================
 """
 
@@ -20,7 +21,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-COLOURS = ("ou", "slow", "swirl")
+COLOURS = ("ou", "slow", "swirl", "calm")
 
 LEVELS = ((0.04, 0.38), (0.024, 0.063), (0.008, 0.021))
 """Standard deviations of the torque on pitch, elevation and travel of measured rigs [rad/s^2]."""
@@ -30,6 +31,9 @@ CORRELATION_TIME = (0.3, 0.6)
 
 SWIRL, SWIRL_DAMPING = (2.4, 2.6), 0.35
 """Where the swirl's spectrum has its peak [rad/s], and its damping ratio: one turn and it has died out."""
+
+CALM = 0.1
+"""Level of calm air over that of measured rigs."""
 
 DRIFT_RATE, DRIFT_SHARE = 0.1, 0.5
 """Rate of the drift [1/s], and its level over that of the gusts."""
@@ -62,10 +66,14 @@ class Noise:
 
 
 def draw_noise(colour: str, rng: np.random.Generator) -> Noise:
-    """Draw level and rate among those of measured rigs; of one seed they are the same whatever the colour."""
+    """Draw level and rate among those of measured rigs; of one seed they are the same whatever the colour.
+
+    Calm air has a tenth of the level.
+    """
     if colour not in COLOURS:
         raise ValueError(f"colour {colour!r} is not known; choose of {', '.join(COLOURS)}")
-    pitch, elevation, travel = (float(np.exp(rng.uniform(*np.log(limits)))) for limits in LEVELS)
+    share = CALM if colour == "calm" else 1.0
+    pitch, elevation, travel = (share * float(np.exp(rng.uniform(*np.log(limits)))) for limits in LEVELS)
     time, peak = rng.uniform(*CORRELATION_TIME), rng.uniform(*SWIRL)
     return Noise(colour, (pitch, elevation, travel), float(peak if colour == "swirl" else 1.0 / time))
 
