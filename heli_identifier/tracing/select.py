@@ -20,7 +20,7 @@ from itertools import combinations
 
 import numpy as np
 
-from .fit import Fit, fit
+from .fit import Fit, dispersion, fit
 from .likelihood import Point
 from .result import Agreement
 from .rig import Array, Effect
@@ -213,13 +213,17 @@ def _finding(
     """Weigh an effect of a set; what seems established is refitted ``without``, and its rivals are looked for."""
     effect, own = around.effects[name], scores[name]
     relatives = [other for other in selected if around.effects[other].family == effect.family]
-    phi, family = float(around.dispersion[own.column]), own.score
+    names, bound = around.fitted.names, around.fitted.at_bound
+    phi = float(around.dispersion[own.column])
+    if name in names:
+        across = max(1.0, float(dispersion(around.fitted)[1][names.index(name)]) / phi)
+        phi, own = phi * across, replace(own, score=own.score / across)
+    family = own.score
     if len(relatives) > 1:
         rest = [other for other in selected if other not in relatives]
         family = (_fall(around, around.minimum(selected)[0]) - _fall(around, around.minimum(rest)[0])) / phi
         family -= KEPT * (len(relatives) - 1)
     leads = all(scores[other].score <= own.score for other in relatives)
-    names, bound = around.fitted.names, around.fitted.at_bound
     at_end = any(bound[names.index(shape)] for shape in effect.shapes if shape in names)
     found = Finding(effect, own, family, (), leads, floor=around.floor, at_end=at_end)
     if without is None:
