@@ -60,8 +60,7 @@ def test_sensitivities_agree_with_runs_of_the_filter(clean):
         p, step, *_ = likelihood.moved(point, coordinate, fitted.x[i])
         exact = 0.0
         for n, own in enumerate(likelihood.records):
-            e = np.empty_like(own.angles)
-            likelihood.run(n, point, e, parameters=p)
+            e, _ = likelihood.run(n, replace(point, parameters=p))
             column = own.weights * (e - fitted.e[n]) / step / fitted.sigma
             exact += (column**2).sum()
         assert quadratic.information.sum(0)[i] == pytest.approx(exact, rel=0.04), coordinate.field
@@ -76,9 +75,9 @@ def test_torques_of_a_log_are_integrated_over(clean):
     fitted, expected = clean[2], np.zeros(3)
     likelihood, tau = fitted.likelihood, fitted.likelihood.widths[:3]
     for i, record in enumerate(likelihood.records):
-        own, e = fitted.point.own.copy(), np.empty_like(record.angles)
+        own = fitted.point.own.copy()
         own[i, :3] += tau
-        likelihood.run(i, replace(fitted.point, own=own), e)
+        e, _ = likelihood.run(i, replace(fitted.point, own=own))
         change = (e - fitted.e[i]) / fitted.sigma
         expected += 0.5 * np.log1p((record.weights * change**2).sum(0))
     np.testing.assert_allclose(likelihood.volume(fitted.point, fitted.sigma), expected, atol=0.02)

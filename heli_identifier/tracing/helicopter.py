@@ -12,13 +12,13 @@ from math import atan2, copysign, exp, hypot, inf, pi
 from typing import ClassVar
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import cont2discrete, lfilter
 
 from heli_identifier.chain import local_cubic
 from heli_identifier.online import ModelParameters
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
 from heli_plant.effects import Effect as Law
-from heli_plant.laws import motor_input, thrust_voltage
+from heli_plant.laws import bending_acceleration, input_delay, motor_input, thrust_voltage
 from heli_plant.motor import kept
 from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.simulation import ALONE, run_accelerations, run_alone, run_filter
@@ -198,6 +198,15 @@ def _thrust_fields() -> tuple[str, ...]:
     return tuple(entry.field for entry in CATALOGUE if entry.place in (VOLTAGE, THRUST))
 
 
+def _thrust(record: Record, p: PlantParameters) -> Array:
+    """Sum of the rotors' thrust voltages (N,) [V] along a record; a delay is taken in whole samples."""
+    if not input_delay(p) and not any(getattr(p, field) for field in _thrust_fields()):
+        return np.asarray(lagged(record, p).sum(1))
+    late = np.maximum(np.arange(record.samples) - round(input_delay(p) / record.step), 0)
+    driven = replace(record, inputs=np.vectorize(lambda v: motor_input(v, p))(record.inputs[late]))
+    return np.vectorize(lambda nu, t: thrust_voltage(nu, t, p))(lagged(driven, p), record.time[:, None]).sum(1)
+
+
 def _signals(record: Record, p: PlantParameters) -> Array:
     """Signals (N, 5) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda'."""
     nu, rate = lagged(record, p), np.gradient(record.angles[:, 2], record.step)
@@ -292,6 +301,17 @@ class Rig:
     accelerations = staticmethod(run_accelerations)
     simulate = staticmethod(run_alone)
     begin = staticmethod(record_start)
+
+    @staticmethod
+    def readings(record: Record, plants: Sequence[PlantParameters]) -> Array:
+        """Give what the encoders of plants with the same rotors read beside the axes' angles [rad], (m, N, 3)."""
+        out, mu = np.zeros((len(plants), record.samples, 3)), _thrust(record, plants[0])
+        for own, p in zip(out, plants, strict=True):
+            q, rate, drive = (bending_acceleration(*unit, p) for unit in np.eye(3).tolist())  # the law is linear
+            if drive:
+                b, a, _ = cont2discrete(([drive], [1.0, -rate, -q]), record.step, "foh")
+                own[:, 1] = lfilter(b[0], a, mu - mu[0]) - drive / q * mu[0]
+        return out
 
     @property
     def candidates(self) -> tuple[Effect, ...]:

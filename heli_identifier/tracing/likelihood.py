@@ -33,7 +33,6 @@ from .rig import Array, Coordinate, Parameters, Record
 from .settings import HUBER, OWN
 
 NO_HARMONICS = np.empty((0, 4))
-NO_MOTION = np.empty((0, 6))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,13 +83,8 @@ class Likelihood:
 
         The motion is that at the beginning of every block of :attr:`.rig.Record.held` samples.
         """
-        found, motions = [], []
-        for i, record in enumerate(self.records):
-            e, motion = np.empty_like(record.angles), np.empty((record.samples, 2 * len(self.rig.axes)))
-            self.run(i, point, e, motion)
-            found.append(e)
-            motions.append(motion[:: record.held].copy())
-        return found, motions
+        runs = [self.run(i, point) for i in range(len(self.records))]
+        return [e for e, _ in runs], [motion for _, motion in runs]
 
     def beginning(self, seconds: float) -> tuple[Record, ...]:
         """Give the first records that hold so much flight [s]."""
@@ -181,19 +175,17 @@ class Likelihood:
         gains = zip(self.rig.gains, drift, strict=True)
         return self.rig.assign(parameters, {name: self.rig.read(parameters, name) * exp(d) for name, d in gains})
 
-    def run(
-        self, i: int, point: Point, e: Array, motion: Array = NO_MOTION, parameters: Parameters = None,
-        record: Record | None = None,
-    ) -> None:  # fmt: skip
-        """Run the filter over record ``i``, or over it as ``record``; fill ``e`` and ``motion``."""
-        record, a = record or self.records[i], len(self.rig.axes)
-        p = self.of_log(i, point, point.parameters if parameters is None else parameters)
-        K = gains(filters(record.step, self.rig.linear(p), physical(point.z)))
+    def run(self, i: int, point: Point) -> tuple[Array, Array]:
+        """Run the filter over record ``i``; its innovations and motion as of :meth:`filtered`."""
+        record, a, p = self.records[i], len(self.rig.axes), self.of_log(i, point, point.parameters)
+        e, motion = np.empty_like(record.angles), np.empty((record.samples, 2 * a))
+        K = gains(self.filters(record, point))
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
         start = record.start.copy()
         start[: 2 * a] += point.own[i, a : 3 * a]
-        record = replace(record, start=start)
-        self.rig.filter(record, p, K, point.own[i, :a], harmonics, 0, record.samples, None, e, motion)
+        begun = replace(record, start=start)
+        self.rig.filter(begun, p, K, point.own[i, :a], harmonics, 0, record.samples, None, e, motion)
+        return e, motion[:: record.held].copy()
 
 
 def without(faults: Mapping[Fault, float], logged: Record) -> Record:

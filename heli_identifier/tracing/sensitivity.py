@@ -5,9 +5,9 @@ of the filter, a linear filter. No torque of a bench changes much within 40 ms, 
 :data:`.settings.SEEN_AT` and held over a block of samples. They have to be those at the block's beginning: a later one
 knows the controller's answer to the innovations that it is multiplied by, and the gradient would be biased. Those to
 the air's parameters are finite differences of the filter at the record's rate. A fault of an encoder passes the same
-linear filter as the reading; a fault of the voltages and the bending of the arm, which has a state of its own, take a
-run of the filter. Records are read in chunks, so memory grows with the log alone. With J the derivatives of e and
-Huber's weights w, every axis of every log adds
+linear filter as the reading, and so does the bending of the arm; a fault of the voltages acts within 40 ms, and its
+torques are taken at the record's rate as well. Records are read in chunks, so memory grows with the log alone. With J
+the derivatives of e and Huber's weights w, every axis of every log adds
 
     H += sum_k w_k J_k J_k' / sigma^2,    g += sum_k w_k J_k e_k / sigma^2,
 
@@ -17,7 +17,7 @@ torques adds its slope to g alone: it bends by less than a nat.
 Sources: Ljung, System Identification, 2nd ed., section 10.2 (Gauss-Newton); Huber 1964.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -174,19 +174,21 @@ class Sensitivities:
         pushing = [j for j, m in enumerate(moves) if not m.in_reading and m.faults is None and m.torque is None]
         acting = [L.of_log(i, point, p) for p in (point.parameters, *(moves[j].parameters for j in pushing))]
         widths = np.array([move.step for move in moves])[:, None]
+        changes = list[tuple[int, Array, Callable[[AxisFilter], tuple[Array, Array]]]]()
         read = [dict[int, Array]() for _ in axes]
-        for j, move in enumerate(moves):
-            if j in pushing or move.torque is not None:
-                continue
-            other = record if move.faults is None else without(move.faults, L.logged[i] if L.faults else record)
-            runs = move.in_reading or bool((other.inputs != record.inputs).any())
-            change = other.angles - record.angles
-            if runs:
-                L.run(i, point, change, parameters=move.parameters, record=other)
-                change -= e
+        if bent := [j for j, move in enumerate(moves) if move.in_reading]:
+            first, *others = rig.readings(record, [point.parameters, *(moves[j].parameters for j in bent)])
+            changes += [(j, first - own, reading_dynamics) for j, own in zip(bent, others, strict=True)]
+        for j, faults in ((j, move.faults) for j, move in enumerate(moves) if move.faults is not None):
+            other = without(faults, L.logged[i] if L.faults else record)
+            changes.append((j, other.angles - record.angles, reading_dynamics))
+            if (other.inputs != record.inputs).any():
+                along = np.repeat(motion, held, axis=0)[: record.samples]
+                there, here = (rig.accelerations(own, acting[:1], along)[0][:, 0].T for own in (other, record))
+                changes.append((j, there - here, error_dynamics))
+        for j, change, dynamics in changes:
             for k in np.flatnonzero(change.any(0)).tolist():
-                slope = change[:, k] / move.step
-                read[k][j] = slope if runs else lfilter(*reading_dynamics(axes[k].own), slope)
+                read[k][j] = lfilter(*dynamics(axes[k].own), change[:, k] / moves[j].step)
         gone = [behind(axis.own, e[:, k]) for k, axis in enumerate(axes)]
         lagging = None
         memory = np.zeros((a, P + 3, 5))
