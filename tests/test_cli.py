@@ -65,12 +65,12 @@ flush()
 
 
 def test_validate_takes_all_files_up_to_the_next_option():
-    words = "diagnose a b --validate c d --output x e"
-    assert spread(words.split()) == "diagnose a b --validate c --validate d --output x e".split()
-    again = "--validate a --validate b c -v d".split()
-    assert spread(again) == "--validate a --validate b --validate c -v d".split()
-    joined = "a --validate=b c d --json e".split()
-    assert spread(joined) == "a --validate=b --validate c --validate d --json e".split()
+    for typed, taken in (
+        ("diagnose a b --validate c d --output x e", "diagnose a b --validate c --validate d --output x e"),
+        ("--validate a --validate b c -v d", "--validate a --validate b --validate c -v d"),
+        ("a --validate=b c d --json e", "a --validate=b --validate c --validate d --json e"),
+    ):
+        assert spread(typed.split()) == taken.split()
 
 
 def test_a_configuration_of_this_folder_is_taken_and_that_is_said(tmp_path, monkeypatch):
@@ -93,11 +93,8 @@ def test_on_a_narrow_terminal_figures_stand_without_their_intervals_unless_they_
         printed.append(" ".join(capsys.readouterr().out.split()))
     assert "± 0.0057" in printed[0] and "to" in printed[1]
     assert "0.2930 rad/s²/V 5.00" in printed[2] and "±" not in printed[2]
-
-
-def test_a_table_of_many_columns_stands_in_parts_and_no_cell_is_cut(monkeypatch, capsys):
+    # a table of many columns stands in parts, and no cell is cut
     monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     heads, cells = [f"log-{k}" for k in range(7)], [f"0.{k}00 ± 0.0123" for k in range(7)]
     print_table(Table("Parameters", ("parameter", "meaning", *heads), [("k_x", "pitch gain", *cells)]))
     lines = re.sub(r"\x1b\[\d*m", "", capsys.readouterr().out).splitlines()

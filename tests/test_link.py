@@ -212,6 +212,12 @@ def test_a_stopped_stream_trips_the_watchdog_and_no_step_waits(linked):
         rig.send(sample(k))
         stepped(unit, k)
     assert got(unit, "watchdog", "fresh", "lost", "set_anew") == [0.0, 1.0, 500.0, 0.0]
+    # a rig that does not send is said where it is waited for, and no state is saved
+    unit = created(wait=0.05)
+    assert unit.log_queue[0].msg.endswith("no sample of the rig came in within link.wait = 0.05 s")
+    assert not unit.do_step(0.0, H)
+    assert unit._get_fmu_state() == {} and "cannot be saved" in unit.log_queue[-1].msg
+    unit.terminate()
 
 
 def test_the_first_good_sender_is_the_rig_and_nobody_else(linked):
@@ -288,11 +294,3 @@ def test_the_initialisation_waits_for_the_first_sample_and_shows_it_until_one_is
     for k in range(5):
         stepped(unit, k)
     assert got(unit, "pitch", "fresh", "watchdog") == [0.04, 1.0, 0.0]
-
-
-def test_a_rig_that_does_not_send_is_said_where_it_is_waited_for_and_no_state_is_saved():
-    unit = created(wait=0.05)
-    assert unit.log_queue[0].msg.endswith("no sample of the rig came in within link.wait = 0.05 s")
-    assert not unit.do_step(0.0, H)
-    assert unit._get_fmu_state() == {} and "cannot be saved" in unit.log_queue[-1].msg
-    unit.terminate()

@@ -111,12 +111,10 @@ def mdf(path, invalid=()):
 def test_a_file_of_another_program_is_read_with_its_units_and_its_time(tmp_path, write, ending):
     write(tmp_path / f"log.{ending}")
     assert same(read_log(tmp_path / f"log.{ending}"))
-
-
-def test_an_invalid_sample_of_an_mdf_file_is_no_number(tmp_path):
-    mdf(tmp_path / "log.mf4", invalid=(5,))
-    with pytest.raises(LogError, match=r"row 6, column 'pitch \[rad\]': the cell is empty or NaN"):
-        read_log(tmp_path / "log.mf4")
+    if write is mdf:  # which marks samples that are invalid
+        mdf(tmp_path / "bad.mf4", invalid=(5,))
+        with pytest.raises(LogError, match=r"row 6, column 'pitch \[rad\]': the cell is empty or NaN"):
+            read_log(tmp_path / "bad.mf4")
 
 
 @pytest.mark.parametrize(

@@ -79,16 +79,6 @@ def test_logs_of_one_name_are_told_apart_by_their_folders_or_numbered(tmp_path):
     assert (seen.name, judge.name) == ("monday/logs/run", "tuesday/logs/run")
 
 
-def test_a_voltage_that_is_constant_in_every_log_leaves_nothing_to_identify():
-    moving, angles = np.sin(np.arange(1000) / 50.0), np.zeros((1000, 3))
-    front, rear = (records.Log("run", 100.0, np.outer(moving, own), angles) for own in ([1.0, 0.0], [0.0, 1.0]))
-    records.check_excitation([front, rear])
-    with pytest.raises(LogError, match="v_rear is constant in every log, so there is nothing to identify"):
-        records.check_excitation([front, front])
-    with pytest.raises(LogError, match="name at least one file"):
-        records.check_excitation([])
-
-
 def test_no_log_may_count_twice_even_under_another_name_or_if_it_is_short(tmp_path):
     first, second, _ = records.demo_files("rig-a")[0]
     copy = shutil.copy(second, tmp_path / "copy.csv")
@@ -110,11 +100,19 @@ def encoded(angle, shake=0.25):
     return COUNT * np.round(angle / COUNT + shake * NOISE)
 
 
-def test_what_moves_is_told_from_flicker_and_noise():
+def test_what_moves_is_told_from_flicker_and_noise_and_a_voltage_that_never_does_is_refused():
     quiet_hover = encoded(0.5 * COUNT * np.sin(0.7 * TIME), 0.5)  # which flicker outweighs
     assert [still(angle) for angle in (encoded(0.1 * np.sin(1.3 * TIME)), quiet_hover)] == [None, None]
     for angle in (encoded(np.full(3000, 0.5 * COUNT)), encoded(5.0 * COUNT * NOISE), 0.01 * NOISE):
         assert still(angle) == "holds nothing but noise"
+    # a voltage that is constant in every log leaves nothing to identify
+    moving, angles = np.sin(np.arange(1000) / 50.0), np.zeros((1000, 3))
+    front, rear = (records.Log("run", 100.0, np.outer(moving, own), angles) for own in ([1.0, 0.0], [0.0, 1.0]))
+    records.check_excitation([front, rear])
+    with pytest.raises(LogError, match="v_rear is constant in every log, so there is nothing to identify"):
+        records.check_excitation([front, front])
+    with pytest.raises(LogError, match="name at least one file"):
+        records.check_excitation([])
 
 
 RIG = make_rig(9001, "clean")
