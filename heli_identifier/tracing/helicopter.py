@@ -348,6 +348,11 @@ class Rig:
         thrust = thrust_voltage(motor_input(self.operating_point, p), 0.0, p)
         return 2.0 * float(p.k_z) * thrust
 
+    def scaled(self, p: PlantParameters, factors: Sequence[float]) -> PlantParameters:
+        """Give a plant whose gains are so many times larger, as :meth:`assign` does."""
+        gains = {field: getattr(p, field) * factor for field, factor in zip(GAINS, factors, strict=True)}
+        return p._replace(**gains, **{WEIGHT: p.a_1 + self._lift(p) * (factors[GAINS.index("k_z")] - 1.0)})
+
     def linear(self, p: PlantParameters) -> tuple[tuple[float, float], ...]:
         """Give damping [1/s] and stiffness [1/s^2] of each axis, for the gains of its filter."""
         return (p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)

@@ -20,7 +20,6 @@ Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 196
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import exp
 from typing import NamedTuple
 
 import numpy as np
@@ -170,10 +169,7 @@ class Likelihood:
     def of_log(self, i: int, point: Point, parameters: Parameters) -> Parameters:
         """Give the plant with the gains of log ``i``."""
         drift = point.own[i, 3 * len(self.rig.axes) :]
-        if not drift.any():
-            return parameters
-        gains = zip(self.rig.gains, drift, strict=True)
-        return self.rig.assign(parameters, {name: self.rig.read(parameters, name) * exp(d) for name, d in gains})
+        return self.rig.scaled(parameters, np.exp(drift).tolist()) if drift.any() else parameters
 
     def run(self, i: int, point: Point) -> tuple[Array, Array]:
         """Run the filter over record ``i``; its innovations and motion as of :meth:`filtered`."""
