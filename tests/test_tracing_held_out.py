@@ -126,6 +126,21 @@ def test_the_offset_of_a_log_is_found_and_costs_its_prior():
     np.testing.assert_allclose((b1 - b0)[1:], (kept * shift)[1:], rtol=0.1)
 
 
+def test_an_offset_beyond_hubers_bound_costs_no_more_than_its_prior():
+    """In calm air .03 rad/s^2 shift every innovation by some standard deviations, and are little beside a prior of .2.
+
+    With Huber's weights of the innovations before the torque is taken out, this log would lose 116 nats.
+    """
+    v, air, nats = drive(60.0, 3), 0.02 * torque(6000, 3), []
+    calm = model(noise=NOISE)
+    calm.z[0] -= np.log(50.0) / NOISE_WIDTH[0]
+    for constant in (0.0, 0.03):
+        log = Log("calm", 1.0 / H, v, recorded(TABLE_2, v, 3, air + [0.0, constant, 0.0]))
+        own = replace(calm, torque_width=np.full(3, 0.2))
+        nats.append(float(likelihood_of(own, record_of(log, RIG))[1].sum()))
+    assert nats[0] - nats[1] == pytest.approx(0.5 * (0.03 / 0.2) ** 2, abs=0.5)
+
+
 def test_the_noise_floor_is_the_true_plants_own_error():
     runs = [Run.along(model(), record_of(windy(seed), RIG), np.zeros(3)) for seed in (11, 12)]
     made = [made_by_itself(run, seed) for seed, run in enumerate(runs)]

@@ -54,7 +54,7 @@ from .result import (
     Use,
 )  # fmt: skip
 from .rig import NOTHING, Array, LeftOut, Parameters, Record, record_of, records_of
-from .settings import BLOCK, DRAWS, FLOWN, HUBER, OWN, SETTLING, SPACING, WHITE_TIME, DiagnosisSettings
+from .settings import BLOCK, DRAWS, FLOWN, HUBER, OWN, ROUNDS, SETTLING, SPACING, WHITE_TIME, DiagnosisSettings
 
 
 def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]] | None = None) -> tuple[Run, Array]:
@@ -64,15 +64,17 @@ def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]
     """
     h, sigma, a = record.step, model.scales(record.step), len(model.encoder_noise)
     first = Run.along(model, record, np.zeros(a)).innovations / sigma
-    w = record.weights * np.minimum(1.0, HUBER / np.maximum(np.abs(first), 1e-12))
     own, of_log = np.zeros((3, a)), 0.0
     for i, axis in enumerate(model.filters(h)):
         constant, memory = np.zeros((3, record.samples)), np.zeros((3, 5))  # what the torque and two of the start do
         constant[0], memory[1:] = 1.0, start_memory(axis)
         J = lfilter(*error_dynamics(axis), constant, zi=memory)[0].T / sigma[i]
         width = np.array([model.torque_width[i], *OWN[1:3]])
-        H = (w[:, i, None] * J).T @ J + np.diag(width**-2.0)
-        own[:, i] = -np.linalg.solve(H, (w[:, i] * first[:, i]) @ J)  # one step: the innovations are linear in these
+        for _ in range(ROUNDS):  # the innovations are linear in these, Huber's weights are not
+            left = np.abs(first[:, i] + J @ own[:, i])
+            w = record.weights[:, i] * np.minimum(1.0, HUBER / np.maximum(left, 1e-12))
+            H = (w[:, None] * J).T @ J + np.diag(width**-2.0)
+            own[:, i] = -np.linalg.solve(H, (w * first[:, i]) @ J)
         of_log += 0.5 * float(((own[:, i] / width) ** 2).sum() + np.linalg.slogdet(H * np.outer(width, width))[1])
     start = record.start.copy()
     start[: 2 * a] += own[1:].ravel()
