@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from benchmarks.harness import Bar, Row, apart, bar_table, resident_memory, section, table
 from fmu_src import CLOSED_LOOP
 from fmu_src.master.instance import Instance
-from fmu_src.master.loop import Wired, instances
+from fmu_src.master.loop import Wired, instantiate_units
 from heli_identifier.online import IdentifierState, Sampled
 from heli_identifier.online.adaptation import gain_matrix
 from heli_identifier.results import significant
@@ -71,7 +71,7 @@ def run_day(case: str) -> Row:
     Of jumps: the share that is missing after 60 s, and the time from which on a quarter is not [s].
     """
     truth, resident, eigenvalues, jumps, first = {**TRUTH}, [], [], [], 0
-    with instances(CLOSED_LOOP, {}, native=True) as units:
+    with instantiate_units(CLOSED_LOOP, {}, native=True) as units:
 
         def wired(excited: bool) -> Wired:
             """Wire the units with or without the exciter; what is not wired keeps the value that it was given last."""

@@ -29,7 +29,7 @@ import numpy as np
 from benchmarks.harness import ROOT, Bar, apart, bar_table, resident_memory, section, table
 from fmu_src import CLOSED_LOOP, SCENARIOS, UNITS, MasterError, Scenario, build, build_all
 from fmu_src.master import run, run_apart
-from fmu_src.master.loop import instances
+from fmu_src.master.loop import instantiate_units
 from fmu_src.native import NATIVE_UNITS
 from fmu_src.ssp import write_ssp
 from heli_identifier.records import demo_files
@@ -58,7 +58,7 @@ def ours(scenario: Scenario, files: dict[str, str], steps: int) -> float:
 def fmpy_calls(files: dict[str, str], steps: int) -> float:
     """Step the same units by fmpy's own methods, one get and one set per connection, nothing recorded."""
     given = CLOSED_LOOP.parameters_by_unit(GIVEN)
-    with instances(CLOSED_LOOP, fmus_of(CLOSED_LOOP, files), False) as units:
+    with instantiate_units(CLOSED_LOOP, fmus_of(CLOSED_LOOP, files), False) as units:
         for name, unit in units.items():
             unit.initialise(given[name], 0.0, 1e6)
             unit.finish_initialisation(0.0)

@@ -1,4 +1,4 @@
-from .builder import UNITS, build, build_all, checked_start_values, number_or_text, parameters_of, unit_class
+from .builder import UNITS, build, build_all, check_start_values, number_or_text, parameters_of, unit_class
 from .errors import BuildError, FmuError, MasterError, Refusal, WiringError
 from .units.signals import AXES
 from .variables import TYPES, Value, Variable, field_of, problem_with, with_fields
@@ -23,7 +23,7 @@ __all__ = [
     "WiringError",
     "build",
     "build_all",
-    "checked_start_values",
+    "check_start_values",
     "field_of",
     "number_or_text",
     "parameters_of",

@@ -20,7 +20,7 @@ def getter(kind: str) -> Callable[[Any, list[int]], list[Any]]:
                 unit.prepare()
             if unit.of_type[kind].issuperset(vrs):
                 return [values[reference] for reference in vrs]
-            raise unknown(kind, next(one for one in vrs if one not in unit.of_type[kind]))
+            raise unknown_reference(kind, next(one for one in vrs if one not in unit.of_type[kind]))
         except BaseException as problem:
             unit.report(f"get{kind}", problem)
             return [values[one] if one in unit.of_type[kind] else _BLANKS[kind] for one in vrs]
@@ -46,6 +46,6 @@ def setter(kind: str) -> Callable[[Any, list[int], list[Any]], None]:
     return put
 
 
-def unknown(kind: str, reference: int) -> Refusal:
+def unknown_reference(kind: str, reference: int) -> Refusal:
     """Return the refusal of a reference that no variable of this type has."""
     return Refusal(f"no {kind} variable has value reference {reference}")

@@ -19,7 +19,7 @@ from typing import Any
 from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
 
-from .description import model_description, rendered
+from .description import model_description, render
 from .errors import BuildError
 from .slave_base import SlaveBase
 from .variables import TYPES, Value, Variable, problem_with
@@ -54,7 +54,7 @@ def parameters_of(unit: type[SlaveBase]) -> dict[str, Variable]:
     return {variable.name: variable for variable in unit.variables if variable.causality == "parameter"}
 
 
-def checked_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value], within: str = "") -> dict[str, Value]:
+def check_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value], within: str = "") -> dict[str, Value]:
     """Return ``parameters`` as start values of ``unit``, each of the variable's type; a number may come as its text.
 
     BuildError says which name, behind ``within``, is no parameter of the unit, or which value is out of range.
@@ -138,7 +138,7 @@ def build(
         twin or without model exchange, or a compiler that fails.
     """
     kind = unit_class(unit)
-    start_values = checked_start_values(kind, parameters or {})
+    start_values = check_start_values(kind, parameters or {})
     variables, page, described = variables_of(kind, start_values), dict[str, Any](host="python.html"), dict[str, Any]()
     if native:
         from .native.builder import native_unit  # the translator loads what units in Python need not
@@ -150,7 +150,7 @@ def build(
         token = content_guid(entries)
     icon = "terminalsAndIcons/icon.png" if native and fmi == 3 else "model.png"
     entries[icon] = files(__package__).joinpath("templates", "icon.png").read_bytes()
-    entries["documentation/index.html"] = rendered(f"{unit}.html", unit=kind, variables=variables, **page).encode()
+    entries["documentation/index.html"] = render(f"{unit}.html", unit=kind, variables=variables, **page).encode()
     entries["modelDescription.xml"] = model_description(kind, variables, token, remark=remark, **described)
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 

@@ -60,7 +60,7 @@ def model_description(
     """
     first = 1 if fmi == 2 else 0  # FMI 2.0 counts variables from 1, FMI 3.0 has their references
     place = {variable.name: k for k, variable in enumerate(variables, first)}
-    return rendered_xml(
+    return render_xml(
         "modelDescription.xml", unit=unit, name=unit.__name__, token=token, fmi=fmi, tool=tool, sources=sources,
         remark=f". {remark}" if remark else "",
         saves=value_text(unit.saves_state, "Boolean"), variables=variables, states=states, types=_TYPES, first=first,
@@ -112,14 +112,14 @@ def _bound(value: float | None, kind: str) -> str | None:
     return value_text(value, kind) if value is not None and abs(value) < LARGEST else None
 
 
-def rendered(template: str, **given: Any) -> str:
+def render(template: str, **given: Any) -> str:
     """Return the text of a template with what it is given."""
     return _templates().get_template(template).render(**given)
 
 
-def rendered_xml(template: str, **given: Any) -> bytes:
+def render_xml(template: str, **given: Any) -> bytes:
     """Return an XML file from a template, with an indentation of two blanks; blanks between elements do not count."""
-    root = fromstring(rendered(template, **given))
+    root = fromstring(render(template, **given))
     for node in root.iter():
         node.text = node.tail = None
     indent(root)

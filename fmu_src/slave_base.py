@@ -32,9 +32,9 @@ from pythonfmu.fmi2slave import Fmi2Slave
 from heli_identifier.errors import IdentifierError
 from heli_plant.errors import PlantError
 
-from .access import getter, setter, unknown
+from .access import getter, setter, unknown_reference
 from .errors import Refusal
-from .state import frozen_state, thawed_state
+from .state import freeze_state, thaw_state
 from .variables import TYPES, Value, Variable, problem_with, with_fields
 
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
@@ -219,7 +219,7 @@ class SlaveBase(Fmi2Slave):
     def set_one(self, kind: str, reference: int, value: Value) -> None:
         """Set a variable of this type, or refuse it; a value out of range is kept as a refusal that a good one ends."""
         if reference not in self.of_type[kind]:
-            raise unknown(kind, reference)
+            raise unknown_reference(kind, reference)
         variable = self.variables[reference]
         if not {variable.causality, variable.variability} & _OPEN.get(self.phase, {"input", "parameter"}):
             ended = "cannot be set, the unit is terminated"
@@ -245,7 +245,7 @@ class SlaveBase(Fmi2Slave):
             return {
                 "unit": [type(self).__name__, len(self.variables)],
                 "base": [self.phase, self.start_time, self.reached, list(self.values), list(self.refused.items())],
-                "hidden": [frozen_state(getattr(self, name, None)) for name in self.hidden],
+                "hidden": [freeze_state(getattr(self, name, None)) for name in self.hidden],
             }
         except BaseException as problem:
             self.report("getFMUstate", problem)
@@ -265,7 +265,7 @@ class SlaveBase(Fmi2Slave):
                     self.values[:] = values  # ``initialise`` has set the outputs of the start time
                 self.reached = reached
                 for (name, kind), saved in zip(self.hidden.items(), state["hidden"], strict=True):
-                    setattr(self, name, thawed_state(saved, kind))
+                    setattr(self, name, thaw_state(saved, kind))
                 self.outdated = False
         except BaseException as problem:
             self.report("setFMUstate", problem)

@@ -15,8 +15,8 @@ from xml.etree.ElementTree import register_namespace
 
 from heli_identifier.files import draft_folder, write_atomically
 
-from .builder import checked_start_values, scenario_fmus, unit_class, variables_of, zip_bytes
-from .description import base_units, rendered_xml
+from .builder import check_start_values, scenario_fmus, unit_class, variables_of, zip_bytes
+from .description import base_units, render_xml
 from .errors import BuildError
 from .slave_base import SlaveBase
 from .variables import Value
@@ -28,9 +28,9 @@ for _prefix, _part in {"ssc": "Common", "ssd": "Description", "ssv": "ParameterV
 
 def parameter_set(unit: type[SlaveBase], parameters: Mapping[str, Value]) -> bytes:
     """Return ``<ssv:ParameterSet>`` with all parameters of a unit; those that are not given have their start value."""
-    variables = variables_of(unit, checked_start_values(unit, parameters))
+    variables = variables_of(unit, check_start_values(unit, parameters))
     listed = [variable for variable in variables if variable.causality == "parameter"]
-    return rendered_xml("ParameterSet.ssv", parameters=listed, units=base_units(v.unit for v in listed))
+    return render_xml("ParameterSet.ssv", parameters=listed, units=base_units(v.unit for v in listed))
 
 
 def write_ssp(
@@ -79,7 +79,7 @@ def system_structure(scenario: Scenario, duration: float) -> bytes:
         name: [v for v in unit_class(kind).variables if v.causality == "output" or (name, v.name) in fed]
         for name, kind in scenario.units
     }
-    return rendered_xml(
+    return render_xml(
         "SystemStructure.ssd", scenario=scenario, components=components, duration=repr(duration),
         units=base_units(v.unit for own in components.values() for v in own),
     )  # fmt: skip

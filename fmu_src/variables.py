@@ -100,12 +100,12 @@ def _part(whole: Any, name: str) -> Any:
 def for_each(keys: Iterable[Any], kind: Callable[..., Variable], *row: Any, **options: Any) -> tuple[Variable, ...]:
     """Return ``kind(*row, **options)`` once for each key, a text or a tuple of texts that fill the row's ``{}``."""
     tuples = [(key,) if isinstance(key, str) else tuple(key) for key in keys]
-    return tuple(kind(*(_filled(part, key) for part in row), **options) for key in tuples)
+    return tuple(kind(*(_fill_part(part, key) for part in row), **options) for key in tuples)
 
 
-def _filled(part: Any, key: tuple[Any, ...]) -> Any:
+def _fill_part(part: Any, key: tuple[Any, ...]) -> Any:
     if isinstance(part, tuple):
-        return tuple(_filled(one, key) for one in part)
+        return tuple(_fill_part(one, key) for one in part)
     return part.format(*key) if isinstance(part, str) else part
 
 

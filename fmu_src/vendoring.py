@@ -37,7 +37,7 @@ def _module_file(module: str) -> Path | None:
     return Path(spec.origin) if spec and spec.origin else None
 
 
-def _imports(module: str, tree: ast.AST, is_package: bool) -> Iterable[str]:
+def _imported_modules(module: str, tree: ast.AST, is_package: bool) -> Iterable[str]:
     """Every absolute module name that ``module`` may import, also inside functions."""
     package = module if is_package else module.rpartition(".")[0]
     for node in ast.walk(tree):
@@ -70,7 +70,7 @@ def needed_sources(module: str) -> dict[str, str]:
         except SyntaxError as problem:
             oldest = ".".join(map(str, OLDEST_PYTHON))
             raise BuildError(f"{name} must be valid in Python {oldest}, the oldest of a host: {problem}") from problem
-        for wanted in _imports(name, tree, is_package):
+        for wanted in _imported_modules(name, tree, is_package):
             root = wanted.split(".")[0]
             if root in VENDORED:
                 waiting.append(wanted)
@@ -87,12 +87,12 @@ def python_unit(unit: type, start_values: Mapping[str, Value]) -> dict[str, byte
     sources = needed_sources(unit.__module__)
     tag = content_hash({**sources, "start values": repr(sorted(start_values.items()))})[:12]
     script = f"{unit.__name__}_{tag}"
-    texts = {path.replace("/", f"_{tag}/", 1): _rewritten(text, tag) for path, text in sources.items()}
+    texts = {path.replace("/", f"_{tag}/", 1): _rewrite(text, tag) for path, text in sources.items()}
     texts |= {f"{script}.py": slave_script(unit, tag, start_values), "slavemodule.txt": script}
     return {f"resources/{path}": text.encode() for path, text in texts.items()}
 
 
-def _rewritten(text: str, tag: str) -> str:
+def _rewrite(text: str, tag: str) -> str:
     """Rename vendored packages in ``from package import``, and replace what the oldest Python does not know.
 
     It does not evaluate annotations, which are postponed, and its zip checks no lengths, which the tests do.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from .motor import remember
 from .parameters import PlantParameters
-from .plant import arriving, measured_angles, rigid_start, step
+from .plant import delayed_input, measured_angles, rigid_start, step
 from .state import PlantState
 
 _ROUNDING = 1e-9  # share of a step by which H may exceed a whole number of longest steps: H has rounding errors
@@ -49,7 +49,7 @@ class Shown(NamedTuple):
     travel_rate: float
 
 
-def begin(first: PlantState, p: PlantParameters) -> PlantMemory:
+def start_memory(first: PlantState, p: PlantParameters) -> PlantMemory:
     """Return the memory at the start; the elevation of ``first`` is what the encoder reads."""
     return PlantMemory(rigid_start(first, p), [], [])
 
@@ -70,7 +70,7 @@ def communicate(
     record_time = time - start_time
     for k in range(steps):
         if delay > 0.0:
-            v_front, v_rear = arriving(since, held, len(since) - 1, time + k * h, h, p)
+            v_front, v_rear = delayed_input(since, held, len(since) - 1, time + k * h, h, p)
         state = step(state, v_front, v_rear, mass_command, record_time + k * h, h, p)
     return PlantMemory(state, since, held)
 
@@ -81,7 +81,7 @@ def is_finite(state: PlantState) -> bool:
     return isfinite(th + ep + la + w1 + w2 + w3 + nu_front + nu_rear + q + w + x + rest)
 
 
-def shown(state: PlantState, counts: EncoderCounts) -> Shown:
+def read_sensors(state: PlantState, counts: EncoderCounts) -> Shown:
     """Return what encoders and rates show of the state; ``counts`` of 0 round nothing."""
     pitch, elevation, travel = measured_angles(state)
     return Shown(

@@ -1,8 +1,8 @@
 """The plant's scalar functions, compiled by numba from the same source that an FMU interprets.
 
-:func:`compiled` walks the globals that a function names, compiles those that are functions of the plant, and binds the
-compiled twins in their place; nothing is written twice. Parameters are handed over as a NumPy record whose fields are
-those of :class:`heli_plant.parameters.PlantParameters` (:func:`parameter_record`).
+:func:`compile_function` walks the globals that a function names, compiles those that are functions of the plant, and
+binds the compiled twins in their place; nothing is written twice. Parameters are handed over as a NumPy record whose
+fields are those of :class:`heli_plant.parameters.PlantParameters` (:func:`parameter_record`).
 
 numba's disk cache notices a change in a function's own file only, not in what the function calls or names; here its
 folder is named by the content of all sources of the function's package. numba unpickles what it finds there, so whoever
@@ -49,7 +49,7 @@ def read_only(values: ArrayLike) -> NDArray[np.float64]:
     return view
 
 
-def compiled(function: Callable, *parameters: PlantParameters) -> Callable:
+def compile_function(function: Callable, *parameters: PlantParameters) -> Callable:
     """Return ``function``, with every function of the plant that it calls, compiled by numba and kept on disk.
 
     It releases the interpreter's lock, and divides by zero as IEEE 754 does. If the general model and tables are off in
@@ -69,7 +69,7 @@ _PLAIN: dict[Any, Any] = {
 @cache
 def _entry(function: Any, is_plain: bool) -> Any:
     """Dispatcher of a function that Python calls."""
-    return kept_on_disk(_jit(function, is_plain))
+    return keep_on_disk(_jit(function, is_plain))
 
 
 @cache
@@ -94,11 +94,11 @@ def _jit(function: Any, is_plain: bool, **options: Any) -> Any:
     return numba.njit(nogil=True, error_model="numpy", **options)(twin)
 
 
-def kept_on_disk(dispatcher: Any) -> Any:
+def keep_on_disk(dispatcher: Any) -> Any:
     """Return a function of numba, made without ``cache=True``, that keeps its machine code in :func:`cache_folder`."""
     folder = cache_folder()
     if folder is not None and hasattr(dispatcher, "py_func"):  # it is a plain function under NUMBA_DISABLE_JIT
-        version = _version(dispatcher.py_func.__module__.partition(".")[0])
+        version = _sources_digest(dispatcher.py_func.__module__.partition(".")[0])
         config: Any = numba.config
         before, config.CACHE_DIR = config.CACHE_DIR, str(folder / f"numba-{version}")
         with suppress(RuntimeError):  # a function that was composed has no file; it is compiled by each process
@@ -108,7 +108,7 @@ def kept_on_disk(dispatcher: Any) -> Any:
 
 
 @cache
-def _version(package: str) -> str:
+def _sources_digest(package: str) -> str:
     """Name for the content of all sources of a package."""
     digest = hashlib.sha256()
     for folder in sys.modules[package].__path__:

@@ -62,7 +62,7 @@ def start_pid(pitch: float, elevation: float, travel: float) -> PidState:
     return PidState(0.0, 0.0, 0.0, pitch, elevation, travel)
 
 
-def risen(references: Three, rises: Three, time: float, rise_time: float) -> Three:
+def step_references(references: Three, rises: Three, time: float, rise_time: float) -> Three:
     """Return ``references`` [rad], from ``rise_time`` [s] on with ``rises`` [rad] added."""
     if time < rise_time:
         return references
@@ -99,13 +99,13 @@ def _outputs(state: PidState, angles: Three, references: Three, settings: PidSet
     if settings.travel_enabled:
         # k_y < 0: a positive pitch drives the travel backwards, hence the plus sign on the travel error
         rate = (travel - state.filtered_travel) / tau
-        wanted = _weighted(settings.travel, travel - references[2], state.integral_travel, rate)
+        wanted = _sum_pid_terms(settings.travel, travel - references[2], state.integral_travel, rate)
         pitch_reference = clip(wanted, settings.pitch_limit)
         excess_travel = wanted - pitch_reference
     rate = (pitch - state.filtered_pitch) / tau
-    difference = -_weighted(settings.pitch, pitch - pitch_reference, state.integral_pitch, rate)
+    difference = -_sum_pid_terms(settings.pitch, pitch - pitch_reference, state.integral_pitch, rate)
     rate = (elevation - state.filtered_elevation) / tau
-    correction = _weighted(settings.elevation, elevation - references[1], state.integral_elevation, rate)
+    correction = _sum_pid_terms(settings.elevation, elevation - references[1], state.integral_elevation, rate)
     total = settings.trim - correction
     wanted_front, wanted_rear = 0.5 * (total + difference), 0.5 * (total - difference)
     v_front, v_rear = clip(wanted_front, settings.voltage_limit), clip(wanted_rear, settings.voltage_limit)
@@ -113,6 +113,6 @@ def _outputs(state: PidState, angles: Three, references: Three, settings: PidSet
     return (v_front, v_rear), pitch_reference, (over_front - over_rear, over_front + over_rear, excess_travel)
 
 
-def _weighted(gains: AxisGains, error: float, integral: float, rate: float) -> float:
+def _sum_pid_terms(gains: AxisGains, error: float, integral: float, rate: float) -> float:
     """Sum of error [rad], integral [rad s] and rate [rad/s], weighted by the gains."""
     return gains.proportional * error + gains.integral * integral + gains.derivative * rate

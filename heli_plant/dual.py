@@ -39,13 +39,13 @@ class Dual:
         return math.floor(self.value)
 
     def __eq__(self, other: object) -> bool:
-        b = _dual(other)
+        b = _to_dual(other)
         return self.value == b.value and bool(np.all(self.slope == b.slope))
 
     __hash__ = None  # type: ignore[assignment]
 
 
-def _dual(x: Any) -> Dual:
+def _to_dual(x: Any) -> Dual:
     return x if isinstance(x, Dual) else Dual(x, 0.0)
 
 
@@ -56,10 +56,10 @@ _OPERATIONS: dict[str, Callable[[Dual, Dual], Dual]] = {
     "truediv": lambda a, b: Dual(a.value / b.value, (a.slope - a.value / b.value * b.slope) / b.value),
 }
 for _name, _operation in _OPERATIONS.items():
-    setattr(Dual, f"__{_name}__", lambda a, b, done=_operation: done(a, _dual(b)))
-    setattr(Dual, f"__r{_name}__", lambda b, a, done=_operation: done(_dual(a), b))
+    setattr(Dual, f"__{_name}__", lambda a, b, done=_operation: done(a, _to_dual(b)))
+    setattr(Dual, f"__r{_name}__", lambda b, a, done=_operation: done(_to_dual(a), b))
 for _compare in (operator.lt, operator.le, operator.gt, operator.ge):
-    setattr(Dual, f"__{_compare.__name__}__", lambda a, b, holds=_compare: holds(a.value, _dual(b).value))
+    setattr(Dual, f"__{_compare.__name__}__", lambda a, b, holds=_compare: holds(a.value, _to_dual(b).value))
 
 
 SLOPES: dict[Callable[..., Any], Callable[[Any, Any, Any], Any]] = {
@@ -74,7 +74,7 @@ SLOPES: dict[Callable[..., Any], Callable[[Any, Any, Any], Any]] = {
 """The slope of each function of :mod:`math` that has one here, by its argument, its value and the functions of math."""
 
 
-def _applied(function: Callable[[float], float], x: Any) -> Any:
+def _apply(function: Callable[[float], float], x: Any) -> Any:
     """Return a function of :data:`SLOPES` at a float or a dual."""
     if not isinstance(x, Dual):
         return function(x)
@@ -89,13 +89,13 @@ def with_duals(function: FunctionType) -> FunctionType:
     for name in function.__code__.co_names:
         called = names.get(name)
         if called in SLOPES.keys():
-            names[name] = partial(_applied, called)
+            names[name] = partial(_apply, called)
         elif isinstance(called, FunctionType) and called.__module__.partition(".")[0] == __package__:
             names[name] = with_duals(called)
     return FunctionType(function.__code__, names, function.__name__, function.__defaults__)
 
 
-def seeded(values: Sequence[float]) -> list[Dual]:
+def seed_duals(values: Sequence[float]) -> list[Dual]:
     """Return the values as duals, each with a slope of 1 in a direction of its own."""
     directions = np.eye(len(values))
     return [Dual(float(value), direction) for value, direction in zip(values, directions, strict=True)]
@@ -103,5 +103,5 @@ def seeded(values: Sequence[float]) -> list[Dual]:
 
 def slopes(numbers: Sequence[Any], directions: int) -> NDArray[np.float64]:
     """Return the slopes of numbers, shape (len(numbers), directions); one without a slope has zeros."""
-    rows = [np.broadcast_to(np.asarray(_dual(x).slope, float), (directions,)) for x in numbers]
+    rows = [np.broadcast_to(np.asarray(_to_dual(x).slope, float), (directions,)) for x in numbers]
     return np.array(rows)

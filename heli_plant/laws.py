@@ -20,7 +20,7 @@ from math import inf
 from types import FunctionType
 from typing import Any
 
-from .effects import ACCELERATION, AXES, BENDING, CATALOGUE, DELAY, LAG, STEP_TIMES, THRUST, VOLTAGE, Effect, at
+from .effects import ACCELERATION, AXES, BENDING, CATALOGUE, DELAY, LAG, STEP_TIMES, THRUST, VOLTAGE, Effect, effects_at
 from .motor import saturate
 from .tabulated_torque import KNOTS, VARIABLES, table_variable, tabulated_torque
 
@@ -41,7 +41,7 @@ for _law in (entry.function for entry in CATALOGUE):
 """What the functions below name, and what the laws name."""
 
 
-def _expression(entry: Effect, given: tuple[str, ...]) -> str:
+def _law_expression(entry: Effect, given: tuple[str, ...]) -> str:
     """Give what a law returns, of what is ``given`` and of parameters; calls would take half as long again."""
     known = {name: f"p.{name}" for name in entry.arguments} | {name: name for name in given}
     known |= {shape.name: f"p.{shape.field}" for shape in entry.shapes}
@@ -53,7 +53,7 @@ def _expression(entry: Effect, given: tuple[str, ...]) -> str:
     return re.sub(r"\b[a-z_]\w*", lambda word: known.get(word[0], word[0]), returned)
 
 
-def _function(name: str, arguments: Iterable[str], lines: Iterable[str]) -> FunctionType:
+def _make_function(name: str, arguments: Iterable[str], lines: Iterable[str]) -> FunctionType:
     """Make a function from its lines, whose source can be looked up as any other's."""
     text = "\n    ".join((f"def {name}({', '.join(arguments)}):", *lines)) + "\n"
     file = f"<{name} of {__name__}>"
@@ -63,17 +63,17 @@ def _function(name: str, arguments: Iterable[str], lines: Iterable[str]) -> Func
     return scope[name]
 
 
-def _composed(
+def _compose(
     name: str, first: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], *further: str
 ) -> FunctionType:
     """Make a function of a value, at ``first``, to which the laws that are on are added, or which they change."""
     value = first.partition(" ")[0]
     lines = [first] if first != value else []
     for entry in entries:
-        law = _expression(entry, (*arguments, value))
+        law = _law_expression(entry, (*arguments, value))
         law = f"{value} + ({law})" if entry.place in (ACCELERATION, BENDING) else law
         lines.append(f"if p.{entry.field} != 0.0: {value} = {law}")
-    return _function(name, (*arguments, "p"), (*lines, *further, f"return {value}"))
+    return _make_function(name, (*arguments, "p"), (*lines, *further, f"return {value}"))
 
 
 def _any_on(entries: tuple[Effect, ...]) -> str:
@@ -84,7 +84,7 @@ def _has_table(axis: str) -> str:
     return f"p.table_variable_{axis} > 0.5"
 
 
-def _table(axis: str) -> str:
+def _table_call(axis: str) -> str:
     """Give the call of an axis's tabulated torque."""
     first = f"p.table_first_{axis}"
     x = f"table_variable(p.table_variable_{axis}, {first}, {', '.join(_TABLED)})"
@@ -93,24 +93,24 @@ def _table(axis: str) -> str:
 
 
 added_pitch, added_elevation, added_travel = (
-    _composed(
-        f"added_{axis}", "total = 0.0", at(ACCELERATION, axis), _MOTION,
-        f"if {_has_table(axis)}: total = total + {_table(axis)}",
+    _compose(
+        f"added_{axis}", "total = 0.0", effects_at(ACCELERATION, axis), _MOTION,
+        f"if {_has_table(axis)}: total = total + {_table_call(axis)}",
     )
     for axis in AXES
 )  # fmt: skip
-has_tables = _function("has_tables", ("p",), [f"return {' or '.join(map(_has_table, AXES))}"])
-_switches = (f"{_any_on(at(ACCELERATION, axis))} or {_has_table(axis)}" for axis in AXES)
-switched_on = _function("switched_on", ("p",), [f"return {', '.join(_switches)}"])
-motor_input = _composed("motor_input", "voltage = saturate(voltage, p.v_max)", at(VOLTAGE), ("voltage",))
-thrust_voltage = _composed("thrust_voltage", "nu", at(THRUST), ("nu", "time"))
-motor_time_constant = _composed("motor_time_constant", "time_constant = p.T_m", at(LAG), ())
-input_delay = _composed("input_delay", "delay = 0.0", at(DELAY), ())
-_BENDING = at(BENDING, "elevation")
-bending_acceleration = _composed("bending_acceleration", "total = 0.0", _BENDING, ("bending", "bending_rate", "mu_sum"))
-bends = _function("bends", ("p",), [f"return {_any_on(_BENDING)}"])
+has_tables = _make_function("has_tables", ("p",), [f"return {' or '.join(map(_has_table, AXES))}"])
+_switches = (f"{_any_on(effects_at(ACCELERATION, axis))} or {_has_table(axis)}" for axis in AXES)
+switched_on = _make_function("switched_on", ("p",), [f"return {', '.join(_switches)}"])
+motor_input = _compose("motor_input", "voltage = saturate(voltage, p.v_max)", effects_at(VOLTAGE), ("voltage",))
+thrust_voltage = _compose("thrust_voltage", "nu", effects_at(THRUST), ("nu", "time"))
+motor_time_constant = _compose("motor_time_constant", "time_constant = p.T_m", effects_at(LAG), ())
+input_delay = _compose("input_delay", "delay = 0.0", effects_at(DELAY), ())
+_BENDING = effects_at(BENDING, "elevation")
+bending_acceleration = _compose("bending_acceleration", "total = 0.0", _BENDING, ("bending", "bending_rate", "mu_sum"))
+bends = _make_function("bends", ("p",), [f"return {_any_on(_BENDING)}"])
 _stepping = [(entry.field, shape.field) for entry in CATALOGUE for shape in entry.shapes if shape.start == STEP_TIMES]
-next_step_time = _function(
+next_step_time = _make_function(
     "next_step_time",
     ("time", "p"),
     [

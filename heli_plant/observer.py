@@ -71,14 +71,14 @@ def observer_gains(bandwidth: float, h: float) -> ObserverGains:
     )
 
 
-def predicted(state: PlantState, torque: Torque, h: float, g: ObserverGains) -> tuple[PlantState, Torque]:
+def predict_state(state: PlantState, torque: Torque, h: float, g: ObserverGains) -> tuple[PlantState, Torque]:
     """Return what the plant's step has led to in ``h`` [s], with the unmodelled accelerations added and faded."""
     angles = [x + 0.5 * h * h * d for x, d in zip(state[:3], torque, strict=True)]
     rates = [w + h * d for w, d in zip(state[3:6], torque, strict=True)]
     return PlantState._make((*angles, *rates, *state[6:])), Torque(*(g.kept * d for d in torque))
 
 
-def measured_against(
+def correct_state(
     state: PlantState, torque: Torque, angles: tuple[float, float, float], gains: tuple[ObserverGains, ...]
 ) -> tuple[PlantState, Torque]:
     """Return state and unmodelled accelerations after a sample of the three angles [rad]; ``gains`` of each axis."""

@@ -138,7 +138,7 @@ def in_slots(parameters: PlantParameters) -> PlantParameters:
 TABLE_2 = PlantParameters()  # the paper's Table 2 with every effect off
 
 
-def checked(parameters: PlantParameters) -> PlantParameters:
+def check_parameters(parameters: PlantParameters) -> PlantParameters:
     """Return ``parameters`` unchanged if every value is finite and in its range; else ParameterError names one."""
     for row in PARAMETERS:
         value = getattr(parameters, row.field)
@@ -161,4 +161,4 @@ def from_names(values: Mapping[str, float], start: PlantParameters = TABLE_2) ->
     for name in values:
         if name not in BY_NAME:
             raise ParameterError(f"unknown plant parameter {name!r}{did_you_mean(name, BY_NAME)}")
-    return checked(start._replace(**{BY_NAME[name].field: float(value) for name, value in values.items()}))
+    return check_parameters(start._replace(**{BY_NAME[name].field: float(value) for name, value in values.items()}))

@@ -32,7 +32,7 @@ from .laws import (
     thrust_voltages,
 )
 from .models import general_accelerations, simplified_accelerations
-from .motor import kept, mean_held, saturate, toward
+from .motor import approach, decay_factor, mean_held, saturate
 from .parameters import PlantParameters
 from .state import PlantState
 
@@ -110,12 +110,12 @@ def step(
     hh, t_mid, t_end = 0.5 * h, t + 0.5 * h, t + h
     x = mass_after(x, mass_command, h, p)
 
-    share = kept(hh, motor_time_constant(p))
+    share = decay_factor(hh, motor_time_constant(p))
     u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
     if share == 0.0:  # without a lag the voltage jumps at the step's start, not during its first half
         nu_front, nu_rear = u_front, u_rear
-    nu_front_mid, nu_rear_mid = toward(nu_front, u_front, share), toward(nu_rear, u_rear, share)
-    nu_front_end, nu_rear_end = toward(nu_front_mid, u_front, share), toward(nu_rear_mid, u_rear, share)
+    nu_front_mid, nu_rear_mid = approach(nu_front, u_front, share), approach(nu_rear, u_rear, share)
+    nu_front_end, nu_rear_end = approach(nu_front_mid, u_front, share), approach(nu_rear_mid, u_rear, share)
     d0, s0 = thrust_voltages(nu_front, nu_rear, t, p)
     d1, s1 = thrust_voltages(nu_front_mid, nu_rear_mid, t_mid, p)
     d2, s2 = thrust_voltages(nu_front_end, nu_rear_end, t_end, p)
@@ -154,7 +154,7 @@ def step(
     )
 
 
-def arriving(since: Any, voltages: Any, last: int, t: float, h: float, p: PlantParameters) -> tuple[float, float]:
+def delayed_input(since: Any, voltages: Any, last: int, t: float, h: float, p: PlantParameters) -> tuple[float, float]:
     """Return the front and rear voltage [V] that arrive at the motors over [``t``, ``t + h``] [s], as a mean.
 
     ``since``, ``voltages`` and ``last`` are those of :func:`heli_plant.motor.mean_held`, which the input delay needs.
@@ -172,7 +172,7 @@ def advance(
 
     ``since`` are the instants of a record, ``h`` [s] apart; ``voltages``, shape (N, 2) [V], are held from them on.
     """
-    v_front, v_rear = arriving(since, voltages, k, since[k], h, p)
+    v_front, v_rear = delayed_input(since, voltages, k, since[k], h, p)
     return step(state, v_front, v_rear, mass_command, since[k], h, p)
 
 
@@ -215,7 +215,7 @@ def rates_of_change(
     return w1, w2, w3, a1, a2, a3, rate_front, rate_rear, w_q, bending_acceleration(q, w_q, mu_sum, p)
 
 
-def measured(
+def measured_motion(
     th: float, ep: float, la: float, w1: float, w2: float, w3: float, q: float, w_q: float
 ) -> tuple[float, float, float, float, float, float]:
     """Return what the shafts show: pitch, elevation with the arm's bending, travel [rad], and their rates [rad/s]."""

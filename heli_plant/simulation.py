@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .compiled import PARAMETER_DTYPE, compiled, parameter_record, read_only
+from .compiled import PARAMETER_DTYPE, compile_function, parameter_record, read_only
 from .laws import motor_input, motor_time_constant, switched_on, thrust_voltages
-from .motor import kept, toward
+from .motor import approach, decay_factor
 from .parameters import PlantParameters
-from .plant import accelerations, advance, arriving, measured_angles, rigid_start
+from .plant import accelerations, advance, delayed_input, measured_angles, rigid_start
 from .state import PlantState
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ STATES = len(PlantState._fields)
 ALONE = np.zeros((3, 14))  # gains of a filter that corrects nothing, in calm air
 
 
-def _pushed(state: PlantState, angles: Any, rates: Any) -> PlantState:
+def _shift_motion(state: PlantState, angles: Any, rates: Any) -> PlantState:
     """Return ``state`` with numbers added to its angles [rad] and rates [rad/s], three of each."""
     return PlantState(
         state.pitch + angles[0], state.elevation + angles[1], state.travel + angles[2],
@@ -63,7 +63,7 @@ def _filter(
             x[a], w[a] = gains[a, 0] * e[a], gains[a, 1] * e[a]
             d[a], c[a] = d[a] + gains[a, 2] * e[a], c[a] + gains[a, 3] * e[a]
             b[a] = local[row, a]
-        state = _pushed(state, x, w)
+        state = _shift_motion(state, x, w)
         if i < len(motion):
             for j in range(motion.shape[1]):
                 motion[i, j] = state[j]
@@ -76,7 +76,7 @@ def _filter(
             w[a] = gains[a, 12] * d[a] + gains[a, 13] * c[a] + h * b[a]
             d[a], c[a] = gains[a, 4] * d[a] + gains[a, 5] * c[a], gains[a, 6] * d[a] + gains[a, 7] * c[a]
             n[a] = gains[a, 9] * (n[a] + gains[a, 8] * e[a])
-        state = _pushed(state, x, w)
+        state = _shift_motion(state, x, w)
     for i in range(STATES):
         carry[i] = state[i]
 
@@ -91,19 +91,19 @@ def _accelerations(
     half = 0.5 * h
     for j in range(len(plants)):
         p, front, rear = plants[j], carry[j, 0], carry[j, 1]
-        switches, share = switched_on(p), kept(half, motor_time_constant(p))
+        switches, share = switched_on(p), decay_factor(half, motor_time_constant(p))
         for i in range(len(motion)):
             k = first + i
-            v_front, v_rear = arriving(time, inputs, k, time[k], h, p)
+            v_front, v_rear = delayed_input(time, inputs, k, time[k], h, p)
             u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
-            front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
+            front, rear = approach(front, u_front, share), approach(rear, u_rear, share)
             mu_diff, mu_sum = thrust_voltages(front, rear, time[k] + half, p)
             w1, w2, w3 = motion[i, 3], motion[i, 4], motion[i, 5]
             out[0, j, i], out[1, j, i], out[2, j, i] = accelerations(
                 time[k] + half, motion[i, 0] + half * w1, motion[i, 1] + half * w2, motion[i, 2] + half * w3,
                 w1, w2, w3, mu_diff, mu_sum, 0.0, carry[j, 2], switches, p,
             )  # fmt: skip
-            front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
+            front, rear = approach(front, u_front, share), approach(rear, u_rear, share)
         carry[j, 0], carry[j, 1] = front, rear
 
 
@@ -121,7 +121,7 @@ def run_filter(
     if carry is None:
         start = rigid_start(PlantState(*(float(value) for value in record.start)), parameters)
         carry = np.concatenate((np.array(start, dtype=float), np.zeros(9)))
-    compiled(_filter, parameters)(
+    compile_function(_filter, parameters)(
         read_only(record.time), read_only(record.inputs), read_only(record.angles), first, last, carry, record.step,
         parameter_record(parameters), read_only(gains), read_only(np.atleast_2d(local)), read_only(harmonics),
         innovations, motion,
@@ -166,7 +166,7 @@ def run_accelerations(
     if carry is None:
         carry = np.tile([record.start[6], record.start[7], record.start[11]], (len(plants), 1))
     out = np.empty((3, len(plants), len(motion)))
-    compiled(_accelerations, *plants)(
+    compile_function(_accelerations, *plants)(
         read_only(record.time), read_only(record.inputs), read_only(motion), first, carry, record.step,
         np.array([tuple(p) for p in plants], dtype=PARAMETER_DTYPE), out,
     )  # fmt: skip

@@ -66,7 +66,7 @@ Two = tuple[_Row, _Row]
 """A matrix of one row for each rotor."""
 
 
-def eight(row: _Row) -> Eight[_Row]:
+def repeat_row(row: _Row) -> Eight[_Row]:
     """Return the same row for each state."""
     return row, row, row, row, row, row, row, row
 
@@ -74,9 +74,9 @@ def eight(row: _Row) -> Eight[_Row]:
 class FeedbackSettings(NamedTuple):
     """The controller of this module's head, its matrices row by row; by default it holds both rotors at ``hover``."""
 
-    transition: Eight[Motion] = eight(Motion())  # F
-    drive: Eight[Rotors] = eight(Rotors())  # G
-    innovation: Eight[Angles] = eight(Angles())  # L
+    transition: Eight[Motion] = repeat_row(Motion())  # F
+    drive: Eight[Rotors] = repeat_row(Rotors())  # G
+    innovation: Eight[Angles] = repeat_row(Angles())  # L
     gain: Two[Motion] = (Motion(), Motion())  # K
     integral: Two[Pair] = (Pair(), Pair())  # K_z
     reference: Two[Pair] = (Pair(), Pair())  # N
@@ -109,7 +109,7 @@ class Held(NamedTuple):
 def start_feedback(pitch: float, elevation: float, travel: float, s: FeedbackSettings) -> FeedbackState:
     """State without a history: the rig rests at the angles [rad], its voltages are those of the operating point."""
     still = Motion(pitch - s.point.pitch, elevation - s.point.elevation, travel - s.point.travel)
-    return FeedbackState(still, Pair(), Rotors(), eight(Rotors()))
+    return FeedbackState(still, Pair(), Rotors(), repeat_row(Rotors()))
 
 
 def start_holding(pitch: float, elevation: float, travel: float, s: FeedbackSettings) -> Held:
@@ -118,7 +118,7 @@ def start_holding(pitch: float, elevation: float, travel: float, s: FeedbackSett
     return Held(start_feedback(pitch, elevation, travel, s), 0, v_front, v_rear)
 
 
-def hold(
+def sample_and_hold(
     held: Held, time: float, step: float, angles: Angles, references: tuple[float, float, float], added: Rotors,
     s: FeedbackSettings,
 ) -> Held:  # fmt: skip
@@ -145,13 +145,13 @@ def feedback_step(
     """
     x, angles = state.estimate, (pitch, elevation, travel)
     wrong = Angles._make([y - point - own for y, point, own in zip(angles, s.point, x[:3], strict=True)])
-    moved = _moved(x, _arrived(state, s.delay), s)
+    moved = _advance_motion(x, _delayed_voltages(state, s.delay), s)
     ahead = Motion._make([own + _dot(L, wrong) for own, L in zip(moved, s.innovation, strict=True)])
     late = ahead  # the estimate at which the voltages that are under way have arrived
     for k in range(s.delay):
-        late = _moved(late, _arrived(state, s.delay - 1 - k), s)
-    asked = Pair(references[1] - s.point.elevation, _other(references[0], references[2], s))
-    errors = Pair(elevation - references[1], _other(pitch, travel, s) - asked.other)
+        late = _advance_motion(late, _delayed_voltages(state, s.delay - 1 - k), s)
+    asked = Pair(references[1] - s.point.elevation, _other_deviation(references[0], references[2], s))
+    errors = Pair(elevation - references[1], _other_deviation(pitch, travel, s) - asked.other)
     old = state.integrals
     before = Rotors._make(
         [
@@ -175,12 +175,12 @@ def feedback_step(
     return FeedbackState(ahead, integrals, now, (state.now, *state.before[:-1]))
 
 
-def _moved(x: Motion, u: Rotors, s: FeedbackSettings) -> Motion:
+def _advance_motion(x: Motion, u: Rotors, s: FeedbackSettings) -> Motion:
     """F x + G u."""
     return Motion._make([_dot(F, x) + _dot(G, u) for F, G in zip(s.transition, s.drive, strict=True)])
 
 
-def _arrived(state: FeedbackState, periods: int) -> Rotors:
+def _delayed_voltages(state: FeedbackState, periods: int) -> Rotors:
     """Voltages [V] of so many periods ago."""
     for age, voltages in enumerate((state.now, *state.before)):
         if age >= periods:
@@ -188,7 +188,7 @@ def _arrived(state: FeedbackState, periods: int) -> Rotors:
     return state.before[-1]
 
 
-def _other(of_pitch: float, of_travel: float, s: FeedbackSettings) -> float:
+def _other_deviation(of_pitch: float, of_travel: float, s: FeedbackSettings) -> float:
     """Deviation of the other controlled angle [rad]."""
     return of_travel - s.point.travel if s.travel_enabled else of_pitch - s.point.pitch
 

@@ -68,7 +68,7 @@ def compiled_once(tmp_path_factory):
     kept = tmp_path_factory.getbasetemp()
     kept = (kept.parent if "PYTEST_XDIST_WORKER" in os.environ else kept) / "compiled"
     kept.mkdir(exist_ok=True)
-    compile_now = toolchain.compiled
+    compile_now = toolchain.compile_library
 
     def compiled(sources, target, library):
         path = kept / sha256(repr((sorted(sources.items()), target, library)).encode()).hexdigest()
@@ -76,6 +76,6 @@ def compiled_once(tmp_path_factory):
             write_atomically(path, compile_now(sources, target, library))
         return path.read_bytes()
 
-    toolchain.compiled = compiled
+    toolchain.compile_library = compiled
     yield
-    toolchain.compiled = compile_now
+    toolchain.compile_library = compile_now

@@ -12,7 +12,7 @@ from typer import Typer
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from fmu_src import checked_start_values, unit_class
+from fmu_src import check_start_values, unit_class
 from heli_identifier.cli.app import app
 from heli_identifier.cli.arguments import Group, in_scenario, spread
 from heli_identifier.cli.terminal import print_table
@@ -171,6 +171,6 @@ def test_a_command_that_is_asked_to_end_does_and_leaves_nothing_whatever_a_libra
 
 
 def test_a_text_parameter_takes_a_text_that_looks_like_a_number_and_a_foreign_fmu_what_is_given():
-    assert checked_start_values(unit_class("LogPlayer"), {"log.path": "3"}) == {"log.path": "3"}
+    assert check_start_values(unit_class("LogPlayer"), {"log.path": "3"}) == {"log.path": "3"}
     # a unit from a file may have parameters that this project's unit of the same name does not
     assert in_scenario("open_loop", None, ["plant.mass=2"], foreign=("plant",)) == {"plant.mass": 2.0}

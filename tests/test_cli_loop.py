@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fmu_src import UNITS, build
-from fmu_src.native.toolchain import LINUX, compiler
+from fmu_src.native.toolchain import LINUX, find_compiler
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import demo_files, read_data_set, write_log
 from heli_identifier.results import NATIVE_PLANT, plant_values
@@ -24,7 +24,7 @@ from tests.commands import HELI, heli, python
 from tests.diagnosis_example import AFTER, BEFORE, example, made_log
 
 RESULTS = {"diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu"}
-NATIVE = ["--native"] if compiler(LINUX) else []
+NATIVE = ["--native"] if find_compiler(LINUX) else []
 
 
 @pytest.fixture(scope="module")

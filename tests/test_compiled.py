@@ -7,8 +7,8 @@ from random import Random
 import numpy as np
 import pytest
 
-from heli_plant.compiled import cache_folder, compiled
-from heli_plant.dual import Dual, seeded, slopes, with_duals
+from heli_plant.compiled import cache_folder, compile_function
+from heli_plant.dual import Dual, seed_duals, slopes, with_duals
 from heli_plant.effects import CATALOGUE
 from heli_plant.errors import PlantError
 from heli_plant.laws import next_step_time
@@ -59,7 +59,7 @@ def test_folder_that_cannot_be_written_is_named_with_the_remedy_and_one_of_other
     blocked.write_text("")
     monkeypatch.setenv("HELI_CACHE_DIR", str(blocked))
     with pytest.raises(PlantError, match=rf"{blocked}.*set HELI_CACHE_DIR"):
-        compiled(lambda x: x)
+        compile_function(lambda x: x)
     if hasattr(os, "getuid"):  # what numba unpickles can run code: the folder has to be the user's own
         tmp_path.chmod(0o777)
         monkeypatch.setenv("HELI_CACHE_DIR", str(tmp_path))
@@ -94,7 +94,7 @@ BY = tuple(range(1, 14))
 def check_slopes(function, given, by, h, tolerance):
     """Values of a function keep their bits; slopes by the arguments at the places ``by`` are central differences."""
     duals = list(given)
-    for place, number in zip(by, seeded([given[place] for place in by]), strict=True):
+    for place, number in zip(by, seed_duals([given[place] for place in by]), strict=True):
         duals[place] = number
     after = with_duals(function)(*duals)
     assert [x.value if isinstance(x, Dual) else x for x in after] == list(function(*given))

@@ -16,7 +16,7 @@ from heli_plant import plant
 from heli_plant.effects import ACCELERATION, AXES, CATALOGUE, ROTORS
 from heli_plant.errors import ParameterError
 from heli_plant.laws import switched_on
-from heli_plant.parameters import PARAMETERS, TABLE_2, checked, from_names
+from heli_plant.parameters import PARAMETERS, TABLE_2, check_parameters, from_names
 from heli_plant.plant import advance, rigid_start, step
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
@@ -168,7 +168,7 @@ def test_table_2_is_the_papers_and_every_row_has_unit_description_and_a_default_
     for row in PARAMETERS:
         assert row.unit and row.description, row.name
         assert row.minimum <= row.default <= row.maximum, row.name
-    assert checked(TABLE_2) is TABLE_2
+    assert check_parameters(TABLE_2) is TABLE_2
     published = [(name, axis) for name in DESIGN for axis in DESIGN[name].split()]
     assert [own for e in CATALOGUE if (own := (e.name, e.axis)) in published] == published
 
@@ -177,7 +177,7 @@ def test_each_parameter_is_refused_beyond_either_bound_and_an_unknown_name_with_
     for row in PARAMETERS:
         for value in (row.minimum - 1.0, row.maximum + 1.0, nan, inf, -inf):
             with pytest.raises(ParameterError) as caught:
-                checked(TABLE_2._replace(**{row.field: value}))
+                check_parameters(TABLE_2._replace(**{row.field: value}))
             unit = "" if row.unit == "1" else f" {row.unit}"
             bounds = f"[{row.minimum:g}, {row.maximum:g}]"
             assert str(caught.value) == f"{row.name} = {value!r}{unit} must lie in {bounds}{unit}"

@@ -14,7 +14,7 @@ from fmu_src.master import run_apart
 from heli_identifier.online import Estimate
 from heli_identifier.results.parameters import ParameterSet, plant_values
 from heli_plant.parameters import BY_FIELD, TABLE_2, from_names
-from heli_plant.plant import STATES, measured, rates_of_change
+from heli_plant.plant import STATES, measured_motion, rates_of_change
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
 from tests.commands import heli
@@ -62,7 +62,7 @@ def reference(parameters):
         held = np.tile(VOLTAGES, (count + 1, 1))
         states += simulate(held, 1e-4, PlantState(*states.pop()), own)[0].tolist()
     rows = states[::100]
-    return np.linspace(0.0, DURATION, len(rows)), np.array([measured(*row[:6], row[8], row[9]) for row in rows])
+    return np.linspace(0.0, DURATION, len(rows)), np.array([measured_motion(*row[:6], row[8], row[9]) for row in rows])
 
 
 @pytest.mark.parametrize("parameters", [{}, EFFECTS, STEPPING_MASS, {"general.enabled": 1.0}],
@@ -90,7 +90,7 @@ def slopes_of(model, unknowns, known):
 
 def test_derivatives_and_their_slopes_have_the_bits_of_python(unit):
     """Slopes are those of dual numbers, which test_compiled.py holds to differences."""
-    from heli_plant.dual import seeded, slopes, with_duals
+    from heli_plant.dual import seed_duals, slopes, with_duals
 
     model = modelled(unit, {**BASE, **EFFECTS})
     model.set("v_front", VOLTAGES[0])
@@ -100,7 +100,7 @@ def test_derivatives_and_their_slopes_have_the_bits_of_python(unit):
     x = model.get(*states)
     p = from_names(EFFECTS)
     assert model.get(*rates) == list(rates_of_change(0.0, *x, *VOLTAGES, 0.0, 0.0, p))
-    duals = seeded([*x, *VOLTAGES, 0.0])
+    duals = seed_duals([*x, *VOLTAGES, 0.0])
     expected = slopes(with_duals(rates_of_change)(0.0, *duals, 0.0, p), 13)
     for column, known in enumerate([*states, "v_front", "v_rear", "mass_position"]):
         assert slopes_of(model, rates, known) == expected[:, column].tolist()

@@ -19,7 +19,7 @@ import pytest
 
 from fmu_src import build
 from fmu_src.native import NATIVE_UNITS, Untranslatable
-from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, compiler
+from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, find_compiler
 from fmu_src.native.translator.program import Translation
 from tests.hosts.unit_host import Unit
 from tests.units import HOSTS, compiled, described, library, needs_a_compiler
@@ -101,8 +101,8 @@ def test_the_binary_for_arm_gives_the_bits_of_that_for_x86(host, log, tmp_path):
     with zipfile.ZipFile(build("HelicopterPlant", tmp_path, native=True)) as archive:
         archive.extractall(tmp_path / "fmi2")
     own = sources_of(tmp_path / "fmi2")
-    there = compiled(compiler(ARM_LINUX), own, tmp_path / "arm.so", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
-    program = compiled(compiler(ARM_LINUX), [HOST], tmp_path / "arm", "-O1", "-ffp-contract=off")
+    there = compiled(find_compiler(ARM_LINUX), own, tmp_path / "arm.so", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
+    program = compiled(find_compiler(ARM_LINUX), [HOST], tmp_path / "arm", "-O1", "-ffp-contract=off")
     native = tmp_path / "fmi2/binaries/linux64/HelicopterPlant.so"
     assert run([emulator, "-L", str(root), str(program)], there, tmp_path / "fmi2", log) == run(
         [str(host)], native, tmp_path / "fmi2", log
@@ -122,7 +122,7 @@ def test_the_windows_binary_runs_under_wine(opened, host, log, tmp_path, unit):
     if wine is None:
         pytest.skip("this machine has no Wine")
     needs_a_compiler(WINDOWS)
-    program = compiled(compiler(WINDOWS), [HOST], tmp_path / "host.exe", "-O1")
+    program = compiled(find_compiler(WINDOWS), [HOST], tmp_path / "host.exe", "-O1")
     there = run(
         [wine, str(program)], opened[unit] / f"binaries/win64/{unit}.dll", opened[unit], f"Z:{log}", WINEDEBUG="-all",
         WINEPREFIX=os.environ.get("WINEPREFIX", str(Path.home() / ".wine")),

@@ -11,7 +11,7 @@ from fmpy.validation import validate_fmu
 
 from fmu_src import UNITS, BuildError, build, unit_class
 from fmu_src.native import NATIVE_UNITS
-from fmu_src.native.toolchain import PLATFORMS, compiler
+from fmu_src.native.toolchain import PLATFORMS, find_compiler
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
 from tests.fmi_rules import findings
@@ -255,7 +255,7 @@ def test_sources_and_their_description_are_always_there(tmp_path, twins):
     assert {f"sources/{name}" for name in compiled} <= set(names)
     assert not [name for name in names if name.endswith(".py")]
     for target in PLATFORMS:
-        assert (f"binaries/{target.fmi2}/PidController{target.suffix}" in names) is (compiler(target) is not None)
+        assert (f"binaries/{target.fmi2}/PidController{target.suffix}" in names) is (find_compiler(target) is not None)
     assert build("PidController", tmp_path, native=True).read_bytes() == twins["PidController"].read_bytes()
     with zipfile.ZipFile(twins["PidController", 3]) as archive:
         assert "binaries/x86_64-linux/PidController.so" in archive.namelist()
@@ -270,11 +270,11 @@ def test_every_unit_has_a_native_twin_but_those_that_run_in_python_only_and_none
 
 
 def test_without_a_compiler_the_unit_holds_its_sources_and_the_user_is_told_what_to_install(tmp_path, monkeypatch):
-    monkeypatch.setattr("fmu_src.native.toolchain.compiler", lambda target: None)
-    from fmu_src.native import without_compiler
+    monkeypatch.setattr("fmu_src.native.toolchain.find_compiler", lambda target: None)
+    from fmu_src.native import missing_compilers
 
     with zipfile.ZipFile(build("PidController", tmp_path, native=True)) as archive:
         assert not [name for name in archive.namelist() if name.startswith("binaries")]
-    said = without_compiler()
+    said = missing_compilers()
     assert said.startswith("there is no C compiler for linux64 and win64, the units hold sources")
     assert "pip install 'heli-twin[native]'" in said

@@ -10,11 +10,11 @@ from scipy.integrate import solve_ivp
 from scipy.signal import cont2discrete
 
 from heli_plant.communication import quantise
-from heli_plant.compiled import compiled, parameter_record
+from heli_plant.compiled import compile_function, parameter_record
 from heli_plant.laws import motor_input, switched_on, thrust_voltages
-from heli_plant.motor import kept, lagged, mean_held, remember, saturate
+from heli_plant.motor import decay_factor, lag_voltage, mean_held, remember, saturate
 from heli_plant.parameters import TABLE_2
-from heli_plant.plant import STOP_RATE, accelerations, arriving, mass_after, measured_angles, rigid_start, step
+from heli_plant.plant import STOP_RATE, accelerations, delayed_input, mass_after, measured_angles, rigid_start, step
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, rest_state, start_state
 
@@ -149,9 +149,9 @@ records = st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5)), min_size=1, ma
 def test_lag_is_scipys_zero_order_hold_discretisation(nu, v, h, T):
     A, B = np.array([[-1 / T]]), np.array([[1 / T]])
     a, b, *_ = cont2discrete((A, B, np.eye(1), np.zeros((1, 1))), h, "zoh")
-    assert kept(h, T) == pytest.approx(a[0, 0], rel=1e-9, abs=1e-14)  # scipy's matrix exponential at h/T up to 1000
-    assert lagged(nu, v, h, T) == pytest.approx(a[0, 0] * nu + b[0, 0] * v, rel=1e-9, abs=1e-9)
-    assert lagged(nu, v, h, 0.0) == v
+    assert decay_factor(h, T) == pytest.approx(a[0, 0], rel=1e-9, abs=1e-14)  # scipy's exponential at h/T up to 1000
+    assert lag_voltage(nu, v, h, T) == pytest.approx(a[0, 0] * nu + b[0, 0] * v, rel=1e-9, abs=1e-9)
+    assert lag_voltage(nu, v, h, 0.0) == v
 
 
 @given(angle, angle, st.sampled_from([360, 4096, 8192]))
@@ -167,7 +167,7 @@ def test_reading_is_the_nearest_whole_count_and_never_turns_back(x, y, n):
 def delayed(record, k, delay):
     """Voltages that arrive over step ``k`` of a record sampled every 10 ms."""
     p = TABLE_2._replace(input_delay_rotors=delay)
-    return arriving([H * i for i in range(len(record))], record, k, H * k, H, p)
+    return delayed_input([H * i for i in range(len(record))], record, k, H * k, H, p)
 
 
 @given(records, st.floats(0.0, 0.5))
@@ -188,7 +188,7 @@ def test_compiled_code_and_a_growing_history_give_what_the_whole_record_gives(re
         since, held = remember(since, held, H * k, *pair, delay)
         expected = pytest.approx(delayed(record, k, delay), abs=1e-12)
         assert mean_held(since, held, len(since) - 1, H * k - delay, H * (k + 1) - delay) == expected
-        assert compiled(arriving)(np.array(time), np.array(record), k, H * k, H, p) == expected
+        assert compile_function(delayed_input)(np.array(time), np.array(record), k, H * k, H, p) == expected
 
 
 def test_history_keeps_only_the_voltages_that_the_delay_reaches_and_none_behind_a_step_that_is_repeated():

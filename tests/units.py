@@ -14,7 +14,7 @@ import pytest
 from fmpy import read_model_description
 
 from fmu_src import build
-from fmu_src.native.toolchain import LINUX, compiler
+from fmu_src.native.toolchain import LINUX, find_compiler
 from fmu_src.native.translator.program import header, source
 
 HOSTS = Path(__file__).parent / "hosts"
@@ -27,14 +27,14 @@ def c_compiler():
     command = shutil.which("gcc") or shutil.which("cc")
     if command is not None:
         return [command]
-    found = compiler(LINUX)
+    found = find_compiler(LINUX)
     if found is None:
         pytest.skip("this machine has no C compiler (extra 'native')")
     return found
 
 
 def needs_a_compiler(target=LINUX):
-    if compiler(target) is None:
+    if find_compiler(target) is None:
         pytest.skip(f"this machine has no C compiler for {target.fmi2} (extra 'native')")
 
 

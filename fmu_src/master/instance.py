@@ -203,7 +203,7 @@ class Instance:
             for k, references in ((0, ins), (2, outs))
         )
 
-    def put(self, time: float) -> None:
+    def put_inputs(self, time: float) -> None:
         """Set the connected inputs at ``time`` [s]."""
         self.check("setReal", time, self._set(*self._to_set))
 
@@ -211,7 +211,7 @@ class Instance:
         """Take a step from ``time`` on, both in [s]."""
         self.check("doStep", time, self._step(self._component, c_double(time), c_double(step), 1))
 
-    def get(self, time: float) -> None:
+    def get_outputs(self, time: float) -> None:
         """Get the connected outputs at ``time`` [s]."""
         self.check("getReal", time, self._get(*self._to_get))
 

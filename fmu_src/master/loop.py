@@ -84,7 +84,7 @@ def run(
     wiring = scenario(scenario_name)
     steps, parameters = whole_steps(duration, step), parameters or {}
     given = wiring.parameters_by_unit(parameters)
-    with instances(wiring, fmus or {}, native or bool(variations)) as units:
+    with instantiate_units(wiring, fmus or {}, native or bool(variations)) as units:
         in_python = [name for name, unit in units.items() if not unit.is_native]
         if variations and in_python:
             raise MasterError(f"many runs need native units; {in_python[0]} is none, build it with --native")
@@ -95,7 +95,7 @@ def run(
             """Fill ``values``; return the time that the steps take [s]."""
             values[0] = wired.start(given, steps * step)
             began, stride = perf_counter(), 1 if wiring.in_real_time else STRIDE
-            for first in _counted(range(0, steps, stride), progress, wiring.title):
+            for first in _count_steps(range(0, steps, stride), progress, wiring.title):
                 if wiring.in_real_time:
                     _wait_until(began + first * step)
                 alive()
@@ -116,11 +116,11 @@ def run(
                     kept[number - len(refused)] = values[::stride]
                 except MasterError as problem:
                     refused.append(str(problem))
-            bands = _bands(kept[: len(variations) - len(refused)], tuple(refused))
+            bands = _run_bands(kept[: len(variations) - len(refused)], tuple(refused))
     return Result(wired.names, wired.physical_units, time, nominal, seconds, bands)
 
 
-def _bands(kept: Array, refused: tuple[str, ...]) -> Bands:
+def _run_bands(kept: Array, refused: tuple[str, ...]) -> Bands:
     """Return where :data:`SHARE` of the runs lie, shape (runs, N, M); they are sorted in place."""
     if len(kept) == 0:
         raise MasterError(f"every one of {len(refused)} varied runs was refused; the first: {refused[0]}")
@@ -129,7 +129,7 @@ def _bands(kept: Array, refused: tuple[str, ...]) -> Bands:
 
 
 @contextmanager
-def instances(wiring: Scenario, fmus: Mapping[str, str | Path], native: bool) -> Iterator[dict[str, Instance]]:
+def instantiate_units(wiring: Scenario, fmus: Mapping[str, str | Path], native: bool) -> Iterator[dict[str, Instance]]:
     """Instantiate every unit of a scenario; free them all at the end."""
     units, files = dict[str, Instance](), wiring.given_files(fmus)
     with draft_folder() as folder, ExitStack() as loaded:
@@ -188,15 +188,15 @@ class Wired:
         self.fetch(0.0)
         self._feed(0)
         for unit in self.units.values():
-            unit.put(0.0)
+            unit.put_inputs(0.0)
             unit.finish_initialisation(0.0)
-            unit.get(0.0)
+            unit.get_outputs(0.0)
         return self.shown
 
     def fetch(self, time: float) -> None:
         """Get the outputs of all units at ``time`` [s]."""
         for unit in self.units.values():
-            unit.get(time)
+            unit.get_outputs(time)
 
     def _feed(self, k: int) -> None:
         """Let the connected inputs have what feeds them in step ``k``."""
@@ -221,9 +221,9 @@ class Wired:
         for k, row in enumerate(record, first):
             self._feed(k)
             for unit in self.units.values():
-                unit.put(k * self.step)
+                unit.put_inputs(k * self.step)
                 unit.advance(k * self.step, self.step)
-                unit.get(k * self.step)
+                unit.get_outputs(k * self.step)
             row[:] = self.shown
 
 
@@ -234,7 +234,7 @@ def _wait_until(due: float) -> None:
         sleep(min(ahead, LONGEST_SLEEP))
 
 
-def _counted(steps: range, progress: bool, title: str) -> Iterable[int]:
+def _count_steps(steps: range, progress: bool, title: str) -> Iterable[int]:
     """Give each number of ``steps``, with a progress bar on the error stream if ``progress``."""
     if not progress:
         return steps

@@ -70,10 +70,10 @@ def run_apart(
         hung = folder / "hung"
         files = [str(file) for file in (fmus or {}).values()]
         said = (folder / "errors").read_bytes()
-        raise MasterError(_end(process.returncode, said, hung.is_file() and hung.stat().st_size > 0, files))
+        raise MasterError(_describe_end(process.returncode, said, hung.is_file() and hung.stat().st_size > 0, files))
 
 
-def _end(code: int, printed: bytes, hung: bool, files: list[str]) -> str:
+def _describe_end(code: int, printed: bytes, hung: bool, files: list[str]) -> str:
     """Say how a child ended that gave no answer."""
     if hung:
         how = f"a unit gave no answer within {PATIENCE:g} s and was ended"

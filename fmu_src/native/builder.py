@@ -15,16 +15,16 @@ from typing import Any
 
 from heli_plant.state_feedback import FeedbackSettings, feedback_step, start_feedback
 
-from ..description import TOOL, rendered, rendered_xml
+from ..description import TOOL, render, render_xml
 from ..errors import BuildError
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
 from ..variables import Variable
 from ..vendoring import content_guid
 from .definitions import DEFINITIONS, Exchange
-from .toolchain import binaries
-from .translator.program import Translation, functions, header, rendered_types, source
-from .translator.types import Struct, annotated
-from .translator.values import quoted
+from .toolchain import compile_all
+from .translator.program import Translation, functions, header, render_types, source
+from .translator.types import Struct, annotation_type
+from .translator.values import quote
 
 NATIVE_UNITS = tuple(DEFINITIONS)
 """Units that have a native twin; the others run in Python only."""
@@ -53,11 +53,11 @@ def native_unit(
     variables += exchange.variables if exchange else ()
     sources = _sources(kind, variables, fmi, exchange)
     token = content_guid(sources)  # the same one on every machine
-    sources["token.c"] = f'#include "unit.h"\n\nconst char UNIT_TOKEN[] = {quoted(token)};\n'
+    sources["token.c"] = f'#include "unit.h"\n\nconst char UNIT_TOKEN[] = {quote(token)};\n'
     compiled = sorted(name for name in sources if name.endswith(".c"))
-    built = binaries(sources, unit, fmi, all_platforms)
+    built = compile_all(sources, unit, fmi, all_platforms)
     entries = built | {f"sources/{name}": text.encode() for name, text in sources.items()}
-    entries["sources/buildDescription.xml"] = rendered_xml("buildDescription.xml", identifier=unit, compiled=compiled)
+    entries["sources/buildDescription.xml"] = render_xml("buildDescription.xml", identifier=unit, compiled=compiled)
     platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
     page = {"host": "native.html", "platforms": platforms, "exchange": model_exchange}
     states = len(exchange.states) if exchange else 0
@@ -71,12 +71,12 @@ def _model(unit: str, exchanged: bool) -> tuple[str, str]:
     translation = Translation(definition.externals)
     exchange = definition.exchange if exchanged else None
     for entry in (*definition.entries, *(exchange.entries if exchange else ())):
-        translation.entry(*(entry if isinstance(entry, tuple) else (entry,)))
+        translation.translate_entry(*(entry if isinstance(entry, tuple) else (entry,)))
     for function, by in exchange.differentiated.items() if exchange else ():
-        translation.entry(function, slopes_by=by)
+        translation.translate_entry(function, slopes_by=by)
     if definition.settings is not None:
-        translation.use(Struct(definition.settings))
-    return header(translation, annotated(definition.memory)), source(translation)
+        translation.define_type(Struct(definition.settings))
+    return header(translation, annotation_type(definition.memory)), source(translation)
 
 
 def _sources(
@@ -89,10 +89,10 @@ def _sources(
     found |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}
     found["model.h"], found["model.c"] = _model(unit.__name__, exchange is not None)
     settings = getattr(definition.settings, "__name__", None)
-    found["variables.h"] = rendered("variables.h.j2", variables=variables, settings=settings, reference=reference)
-    found["variables.c"] = rendered(
+    found["variables.h"] = render("variables.h.j2", variables=variables, settings=settings, reference=reference)
+    found["variables.c"] = render(
         "variables.c.j2", unit=unit, variables=variables, exchanged=exchange is not None, longest_step=LONGEST_STEP,
-        clock_tolerance=CLOCK_TOLERANCE, most_substeps=MOST_SUBSTEPS, quoted=quoted,
+        clock_tolerance=CLOCK_TOLERANCE, most_substeps=MOST_SUBSTEPS, quoted=quote,
         number=lambda value: repr(float(value)),
     )  # fmt: skip
     return found
@@ -109,13 +109,13 @@ def controller_sources(settings: FeedbackSettings) -> dict[str, str]:
     It is C99 for a microcontroller or a computer without FMI: no heap, no libraries.
     """
     translation = Translation()
-    translation.entry(start_feedback)
-    translation.entry(feedback_step)
-    translation.use(Struct(FeedbackSettings))
+    translation.translate_entry(start_feedback)
+    translation.translate_entry(feedback_step)
+    translation.define_type(Struct(FeedbackSettings))
     own = functions(translation, is_alone=True)
     return {
-        "controller.h": rendered_types("controller.h.j2", translation, period=f"{settings.period:g}"),
-        "controller.c": rendered("controller.c.j2", functions=own, settings=_constant(settings)),
+        "controller.h": render_types("controller.h.j2", translation, period=f"{settings.period:g}"),
+        "controller.c": render("controller.c.j2", functions=own, settings=_constant(settings)),
     }
 
 

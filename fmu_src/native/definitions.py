@@ -58,7 +58,7 @@ _PLANT_EXCHANGE = Exchange(
         plant.rates_of_change: (
             *_MOTION, "nu_front", "nu_rear", "q", "w_q", "v_front", "v_rear", "mass_position",
         ),
-        plant.measured: (*_MOTION, "q", "w_q"),
+        plant.measured_motion: (*_MOTION, "q", "w_q"),
     },
     plant.STATES,
 )  # fmt: skip
@@ -68,7 +68,7 @@ DEFINITIONS = {
     "HelicopterPlant": Definition(
         "plant.c",
         (
-            communication.begin, communication.communicate, communication.is_finite, communication.shown,
+            communication.start_memory, communication.communicate, communication.is_finite, communication.read_sensors,
             state.start_state, (laws.motor_time_constant, PlantParameters), (laws.input_delay, PlantParameters),
         ),
         PlantParameters,
@@ -80,7 +80,7 @@ DEFINITIONS = {
         "identifier.c",
         (
             online.prepare, online.is_due, online.take_sample, online.begin_sampling, online.before_samples,
-            online.default_settings, online.is_closed, adaptive_identifier.shown,
+            online.default_settings, online.is_closed, adaptive_identifier.output_values,
             (online.IdentifierSettings.__post_init__, online.IdentifierSettings),
         ),
         online.IdentifierSettings,
@@ -88,13 +88,13 @@ DEFINITIONS = {
     ),
     "PidController": Definition(
         "pid.c",
-        (control.pid_step, control.start_pid, control.risen, motor.saturate),
+        (control.pid_step, control.start_pid, control.step_references, motor.saturate),
         control.PidSettings,
         control.PidState | None,
     ),
     "StateFeedback": Definition(
         "state_feedback.c",
-        (state_feedback.hold, state_feedback.start_holding, control.risen, motor.saturate),
+        (state_feedback.sample_and_hold, state_feedback.start_holding, control.step_references, motor.saturate),
         state_feedback.FeedbackSettings,
         state_feedback.Held | None,
     ),

@@ -51,7 +51,7 @@ def _machine() -> Platform | None:
     return {("linux", "x86_64"): LINUX, ("win32", "AMD64"): WINDOWS}.get((sys.platform, platform.machine()))
 
 
-def compiler(target: Platform) -> list[str] | None:
+def find_compiler(target: Platform) -> list[str] | None:
     """Return the command that compiles for a platform, or None if there is none.
 
     For Linux ziglang comes first: its binaries run with older C libraries. Its first build for Windows takes long.
@@ -64,10 +64,10 @@ def compiler(target: Platform) -> list[str] | None:
     return [own] if own else zig
 
 
-def without_compiler(all_platforms: bool = False) -> str | None:
+def missing_compilers(all_platforms: bool = False) -> str | None:
     """Return one sentence on the platforms that there is no compiler for, or None."""
     wanted = ALL_PLATFORMS if all_platforms else PLATFORMS
-    missing = [target.fmi2 or target.fmi3 for target in wanted if compiler(target) is None]
+    missing = [target.fmi2 or target.fmi3 for target in wanted if find_compiler(target) is None]
     if not missing:
         return None
     return f"there is no C compiler for {' and '.join(missing)}, the units hold sources for them only; {_ADVICE}."
@@ -76,12 +76,12 @@ def without_compiler(all_platforms: bool = False) -> str | None:
 def runs_here() -> bool:
     """Whether the units are built for this machine."""
     here = _machine()
-    return here is not None and compiler(here) is not None
+    return here is not None and find_compiler(here) is not None
 
 
-def compiled(sources: Mapping[str, str], target: Platform, library: str) -> bytes:
+def compile_library(sources: Mapping[str, str], target: Platform, library: str) -> bytes:
     """Return the shared library of these sources for a platform, or raise BuildError with the compiler's message."""
-    command = compiler(target) or []
+    command = find_compiler(target) or []
     with draft_folder() as folder:
         for name, text in sources.items():
             Path(folder, name).write_text(text, encoding="utf-8")
@@ -95,13 +95,13 @@ def compiled(sources: Mapping[str, str], target: Platform, library: str) -> byte
         return Path(folder, library).read_bytes()
 
 
-def binaries(sources: Mapping[str, str], identifier: str, fmi: int, all_platforms: bool = False) -> dict[str, bytes]:
+def compile_all(sources: Mapping[str, str], identifier: str, fmi: int, all_platforms: bool = False) -> dict[str, bytes]:
     """Return the libraries of every platform that a compiler is at hand for, by their path in the FMU."""
 
     def entry(target: Platform) -> tuple[str, bytes]:
         name = f"{identifier}{target.suffix}"
-        return f"binaries/{target.fmi2 if fmi == 2 else target.fmi3}/{name}", compiled(sources, target, name)
+        return f"binaries/{target.fmi2 if fmi == 2 else target.fmi3}/{name}", compile_library(sources, target, name)
 
     wanted = [target for target in (ALL_PLATFORMS if all_platforms else PLATFORMS) if target.fmi2 or fmi == 3]
     with ThreadPoolExecutor() as pool:
-        return dict(pool.map(entry, [target for target in wanted if compiler(target) is not None]))
+        return dict(pool.map(entry, [target for target in wanted if find_compiler(target) is not None]))

@@ -63,7 +63,7 @@ _SETTINGS = (
 
 
 # Any: of a tuple of any length the translator would make a list of what it counts here
-def shown(estimate: online.IdentifierOutput, is_in_closed_loop: bool) -> Any:
+def output_values(estimate: online.IdentifierOutput, is_in_closed_loop: bool) -> Any:
     """Return the outputs in their order."""
     triples = zip(estimate.parameters, estimate.standard_errors, _UNITS, strict=True)
     return (
@@ -125,7 +125,7 @@ class AdaptiveIdentifier(SlaveBase):
 
     def _show(self, estimate: online.IdentifierOutput) -> None:
         closed = online.is_closed(estimate.feedback)
-        self.show(shown(estimate, closed))
+        self.show(output_values(estimate, closed))
         if closed and not self.warned and not self.plan.predicting:
             self.warned = True
             self.log(

@@ -41,7 +41,7 @@ class Controller(SlaveBase):
     def references_at(self, time: float) -> tuple[float, float, float]:
         """Return the references of pitch, elevation and travel [rad] at ``time`` [s]."""
         pitch, elevation, travel = self.values[7:10]
-        return control.risen((pitch, elevation, travel), self.rises, time - self.start_time, self.step_time)
+        return control.step_references((pitch, elevation, travel), self.rises, time - self.start_time, self.step_time)
 
 
 _PID = control.PidSettings()
@@ -162,5 +162,5 @@ class StateFeedback(Controller):
         since, references = time - self.start_time, self.references_at(time)
         held = state_feedback.start_holding(pitch, elevation, travel, s) if self.held is None else self.held
         angles, added = state_feedback.Angles(pitch, elevation, travel), state_feedback.Rotors(more_front, more_rear)
-        self.held = state_feedback.hold(held, since, step_size, angles, references, added, s)
+        self.held = state_feedback.sample_and_hold(held, since, step_size, angles, references, added, s)
         self.show((self.held.v_front, self.held.v_rear))

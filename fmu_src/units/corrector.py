@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from heli_identifier import following
 from heli_plant.observer import CORRECTED
-from heli_plant.parameters import PARAMETERS, checked
+from heli_plant.parameters import PARAMETERS, check_parameters
 
 from ..slave_base import SlaveBase, check_due
 from ..variables import Variable, for_each, output, parameter, real_input, setting
@@ -67,7 +67,7 @@ class Corrector(SlaveBase):
     def initialise(self, time: float) -> None:
         """Read the settings; show the start."""
         settings = self.settings(_DEFAULT)
-        checked(settings.parameters)
+        check_parameters(settings.parameters)
         self.plan = following.FollowPlan(settings)
         self.state: following.CorrectorState | None = None
         self.first = time

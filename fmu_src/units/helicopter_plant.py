@@ -6,9 +6,9 @@ from functools import partial
 from typing import Any, ClassVar
 
 from heli_plant import observer
-from heli_plant.communication import EncoderCounts, PlantMemory, begin, communicate, is_finite, shown
+from heli_plant.communication import EncoderCounts, PlantMemory, communicate, is_finite, read_sensors, start_memory
 from heli_plant.laws import input_delay
-from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked, in_slots
+from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, check_parameters, in_slots
 from heli_plant.state import rest_state, start_state
 
 from ..errors import Refusal
@@ -68,19 +68,19 @@ class HelicopterPlant(SlaveBase):
         names = (*AXES, "v_front", "v_rear")
         pitch, elevation, travel, v_front, v_rear = (self.value(f"initial.{name}") for name in names)
         rates: Any = tuple([self.value(f"initial.{axis}_rate") for axis in AXES])
-        self.memory = begin(start_state(pitch, elevation, travel, v_front, v_rear, rates), self.parameters)
+        self.memory = start_memory(start_state(pitch, elevation, travel, v_front, v_rear, rates), self.parameters)
         enabled = self.value("encoder.enabled")
         self.counts = EncoderCounts(*(self.value(f"encoder.counts_{axis}") if enabled else 0 for axis in AXES))
-        self.show(shown(self.memory.state, self.counts))
+        self.show(read_sensors(self.memory.state, self.counts))
 
     def _take_parameters(self) -> None:
         """Read the parameters if they have changed since they were taken; they may be refused."""
         given = self.values[self._given]
         if given != self._taken:
-            self.parameters = in_slots(checked(self._corrected(self.settings(PlantParameters()))))
+            self.parameters = in_slots(check_parameters(self._correct_parameters(self.settings(PlantParameters()))))
             self.delay, self._taken = input_delay(self.parameters), given
 
-    def _corrected(self, parameters: PlantParameters) -> PlantParameters:
+    def _correct_parameters(self, parameters: PlantParameters) -> PlantParameters:
         """Return the parameters with their corrections, of which this unit has none."""
         return parameters
 
@@ -88,10 +88,10 @@ class HelicopterPlant(SlaveBase):
         """Step the physics over [time, time + step_size] [s]."""
         self._take_parameters()
         v_front, v_rear = self.values[:2]
-        self.memory = self._flown(self.memory, v_front, v_rear, time, step_size)
-        self.show(shown(self.memory.state, self.counts))
+        self.memory = self._step(self.memory, v_front, v_rear, time, step_size)
+        self.show(read_sensors(self.memory.state, self.counts))
 
-    def _flown(self, memory: PlantMemory, v_front: float, v_rear: float, time: float, step_size: float) -> PlantMemory:
+    def _step(self, memory: PlantMemory, v_front: float, v_rear: float, time: float, step_size: float) -> PlantMemory:
         """Return the memory one communication step later."""
         if step_size > MOST_SUBSTEPS * self.inner_step:
             raise Refusal(
@@ -141,7 +141,7 @@ class FollowingPlant(HelicopterPlant):
         super().initialise(time)
         self.torque = observer.Torque()
 
-    def _corrected(self, parameters: PlantParameters) -> PlantParameters:
+    def _correct_parameters(self, parameters: PlantParameters) -> PlantParameters:
         corrections = self.values[_CORRECTING]
         return observer.with_correction(parameters, corrections) if any(corrections) else parameters
 
@@ -157,11 +157,11 @@ class FollowingPlant(HelicopterPlant):
             if fresh > 0.5:
                 on_travel = observer.observer_gains(observer.TRAVEL_BANDWIDTH * bandwidth, step_size)
                 angles = (pitch, elevation, travel)
-                state, torque = observer.measured_against(memory.state, torque, angles, (gains, gains, on_travel))
+                state, torque = observer.correct_state(memory.state, torque, angles, (gains, gains, on_travel))
                 memory = memory._replace(state=state)
-        memory = self._flown(memory, v_front, v_rear, time, step_size)
+        memory = self._step(memory, v_front, v_rear, time, step_size)
         if bandwidth > 0.0:
-            state, torque = observer.predicted(memory.state, torque, step_size, gains)
+            state, torque = observer.predict_state(memory.state, torque, step_size, gains)
             memory = memory._replace(state=state)
         self.memory, self.torque = memory, torque
-        self.show(shown(memory.state, self.counts))
+        self.show(read_sensors(memory.state, self.counts))

@@ -68,7 +68,7 @@ class RigLink(SlaveBase):
         self.said = ""
         self.elections = self.port.elections
         self._show(time)
-        self._wait(time, self.value("link.wait"))
+        self._wait_for_sample(time, self.value("link.wait"))
 
     def advance(self, time: float, step_size: float) -> None:
         """Read what has come in; show the rig's latest sample up to the end of the step."""
@@ -84,7 +84,7 @@ class RigLink(SlaveBase):
             self.port.close()
             self.port = None
 
-    def _wait(self, time: float, longest: float) -> None:
+    def _wait_for_sample(self, time: float, longest: float) -> None:
         """Wait for the rig's first sample."""
         end = monotonic() + longest
         while longest > 0.0 and self.port is not None and not self.clock.order.newest:

@@ -185,9 +185,9 @@ def read_with_doubts(file: Path) -> "hi.ParameterSet":
 
 def warn_of_missing_compilers(all_platforms: bool = False) -> None:
     """Say for which platforms native units hold sources only."""
-    from fmu_src.native import without_compiler
+    from fmu_src.native import missing_compilers
 
-    if problem := without_compiler(all_platforms):
+    if problem := missing_compilers(all_platforms):
         warn(problem)
 
 
@@ -211,7 +211,7 @@ def controller_of(default: PidSettings, file: Path | None, words: Sequence[str] 
     """Give a PID with the parameters of its file, if there is one, and of ``name=value`` words, which outrank it."""
     unit = tools.CONTROLLER
     values: dict[str, Any] = values_of(unit, file)
-    own = fmu_src.checked_start_values(fmu_src.unit_class(unit), assignments(words))
+    own = fmu_src.check_start_values(fmu_src.unit_class(unit), assignments(words))
     return tools.controller_settings(default, values | own)
 
 
@@ -233,5 +233,5 @@ def in_scenario(
         values[label] = fmu_src.number_or_text(text)
         if unit in units and unit not in foreign:
             kind = fmu_src.unit_class(units[unit])
-            values[label] = fmu_src.checked_start_values(kind, {name: text}, f"{unit}.")[name]
+            values[label] = fmu_src.check_start_values(kind, {name: text}, f"{unit}.")[name]
     return values

@@ -27,11 +27,11 @@ the rig should have gone by more than the noise.
 from math import cos, sqrt
 from typing import NamedTuple
 
-from heli_plant.communication import PlantMemory, begin, communicate
+from heli_plant.communication import PlantMemory, communicate, start_memory
 from heli_plant.laws import thrust_voltages
-from heli_plant.observer import Torque, measured_against, predicted, with_share
+from heli_plant.observer import Torque, correct_state, predict_state, with_share
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import arriving
+from heli_plant.plant import delayed_input
 from heli_plant.state import PlantState
 
 from .changes import Matrix, Vector, regress_motion
@@ -86,9 +86,9 @@ class Observer(NamedTuple):
         arrived, (front, rear) = self.voltages, apply_shares(self.voltages, twin)
         memory = communicate(self.memory, front, rear, 0.0, time, 0.0, h, h, plan.delay, p)
         if plan.delay > 0.0:
-            front, rear = arriving(memory.since, memory.held, len(memory.since) - 1, time, h, p)
+            front, rear = delayed_input(memory.since, memory.held, len(memory.since) - 1, time, h, p)
             arrived = (front / twin.values[-2], rear / twin.values[-1])
-        state, torque = predicted(memory.state, self.torque, h, gains)
+        state, torque = predict_state(memory.state, self.torque, h, gains)
         # the accelerations by which each change would have acted, from the motion at the step's begin
         mu_diff, mu_sum = thrust_voltages(
             0.5 * (before.nu_front + state.nu_front), 0.5 * (before.nu_rear + state.nu_rear), time + h, p
@@ -118,7 +118,7 @@ class Observer(NamedTuple):
         gains, covariances = [one.gains for one in plan.steady], list(self.covariances)
         for axis, P in enumerate(self.covariances):
             gains[axis], covariances[axis] = correct_covariance(P, gains[axis].kept)
-        state, torque = measured_against(self.memory.state, self.torque, angles, tuple(gains))
+        state, torque = correct_state(self.memory.state, self.torque, angles, tuple(gains))
         rows, in_a_row = [], self.in_a_row + 1
         for own, g in zip(self.sensitivities, gains, strict=True):
             left = 1.0 - g.angle
@@ -131,7 +131,7 @@ class Observer(NamedTuple):
 def start_observer(first: PlantState, voltages: Voltages, p: PlantParameters, plan: FollowPlan) -> Observer:
     """Return the observer of a plant in the state ``first``, nothing having acted on the regressors."""
     unmoved = tuple([((0.0, 0.0, 0.0),) * len(own) for own in plan.deviations])
-    return Observer(begin(first, p), Torque(), unmoved, voltages)
+    return Observer(start_memory(first, p), Torque(), unmoved, voltages)
 
 
 class Encoder(NamedTuple):

@@ -38,7 +38,7 @@ and is taken as held; times the mean of cos(theta) at both ends for the elevatio
 from math import cos, exp, sin
 from typing import NamedTuple
 
-from heli_plant.motor import kept, lagged, saturate
+from heli_plant.motor import decay_factor, lag_voltage, saturate
 
 from .state_filter import FilterCoefficients, Pair, filter_lagged, filter_line, second_derivative
 
@@ -94,7 +94,7 @@ def advance_signals(s: Signals, now: Sample, h: float, lag: float, limit: float,
     rate_product = (pitch - pitch_0) * (travel - travel_0) / (h * h)
     return Signals(
         (saturate(v_front, limit), saturate(v_rear, limit)),
-        (lagged(nu_front, front, h, lag), lagged(nu_rear, rear, h, lag)),
+        (lag_voltage(nu_front, front, h, lag), lag_voltage(nu_rear, rear, h, lag)),
         (pitch, elevation, travel),
         angles,
         angles_1,
@@ -147,7 +147,7 @@ class LagState(NamedTuple):
 
 def settled_lag(s: Signals, h: float, lag: float) -> LagState:
     """Return the state at sample 0, motors in steady state; T_2 is T = ``lag`` [s]."""
-    share = kept(h, lag)
+    share = decay_factor(h, lag)
     return LagState(*s.lagged, (0.0, 0.0), (0.0, 0.0), share, h / lag * share if lag > 0.0 else 0.0)
 
 
@@ -158,7 +158,7 @@ def follow_lag(state: LagState, estimate: float, standard_error: float, h: float
     share = exp(-h / estimate)
     if abs(estimate - lag) < _SAME * estimate:
         return state._replace(share=share, ramp=h / estimate * share)
-    return state._replace(share=share, ramp=lag * (kept(h, lag) - share) / (lag - estimate))
+    return state._replace(share=share, ramp=lag * (decay_factor(h, lag) - share) / (lag - estimate))
 
 
 def advance_lag(state: LagState, before: Signals, now: Signals, h: float, f: FilterCoefficients) -> LagState:

@@ -24,7 +24,7 @@ from scipy.optimize import root
 from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.results import PlantSource, plant_of
 from heli_identifier.signatures import typed
-from heli_plant.dual import seeded, slopes, with_duals
+from heli_plant.dual import seed_duals, slopes, with_duals
 from heli_plant.effects import AXES, CATALOGUE, FRICTION
 from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltages
 from heli_plant.parameters import PlantParameters
@@ -166,7 +166,7 @@ def linear_system(parameters: PlantParameters, point: OperatingPoint, period: fl
     states = STATES + (BENDING if smooth.arm_bending_elevation != 0.0 else ())
     n = len(states)
     centre = rigid_start(point.state(smooth), smooth)
-    numbers = seeded([*(getattr(centre, name) for name in states), point.v_front, point.v_rear])
+    numbers = seed_duals([*(getattr(centre, name) for name in states), point.v_front, point.v_rear])
     state: Any = centre._replace(**dict[str, Any](zip(states, numbers, strict=False)))
     if period is None:
         after = with_duals(rates_of_change)(0.0, *state[:-2], *numbers[n:], 0.0, state.cable_rest, smooth)

@@ -27,11 +27,11 @@ from heli_identifier.tracing import Outcome, record_start, rms_figures
 from heli_plant.control import PidSettings, PidState, pid_step, start_pid
 from heli_plant.effects import AXES
 from heli_plant.laws import motor_time_constant
-from heli_plant.motor import kept
+from heli_plant.motor import decay_factor
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.state import PlantState
-from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, eight, feedback_step, start_feedback
+from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, feedback_step, repeat_row, start_feedback
 
 Controller = TypeVar("Controller", PidSettings, FeedbackSettings)
 Settings = PidSettings | FeedbackSettings  # a controller
@@ -98,7 +98,7 @@ def at_rest(settings: Settings, point: OperatingPoint) -> Memory:
     state: Any = begun(settings, point.pitch, point.elevation, 0.0)
     if isinstance(settings, FeedbackSettings):
         beside = Rotors(point.v_front - settings.hover.front, point.v_rear - settings.hover.rear)
-        return state._replace(now=beside, before=eight(beside))
+        return state._replace(now=beside, before=repeat_row(beside))
     wanted = {
         "pitch": point.v_rear - point.v_front,
         "elevation": settings.trim - point.lift,
@@ -241,7 +241,7 @@ def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[
     zero = np.zeros(log.samples)
     asked_for = np.column_stack([log.references.get(axis, zero) for axis in AXES])
     measured, references = (signals[::every][:count] for signals in (log.angles, asked_for))
-    share, first = kept(period, motor_time_constant(plant)), voltages[0]
+    share, first = decay_factor(period, motor_time_constant(plant)), voltages[0]
     lagged = lfilter([0.0, 1.0 - share], [1.0, -share], voltages - first, axis=0) + first
     length, asked, errors = round(AHEAD / period), np.empty_like(voltages), list[Array]()
     memory = begun(settings, *measured[0].tolist())

@@ -19,7 +19,7 @@ from heli_identifier.online import ModelParameters
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
 from heli_plant.effects import Effect as Law
 from heli_plant.laws import bending_acceleration, input_delay, motor_input, thrust_voltage
-from heli_plant.motor import kept
+from heli_plant.motor import decay_factor
 from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.simulation import ALONE, run_accelerations, run_alone, run_filter
 from heli_plant.state import PlantState, start_state
@@ -131,7 +131,7 @@ def record_start(angles: Array, inputs: Array, step: float) -> Array:
 
 def lagged(record: Record, p: PlantParameters) -> Array:
     """Voltages (N, 2) [V] behind the motors' lag of eq. (9), settled at the first sample."""
-    share, first = kept(record.step, p.T_m + p.motor_lag_rotors), record.inputs[0]
+    share, first = decay_factor(record.step, p.T_m + p.motor_lag_rotors), record.inputs[0]
     return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], record.inputs - first, axis=0) + first)
 
 

@@ -41,6 +41,6 @@ def effect_of(field: str) -> Effect:
     return _BY_FIELD[field]
 
 
-def at(place: str, axis: str = ROTORS) -> tuple[Effect, ...]:
+def effects_at(place: str, axis: str = ROTORS) -> tuple[Effect, ...]:
     """Return the effects of one axis, or of the rotors, that enter the plant at one place, in order."""
     return tuple(entry for entry in CATALOGUE if entry.place == place and entry.axis == axis)

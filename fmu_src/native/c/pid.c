@@ -35,7 +35,7 @@ static void advance(Model *model, Unit *unit, double time, double step)
     const double travel = values[REF_travel].real;
     const Row3 given = {
         values[REF_reference_pitch].real, values[REF_reference_elevation].real, values[REF_reference_travel].real};
-    const Row3 references = control_risen(given, model->rises, time - unit->start_time, model->step_time);
+    const Row3 references = control_step_references(given, model->rises, time - unit->start_time, model->step_time);
     const PidState state = model->state.some ? model->state.value : control_start_pid(pitch, elevation, travel);
     const Row_PidState_Row2 next = control_pid_step(
         &state, pitch, elevation, travel, references, step, &model->settings);

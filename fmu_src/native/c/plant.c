@@ -4,7 +4,7 @@
 
 void plant_publish(const Model *model, Unit *unit)
 {
-    const Shown shown = communication_shown(&model->memory.state, &model->counts);
+    const Shown shown = communication_read_sensors(&model->memory.state, &model->counts);
     unit_show(unit, REF_pitch, &shown.pitch, sizeof shown / sizeof shown.pitch);
 }
 
@@ -35,7 +35,7 @@ static void initialise(Model *model, Unit *unit)
     const PlantState first = state_start_state(
         values[REF_initial_pitch].real, values[REF_initial_elevation].real, values[REF_initial_travel].real,
         values[REF_initial_v_front].real, values[REF_initial_v_rear].real, rates);
-    model->memory = communication_begin(&first, &model->parameters);
+    model->memory = communication_start_memory(&first, &model->parameters);
     plant_publish(model, unit);
 }
 

@@ -48,7 +48,7 @@ static void slopes(
     const Row_d_d_d_d_d_d_d_d_d_d rate = plant_rates_of_change_dual(
         time, x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9], u[0], u[1], u[2],
         model->memory.state.cable_rest, &model->parameters);
-    const Row_d_d_d_d_d_d out = plant_measured_dual(x[0], x[1], x[2], x[3], x[4], x[5], x[8], x[9]);
+    const Row_d_d_d_d_d_d out = plant_measured_motion_dual(x[0], x[1], x[2], x[3], x[4], x[5], x[8], x[9]);
     const Dual *all_rates = &rate.x0, *all_outputs = &out.x0;
     for (int i = 0; i < STATES; i++)
         rates[i] = all_rates[i].slope;

@@ -38,11 +38,11 @@ static void advance(Model *model, Unit *unit, double time, double step)
     const Row3 given = {
         values[REF_reference_pitch].real, values[REF_reference_elevation].real, values[REF_reference_travel].real};
     const Rotors added = {values[REF_excitation_front].real, values[REF_excitation_rear].real};
-    const Row3 references = control_risen(given, model->rises, since, model->step_time);
+    const Row3 references = control_step_references(given, model->rises, since, model->step_time);
     const Held held = model->held.some
         ? model->held.value
         : state_feedback_start_holding(angles.pitch, angles.elevation, angles.travel, &model->settings);
-    const Held next = state_feedback_hold(&held, since, step, &angles, references, &added, &model->settings);
+    const Held next = state_feedback_sample_and_hold(&held, since, step, &angles, references, &added, &model->settings);
     model->held = (Maybe_Held){true, next};
     values[REF_v_front].real = next.v_front;
     values[REF_v_rear].real = next.v_rear;

@@ -17,7 +17,7 @@ from typing import Any
 
 from .functions import REFUSED, STAGED
 from .types import NoType
-from .values import Expr, Maker, both, choose, compared, either, is_among, is_none, known_items, opposite
+from .values import Expr, Maker, both, choose, compare, either, is_among, is_none, known_items, opposite
 
 OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
@@ -26,11 +26,11 @@ OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
 _SYMBOLS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 
 
-def evaluated(body: Any, node: ast.expr | None) -> Any:
+def evaluate(body: Any, node: ast.expr | None) -> Any:
     """Return the value of an expression."""
 
     def of(one: ast.expr) -> Any:
-        return evaluated(body, one.value if isinstance(one, ast.Starred | ast.FormattedValue) else one)
+        return evaluate(body, one.value if isinstance(one, ast.Starred | ast.FormattedValue) else one)
 
     match node:
         case None:
@@ -38,10 +38,10 @@ def evaluated(body: Any, node: ast.expr | None) -> Any:
         case ast.Constant(value):
             return value
         case ast.Name(name):
-            return _named(body, name)
+            return _look_up(body, name)
         case ast.Attribute(owner, name):
             whole = of(owner)
-            return _staged(body, getattr(whole, name)) if isinstance(whole, ModuleType) else getattr(whole, name)
+            return _stage_value(body, getattr(whole, name)) if isinstance(whole, ModuleType) else getattr(whole, name)
         case ast.Call(function, positional, keywords):
             call, given = of(function), list[Any]()
             for one in positional:
@@ -49,24 +49,24 @@ def evaluated(body: Any, node: ast.expr | None) -> Any:
             return call(*given, **{str(one.arg): of(one.value) for one in keywords})
         case ast.Tuple(parts) | ast.List(parts):
             if any(isinstance(one, ast.Starred) for one in parts):
-                return body.display(*((isinstance(one, ast.Starred), of(one)) for one in parts))
+                return body.make_display(*((isinstance(one, ast.Starred), of(one)) for one in parts))
             return [of(one) for one in parts] if isinstance(node, ast.List) else tuple(of(one) for one in parts)
         case ast.Slice(lower, upper, step):
-            return slice(*(evaluated(body, bound) for bound in (lower, upper, step)))
+            return slice(*(evaluate(body, bound) for bound in (lower, upper, step)))
         case ast.Subscript(owner, place):
-            return body.item(of(owner), of(place))
+            return body.get_item(of(owner), of(place))
         case ast.BinOp(left, operation, right):
             return OPERATIONS[type(operation)](of(left), of(right))
         case ast.UnaryOp(operation, operand):
             return opposite(body, of(operand)) if isinstance(operation, ast.Not) else -of(operand)
         case ast.BoolOp(operation, values):
-            return _connected(body, both if isinstance(operation, ast.And) else either, values)
+            return _connect(body, both if isinstance(operation, ast.And) else either, values)
         case ast.Compare(left, operations, others):
-            return _compared(body, of(left), operations, others)
+            return _compare_chain(body, of(left), operations, others)
         case ast.IfExp(test, yes, no):
             return choose(body, of(test), lambda: of(yes), lambda: of(no))
         case ast.ListComp(element, parts) | ast.GeneratorExp(element, parts):
-            return body.collect(lambda put: _filled(body, element, parts, put))
+            return body.collect(lambda put: _fill_items(body, element, parts, put))
         case ast.JoinedStr(parts):
             texts = [of(one) for one in parts]
             if any(isinstance(text, Expr) for text in texts):
@@ -81,19 +81,19 @@ def assign(body: Any, target: ast.expr, value: Any) -> None:
         case ast.Name(name):
             body.store(name, value)
         case ast.Tuple(parts):
-            for one, part in zip(parts, body.kept(body.unpacked(value, len(parts))), strict=True):
+            for one, part in zip(parts, body.name_value(body.unpack(value, len(parts))), strict=True):
                 assign(body, one, part)
         case ast.Subscript(owner, place):
-            body.put(evaluated(body, owner), evaluated(body, place), value)
+            body.set_item(evaluate(body, owner), evaluate(body, place), value)
         case _:
             raise NoType(f"{ast.unparse(target)} cannot be changed; NamedTuples have _replace")
 
 
-def _named(body: Any, name: str) -> Any:
-    return body.env[name] if name in body.env else _staged(body, eval(name, body.function.__globals__))
+def _look_up(body: Any, name: str) -> Any:
+    return body.env[name] if name in body.env else _stage_value(body, eval(name, body.function.__globals__))
 
 
-def _staged(body: Any, value: Any) -> Any:
+def _stage_value(body: Any, value: Any) -> Any:
     """Return what stands in the place of a value of Python's, which is a function or a constant."""
     if not callable(value):
         return value
@@ -107,32 +107,32 @@ def _staged(body: Any, value: Any) -> Any:
     return Maker(body, value) if isinstance(value, type) and value.__module__ != "builtins" else value
 
 
-def _connected(body: Any, join: Callable[..., Any], nodes: Sequence[ast.expr]) -> Any:
+def _connect(body: Any, join: Callable[..., Any], nodes: Sequence[ast.expr]) -> Any:
     """Return values joined by ``and`` or ``or``; each is computed only where those before do not decide."""
     first, *others = nodes
-    value = evaluated(body, first)
-    return join(body, value, lambda: _connected(body, join, others)) if others else value
+    value = evaluate(body, first)
+    return join(body, value, lambda: _connect(body, join, others)) if others else value
 
 
-def _compared(body: Any, a: Any, operations: Sequence[ast.cmpop], nodes: Sequence[ast.expr]) -> Any:
+def _compare_chain(body: Any, a: Any, operations: Sequence[ast.cmpop], nodes: Sequence[ast.expr]) -> Any:
     """Return ``a < b``, or ``a < b <= c``, in which b is computed once."""
-    b = evaluated(body, nodes[0])
+    b = evaluate(body, nodes[0])
     match operations[0]:
         case ast.Is() | ast.IsNot():
             holds = is_none(body, a)
         case ast.In() | ast.NotIn():
             holds = is_among(body, a, b)
         case other:
-            holds = compared(body, _SYMBOLS[type(other)], a, b)
+            holds = compare(body, _SYMBOLS[type(other)], a, b)
     if isinstance(operations[0], ast.IsNot | ast.NotIn):
         holds = opposite(body, holds)
-    return both(body, holds, lambda: _compared(body, b, operations[1:], nodes[1:])) if nodes[1:] else holds
+    return both(body, holds, lambda: _compare_chain(body, b, operations[1:], nodes[1:])) if nodes[1:] else holds
 
 
-def _filled(body: Any, element: ast.expr, parts: Sequence[ast.comprehension], put: Callable[[Any], None]) -> None:
+def _fill_items(body: Any, element: ast.expr, parts: Sequence[ast.comprehension], put: Callable[[Any], None]) -> None:
     """Put the elements of a comprehension, whose loops are ``parts``."""
     if not parts:
-        put(evaluated(body, element))
+        put(evaluate(body, element))
         return
     part = parts[0]
     if part.ifs:
@@ -141,7 +141,7 @@ def _filled(body: Any, element: ast.expr, parts: Sequence[ast.comprehension], pu
     def take(item: Any) -> None:
         around, body.env = body.env, dict(body.env)
         assign(body, part.target, item)
-        _filled(body, element, parts[1:], put)
+        _fill_items(body, element, parts[1:], put)
         body.env = around
 
-    body.each(evaluated(body, part.iter), take)
+    body.for_each(evaluate(body, part.iter), take)

@@ -17,8 +17,8 @@ from typing import Any
 from heli_plant.dual import SLOPES, Dual
 
 from .body import Body
-from .types import BOOL, FLOAT, INT, NoType, joined
-from .values import Expr, Run, choose, compared, either, known_items, type_of, unwrapped
+from .types import BOOL, FLOAT, INT, NoType, join_types
+from .values import Expr, Run, choose, compare, either, known_items, type_of, unwrap
 
 _MATHEMATICS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log2 sqrt copysign".split()
 REFUSED: dict[Any, str] = {
@@ -35,7 +35,7 @@ def _mathematical(name: str) -> Callable[..., Expr]:
         slope = SLOPES.get(getattr(math, name))
         if slope is None:
             raise NoType(f"the function {name} has no slope in heli_plant.dual")
-        value = body.kept(translate(body, x.value))
+        value = body.name_value(translate(body, x.value))
         mathematics = SimpleNamespace(sin=partial(_mathematical("sin"), body), cos=partial(_mathematical("cos"), body))
         return Dual(value, slope(x.value, value, mathematics) * x.slope)
 
@@ -54,8 +54,8 @@ def _whole(name: str) -> Callable[..., Expr]:
 
 def _abs(body: Body, x: Any) -> Any:
     if isinstance(x, Dual):
-        return choose(body, compared(body, "<", x.value, 0.0), lambda: -x, lambda: x)
-    if type_of(unwrapped(x)) == INT:
+        return choose(body, compare(body, "<", x.value, 0.0), lambda: -x, lambda: x)
+    if type_of(unwrap(x)) == INT:
         raise NoType("abs of an int has no translation")
     return _mathematical("fabs")(body, x)
 
@@ -65,18 +65,18 @@ def _extreme(name: str) -> Callable[..., Any]:
 
     def translate(body: Body, *values: Any) -> Any:
         if len(values) > 1:
-            kind = functools.reduce(joined, map(type_of, values))
+            kind = functools.reduce(join_types, map(type_of, values))
             which = f"{name}_{'float' if kind == FLOAT else 'int'}"
             whole = body.as_type(values[0], kind)
             for value in values[1:]:
                 whole = Expr(body, kind, f"{which}({whole.bare}, {body.as_type(value, kind).bare})")
             return whole
-        run = body.run(values[0])
+        run = body.loop_range(values[0])
         best = body.declare(type_of(run.at("0")), "best", "0")
-        k = body.fresh("k")
-        with body.block(f"for (int64_t {k} = 0; {k} < {run.count}; {k}++)"):
-            item = body.kept(run.at(k))
-            with body.block(f"if ({k} == 0 || {item.code} {'>' if name == 'max' else '<'} {best.code})"):
+        k = body.fresh_name("k")
+        with body.open_block(f"for (int64_t {k} = 0; {k} < {run.count}; {k}++)"):
+            item = body.name_value(run.at(k))
+            with body.open_block(f"if ({k} == 0 || {item.code} {'>' if name == 'max' else '<'} {best.code})"):
                 body.emit(f"{best.code} = {item.code};")
         return best
 
@@ -85,7 +85,7 @@ def _extreme(name: str) -> Callable[..., Any]:
 
 def _len(body: Body, value: Any) -> Any:
     items = known_items(value)
-    return Expr(body, INT, unwrapped(value).path("count")) if items is None else len(items)
+    return Expr(body, INT, unwrap(value).path("count")) if items is None else len(items)
 
 
 def _range(body: Body, *bounds: Any) -> Any:
@@ -96,7 +96,7 @@ def _range(body: Body, *bounds: Any) -> Any:
         raise NoType("range needs ints, and a step that is written out")
     if not isinstance(first, Expr) and (first, step) == (0, 1):
         return Run(beyond.bare, lambda k: Expr(body, INT, k))
-    start = body.kept(body.as_type(first, INT)).code
+    start = body.name_value(body.as_type(first, INT)).code
     count = f"range_count({start}, {body.as_type(beyond, INT).bare}, {step})"
     return Run(count, lambda k: Expr(body, INT, f"({start} + {step} * {k})" if step != 1 else f"({start} + {k})"))
 
@@ -105,7 +105,7 @@ def _zip(body: Body, *given: Any, strict: bool = False) -> Any:
     known = [known_items(one) for one in given]
     if all(items is not None for items in known):
         return tuple(zip(*known, strict=strict))
-    runs = [body.run(one) for one in given]
+    runs = [body.loop_range(one) for one in given]
     count = runs[0].count
     for other in runs[1:] if not strict else []:
         count = f"min_int({count}, {other.count})"
@@ -113,7 +113,7 @@ def _zip(body: Body, *given: Any, strict: bool = False) -> Any:
 
 
 def _enumerate(body: Body, over: Any) -> Any:
-    over = body.kept(over)
+    over = body.name_value(over)
     return _zip(body, _range(body, _len(body, over)), over, strict=True)
 
 
@@ -124,7 +124,7 @@ def _map(body: Body, function: Callable[..., Any], *given: Any) -> Any:
 
 def _tuple(body: Body, over: Any) -> Any:
     """``tuple``: a copy, unless this is a new list, which no variable of Python's changes."""
-    return over if isinstance(over, Expr) and over.code.startswith("t_") else body.display((True, over))
+    return over if isinstance(over, Expr) and over.code.startswith("t_") else body.make_display((True, over))
 
 
 def _reduce(body: Body, function: Callable[..., Any], over: Any, start: Any) -> Any:
@@ -134,7 +134,7 @@ def _reduce(body: Body, function: Callable[..., Any], over: Any, start: Any) -> 
     def add(item: Any) -> None:
         body.emit(f"{total.code} = {body.as_type(function(total, item), FLOAT).bare};")
 
-    body.each(over, add)
+    body.for_each(over, add)
     return total
 
 
@@ -158,8 +158,8 @@ STAGED: dict[Any, Callable[..., Any]] = {
         lambda sofar, item: either(body, sofar, lambda: item), known_items(over) or (), False
     ),
     tuple: _tuple,
-    list: lambda body, over: body.display((True, over)),
+    list: lambda body, over: body.make_display((True, over)),
     slice: lambda body, *bounds: slice(*bounds),
-    dataclasses.replace: Body.replaced,
+    dataclasses.replace: Body.replace_fields,
 }
 """What stands in the place of a function of Python's own; the first argument is the function in translation."""

@@ -14,7 +14,7 @@ from textwrap import fill
 from types import FunctionType
 from typing import Any
 
-from ...description import rendered
+from ...description import render
 from . import types as c
 from .body import Body
 from .statements import translate
@@ -30,12 +30,12 @@ class Translation:
         self.entries: list[Body] = []
         self.types: list[c.CType] = []
 
-    def entry(self, function: Callable[..., Any], *bound: Any, slopes_by: Collection[str] = ()) -> Body:
+    def translate_entry(self, function: Callable[..., Any], *bound: Any, slopes_by: Collection[str] = ()) -> Body:
         """Translate a function that C by hand calls, or raise Untranslatable.
 
         ``bound`` are types for those parameters that have no annotation; the parameters ``slopes_by`` are dual numbers.
         """
-        function, waiting = inspect.unwrap(function), map(c.annotated, bound)
+        function, waiting = inspect.unwrap(function), map(c.annotation_type, bound)
         assert isinstance(function, FunctionType)
         kinds = []
         for name, own in c.parameter_types(function).items():
@@ -43,21 +43,21 @@ class Translation:
             if kind is None:
                 Body(self, "", function, {}, None).refuse(None, f"the parameter {name} needs an annotation")
             kinds.append(kind)
-        self.entries.append(self.function(function, tuple(kinds)))
+        self.entries.append(self.translate_function(function, tuple(kinds)))
         return self.entries[-1]
 
-    def function(self, function: Any, arguments: tuple[c.CType, ...]) -> Body:
+    def translate_function(self, function: Any, arguments: tuple[c.CType, ...]) -> Body:
         """Return the translation of ``function`` for these argument types."""
         key = function, arguments
         if key not in self.functions:
             parameters = dict(zip(inspect.signature(function).parameters, arguments, strict=True))
             for kind in arguments:
-                self.use(kind)
+                self.define_type(kind)
             hinted = None if c.DUAL in arguments else c.annotation(function, "return")
             body = Body(self, self._name(function, c.DUAL in arguments), function, parameters, hinted)
             if function in self.externals:
                 body.name, body.needs_space, body.is_external = self.externals[function], True, True
-                self.use(body.result)
+                self.define_type(body.result)
             else:
                 translate(body)
             self.functions[key] = body  # behind those that it calls
@@ -72,15 +72,15 @@ class Translation:
         for value, hint in zip(bound.arguments.values(), c.parameter_types(function).values(), strict=True):
             kind = type_of(value)
             values.append(body.as_type(value, kind if hint is None or (kind, hint) == (c.DUAL, c.FLOAT) else hint))
-        called = self.function(function, tuple(map(type_of, values)))
+        called = self.translate_function(function, tuple(map(type_of, values)))
         body.needs_space = body.needs_space or called.needs_space
         texts = ["space"] if called.needs_space else []
-        for value in (body.kept(value) if isinstance(value.type, c.Struct) else value for value in values):
+        for value in (body.name_value(value) if isinstance(value.type, c.Struct) else value for value in values):
             address = value.code[2:-1] if value.code.startswith("(*") else f"&{value.code}"
             texts.append(address if isinstance(value.type, c.Struct) else value.bare)
         text = f"{called.name}({', '.join(texts)})"
         if called.result != c.NOTHING:
-            return body.opened(body.declare(called.result, function.__name__.strip("_"), text))
+            return body.split_value(body.declare(called.result, function.__name__.strip("_"), text))
         return body.emit(f"{text};")
 
     def _name(self, function: Any, differentiated: bool) -> str:
@@ -93,18 +93,18 @@ class Translation:
             name = f"{base}_{number}"
         return name
 
-    def use(self, kind: c.CType) -> None:
+    def define_type(self, kind: c.CType) -> None:
         """Define a type behind those that it is made of."""
         if c.parts_of(kind) and kind not in self.types and kind != c.Listing(c.UNKNOWN):
             for _, inner in c.parts_of(kind):
-                self.use(inner)
+                self.define_type(inner)
             self.types.append(kind)
 
 
-def rendered_types(template: str, translation: Translation, **given: Any) -> str:
+def render_types(template: str, translation: Translation, **given: Any) -> str:
     """Return the text of a template that defines the types of a program."""
     lists = [kind for kind in translation.types if isinstance(kind, c.Listing)]
-    return rendered(template, types=translation.types, lists=lists, parts=c.parts_of, **given)
+    return render(template, types=translation.types, lists=lists, parts=c.parts_of, **given)
 
 
 def header(translation: Translation, memory: c.CType = c.NOTHING) -> str:
@@ -112,10 +112,10 @@ def header(translation: Translation, memory: c.CType = c.NOTHING) -> str:
 
     ``pass_T`` gives a value of a type, and of its parts, to bytes, or takes it back.
     """
-    translation.use(memory)
+    translation.define_type(memory)
     kept = set(_all_parts(memory))
     external = [body for body in translation.functions.values() if body.is_external]
-    return rendered_types(
+    return render_types(
         "model.h.j2", translation, heads=[_head(body) for body in (*translation.entries, *external)],
         kept=[kind for kind in translation.types if kind in kept],
         maybes=[kind for kind in translation.types if isinstance(kind, c.Maybe)],

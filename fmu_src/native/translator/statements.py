@@ -9,9 +9,9 @@ from textwrap import dedent
 from typing import Any
 
 from .body import Body
-from .expressions import OPERATIONS, assign, evaluated
-from .types import BOOL, FLOAT, INT, NOTHING, TEXT, UNKNOWN, NoType, annotated, joined
-from .values import Expr, branched, opposite, quoted, truth, type_of, unwrapped
+from .expressions import OPERATIONS, assign, evaluate
+from .types import BOOL, FLOAT, INT, NOTHING, TEXT, UNKNOWN, NoType, annotation_type, join_types
+from .values import Expr, branch, opposite, quote, truth, type_of, unwrap
 
 
 def translate(body: Body) -> None:
@@ -25,7 +25,7 @@ def translate(body: Body) -> None:
         body.begin()
         for name, value in tuple(body.env.items()):
             body.store(name, value)
-        run(body, tree.body)
+        translate_block(body, tree.body)
         if body.result == UNKNOWN:
             body.result = NOTHING
 
@@ -42,13 +42,13 @@ def _changed_in_place(definition: ast.AST) -> Iterable[str]:
             yield place.id
 
 
-def _assigned(nodes: Iterable[ast.AST]) -> set[str]:
+def _assigned_names(nodes: Iterable[ast.AST]) -> set[str]:
     """Return the variables that are assigned to."""
     parts = (part for node in nodes for part in ast.walk(node))
     return {part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)}
 
 
-def run(body: Body, nodes: list[ast.stmt]) -> None:
+def translate_block(body: Body, nodes: list[ast.stmt]) -> None:
     """Translate statements up to the first that leaves the block."""
     for node in nodes:
         if body.ended:
@@ -62,31 +62,31 @@ def run(body: Body, nodes: list[ast.stmt]) -> None:
 def _translate(body: Body, node: ast.stmt) -> None:
     match node:
         case ast.Assign(targets, expression):
-            value = evaluated(body, expression)
+            value = evaluate(body, expression)
             for target in targets:
                 assign(body, target, value)
         case ast.AnnAssign(target, annotation, expression):
-            wanted = annotated(eval(ast.unparse(annotation), body.function.__globals__))  # our own source
-            value = evaluated(body, expression)
-            assign(body, target, value if type_of(value) == wanted else body.opened(body.as_type(value, wanted)))
+            wanted = annotation_type(eval(ast.unparse(annotation), body.function.__globals__))  # our own source
+            value = evaluate(body, expression)
+            assign(body, target, value if type_of(value) == wanted else body.split_value(body.as_type(value, wanted)))
         case ast.AugAssign(target, operation, expression):
-            assign(body, target, OPERATIONS[type(operation)](evaluated(body, target), evaluated(body, expression)))
+            assign(body, target, OPERATIONS[type(operation)](evaluate(body, target), evaluate(body, expression)))
         case ast.If(test, yes, no):
-            _branch(body, body.as_type(truth(body, evaluated(body, test)), BOOL), yes, no)
+            _branch(body, body.as_type(truth(body, evaluate(body, test)), BOOL), yes, no)
         case ast.While(test, inner):
             _repeat_while(body, test, inner)
         case ast.For():
             _repeat_for(body, node)
         case ast.Return(expression):
-            value = evaluated(body, expression)
-            body.result = body.hinted or joined(body.result, type_of(value))
-            body.program.use(body.result)
+            value = evaluate(body, expression)
+            body.result = body.hinted or join_types(body.result, type_of(value))
+            body.program.define_type(body.result)
             body.emit("return;" if body.result == NOTHING else f"return {body.as_type(value, body.result).bare};")
             body.ended = True
         case ast.Expr(ast.Call(ast.Attribute(owner, "append"), [item])):
-            body.push(evaluated(body, owner), evaluated(body, item))
+            body.append_item(evaluate(body, owner), evaluate(body, item))
         case ast.Expr(expression):
-            evaluated(body, expression)
+            evaluate(body, expression)
         case ast.Raise(ast.Call(_, [message])):
             _refuse(body, message)
         case _:
@@ -97,28 +97,28 @@ def _branch(body: Body, test: Expr, yes: list[ast.stmt], no: list[ast.stmt]) -> 
     before, parts, ends = body.env, ([], []), []  # type: ignore[var-annotated]
     for lines, nodes in zip(parts, (yes, no), strict=True):
         body.env, body.ended = dict(before), False
-        with body.aside(lines):
-            run(body, nodes)
+        with body.collect_aside(lines):
+            translate_block(body, nodes)
         ends.append(None if body.ended else body.env)
-    after = branched(body, test, parts, ends)
+    after = branch(body, test, parts, ends)
     body.env, body.ended = after or before, after is None
 
 
 def _repeat_while(body: Body, test: ast.expr, inner: list[ast.stmt]) -> None:
     def turn() -> None:
-        body.emit(f"if ({body.as_type(opposite(body, evaluated(body, test)), BOOL).bare})")
+        body.emit(f"if ({body.as_type(opposite(body, evaluate(body, test)), BOOL).bare})")
         body.emit("    break;")
-        run(body, inner)
+        translate_block(body, inner)
 
-    body.repeat("for (;;)", _assigned(inner), turn)
+    body.repeat("for (;;)", _assigned_names(inner), turn)
 
 
 def _repeat_for(body: Body, node: ast.For) -> None:
     def take(item: Any) -> None:
         assign(body, node.target, item)
-        run(body, node.body)
+        translate_block(body, node.body)
 
-    body.each(evaluated(body, node.iter), take, _assigned([node]))
+    body.for_each(evaluate(body, node.iter), take, _assigned_names([node]))
 
 
 def _refuse(body: Body, message: ast.expr) -> None:
@@ -126,9 +126,9 @@ def _refuse(body: Body, message: ast.expr) -> None:
     form, values = "", []
     for part in message.values if isinstance(message, ast.JoinedStr) else [message]:
         if not isinstance(part, ast.FormattedValue):
-            form += str(evaluated(body, part)).replace("%", "%%")
+            form += str(evaluate(body, part)).replace("%", "%%")
             continue
-        value = unwrapped(evaluated(body, part.value))
+        value = unwrap(evaluate(body, part.value))
         kind = type_of(value)
         text = body.as_type(value, kind).bare
         if kind == TEXT:
@@ -136,12 +136,12 @@ def _refuse(body: Body, message: ast.expr) -> None:
         elif kind == INT:
             form, text = form + "%lld", f"(long long){text}"
         elif kind == FLOAT and part.format_spec is not None:
-            form += f"%{evaluated(body, part.format_spec)}"
+            form += f"%{evaluate(body, part.format_spec)}"
         elif kind == FLOAT:
             form, text = form + "%s", f"shortest(space, {text})"
         else:
             raise NoType("this value has no form in a message")
         values.append(text)
     body.needs_space = True
-    body.emit(f"refuse(space, {', '.join([quoted(form), *values])});")
+    body.emit(f"refuse(space, {', '.join([quote(form), *values])});")
     body.ended = True

@@ -80,7 +80,7 @@ class NoType(TypeError):
     """Two types have nothing in common, or a form of Python has no counterpart in C."""
 
 
-def joined(a: CType, b: CType) -> CType:
+def join_types(a: CType, b: CType) -> CType:
     """Return the smallest type that holds values of both, or raise NoType."""
     if a == b or b == UNKNOWN:
         return a
@@ -90,23 +90,23 @@ def joined(a: CType, b: CType) -> CType:
         return max(a, b, key=NUMBERS.index)
     if NOTHING in (a, b) or isinstance(a, Maybe) or isinstance(b, Maybe):
         inner = [kind.item if isinstance(kind, Maybe) else kind for kind in (a, b) if kind != NOTHING]
-        return Maybe(joined(inner[0], inner[-1]))
+        return Maybe(join_types(inner[0], inner[-1]))
     if isinstance(a, Row) and isinstance(b, Row) and len(a.items) == len(b.items):
-        return Row(tuple(map(joined, a.items, b.items)))
+        return Row(tuple(map(join_types, a.items, b.items)))
     if isinstance(a, Row | Listing) and isinstance(b, Row | Listing):
-        return Listing(joined(element(a), element(b)))
+        return Listing(join_types(element_type(a), element_type(b)))
     raise NoType(f"a value is once {a.name} and once {b.name}")
 
 
-def element(sequence: Row | Listing) -> CType:
+def element_type(sequence: Row | Listing) -> CType:
     """Return the type that holds every element of a tuple or list."""
     start: CType = UNKNOWN
-    return sequence.item if isinstance(sequence, Listing) else reduce(joined, sequence.items, start)
+    return sequence.item if isinstance(sequence, Listing) else reduce(join_types, sequence.items, start)
 
 
-def listed(kind: CType) -> CType:
+def as_list(kind: CType) -> CType:
     """Return the type as a list, its elements as lists as well."""
-    return Listing(listed(element(kind))) if isinstance(kind, Row | Listing) else kind
+    return Listing(as_list(element_type(kind))) if isinstance(kind, Row | Listing) else kind
 
 
 def parts_of(kind: CType) -> list[tuple[str, CType]]:
@@ -127,13 +127,13 @@ def fields(kind: type) -> dict[str, CType]:
     names, hints = tuple(field.name for field in own) or kind._fields, get_type_hints(kind)  # type: ignore[attr-defined]
     if not any(name in hints for name in names):  # PlantParameters: a flat set of floats
         return dict.fromkeys(names, FLOAT)
-    return {name: annotated(hints[name]) for name in names}
+    return {name: annotation_type(hints[name]) for name in names}
 
 
 PLAIN: dict[Any, CType] = {float: FLOAT, int: INT, bool: BOOL, str: TEXT, type(None): NOTHING}
 
 
-def annotated(hint: Any) -> CType:
+def annotation_type(hint: Any) -> CType:
     """Return the type of an annotation, or raise NoType."""
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is Literal:
@@ -141,12 +141,12 @@ def annotated(hint: Any) -> CType:
     if hint in PLAIN:
         return PLAIN[hint]
     if origin is tuple and arguments[-1] is not Ellipsis:
-        return Row(tuple(map(annotated, arguments)))
+        return Row(tuple(map(annotation_type, arguments)))
     if origin in (tuple, list, abc.Sequence, abc.Iterable):
-        return Listing(annotated(arguments[0]))
+        return Listing(annotation_type(arguments[0]))
     if origin in (Union, types.UnionType):
         (inner,) = (argument for argument in arguments if argument is not type(None))
-        return Maybe(annotated(inner))
+        return Maybe(annotation_type(inner))
     if dataclasses.is_dataclass(hint) or hasattr(hint, "_fields"):
         return Struct(hint)
     raise NoType(f"the annotation {hint} has no counterpart in C")
@@ -162,6 +162,6 @@ def annotation(function: types.FunctionType, name: str) -> CType | None:
     hint = function.__annotations__.get(name, inspect.Parameter.empty)
     try:
         hint = eval(hint, function.__globals__) if isinstance(hint, str) else hint  # our own source
-        return None if hint is inspect.Parameter.empty else annotated(hint)
+        return None if hint is inspect.Parameter.empty else annotation_type(hint)
     except (NameError, NoType):
         return None

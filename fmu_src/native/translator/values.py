@@ -52,20 +52,20 @@ class Expr:
 
     def __getattr__(self, name: str) -> Any:
         if isinstance(self.type, c.Maybe):
-            return getattr(unwrapped(self), name)
+            return getattr(unwrap(self), name)
         if isinstance(self.type, c.Struct):
             if name in c.fields(self.type.kind):
-                return self.body.opened(Expr(self.body, c.fields(self.type.kind)[name], self.path(name)))
+                return self.body.split_value(Expr(self.body, c.fields(self.type.kind)[name], self.path(name)))
             if name == "_replace":
-                return partial(self.body.replaced, self)
+                return partial(self.body.replace_fields, self)
         raise AttributeError(f"{self.type.name} has no field {name}")
 
     def __bool__(self) -> bool:
         raise c.NoType("this is known at run time only")
 
     def __neg__(self) -> Any:
-        number = unwrapped(self)
-        return Expr(self.body, c.joined(number.type, c.INT), f"(-{number.code})")
+        number = unwrap(self)
+        return Expr(self.body, c.join_types(number.type, c.INT), f"(-{number.code})")
 
 
 def _operator(symbol: str, is_swapped: bool = False) -> Callable[[Any, Any], Any]:
@@ -77,10 +77,10 @@ def _operator(symbol: str, is_swapped: bool = False) -> Callable[[Any, Any], Any
     return apply
 
 
-def unwrapped(value: Any) -> Any:
+def unwrap(value: Any) -> Any:
     """Return the value inside of a value that may be None."""
     if isinstance(value, Expr) and isinstance(value.type, c.Maybe):
-        return value.body.opened(Expr(value.body, value.type.item, value.path("value")))
+        return value.body.split_value(Expr(value.body, value.type.item, value.path("value")))
     return value
 
 
@@ -92,18 +92,18 @@ _AS_PYTHON: dict[tuple[str, c.CType], str] = {
 
 def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
     """Return the sum, difference, product, quotient or remainder of two numbers; the sum of two lists, a list again."""
-    a, b = unwrapped(a), unwrapped(b)
+    a, b = unwrap(a), unwrap(b)
     kinds = type_of(a), type_of(b)
     if symbol == "*" and isinstance(a, tuple | list):
-        one = body.kept(a[0])
-        return body.display((True, Run(body.as_type(b, c.INT).bare, lambda _: one)))
+        one = body.name_value(a[0])
+        return body.make_display((True, Run(body.as_type(b, c.INT).bare, lambda _: one)))
     if symbol == "+" and any(isinstance(kind, c.Listing) for kind in kinds):
-        return body.display((True, a), (True, b))
+        return body.make_display((True, a), (True, b))
     if symbol == "**":
         if isinstance(a, float) and a == 2.0 and kinds[1] == c.INT:
             return Expr(body, c.FLOAT, f"ldexp(1.0, (int){b.code})")
         raise c.NoType("a power other than 2.0**n may differ in the last bit from library to library; write a product")
-    kind = c.joined(c.joined(*kinds), c.FLOAT if symbol == "/" else c.INT)
+    kind = c.join_types(c.join_types(*kinds), c.FLOAT if symbol == "/" else c.INT)
     left, right = body.as_type(a, kind), body.as_type(b, kind)
     if symbol in ("//", "%"):
         if (symbol, kind) not in _AS_PYTHON:
@@ -134,11 +134,11 @@ class Maker:
 
     def __call__(self, *given: Any, **named: Any) -> Any:
         """Make a struct."""
-        return self.body.made(self.kind, *given, **named)
+        return self.body.make_struct(self.kind, *given, **named)
 
     def __getattr__(self, name: str) -> Any:
         if name == "_make":
-            return lambda values: self(*self.body.unpacked(values, len(c.fields(self.kind))))
+            return lambda values: self(*self.body.unpack(values, len(c.fields(self.kind))))
         return getattr(self.kind, name)
 
 
@@ -152,7 +152,7 @@ def type_of(value: Any) -> c.CType:
         return c.Struct(type(value))
     if isinstance(value, tuple | list):
         known = c.Row(tuple(map(type_of, value)))
-        return c.Listing(c.element(known)) if isinstance(value, list) else known
+        return c.Listing(c.element_type(known)) if isinstance(value, list) else known
     if type(value) not in c.PLAIN:
         raise c.NoType(f"a value {value!r} has no counterpart in C")
     return c.PLAIN[type(value)]
@@ -160,7 +160,7 @@ def type_of(value: Any) -> c.CType:
 
 def known_items(value: Any) -> list[Any] | None:
     """Return the elements of a tuple of known length or a NamedTuple, else None."""
-    value = unwrapped(value)
+    value = unwrap(value)
     if isinstance(value, Expr) and isinstance(value.type, c.Struct):
         names = getattr(value.type.kind, "_fields", None)
         return [getattr(value, name) for name in names] if names else None
@@ -172,26 +172,26 @@ def literal(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return quoted(value)
+        return quote(value)
     text = {"inf": "INFINITY", "-inf": "(-INFINITY)", "nan": "NAN"}.get(repr(value), repr(value))
     return f"({text})" if text.startswith("-") else text
 
 
-def quoted(text: str) -> str:
+def quote(text: str) -> str:
     """Return a string of C."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
 
 
-def compared(body: Any, symbol: str, a: Any, b: Any) -> Any:
+def compare(body: Any, symbol: str, a: Any, b: Any) -> Any:
     """Return the comparison of two numbers or texts; equal dual numbers have the same slope as well."""
-    a, b = unwrapped(a), unwrapped(b)
+    a, b = unwrap(a), unwrap(b)
     if isinstance(a, Dual) or isinstance(b, Dual):
         a, b = (one if isinstance(one, Dual) else Dual(one, 0.0) for one in (a, b))
         if symbol == "!=":
-            return opposite(body, compared(body, "==", a, b))
-        test = compared(body, symbol, a.value, b.value)
-        return both(body, test, lambda: compared(body, "==", a.slope, b.slope)) if symbol == "==" else test
-    kind = c.joined(type_of(a), type_of(b))
+            return opposite(body, compare(body, "==", a, b))
+        test = compare(body, symbol, a.value, b.value)
+        return both(body, test, lambda: compare(body, "==", a.slope, b.slope)) if symbol == "==" else test
+    kind = c.join_types(type_of(a), type_of(b))
     a, b = body.as_type(a, kind), body.as_type(b, kind)
     if kind == c.TEXT:
         return Expr(body, c.BOOL, f"(strcmp({a.bare}, {b.bare}) {symbol} 0)")
@@ -238,7 +238,7 @@ def is_among(body: Any, value: Any, items: Any) -> Any:
     """``value in items``."""
     found: Any = False
     for item in items:
-        found = either(body, found, lambda item=item: compared(body, "==", value, item))  # type: ignore[misc]
+        found = either(body, found, lambda item=item: compare(body, "==", value, item))  # type: ignore[misc]
     return found
 
 
@@ -250,21 +250,21 @@ def choose(body: Any, test: Any, yes: Callable[[], Any], no: Callable[[], Any]) 
     parts: tuple[list[str], list[str]] = [], []
     values = []
     for lines, value in zip(parts, (yes, no), strict=True):
-        with body.aside(lines):
+        with body.collect_aside(lines):
             values.append(value())
     kinds = [type_of(value) for value in values]
     if not any(parts) and all(kind in (c.BOOL, c.INT, c.FLOAT, c.TEXT) for kind in kinds):
-        kind = c.joined(*kinds)
+        kind = c.join_types(*kinds)
         first, second = (body.as_type(value, kind).code for value in values)
         if kind == c.BOOL and second == "false":
             return Expr(body, c.BOOL, f"({test.code} && {first})")
         if kind == c.BOOL and first == "true":
             return Expr(body, c.BOOL, f"({test.code} || {second})")
         return Expr(body, kind, f"({test.code} ? {first} : {second})")
-    return branched(body, test, parts, [{"t": value} for value in values])["t"]  # type: ignore[index]
+    return branch(body, test, parts, [{"t": value} for value in values])["t"]  # type: ignore[index]
 
 
-def branched(
+def branch(
     body: Any, test: Expr, parts: tuple[list[str], list[str]], ends: list[dict[str, Any] | None]
 ) -> dict[str, Any] | None:
     """Add ``if`` and ``else``, which end with these variables; return those behind both."""
@@ -272,7 +272,7 @@ def branched(
     both = live[0] if live else None
     if len(live) == 2:
         shared = [name for name in live[0] if name in live[1]]
-        both = {name: _merged(body, name, live[0][name], live[1][name], parts) for name in shared}
+        both = {name: _merge_branches(body, name, live[0][name], live[1][name], parts) for name in shared}
     body.emit(f"if ({test.bare}) {{")
     body.lines += parts[0]
     if parts[1]:
@@ -282,18 +282,18 @@ def branched(
     return both
 
 
-def _merged(body: Any, name: str, a: Any, b: Any, parts: tuple[list[str], list[str]]) -> Any:
+def _merge_branches(body: Any, name: str, a: Any, b: Any, parts: tuple[list[str], list[str]]) -> Any:
     """Return one value for two branches, which assign it to a variable unless they agree."""
     if a is b or (not isinstance(a, Expr | tuple) and type(a) is type(b) and repr(a) == repr(b)):
         return a
     if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b) and not hasattr(a, "_fields"):
-        return tuple(_merged(body, name, *each, parts) for each in zip(a, b, strict=True))
+        return tuple(_merge_branches(body, name, *each, parts) for each in zip(a, b, strict=True))
     if isinstance(a, Dual) or isinstance(b, Dual):
         (a, own), (b, other) = ((x.value, x.slope) if isinstance(x, Dual) else (x, 0.0) for x in (a, b))
-        return Dual(_merged(body, name, a, b, parts), _merged(body, name, own, other, parts))
-    kind = c.joined(type_of(a), type_of(b))
+        return Dual(_merge_branches(body, name, a, b, parts), _merge_branches(body, name, own, other, parts))
+    kind = c.join_types(type_of(a), type_of(b))
     made = body.declare(kind, name)
     for lines, value in zip(parts, (a, b), strict=True):
-        with body.aside(lines):
+        with body.collect_aside(lines):
             body.emit(f"{made.code} = {body.as_type(value, kind).bare};")
-    return body.opened(made)
+    return body.split_value(made)
