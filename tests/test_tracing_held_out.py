@@ -13,7 +13,7 @@ from heli_identifier.records import Log
 from heli_identifier.tracing import Determination, ParameterReport, Use, fit, helicopter
 from heli_identifier.tracing.findings import _rests_on
 from heli_identifier.tracing.held_out import compare, hold_to, likelihood_of, rms_figures, use_of
-from heli_identifier.tracing.prediction import HORIZONS, Model, Run, made_by_itself
+from heli_identifier.tracing.prediction import HORIZONS, Model, Run, simulate_record
 from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.settings import NOISE_CENTRE, NOISE_WIDTH, DiagnosisSettings
@@ -143,7 +143,7 @@ def test_an_offset_beyond_hubers_bound_costs_no_more_than_its_prior():
 
 def test_the_noise_floor_is_the_true_plants_own_error():
     runs = [Run.along(model(), record_of(windy(seed), RIG), np.zeros(3)) for seed in (11, 12)]
-    made = [made_by_itself(run, seed) for seed, run in enumerate(runs)]
+    made = [simulate_record(run, seed) for seed, run in enumerate(runs)]
     own, floor = ([run.errors() for run in of] for of in (runs, made))
     for name in ALL:
         figures = [rms_figures([e[name] for e in errors], 0.25) for errors in (own, floor)]
@@ -155,7 +155,7 @@ def test_the_noise_floor_is_the_true_plants_own_error():
 
 def test_an_unstable_plant_in_closed_loop_has_a_floor_and_no_free_run(monkeypatch):
     run = Run.along(model(UNSTABLE), record_of(flown(7, monkeypatch), RIG), np.zeros(3))
-    assert np.isfinite(made_by_itself(run).errors()["ahead_200ms"]).all()
+    assert np.isfinite(simulate_record(run).errors()["ahead_200ms"]).all()
     assert RIG.stable(UNSTABLE) == (False, True, False)
     assert RIG.stable(TABLE_2._replace(cable_stiffness_travel=0.01)) == (True, True, True)
 
@@ -249,6 +249,6 @@ def test_plant_and_recovered_controller_fly_a_log_again(monkeypatch):
     assert {law.channel for law in laws} == {"v_front - v_rear", "v_front + v_rear"}
     record, errors = record_of(log, RIG), {}
     for name, plant in (("true", TABLE_2), ("wrong", TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, k_z=0.8 * TABLE_2.k_z))):
-        _, own = Run.along(model(plant), record, np.zeros(3)).flown_again(3.0, laws)
+        _, own = Run.along(model(plant), record, np.zeros(3)).fly_again(3.0, laws)
         errors[name] = np.sqrt(np.mean(own**2, axis=(0, 1)))[:2]
     assert np.all(errors["true"] < 0.5 * errors["wrong"]), errors

@@ -12,7 +12,7 @@ from benchmarks.rigs import likelihood_of, log_of, windy_logs
 from heli_identifier.records import Log
 from heli_identifier.tracing import helicopter, sensitivity
 from heli_identifier.tracing import noise as filters
-from heli_identifier.tracing.fit import Fit, around, bounded_step, covariance, fit, with_own_spread
+from heli_identifier.tracing.fit import Fit, around, bounded_step, covariance, fit, fit_own_spread
 from heli_identifier.tracing.rig import block_samples, record_of, records_of
 from heli_identifier.tracing.settings import COLOURED, HUBER, DiagnosisSettings
 from tests.blind.generator import Case
@@ -105,7 +105,7 @@ def test_the_gradient_vanishes_where_the_fit_stops_at_the_gains_of_a_clean_rig(c
         assert abs(fitted.estimate(name) - getattr(truth.base, name)) < 4.0 * error
         assert error < 0.03 * abs(fitted.estimate(name))
     # offsets that all logs share are none: their spread is estimated near what is known beforehand, not at .1 rad/s^2
-    assert (with_own_spread(fitted).likelihood.widths[:3] < 0.02).all()
+    assert (fit_own_spread(fitted).likelihood.widths[:3] < 0.02).all()
 
 
 def test_a_log_with_gains_of_its_own_hovers_as_the_quadratic_form_says(clean):
@@ -281,7 +281,7 @@ def test_another_filter_is_a_linear_filter_of_the_innovations():
     torque, noise = rng.standard_normal(3000), 0.01 * rng.standard_normal(3000)
     one, other = (80.0, 2.5, 200.0, 0.0, 300.0), (30.0, 5.0, 2.0, 0.8, 20.0)
     first, second = _linear_run(torque, noise, one), _linear_run(torque, noise, other)
-    found = filters.recoloured(first, solved(*one), [solved(*other)])[0]
+    found = filters.recolour(first, solved(*one), [solved(*other)])[0]
     np.testing.assert_allclose(found, second, atol=1e-9 * np.abs(second).max())
 
 
@@ -291,7 +291,7 @@ def test_slopes_of_the_colour_are_those_of_recoloured():
     own = solved(*air)
     steps = tuple((solved(*(air * (1.0 + d * sign))), d * sign) for sign in (1.0, -1.0))
     found = filters.slope_of_colour(own, steps).mean(1) @ filters.past(*filters.behind(own, e), slice(0, len(e)))
-    up, down = filters.recoloured(e, own, [other for other, _ in steps])
+    up, down = filters.recolour(e, own, [other for other, _ in steps])
     slope = (up - down) / (2.0 * d)
     np.testing.assert_allclose(found, slope, atol=1e-6 * np.abs(slope).max())
 

@@ -9,12 +9,12 @@ from scipy.stats import chi2
 
 from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.tracing import Verdict, helicopter, log_likelihood
-from heli_identifier.tracing.fit import fit, with_own_spread
-from heli_identifier.tracing.identification import delivered
+from heli_identifier.tracing.fit import fit, fit_own_spread
+from heli_identifier.tracing.identification import fit_delivered
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_times
-from heli_identifier.tracing.select import halves_agree, left_out_gain, refitted, select, stepwise
+from heli_identifier.tracing.select import halves_agree, left_out_gain, refit, select, stepwise
 from heli_identifier.tracing.settings import KEPT, NAMED, UNKNOWN, DiagnosisSettings
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
@@ -28,7 +28,7 @@ def searched(kind, index=0):
     """Selection and truth of a blind rig with three logs of 60 s."""
     logs, truth = logs_of(kind, index, count=3, seconds=60.0)
     likelihood = likelihood_of(logs)
-    null = with_own_spread(fit(likelihood, likelihood.rig.base))
+    null = fit_own_spread(fit(likelihood, likelihood.rig.base))
     return select(null, likelihood.rig.candidates), truth
 
 
@@ -44,7 +44,7 @@ def test_a_clean_rig_is_accused_of_nothing_and_in_calm_air_gets_no_mechanics_tha
     """Five minutes in calm air tell a coefficient of 0 from one of 1."""
     selection, _ = searched("clean", index)
     assert shown(selection) == set()
-    assert not MECHANICS & set(delivered(selection, []).fields)
+    assert not MECHANICS & set(fit_delivered(selection, []).fields)
 
 
 @pytest.mark.slow
@@ -53,7 +53,7 @@ def test_rounding_by_the_encoders_does_not_become_friction_in_long_flights():
     torque = np.array([0.02, 0.01, 0.004])
     logs = [noisy(TABLE_2, drive(500.0, k), 10 + k, deviation=torque, name=f"{k}") for k in range(3)]
     likelihood = likelihood_of(logs)
-    selection = select(with_own_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
+    selection = select(fit_own_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
     assert max(selection.scores[finding.effect.field].score for finding in selection.findings) > 8.0
     assert shown(selection) == set()
 
@@ -94,10 +94,10 @@ def test_terms_of_mechanics_enter_the_plant_together_and_help_under_another_cont
     rig = windy_rig(48, "ou", counts={"a": 3, "c": 1})
     other, training = windy_logs(rig, "c"), windy_logs(rig, "a")
     likelihood = likelihood_of(training)
-    null = with_own_spread(fit(likelihood, likelihood.rig.base))
+    null = fit_own_spread(fit(likelihood, likelihood.rig.base))
     selection = select(null, likelihood.rig.candidates)
     assert not MECHANICS & shown(selection)
-    plant = delivered(selection, [])
+    plant = fit_delivered(selection, [])
     assert set(plant.fields) >= MECHANICS
     with_, without = (log_likelihood(own.parameters, other) for own in (plant, selection.fit))
     assert with_ > without + 3.0
@@ -137,7 +137,7 @@ def test_a_law_that_another_seems_to_replace_leaves_only_around_a_fit_of_both():
     logs = [noisy(TABLE_2._replace(dry_friction_pitch=0.04), drive(60.0, k), 10 + k, name=f"{k}") for k in range(3)]
     likelihood, resident = likelihood_of(logs), "breakaway_friction_pitch"
     null, candidates = fit(likelihood, likelihood.rig.base), likelihood.rig.candidates
-    around = Scores(refitted(null, candidates, [resident], {resident: 0.03}), candidates)
+    around = Scores(refit(null, candidates, [resident], {resident: 0.03}), candidates)
     chosen = stepwise(around, [resident])
     assert around.scores([resident])[resident].score > KEPT > around.scores(chosen)[resident].score
     assert chosen == [resident, "dry_friction_pitch"]
@@ -147,7 +147,7 @@ def test_a_law_that_another_seems_to_replace_leaves_only_around_a_fit_of_both():
 def test_what_differs_from_log_to_log_is_no_effect_of_the_rig():
     """The pitch is zeroed anew in every log: k_y mu_s z looks like a drag torque of rotors, in no two logs the same."""
     likelihood = likelihood_of(windy_logs(windy_rig(4, "calm", counts={"a": 5}), "a"))
-    selection = select(with_own_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
+    selection = select(fit_own_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
     assert selection.scores["rotor_drag_torque_travel"].score > NAMED, "blocks of seconds alone would establish it"
     assert shown(selection) == set()
 

@@ -24,7 +24,7 @@ from heli_identifier.records import (
 )
 from heli_identifier.signatures import typed
 
-from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect, log_faults
+from .findings import catalogue_verdicts, correlation, draw_curves, estimates, found_effect, lag_effect, log_faults
 from .fit import Fit, covariance, fit
 from .held_out import compare
 from .helicopter import LAG_FIELD
@@ -112,7 +112,7 @@ def diagnose(
         references=found.references.origin,
         agreement=found.agreement,
         series=series,
-        curves=drawn_curves(after, found.covariance, effects),
+        curves=draw_curves(after, found.covariance, effects),
         correlation_labels=labels,
         correlation=matrix,
         data=tuple(
@@ -121,8 +121,11 @@ def diagnose(
             for log in logs
         ),
         settings=asdict(settings)
-        | {"score_needed": found.selection.last.needed(), "score_needed_certain": found.selection.last.needed(True)}
-        | {"operating_point": rig.operating_point},
+        | {
+            "score_needed": found.selection.last.shown_score(),
+            "score_needed_certain": found.selection.last.shown_score(certain=True),
+            "operating_point": rig.operating_point,
+        },
         notes=(
             *data_notes,
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),

@@ -114,9 +114,9 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     own, effects = lag_score(fitted, C), {effect.field: effect for effect in fitted.likelihood.rig.effects}
     if LAG_FIELD not in effects:  # the configuration gives it: it is part of the model before
         return None
-    if own.score <= selection.last.needed() or abs(own.value) < TIMED:
+    if own.score <= selection.last.shown_score() or abs(own.value) < TIMED:
         return None
-    around = selection.last.of_pinned(fitted.fields.index(LAG_FIELD))
+    around = selection.last.without_parameter(fitted.fields.index(LAG_FIELD))
     rivals = [e for e in around.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
     scores = around.scores([f.effect.field for f in selection.findings], among=[e.field for e in rivals])
     alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > own.score - KEPT)
@@ -131,7 +131,7 @@ def catalogue_verdicts(
     scores = {LAG_FIELD: lag_score(fitted, covariance(fitted)), **selection.scores}
     rows = {
         (e.name, e.axis): _verdict(
-            e, scores.get(e.field), stated.get((e.name, e.axis)), selection.last.needed(e.certain)
+            e, scores.get(e.field), stated.get((e.name, e.axis)), selection.last.shown_score(e.certain)
         )
         for e in fitted.likelihood.rig.effects
     }
@@ -252,7 +252,7 @@ def _rests_on(
     return Determination.NOISE_MODEL, why, False
 
 
-def drawn_curves(fitted: Fit, C: Array, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:
+def draw_curves(fitted: Fit, C: Array, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:
     """Draw the effects of the plant over their variable: partial residuals, the law and its band.
 
     The partial residual is the smoothed acceleration less what the plant gives without the effect, averaged over bins

@@ -50,7 +50,7 @@ class Fit:
     point: Point
     e: list[Array]
     motion: list[Array]
-    """e, motion: Innovations [rad], and the filter's motion [rad], [rad/s], as of :meth:`.Likelihood.filtered`."""
+    """e, motion: Innovations [rad], and the filter's motion [rad], [rad/s], as of :meth:`.Likelihood.run_all`."""
     sigma: Array
     """Their scales [rad], shape (a,)."""
     value: float
@@ -64,9 +64,9 @@ class Fit:
             values |= c.assigned(float(v))
             if c.fault is not None:
                 faults[c.fault] = c.value(float(v))
-        likelihood = likelihood.undoing(faults) if faults != likelihood.faults else likelihood
+        likelihood = likelihood.undo_faults(faults) if faults != likelihood.faults else likelihood
         point = replace(point, parameters=likelihood.rig.assign(point.parameters, values))
-        e, motion = likelihood.filtered(point)
+        e, motion = likelihood.run_all(point)
         of_axes, sigma = likelihood.of_axes(e)
         value = float((of_axes + likelihood.volume(point, sigma)).sum()) + likelihood.priors(x, point)
         return cls(likelihood, coordinates, x, point, e, motion, sigma, value)
@@ -144,7 +144,7 @@ class Fit:
         own = self.likelihood.filters(self.likelihood.records[0], self.point)
         return np.asarray(self.sigma / np.sqrt([axis.S for axis in own]))
 
-    def stepped(self, s: Array) -> "tuple[Fit, float] | None":
+    def take_step(self, s: Array) -> "tuple[Fit, float] | None":
         """Go a step ``s`` (n,), halved until F falls, and give the share of it; None if it does not fall by enough.
 
         Where F rises it is about a parabola along the step, which tells its lowest value: (share slope)^2 / (4 bend)
@@ -166,7 +166,7 @@ class Fit:
             share *= 0.5
         return None
 
-    def in_better_air(self) -> "Fit | None":
+    def scan_air(self) -> "Fit | None":
         """Move the air of every axis to the best of a coarse grid; None if F does not fall by enough to go on."""
         z, e = self.point.z, self.e[: len(self.likelihood.beginning(COARSE))]
         airs = [z, *(np.clip(z + np.array(move)[:, None], -FARTHEST, FARTHEST) for move in AIR_SCAN)]
@@ -200,20 +200,20 @@ def fit(
     """
     rig, new = likelihood.rig, start is None or not set(fields) <= set(start.names)
     if start is None:
-        coordinates, x = _placed(likelihood, fields, rig.estimate(likelihood.records))
+        coordinates, x = _coordinates_of(likelihood, fields, rig.estimate(likelihood.records))
         within = np.clip(x, -FARTHEST, FARTHEST).tolist()  # a step is at most some widths of a prior
         first = rig.assign(rig.parameters, {c.field: c.value(v) for c, v in zip(coordinates, within, strict=True)})
         some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
         beginning = replace(likelihood, records=some)
         airs = (np.repeat(np.array(air)[:, None], a, axis=1) for air in AIRS)
-        start = _joined([_searched(beginning, fields, [beginning.resting(first, z)], ROUGHLY, False) for z in airs])
+        start = _join_airs([_descend(beginning, fields, [beginning.resting(first, z)], ROUGHLY, False) for z in airs])
         own = np.vstack((start.point.own, np.zeros((count - len(some), 4 * a))))
         start = replace(start, point=replace(start.point, own=own))
     points = [replace(own, parameters=rig.assign(own.parameters, shapes or {})) for own in (start.point, other) if own]
-    return _searched(likelihood, fields, points, ROUGHLY if value_only else CONVERGED, new and not value_only)
+    return _descend(likelihood, fields, points, ROUGHLY if value_only else CONVERGED, new and not value_only)
 
 
-def _joined(begun: Sequence[Fit]) -> Fit:
+def _join_airs(begun: Sequence[Fit]) -> Fit:
     """Take from the fit that explains an axis best its air, and the coordinates that this axis tells most of.
 
     Fits are compared by their evidence F + ln det(H)/2 over the air of the axis (Laplace; MacKay 1992): air that swirls
@@ -233,7 +233,7 @@ def _joined(begun: Sequence[Fit]) -> Fit:
     return Fit.at(least.likelihood, least.coordinates, x, replace(least.point, z=z, own=own))
 
 
-def _placed(
+def _coordinates_of(
     likelihood: Likelihood, fields: Sequence[str], parameters: Parameters
 ) -> tuple[tuple[Coordinate, ...], Array]:
     """Give the coordinates of some parameters and faults, and where (P,) a plant and the likelihood have them."""
@@ -246,12 +246,12 @@ def _placed(
     return tuple(coordinates), np.array(x)
 
 
-def _searched(
+def _descend(
     likelihood: Likelihood, fields: Sequence[str], points: Sequence[Point], least: float, scan: bool = True
 ) -> Fit:
     """Fit from the likeliest of some points until F falls by less than ``least`` by a step, and by no ``scan``."""
     starts = [replace(own, z=np.clip(own.z, -FARTHEST, FARTHEST)) for own in points]
-    begun = [Fit.at(likelihood, *_placed(likelihood, fields, own.parameters), own) for own in starts]
+    begun = [Fit.at(likelihood, *_coordinates_of(likelihood, fields, own.parameters), own) for own in starts]
     now = min(begun, key=lambda own: own.value)
     point = now.point
     low, high = now.bounds
@@ -263,14 +263,14 @@ def _searched(
             np.concatenate((high - now.x, np.minimum(reach, FARTHEST - z))),
         )  # fmt: skip
         promised = -(g @ s + 0.5 * s @ H @ s) + now.quadratic.by_own
-        step = now.stepped(s) if promised >= least else None
+        step = now.take_step(s) if promised >= least else None
         if step is not None:
             fall, far = now.value - step[0].value, promised > 1.0 or step[1] < 1.0
             now, last, moved = step[0], moved, step[0].point.z.ravel() - z
             reach = np.where(moved * last < 0.0, 0.5 * reach, np.minimum(1.5 * reach, 1.0))
             if fall > least and (far or abs(promised - fall) > CONVERGED):  # else the quadratic form is F's own
                 continue
-        better = now.in_better_air() if scan else None
+        better = now.scan_air() if scan else None
         if better is None:
             break
         now = better
@@ -279,10 +279,10 @@ def _searched(
 
 def around(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: Array) -> Fit:
     """Take a plant, its air and the scales ``sigma`` (a,) [rad] as known; a fit would estimate ``fields``."""
-    return replace(Fit.at(likelihood, *_placed(likelihood, fields, point.parameters), point), sigma=sigma)
+    return replace(Fit.at(likelihood, *_coordinates_of(likelihood, fields, point.parameters), point), sigma=sigma)
 
 
-def with_own_spread(fitted: Fit) -> Fit:
+def fit_own_spread(fitted: Fit) -> Fit:
     """Estimate how much torques and gains differ from log to log, and fit again with that.
 
     tau^2 = (nu s^2 + sum_l (b_l - mean b)^2 + var b_l) / (nu + L - 1) on every axis, with what is known beforehand

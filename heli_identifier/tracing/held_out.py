@@ -40,8 +40,8 @@ from heli_identifier.records import Log
 from .fit import Fit, fit
 from .helicopter import helicopter
 from .likelihood import Likelihood, without
-from .noise import error_dynamics, filters, physical, recoloured, start_memory
-from .prediction import HORIZONS, Model, Run, made_by_itself
+from .noise import error_dynamics, filters, physical, recolour, start_memory
+from .prediction import HORIZONS, Model, Run, simulate_record
 from .references import CHANNELS, controllers_of
 from .result import (
     AxisError,
@@ -110,13 +110,13 @@ def compare(
     first, second = (_Held.of(Model.of(fitted), records, left_out, logs) for fitted in (before, after))
     models, judged = {"before": first, "after": second}, "ahead_200ms" if closed_loop else "prediction_1s"
     stays = rms_figures([run.measured(0.2) - run.record.angles[run.at] for run in second.runs], *_AHEAD["ahead_200ms"])
-    flown, length = _flown(models, logs, stays) if closed_loop else ({}, 0.0)
+    flown, length = _fly_again(models, logs, stays) if closed_loop else ({}, 0.0)
     if length == FLOWN:
         for name, one in flown.items():
-            models[name].errors["closed_loop_3s"] = _thinned(one, records[0].step)
+            models[name].errors["closed_loop_3s"] = _thin(one, records[0].step)
     errors = {name: own.figures() for name, own in models.items()}
     change = {name: _change(first.errors[name], second.errors[name]) for name in first.errors}
-    white = {name: [_standardised(run, second.model) for run in own.runs] for name, own in models.items()}
+    white = {name: [_standardise(run, second.model) for run in own.runs] for name, own in models.items()}
     floor, air = second.noise_floor(), after.air()
     moved = [(run.measured(1.0) - run.motion[:, :3], run.motion[:, 3:]) for run in second.runs]
     angle_stays = rms_figures([angles for angles, _ in moved], *_AHEAD["prediction_1s"])
@@ -137,7 +137,7 @@ def compare(
             own, first.alone[i], second.alone[i], dict(zip(rig.state, map(float, first.begun[i]), strict=True)),
             white["before"][i], white["after"][i], records[i].step,
             tuple(event for event in events if event.log == own.name),
-            {name: _drawn(records[i], *one[i]) for name, one in flown.items() if i in one}, length,
+            {name: _draw_stretches(records[i], *one[i]) for name, one in flown.items() if i in one}, length,
         )
         for i, own in enumerate(logs)
     )  # fmt: skip
@@ -193,7 +193,7 @@ class _Held:
         """Figures by axis of the plant on records of its own; zero, which bounds nothing, where it ran away."""
         rig, p, made, free = self.model.rig, self.model.parameters, list[Run](), list[Array]()
         for seed, run in enumerate(self.runs):
-            own, r, (torque, noise) = made_by_itself(run, seed), run.record, self.model.noise(run.record, seed)
+            own, r, (torque, noise) = simulate_record(run, seed), run.record, self.model.noise(run.record, seed)
             made += [own] if own else []
             with np.errstate(invalid="ignore"):  # of runs away no error is known
                 driven = rig.simulate(r.inputs, r.step, r.start, p, run.offset + torque)
@@ -233,7 +233,7 @@ _Stretches = dict[int, tuple[list[int], Array]]
 """By log: first samples of stretches of one model, and their errors (S, n, a) [rad]."""
 
 
-def _flown(
+def _fly_again(
     models: Mapping[str, _Held], logs: Sequence[Log], stays: Sequence[ErrorFigure]
 ) -> tuple[dict[str, _Stretches], float]:
     """Let plant and recovered controller fly again; 1 s under the measured voltages where no law is known.
@@ -244,20 +244,20 @@ def _flown(
     own = rms_figures(models["after"].errors["ahead_200ms"], *_AHEAD["ahead_200ms"])
     if all(figure.value < least.value for figure, least in zip(own, stays, strict=True)):
         laws = {i: law for i, law in enumerate(controllers_of(logs)) if len(law) == len(CHANNELS)}
-        found = {name: {i: m.runs[i].flown_again(FLOWN, law) for i, law in laws.items()} for name, m in models.items()}
+        found = {name: {i: m.runs[i].fly_again(FLOWN, law) for i, law in laws.items()} for name, m in models.items()}
         errors = [e for one in found.values() for _, e in one.values() if len(e)]
         if errors and all(np.isfinite(e).all() for e in errors):
             return found, FLOWN
-    return {name: {i: run.flown_again(1.0) for i, run in enumerate(m.runs)} for name, m in models.items()}, 1.0
+    return {name: {i: run.fly_again(1.0) for i, run in enumerate(m.runs)} for name, m in models.items()}, 1.0
 
 
-def _thinned(flown: _Stretches, step: float) -> list[Array]:
+def _thin(flown: _Stretches, step: float) -> list[Array]:
     """Errors (n, a) [rad] of the stretches of each log, :data:`.settings.SPACING` apart."""
     thin = max(1, round(SPACING / step))
     return [e[:, thin - 1 :: thin].reshape(-1, e.shape[2]) for _, e in flown.values()]
 
 
-def _drawn(record: Record, firsts: Sequence[int], errors: Array) -> Array:
+def _draw_stretches(record: Record, firsts: Sequence[int], errors: Array) -> Array:
     """Angles (N, a) [rad] that stretches predict; not a number between them."""
     predicted = np.full_like(record.angles, np.nan)
     for first, e in zip(firsts, errors, strict=True):
@@ -265,11 +265,11 @@ def _drawn(record: Record, firsts: Sequence[int], errors: Array) -> Array:
     return predicted
 
 
-def _standardised(run: Run, model: Model) -> Array:
+def _standardise(run: Run, model: Model) -> Array:
     """Innovations (N, a) of a run under the air and over the scales of another model."""
     step, own = run.record.step, run.model
     old, new = (filters(step, own.rig.linear(own.parameters), physical(z)) for z in (own.z, model.z))
-    columns = [recoloured(e, was, [now])[0] for e, was, now in zip(run.innovations.T, old, new, strict=True)]
+    columns = [recolour(e, was, [now])[0] for e, was, now in zip(run.innovations.T, old, new, strict=True)]
     return np.column_stack(columns) / model.scales(step)
 
 
@@ -303,13 +303,13 @@ def rms_figures(errors: Sequence[Array], spacing: float | Sequence[float], what:
             f"{what}: no passage of the logs is long enough for it, behind {SETTLING:g} s in which the filter settles "
             "and outside of what is left out; give longer logs, or keep the events."
         )
-    return _bootstrapped(squares, spacing, after=np.sqrt)
+    return _bootstrap(squares, spacing, after=np.sqrt)
 
 
 def _change(first: Sequence[Array], second: Sequence[Array]) -> list[ErrorFigure]:
     """Root mean squares by axis of the second errors (S, a) of each pair over those of the first, less 1."""
     pairs = [np.hstack(own) ** 2 for own in zip(first, second, strict=True)]
-    return _bootstrapped([own[np.isfinite(own).all(1)] for own in pairs], SPACING, _ratio)
+    return _bootstrap([own[np.isfinite(own).all(1)] for own in pairs], SPACING, _ratio)
 
 
 def _ratio(squares: Array) -> Array:
@@ -324,11 +324,11 @@ def _likelihood(before: _Held, after: _Held) -> HeldOutLikelihood:
     seconds = sum(len(own) * h for own, h in zip(before.densities, steps, strict=True))
     totals = [sum(float(density.sum()) for density in own.densities) for own in (before, after)]
     gains = [(two - one)[:, None] for one, two in zip(before.densities, after.densities, strict=True)]
-    (gain,) = _bootstrapped(gains, steps, after=lambda mean: mean * sum(map(len, gains)))
+    (gain,) = _bootstrap(gains, steps, after=lambda mean: mean * sum(map(len, gains)))
     return HeldOutLikelihood(seconds, totals[0] / seconds, totals[1] / seconds, gain)
 
 
-def _bootstrapped(
+def _bootstrap(
     values: Sequence[Array],
     spacing: float | Sequence[float],
     read: Callable[[Array], Array] = np.asarray,

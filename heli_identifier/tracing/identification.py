@@ -15,16 +15,16 @@ from heli_identifier.errors import LogError
 from heli_identifier.records import Log, check_excitation, check_moving, read_logs
 
 from .findings import parameter_reports
-from .fit import Fit, covariance, fit, with_own_spread
+from .fit import Fit, covariance, fit, fit_own_spread
 from .helicopter import helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .references import References, find_references
 from .result import Agreement, FoundEffect, ParameterReport
-from .rig import Effect, LeftOut, averaged, records_of
-from .select import Selection, halves_agree, left_out_gain, refitted, select
+from .rig import Effect, LeftOut, average_blocks, records_of
+from .select import Selection, halves_agree, left_out_gain, refit, select
 from .settings import CATALOGUE_WIDTHS, KEPT, ROUGHLY, SETTLING, UNKNOWN, DiagnosisSettings
-from .strangers import aligned
+from .strangers import align_zeros
 from .unknown import search_unknown
 
 Progress = Callable[[str, float], None]
@@ -111,7 +111,7 @@ def identify_plant(
     used, slips = unslipped(used, () if given.keep_events else events)
     tell("fitting the model", 0.1)
     rig = helicopter(given, [log.angles for log in used[:count]], [log.voltages for log in used[:count]])
-    null, training, kept, notes = aligned(
+    null, training, kept, notes = align_zeros(
         used[:count], used[count:], lambda own: _null(Likelihood(rig, records_of(own, rig, left_out))), left_out
     )
     _refuse_scaled(null, defects)
@@ -123,8 +123,8 @@ def identify_plant(
         undone = {fault.field for fault in selection.fit.likelihood.faults}
         left = [effect for effect in candidates if effect.fault is None or effect.field in undone]
         selection, unknown = search_unknown(selection, left)
-    gains, dropped = _not_worth_having(selection)
-    plant = delivered(selection, dropped)
+    gains, dropped = _weigh_possible(selection)
+    plant = fit_delivered(selection, dropped)
     C = covariance(plant)
     tell("asking the references", 0.6)
     references = find_references(training)
@@ -144,7 +144,7 @@ def _null(likelihood: Likelihood) -> Fit:
         value = likelihood.rig.read(found.parameters, name)
         if name in found.fields and value < 0.0:
             found = min(found, fit(likelihood, found.fields, found, {name: -value}), key=lambda own: own.value)
-    return with_own_spread(found)
+    return fit_own_spread(found)
 
 
 def _refuse_scaled(null: Fit, defects: Sequence[Defect]) -> None:
@@ -174,7 +174,7 @@ def _refuse_scaled(null: Fit, defects: Sequence[Defect]) -> None:
             )
 
 
-def _not_worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:
+def _weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
     """Gain on left-out logs of every possible effect, and those that the plant does without.
 
     A torque that may step at one instant is among these without a gain, as it repeats in no other flight, and so is a
@@ -190,7 +190,7 @@ def _not_worth_having(selection: Selection) -> tuple[dict[str, float], list[str]
     return gains, dropped
 
 
-def delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
+def fit_delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     """Fit the plant without some effects of the selection, and with rigid-body mechanics if the logs are as likely.
 
     Its terms come from one kinetic and one potential energy, so that a rig has all of them, each with c = 1 +-
@@ -201,7 +201,7 @@ def delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     kept = [f.effect.field for f in selection.findings if f.effect.fault is None and f.effect.field not in dropped]
     alone, likelihood = selection.fit, selection.fit.likelihood
     if dropped:
-        alone = refitted(selection.fit, candidates, kept)
+        alone = refit(selection.fit, candidates, kept)
     beside = [own for name, own in selection.scores.items() if name in mechanics and name not in kept]
     squares = [CATALOGUE_WIDTHS**-2 + own.standard_error**2 for own in beside]
     away = [0.5 * (1.0 - own.value) ** 2 / square - own.score for own, square in zip(beside, squares, strict=True)]
@@ -212,9 +212,9 @@ def delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     start = replace(alone, likelihood=replace(likelihood, rig=rig))
     proven = any(f.established and f.effect.certain for f in selection.findings)
     least = alone.value + proven * KEPT
-    whole = refitted(start, candidates, [*kept, *begun], begun, value_only=True)
+    whole = refit(start, candidates, [*kept, *begun], begun, value_only=True)
     if whole.value < least + 2.0 * ROUGHLY:
-        whole = refitted(whole, candidates, [*kept, *begun])
+        whole = refit(whole, candidates, [*kept, *begun])
     return alone if whole.value > least else whole
 
 
@@ -224,6 +224,6 @@ def _outside(plant: Fit, logs: Sequence[Log], references: References) -> Instrum
         return None
     rig, records = plant.likelihood.rig, plant.likelihood.records
     regressions, signals = rig.regressions(records, plant.parameters)
-    moved = [averaged(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
+    moved = [average_blocks(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
     keep = [(record.weights > 0.0).any(1) | (record.time <= SETTLING) for record in records]
     return instruments(regressions, signals, moved, [1.0 / record.step for record in records], keep)

@@ -126,7 +126,7 @@ class InstrumentEstimates:
             For each log the plant's accelerations [rad/s2] at the measured angles, rates and motor voltages, at the
             log's own rate.
         """
-        reduced = [_filtered(_reduce(a, rate), 0) for a, rate in zip(plant, self.rates, strict=True)]
+        reduced = [_filter(_reduce(a, rate), 0) for a, rate in zip(plant, self.rates, strict=True)]
         return tuple(_judgement(axis, [a[:, i : i + 1] for a in reduced]) for i, axis in enumerate(self.axes))
 
 
@@ -165,12 +165,12 @@ def instruments(
         return [_reduce(np.reshape(signal, (len(signal), -1)), rate) for signal, rate in zip(own, rates, strict=True)]
 
     inputs = seen(signals)
-    hats = _cross_fitted(inputs, [_bank(own) for own in seen(references)])
+    hats = _cross_fit(inputs, [_bank(own) for own in seen(references)])
     kept = seen([np.ones(len(own)) if keep is None else keep[i].astype(float) for i, own in enumerate(signals)])
     blocks, axes = _blocks([own[:, 0] > 0.99 for own in kept]), []
     for own in regressions:
-        measured = [_filtered(y, 2) for y in seen(own.outputs)]
-        known = [_filtered(a, 0) for a in seen(own.known)] if own.known else [np.zeros_like(y) for y in measured]
+        measured = [_filter(y, 2) for y in seen(own.outputs)]
+        known = [_filter(a, 0) for a in seen(own.known)] if own.known else [np.zeros_like(y) for y in measured]
         phi, z = ([_columns(own.terms, s) for s in source] for source in (inputs, hats))
         axes.append(_axis(own, measured, known, phi, z, blocks))
     return InstrumentEstimates(tuple(axes), tuple(rates))
@@ -234,7 +234,7 @@ def _reduce(signal: Array, rate: float) -> Array:
     return resample_poly(signal, ratio.numerator, ratio.denominator, axis=0, padtype="line")
 
 
-def _filtered(signal: Array, order: int) -> Array:
+def _filter(signal: Array, order: int) -> Array:
     """L p^order of a signal, from rest at its first value."""
     fine = resample_poly(signal - signal[:1], 8, 1, axis=0, padtype="line")
     return lfilter(*_differentiator(order), fine, axis=0)[::8]
@@ -252,7 +252,7 @@ def _differentiator(order: int) -> tuple[Array, Array]:
 
 def _columns(terms: Sequence[Term], signals: Array) -> Array:
     """L p^order f(s) of every term, shape (N, k)."""
-    return np.column_stack([_filtered(np.asarray(term.of(signals)), term.order) for term in terms])
+    return np.column_stack([_filter(np.asarray(term.of(signals)), term.order) for term in terms])
 
 
 def _bank(references: Array) -> Array:
@@ -265,21 +265,21 @@ def _bank(references: Array) -> Array:
     return np.hstack(outputs)
 
 
-def _cross_fitted(signals: Sequence[Array], banks: Sequence[Array]) -> tuple[Array, ...]:
+def _cross_fit(signals: Sequence[Array], banks: Sequence[Array]) -> tuple[Array, ...]:
     """s_hat of every log by the K of the others; of a single log's halves by the K of the other half."""
     if len(signals) == 1:
         n, gap = len(signals[0]) // 2, round(BLOCK * SEEN_AT / 2.0)
         ends = [(slice(0, n), slice(n + gap, None)), (slice(n, None), slice(0, max(n - gap, 0)))]
-        halves = [_predicted(signals[0][own], banks[0][own], [signals[0][far]], [banks[0][far]]) for own, far in ends]
+        halves = [_predict(signals[0][own], banks[0][own], [signals[0][far]], [banks[0][far]]) for own, far in ends]
         return (np.vstack(halves),)
     others = [[j for j in range(len(signals)) if j != i] for i in range(len(signals))]
     return tuple(
-        _predicted(signals[i], banks[i], [signals[j] for j in far], [banks[j] for j in far])
+        _predict(signals[i], banks[i], [signals[j] for j in far], [banks[j] for j in far])
         for i, far in enumerate(others)
     )
 
 
-def _predicted(signals: Array, bank: Array, others: Sequence[Array], banks: Sequence[Array]) -> Array:
+def _predict(signals: Array, bank: Array, others: Sequence[Array], banks: Sequence[Array]) -> Array:
     """Mean + (b - mean b) K, with a ridge of 1e-6 of the mean variance: Laguerre outputs of a short log are alike."""
     x = np.vstack([b - b.mean(axis=0) for b in banks])
     y = np.vstack([s - s.mean(axis=0) for s in others])

@@ -27,7 +27,7 @@ import numpy as np
 from heli_identifier.chain import Fault, undone
 
 from .helicopter import Rig
-from .noise import SHAPES, AxisFilter, filters, gains, physical, recoloured
+from .noise import SHAPES, AxisFilter, filters, gains, physical, recolour
 from .rig import Array, Coordinate, Parameters, Record
 from .settings import HUBER, OWN
 
@@ -77,7 +77,7 @@ class Likelihood:
         a = len(self.rig.axes)
         return Point(parameters, np.zeros((SHAPES, a)) if z is None else z, np.zeros((len(self.records), 4 * a)))
 
-    def filtered(self, point: Point) -> tuple[list[Array], list[Array]]:
+    def run_all(self, point: Point) -> tuple[list[Array], list[Array]]:
         """Give the innovations (N_i, a) [rad] of every record and its filter's motion (n_i, 2a) [rad], [rad/s].
 
         The motion is that at the beginning of every block of :attr:`.rig.Record.held` samples.
@@ -121,7 +121,7 @@ class Likelihood:
         few, under = self.records[: len(e)], list[Array]()
         for record, own in zip(few, e, strict=True):
             old, new = self.filters(record, point), self.filters(record, point, airs)
-            columns = [recoloured(own[:, i], axis, new[i :: len(old)]) for i, axis in enumerate(old)]
+            columns = [recolour(own[:, i], axis, new[i :: len(old)]) for i, axis in enumerate(old)]
             under.append(np.stack(columns, axis=2))
         F, sigma = map(np.array, zip(*(self.of_axes(own, few) for own in zip(*under, strict=True)), strict=True))
         return np.asarray(F + self.volume(point, sigma, few, airs) + 0.5 * (np.array(airs) ** 2).sum(1))
@@ -130,9 +130,10 @@ class Likelihood:
         self, point: Point, sigma: Array, records: Sequence[Record] | None = None, airs: Sequence[Array] = ()
     ) -> Array:
         """Give what integrating over the logs' torques adds to F (a,) [nats], or in other ``airs`` (J, a)."""
-        return np.asarray(0.5 * sum(np.log1p(self.told(own, point, sigma, airs)) for own in records or self.records))
+        told = (self.torque_information(own, point, sigma, airs) for own in records or self.records)
+        return np.asarray(0.5 * sum(map(np.log1p, told)))
 
-    def told(self, record: Record, point: Point, sigma: Array, airs: Sequence[Array] = ()) -> Array:
+    def torque_information(self, record: Record, point: Point, sigma: Array, airs: Sequence[Array] = ()) -> Array:
         """Give tau^2 H (a,) of a record's torques: what it tells of them over what is known before."""
         responses = np.array([own.settled for own in self.filters(record, point, airs)]).reshape(sigma.shape)
         return np.asarray(record.weights.sum(0) * (self.widths[: sigma.shape[-1]] * responses / sigma) ** 2)
@@ -146,14 +147,14 @@ class Likelihood:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
         return float(0.5 * (x @ x + (point.z**2).sum() + ((point.own / self.widths) ** 2).sum()))
 
-    def undoing(self, faults: Mapping[Fault, float]) -> "Likelihood":
+    def undo_faults(self, faults: Mapping[Fault, float]) -> "Likelihood":
         """Give the likelihood of the logs with faults undone."""
         logged = self.logged or self.records
         if not faults:
             return replace(self, records=logged, faults={}, logged=())
         return replace(self, records=tuple(without(faults, own) for own in logged), faults=faults, logged=logged)
 
-    def moved(self, point: Point, coordinate: Coordinate, x: float) -> Move:
+    def move(self, point: Point, coordinate: Coordinate, x: float) -> Move:
         """Move one coordinate by its finite difference."""
         step = coordinate.step
         if coordinate.torque is not None:
@@ -172,7 +173,7 @@ class Likelihood:
         return self.rig.scaled(parameters, np.exp(drift).tolist()) if drift.any() else parameters
 
     def run(self, i: int, point: Point) -> tuple[Array, Array]:
-        """Run the filter over record ``i``; its innovations and motion as of :meth:`filtered`."""
+        """Run the filter over record ``i``; its innovations and motion as of :meth:`run_all`."""
         record, a, p = self.records[i], len(self.rig.axes), self.of_log(i, point, point.parameters)
         e, motion = np.empty_like(record.angles), np.empty((record.samples, 2 * a))
         K = gains(self.filters(record, point))

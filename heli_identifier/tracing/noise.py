@@ -180,7 +180,7 @@ def gains(own: Sequence[AxisFilter]) -> Array:
     return np.array([np.concatenate(row) for row in rows])
 
 
-def recoloured(e: Array, old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
+def recolour(e: Array, old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
     """Innovations (J, n) under J other filters of one axis, from those under the present one, ``e`` (n,) [rad].
 
     The filter's innovations e and what it measures are tied by y = det(zI - M)/det(zI - A) e, M = A (I - K C), so the
@@ -206,7 +206,7 @@ def _errors_around(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
 def slope_of_colour(own: AxisFilter, others: Sequence[tuple[AxisFilter, float]]) -> Array:
     """Give the derivatives of the innovations to what moves a filter, as combinations of their past.
 
-    With g = e / det(zI - M) and m = e / det(zI - N), :func:`recoloured` has the differential
+    With g = e / det(zI - M) and m = e / det(zI - N), :func:`recolour` has the differential
 
         de' = d det(zI - N') m - d det(zI - M') g.
 

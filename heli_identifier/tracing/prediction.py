@@ -197,7 +197,7 @@ class Run:
                 found[name][i] = e[ahead] if ahead < len(e) else np.nan
         return found
 
-    def flown_again(self, seconds: float, laws: Sequence[Controller] = ()) -> tuple[list[int], Array]:
+    def fly_again(self, seconds: float, laws: Sequence[Controller] = ()) -> tuple[list[int], Array]:
         """Let plant and controller fly stretches from the measured motion: first samples, and errors (S, n, a) [rad].
 
         The simulated voltages are the measured ones less what the controller's laws answer to delta, the simulated less
@@ -218,7 +218,7 @@ class Run:
                 rows = slice(first + done, min(first + done + block, free))
                 for _ in range(block + 1):
                     after, e[done : done + block] = self.model.run(flown, rig.still, calm, rows.start, rows.stop, state)
-                    asked = record.inputs[rows] + answered(laws, -e[: done + block], record.step)[done:]
+                    asked = record.inputs[rows] + answer_deviation(laws, -e[: done + block], record.step)[done:]
                     moved = float(np.abs(asked - flown.inputs[rows]).max())
                     flown.inputs[rows] = asked
                     if not moved > SETTLED:
@@ -229,7 +229,7 @@ class Run:
         return firsts, np.array(errors).reshape(-1, length, len(calm))
 
 
-def answered(laws: Sequence[Controller], delta: Array, h: float) -> Array:
+def answer_deviation(laws: Sequence[Controller], delta: Array, h: float) -> Array:
     """Voltages (n, 2) [V] with which laws answer angles that differ by ``delta`` (n, a) [rad]."""
     volts = np.zeros((len(delta), 2))
     for law in laws:
@@ -237,7 +237,7 @@ def answered(laws: Sequence[Controller], delta: Array, h: float) -> Array:
     return volts
 
 
-def made_by_itself(run: Run, seed: int = 0) -> Run | None:
+def simulate_record(run: Run, seed: int = 0) -> Run | None:
     """Let a plant make a record of its own, and run its filter along it; None if the record is too short.
 
     The record is made in pieces of SETTLING + BLOCK = 6 s under the measured inputs, each begun at the rig's own

@@ -109,7 +109,7 @@ def find_references(logs: Sequence[Log]) -> References:
             for law in answering.values():
                 law.search(list(answering.values()), again)
         for i, law in answering.items():
-            _, signal, reason = law.rebuilt()
+            _, signal, reason = law.rebuild()
             if signal is None:
                 notes.append(f"{logs[i].name}: {channel} holds no reference: {reason}.")
             else:
@@ -130,7 +130,7 @@ def controllers_of(logs: Sequence[Log]) -> list[tuple[Controller, ...]]:
         laws = [_Law(log, channel) for log in logs]
         for i, law in enumerate(laws):
             law.search(laws)
-            controller, _, _ = law.rebuilt()
+            controller, _, _ = law.rebuild()
             found[i] += (controller,) if controller else ()
     return found
 
@@ -243,15 +243,15 @@ class _Law:
             return
         enough = np.log(EXACT) if other is None else max(np.log(EXACT), other.least - other.size + np.log(AS_GOOD))
         if shape is not None and loss - self.size <= enough:
-            best = self.polished(shape)
+            best = self.polish(shape)
         else:
-            best = self.scanned()
+            best = self.scan()
             if shape is not None and loss < self.loss(best):
                 best = shape
         if self.loss(best) < self.least:
             self.shape, self.least = best, self.loss(best)
 
-    def scanned(self) -> _Shape:
+    def scan(self) -> _Shape:
         """Polish the best shape of a grid, with an integral term where that tells more."""
         n, fast = self.n, 5.0 / self.h
         grid = [(periods, np.log([q] * n + [c]))
@@ -260,16 +260,16 @@ class _Law:
         for i in range(1, n):  # each angle may have a derivative filter of its own
             others = [_with_rate(plain, i, q) for q in (*POLES, fast)]
             plain = min([*others, plain], key=lambda own: self.loss(own, 4))
-        plain = self.polished(self.polished(plain))
+        plain = self.polish(self.polish(plain))
         if self.loss(plain) - self.size <= np.log(EXACT):
             return plain
         starts = [*(_with_rate(plain, n, c) for c in (1.0, 3.0, fast)), plain]
         integral = [(own[0], np.append(own[1], np.log(beta))) for beta in (0.1, 0.3, 1.0) for own in starts]
-        whole = self.polished(self.polished(min(integral, key=self.loss)))
+        whole = self.polish(self.polish(min(integral, key=self.loss)))
         # an integral term that is not there gains some by chance
         return whole if self.loss(plain) - self.loss(whole) > 0.25 else plain
 
-    def polished(self, start: _Shape) -> _Shape:
+    def polish(self, start: _Shape) -> _Shape:
         """Nelder and Mead from a start, since the loss has kinks where it is least."""
         periods, rates = start
         corners = np.vstack([rates, rates + 0.15 * np.eye(len(rates))])
@@ -277,7 +277,7 @@ class _Law:
         found = minimize(lambda x: self.loss((periods, x), 8), rates, method="Nelder-Mead", options=options)
         return periods, np.asarray(found.x)
 
-    def rebuilt(self) -> tuple[Controller | None, Array | None, str]:
+    def rebuild(self) -> tuple[Controller | None, Array | None, str]:
         """Give the controller, and r of shape (N,) [V] at the log's rate or why it is refused."""
         if self.shape is None:
             clipped = f"{100.0 * self.clipped.mean():.0f} % of the samples are at the limit of {self.limit:.2f} V"

@@ -204,7 +204,7 @@ def block_samples(log: Log) -> int:
     return max(1, round(RECORD_STEP * log.rate_hz))
 
 
-def averaged(log: Log, held: Array) -> Array:
+def average_blocks(log: Log, held: Array) -> Array:
     """Average what is held over a sample (N, k), voltages or references, from the middle of one block to the next."""
     if (n := block_samples(log)) == 1:
         return held
@@ -215,7 +215,7 @@ def averaged(log: Log, held: Array) -> Array:
 
 def record_of(log: Log, rig: Any, left_out: LeftOut = NOTHING) -> Record:
     """Prepare a log; the passages ``left_out`` do not count."""
-    n, voltages = block_samples(log), averaged(log, log.voltages)
+    n, voltages = block_samples(log), average_blocks(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
     angles = log.angles if n == 1 else log.angles[: count * n].reshape(count, n, -1).mean(1)
     time = np.arange(count, dtype=np.float64) * step

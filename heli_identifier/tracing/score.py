@@ -119,7 +119,7 @@ class Scores:
         self.nuisance = [j for j, c in enumerate(inside) if c.field not in catalogue]
         self.nuisance += range(P, len(self.g))
 
-    def needed(self, certain: bool = False) -> float:
+    def shown_score(self, certain: bool = False) -> float:
         """Score that establishes an effect [nats]; of one that is ``certain`` every rig has some."""
         return max(REFITTED if certain else NAMED, self.floor)
 
@@ -137,7 +137,7 @@ class Scores:
         part.floor = float(self.floors[list(logs)].sum())
         return part
 
-    def of_pinned(self, column: int) -> "Scores":
+    def without_parameter(self, column: int) -> "Scores":
         """Give the same with a parameter of the nuisance held at zero."""
         part = copy(self)
         part.nuisance = [j for j in self.nuisance if j != column]
@@ -146,7 +146,7 @@ class Scores:
         part.g = self.g + self.H @ d
         return part
 
-    def redrawn(self, truth: Array, rng: np.random.Generator) -> "Scores":
+    def redraw(self, truth: Array, rng: np.random.Generator) -> "Scores":
         """Give the same with gradients drawn around a step ``truth`` (n,), as other flights of that plant have them."""
         spread = np.sqrt(np.outer(self.dispersion, self.dispersion))
         g = np.array([rng.multivariate_normal(-H @ truth, spread * H, check_valid="ignore", method="eigh")
@@ -168,9 +168,9 @@ class Scores:
                 phi[axis] = max(1.0, float(np.median(squares / np.diag(self.quadratic.H.sum(0))[J])))
         return np.asarray(phi[own])
 
-    def asked(self, name: str) -> float:
+    def entry_score(self, name: str) -> float:
         """Score at which an effect enters the model [nats]: a fault of the log is named or is none."""
-        return self.needed() if self.effects[name].fault else KEPT
+        return self.shown_score() if self.effects[name].fault else KEPT
 
     def inside(self, selected: Collection[str]) -> list[int]:
         """Columns of a model: the nuisance, the selected effects and their shapes where these were fitted."""

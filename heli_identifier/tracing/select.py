@@ -94,25 +94,25 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
         left |= gone
         if set(chosen) == set(selected) and (chosen := _simpler(around, selected, barred)) == selected:
             findings = _weighed(around, null, lost)
-            asked = {name: around.asked(name) for name in selected}
+            asked = {name: around.entry_score(name) for name in selected}
             needless = [n for f in findings if f.stated < asked[n := f.effect.field] <= f.score.score]
             if not needless:
                 break
             barred.update(needless)
             chosen = [name for name in selected if name not in needless]
-        fitted = _entered(around, chosen)
+        fitted = _fit_entered(around, chosen)
     else:
         around = Scores(fitted, candidates)
         findings = _weighed(around, null, lost)
         if any(f.effect.fault and not f.established for f in findings):  # what is no fault is not undone
             kept = [name for name in around.selected if around.effects[name].fault is None]
-            around = Scores(refitted(fitted, candidates, kept), candidates)
+            around = Scores(refit(fitted, candidates, kept), candidates)
             findings = _weighed(around, null, lost)
     findings.sort(key=lambda f: -f.stated)
     return Selection(null, around.fitted, tuple(findings), around.scores(around.selected), around)
 
 
-def _entered(around: Scores, chosen: Sequence[str]) -> Fit:
+def _fit_entered(around: Scores, chosen: Sequence[str]) -> Fit:
     """Fit a set with new effects, from their best shapes.
 
     Where a fault of the log is the best it enters alone, else effects without faults, and the others are asked for
@@ -126,10 +126,10 @@ def _entered(around: Scores, chosen: Sequence[str]) -> Fit:
         shapes |= dict(around.coordinates[around.chosen_column(name)].beside)
     kept = [name for name in chosen if name in around.selected]
     other = around.point([*kept, *new])
-    return refitted(around.fitted, list(around.effects.values()), [*kept, *new], shapes, other=other)
+    return refit(around.fitted, list(around.effects.values()), [*kept, *new], shapes, other=other)
 
 
-def refitted(
+def refit(
     fitted: Fit, candidates: Sequence[Effect], chosen: Sequence[str], values: Mapping[str, float] = _NOT,
     value_only: bool = False, other: Point | None = None,
 ) -> Fit:  # fmt: skip
@@ -142,7 +142,7 @@ def refitted(
     names += [name for field in chosen for name in by_field[field].parameters if name not in names]
     off = {name: 0.0 for name in fitted.fields if name in gone}
     return fit(
-        likelihood if kept == likelihood.faults else likelihood.undoing(kept), list(dict.fromkeys(names)), fitted,
+        likelihood if kept == likelihood.faults else likelihood.undo_faults(kept), list(dict.fromkeys(names)), fitted,
         {**values, **off}, value_only, other,
     )  # fmt: skip
 
@@ -157,11 +157,11 @@ def _weighed(around: Scores, null: Fit, lost: Mapping[tuple[str, ...], float]) -
         rest = tuple(name for name in selected if name not in gone)
         if rest not in known:
             effects = list(around.effects.values())
-            known[rest] = refitted(fitted, effects, rest, value_only=True, other=bare).value
+            known[rest] = refit(fitted, effects, rest, value_only=True, other=bare).value
         return known[rest]
 
     scores = around.scores(selected)
-    return [_finding(around, name, selected, scores, without) for name in selected]
+    return [_weigh_effect(around, name, selected, scores, without) for name in selected]
 
 
 def stepwise(around: Scores, start: Sequence[str], barred: Collection[str] = ()) -> list[str]:
@@ -174,12 +174,12 @@ def stepwise(around: Scores, start: Sequence[str], barred: Collection[str] = ())
     while True:
         scores = around.scores(selected)
         worst = min(entered or selected, key=lambda name: scores[name].score, default=None)
-        if worst is not None and scores[worst].score < around.asked(worst):
+        if worst is not None and scores[worst].score < around.entry_score(worst):
             selected.remove(worst)
             entered = [name for name in entered if name != worst]
             left.add(worst)
             continue
-        outside = {name: own.score for name, own in scores.items() if own.score > around.asked(name)}
+        outside = {name: own.score for name, own in scores.items() if own.score > around.entry_score(name)}
         best = max(outside.keys() - {*selected, *left}, key=lambda name: outside[name], default=None)
         if best is None:
             return selected
@@ -199,14 +199,14 @@ def _simpler(around: Scores, selected: list[str], barred: set[str]) -> list[str]
     return selected
 
 
-def named(around: Scores, selected: Sequence[str]) -> set[str]:
+def established_families(around: Scores, selected: Sequence[str]) -> set[str]:
     """Families that the effects of a set establish, by the quadratic form alone."""
     scores = around.scores(selected, among=selected)
-    found = [_finding(around, name, selected, scores) for name in selected]
+    found = [_weigh_effect(around, name, selected, scores) for name in selected]
     return {finding.effect.family for finding in found if finding.established}
 
 
-def _finding(
+def _weigh_effect(
     around: Scores, name: str, selected: Sequence[str], scores: dict[str, Score],
     without: Callable[[Sequence[str]], float] | None = None,
 ) -> Finding:  # fmt: skip
@@ -278,7 +278,7 @@ def halves_agree(around: Scores, selected: Sequence[str]) -> Agreement | None:
     truth, rng = around.minimum(selected)[0], np.random.default_rng(0)
     observed = float(np.mean([_index(around, half) for half in splits]))
     expected = np.mean([
-        [_index(around.redrawn(truth, rng), half) for half in splits[: max(1, HALVES_SPLITS // 3)]]
+        [_index(around.redraw(truth, rng), half) for half in splits[: max(1, HALVES_SPLITS // 3)]]
         for _ in range(HALVES_DRAWS)
     ])  # fmt: skip
     return Agreement(observed, float(expected), len(splits))
@@ -287,5 +287,6 @@ def halves_agree(around: Scores, selected: Sequence[str]) -> Agreement | None:
 def _index(around: Scores, half: Sequence[int]) -> float:
     """Jaccard index of the families that a half and the rest establish; 1 where neither establishes any."""
     rest = [log for log in range(len(around.quadratic.H)) if log not in half]
-    first, second = (named(part, stepwise(part, [])) for part in (around.of_logs(half), around.of_logs(rest)))
+    parts = [around.of_logs(logs) for logs in (half, rest)]
+    first, second = (established_families(part, stepwise(part, [])) for part in parts)
     return len(first & second) / len(first | second) if first | second else 1.0

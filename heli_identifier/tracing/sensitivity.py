@@ -84,7 +84,7 @@ def linearise(
 ) -> Quadratic:  # fmt: skip
     """Give the quadratic form of F around a point.
 
-    The ``coordinates`` that may move are at ``x`` (P,), the scales ``sigma`` (a,) and what :meth:`.Likelihood.filtered`
+    The ``coordinates`` that may move are at ``x`` (P,), the scales ``sigma`` (a,) and what :meth:`.Likelihood.run_all`
     gives are those at the point.
     """
     rig, sensitivities = likelihood.rig, Sensitivities(likelihood, point, coordinates, x)
@@ -157,7 +157,7 @@ class Sensitivities:
 
     def __init__(self, likelihood: Likelihood, point: Point, coordinates: Sequence[Coordinate], x: Array):
         self.likelihood, self.point = likelihood, point
-        self.moves = [likelihood.moved(point, c, float(own)) for c, own in zip(coordinates, x, strict=True)]
+        self.moves = [likelihood.move(point, c, float(own)) for c, own in zip(coordinates, x, strict=True)]
         self.own = len(self.moves) + SHAPES * len(likelihood.rig.axes)
         self.count = self.own + 3 * len(likelihood.rig.axes)
         self._at_rate: dict[float, list[_Axis]] = {}
@@ -218,7 +218,8 @@ class Sensitivities:
     def volume(self, i: int, sigma: Array) -> Array:
         """Give the derivatives (count,) of what integrating over the torques of record ``i`` adds to F."""
         record, found = self.likelihood.records[i], np.zeros(self.count)
-        for axis, told in zip(self._of_rate(record), self.likelihood.told(record, self.point, sigma), strict=True):
+        information = self.likelihood.torque_information(record, self.point, sigma)
+        for axis, told in zip(self._of_rate(record), information, strict=True):
             found[axis.moving] += told / (1.0 + told) * axis.settled
         return found
 

@@ -50,7 +50,7 @@ from .settings import ALIEN, FEWEST, HUBER, OUTLYING, OWN, ROUNDS, SURE, UNKNOWN
 ELEVATION = 1
 
 
-def aligned(
+def align_zeros(
     training: Sequence[Log], held_out: Sequence[Log], fitted: Callable[[Sequence[Log]], Fit], left_out: LeftOut
 ) -> tuple[Fit, tuple[Log, ...], tuple[Log, ...], tuple[str, ...]]:
     """Shift the logs whose elevation was zeroed in another position, and fit the model before.
@@ -65,11 +65,11 @@ def aligned(
         if stiffness <= 0.0:
             break
         least, moved = SURE * OWN[0] / stiffness, zero + _excess(null, logs, left_out) / stiffness
-        moved = np.where(_outlying(moved, least), moved, 0.0)
+        moved = np.where(_lie_apart(moved, least), moved, 0.0)
         if np.allclose(moved, zero, rtol=0.0, atol=0.05 * least):
             break
         zero = moved
-        logs = tuple(_shifted(log, z) if z else log for log, z in zip(given, zero, strict=True))
+        logs = tuple(_shift_zero(log, z) if z else log for log, z in zip(given, zero, strict=True))
         null = fitted(logs[:count])
     notes = tuple(
         f"{log.name}: its elevation reads {abs(z):.2f} rad {'less' if z > 0.0 else 'more'} than that of the other logs "
@@ -88,13 +88,13 @@ def _excess(null: Fit, logs: Sequence[Log], left_out: LeftOut) -> Array:
     return np.nan_to_num(np.nanmedian(b) - b) if np.isfinite(b).sum() >= FEWEST else np.zeros(len(logs))
 
 
-def _outlying(values: Array, least: float) -> NDArray[np.bool_]:
+def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
     """Which of the logs' values (L, ...) lie apart from those of the others, by more than ``least``."""
     apart = np.abs(values - np.median(values, axis=0))
     return np.asarray(apart > np.maximum(least, OUTLYING * np.median(apart, axis=0) / 0.6745), dtype=bool)
 
 
-def _shifted(log: Log, zero: float) -> Log:
+def _shift_zero(log: Log, zero: float) -> Log:
     angles = log.angles.copy()
     angles[:, ELEVATION] += zero
     return replace(log, angles=angles)
@@ -108,7 +108,7 @@ def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
     likelihood = replace(fitted.likelihood, records=(record,))
     axes = len(likelihood.rig.axes)
     point = replace(fitted.point, own=np.zeros((1, 4 * axes)), harmonics=())
-    e = likelihood.filtered(point)[0][0]
+    e = likelihood.run_all(point)[0][0]
     b, own = np.full(axes, np.nan), likelihood.filters(record, point)
     for axis in range(axes):
         w = record.weights[:, axis]
@@ -152,7 +152,7 @@ def _other_gains(fitted: Fit) -> list[str]:
     if len(records) < FEWEST:
         return notes
     gains = fitted.point.own[:, 3 * len(axes) :]
-    apart, outlying = gains - np.median(gains, axis=0), _outlying(gains, SURE * OWN[3])
+    apart, outlying = gains - np.median(gains, axis=0), _lie_apart(gains, SURE * OWN[3])
     for record, own, others in zip(records, apart, outlying, strict=True):
         if others.any():
             said = [f"{100.0 * np.expm1(own[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(others)]

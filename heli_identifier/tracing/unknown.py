@@ -67,7 +67,7 @@ Torques = tuple[str, float, float, float, Sequence[Array]]
 torques (n_i, k) at every :attr:`~.rig.Record.held`-th sample, for weights of 1."""
 
 
-def _explained(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unknown]:
+def _weigh_torques(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unknown]:
     """Weigh groups of torques of axis ``a``, each apart, beside the plant that is fitted."""
     columns = [Coordinate("", 0.0, width, step=1.0, torque=(a, [width * own[:, j] for own in torques]))
                for *_, width, torques in groups for j in range(torques[0].shape[1])]  # fmt: skip
@@ -92,7 +92,7 @@ def _variables(fitted: Fit) -> list[Array]:
     return [tables.values(record, fitted.parameters, own) for record, own in zip(L.records, fitted.motion, strict=True)]
 
 
-def _visited(fitted: Fit, a: int, variables: Sequence[Array]) -> Array:
+def _values_visited(fitted: Fit, a: int, variables: Sequence[Array]) -> Array:
     """Variables of the tables where axis ``a`` counts, of all records, shape (n, V)."""
     count = [means(record.weights[:, [a]], record.held)[:, 0] > 0.0 for record in fitted.likelihood.records]
     return np.concatenate(variables)[np.concatenate(count)]
@@ -101,7 +101,7 @@ def _visited(fitted: Fit, a: int, variables: Sequence[Array]) -> Array:
 def _curves(fitted: Fit, a: int) -> Iterator[Torques]:
     """Curves of an axis over each of the variables, where it has been."""
     tables, x = fitted.likelihood.rig.tables, _variables(fitted)
-    ends = np.quantile(_visited(fitted, a, x), (0.001, 0.999), axis=0).T.tolist()
+    ends = np.quantile(_values_visited(fitted, a, x), (0.001, 0.999), axis=0).T.tolist()
     for column, (variable, (low, high)) in enumerate(zip(tables.variables, ends, strict=True)):
         if variable in tables.turning:
             low, high = 0.0, 2.0 * np.pi
@@ -149,7 +149,7 @@ def scan(fitted: Fit) -> list[Unknown]:
     rig, found = fitted.likelihood.rig, list[Unknown]()
     for a in np.flatnonzero(fitted.counts).tolist():
         has_table = set(rig.tables.fields(rig.axes[a], "")) & set(fitted.fields)
-        found += _explained(fitted, a, [_period(fitted, a), *(() if has_table else _curves(fitted, a))])
+        found += _weigh_torques(fitted, a, [_period(fitted, a), *(() if has_table else _curves(fitted, a))])
     return sorted(found, key=lambda u: -u.score)
 
 
@@ -162,7 +162,7 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
     tried = scan(selection.fit)[:2]
     # beside air that follows it a torque looks smaller than it is
     while tried and tried[0].score > 0.5 * UNKNOWN and len(found) < len(selection.fit.likelihood.rig.axes):
-        start, u = _started(selection.fit, tried.pop(0), found)
+        start, u = _fit_torque(selection.fit, tried.pop(0), found)
         if _weighed(selection, selection.fit.value - start.value, u).score < UNKNOWN:
             continue
         after = select(selection.null, candidates, start)
@@ -172,30 +172,30 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
         if weighed.score > max(UNKNOWN, UNKNOWN_SHARE * named):
             selection, found = after, [*found, weighed]
             tried = scan(selection.fit)[:2]
-    return selection, tuple(_described(selection.fit, u) for u in found)
+    return selection, tuple(_describe(selection.fit, u) for u in found)
 
 
-def _started(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit, Unknown]:
+def _fit_torque(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit, Unknown]:
     """Fit with an unknown torque, its period refined."""
     tables = fitted.likelihood.rig.tables
     if u.variable == TIME:
-        alone = fit(fitted.likelihood, fitted.names, _with_waves(fitted, [*found, u]))  # air that does not follow it
-        bare, a = _with_waves(alone, found), fitted.likelihood.rig.axes.index(u.axis)
-        (u,) = _explained(bare, a, [_period(bare, a, near=u.spacing)])
-        return fit(fitted.likelihood, fitted.names, _with_waves(alone, [*found, u])), u
+        alone = fit(fitted.likelihood, fitted.names, _set_harmonics(fitted, [*found, u]))  # air that does not follow it
+        bare, a = _set_harmonics(alone, found), fitted.likelihood.rig.axes.index(u.axis)
+        (u,) = _weigh_torques(bare, a, [_period(bare, a, near=u.spacing)])
+        return fit(fitted.likelihood, fitted.names, _set_harmonics(alone, [*found, u])), u
     fields = tables.fields(u.axis, u.variable)
     shapes = tables.placed(u.axis, u.variable, u.first, u.spacing) | dict(zip(fields, u.weights, strict=True))
     return fit(fitted.likelihood, (*fitted.names, *fields), fitted, shapes), u
 
 
-def _with_waves(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
+def _set_harmonics(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
     """Let those of some unknown torques that are periods act in the logs of a fit, and no others."""
     axes, count = fitted.likelihood.rig.axes, len(fitted.likelihood.records)
     heads = [((axes.index(u.axis), 2.0 * np.pi * u.spacing), u.weights) for u in unknowns if u.variable == TIME]
     rows = [[[*head, *x[2 * i : 2 * i + 2]] for head, x in heads] for i in range(count)]
     harmonics = tuple(np.array(own, dtype=float).reshape(-1, 4) for own in rows)
     point = replace(fitted.point, harmonics=harmonics)
-    e, motion = fitted.likelihood.filtered(point)
+    e, motion = fitted.likelihood.run_all(point)
     return replace(fitted, point=point, e=e, motion=motion)
 
 
@@ -206,7 +206,7 @@ def _weighed(around: Selection, fall: float, u: Unknown) -> Unknown:
     return replace(u, nats=fall / float(phi))
 
 
-def _described(fitted: Fit, u: Unknown) -> FoundEffect:
+def _describe(fitted: Fit, u: Unknown) -> FoundEffect:
     """State an unknown torque; of a period the mean amplitude over the logs."""
     family, periodic = f"unknown torque of the {u.axis}", u.variable == TIME
     if periodic:
@@ -228,7 +228,7 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     tables = fitted.likelihood.rig.tables
     turning = u.variable in tables.turning
     x = u.first + u.spacing * np.linspace(0.0, tables.knots - 1.0, POINTS)
-    visited = _visited(fitted, fitted.likelihood.rig.axes.index(u.axis), _variables(fitted))
+    visited = _values_visited(fitted, fitted.likelihood.rig.axes.index(u.axis), _variables(fitted))
     values = visited[:, list(tables.variables).index(u.variable)]
     values = u.first + np.mod(values - u.first, 2.0 * np.pi) if turning else np.clip(values, x[0], x[-1])
     visits = np.sqrt(np.histogram(values, np.append(x, x[-1]) - 0.5 * (x[1] - x[0]))[0])
