@@ -25,8 +25,8 @@ from heli_identifier.cli.terminal import progress_bar
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
-from heli_identifier.tools import Source, diagnosed, source_digest
-from heli_identifier.tools.campaign import judged, run_campaign
+from heli_identifier.tools import Source, diagnose_source, source_digest
+from heli_identifier.tools.campaign import judge_row, run_campaign
 from heli_identifier.tracing import DiagnosisSettings, diagnose, fit
 from heli_plant.effects import effect
 from tests.blind.damage import DAMAGES
@@ -40,7 +40,7 @@ GROUPS = dict.fromkeys(case.group for case in BATTERY)
 def diagnosed_and_told(source: Source, settings: DiagnosisSettings) -> Row:
     """Diagnose a rig; beside its row stands the largest ``told`` score of its effects, where the catalogue has any."""
     rig = source.load()
-    row = diagnosed(source._replace(load=lambda: rig), settings)
+    row = diagnose_source(source._replace(load=lambda: rig), settings)
     entries = [name.split() for name in rig.truth or () if " " in name and not name.startswith("unknown")]
     scores = told_scores(rig.training, [effect(name, axis).field for name, axis in entries])
     return row | ({"told": max(scores.values())} if scores else {})
@@ -52,7 +52,7 @@ def verdict(case: Case, index: int, row: Row) -> Row:
     ``seen``: whether the rig counts, of weak effects those that a told test finds; ``first``: the strongest entry is
     true; ``right``: everything that the rig has is found, and nothing else.
     """
-    own, told, failed = judged(row), float(row.get("told", "nan")), row["error"] is not None
+    own, told, failed = judge_row(row), float(row.get("told", "nan")), row["error"] is not None
     seen, first = case.group != "weak" or told > DETECTABLE, own.found[:1] != () and own.found[0] not in own.false
     right = not failed and own.all_named and not own.false
     if case.group == "unknown":  # of a torque its variable as well; the axis is drawn rig by rig, a detent lies on it

@@ -21,7 +21,7 @@ from benchmarks.harness import Bar, Row, bar_table, count, table
 from benchmarks.rigs import against, log_of, windy_logs
 from heli_identifier.online import GAINS, PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.records import Log
-from heli_identifier.tools.history import NAMES, EstimateHistory, identify_log, weighted
+from heli_identifier.tools.history import NAMES, EstimateHistory, combine_estimates, identify_log
 from heli_identifier.tools.identification import identify
 from tests.blind.coefficients import Coefficients
 from tests.blind.flown import closed_loop_rigs
@@ -54,7 +54,7 @@ def history(log: Log, **given: Any) -> EstimateHistory:
 def judged(truth: Coefficients, logs: Iterable[Log], lag_known: bool) -> list[Row]:
     """Hold the estimates of some logs together against the truth."""
     last = [history(log, lag_known=lag_known).last for log in logs]
-    found = weighted([{name: own[name] for name in JUDGED} for own in last]).estimates
+    found = combine_estimates([{name: own[name] for name in JUDGED} for own in last]).estimates
     return [{"name": name, **against(estimate, getattr(truth, name))} for name, estimate in found.items()]
 
 

@@ -41,7 +41,7 @@ def kept(truth: PlantParameters, design: Design) -> dict[str, bool]:
     model, omega, promised = linear_model(truth, design), margins.frequencies(AIM.period), design.robust.figures
     responses = margins.plant_response(model, omega)[None].repeat(2, axis=0)
     only = margins.Plants(model, (model,), omega, responses, ())
-    found = judging.judge(only, design.robust.settings, design.axes)
+    found = judging.judge_controller(only, design.robust.settings, design.axes)
     if not found.is_stable:
         return dict.fromkeys(KEPT, False)
     margin = found.figures["disk"].value >= promised["disk"].promised - 1e-3

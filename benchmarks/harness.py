@@ -22,7 +22,7 @@ from scipy.stats import binomtest
 from threadpoolctl import threadpool_limits
 
 from heli_identifier.files import write_atomically
-from heli_identifier.provenance import installed
+from heli_identifier.provenance import installed_version
 from heli_identifier.results import significant
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -129,7 +129,7 @@ def section(title: str, *parts: str, packages: Sequence[str]) -> str:
     foot = (
         f"{datetime.now(UTC):%Y-%m-%d}; {processor}, {os.cpu_count()} cores, {platform.system()} "
         f"{platform.machine()}, Python {platform.python_version()}; load {os.getloadavg()[0]:.1f}; "
-        f"{', '.join(f'{name} {installed(name)}' for name in packages)}."
+        f"{', '.join(f'{name} {installed_version(name)}' for name in packages)}."
     )
     return "\n\n".join((f"## {title}", *parts, foot))
 

@@ -23,7 +23,7 @@ from contextlib import contextmanager, suppress
 from os import PathLike
 from pathlib import Path, PurePosixPath
 
-from heli_identifier.processes import NO_WAIT, undone
+from heli_identifier.processes import NO_WAIT, undo_at_end
 
 PREFIX = ".heli-draft-"
 """Beginning of the name of every draft."""
@@ -126,7 +126,7 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
     # the place of temporary files is looked for by writing one, and in vain where the disk is full
     parent = Path(tempfile.gettempdir() if folder is None else folder)
     path = parent / f"{PREFIX}{secrets.token_hex(8)}"
-    with undone(lambda: shutil.rmtree(path, ignore_errors=True)):
+    with undo_at_end(lambda: shutil.rmtree(path, ignore_errors=True)):
         try:
             path.mkdir(0o700)
         except OSError as error:

@@ -1,9 +1,9 @@
 """Processes: signals that ask one to end, what it undoes before, its children, and the memory that it may take.
 
 Where :func:`handled_here` has been called, SIGTERM, SIGHUP and Ctrl-C end the process from within their handler: its
-child processes are ended, what :func:`undone` names is undone, and the exit code is 128 and the signal's number, as a
-shell gives it. An exception would not do. Python drops one that a signal raises within the callback of a weak reference
-or a ``__del__``, and a library may drop it or make another one of it.
+child processes are ended, what :func:`undo_at_end` names is undone, and the exit code is 128 and the signal's number,
+as a shell gives it. An exception would not do. Python drops one that a signal raises within the callback of a weak
+reference or a ``__del__``, and a library may drop it or make another one of it.
 
 What differs between POSIX and Windows stands here; no other module asks which system this is. On Windows resource does
 not exist, nor do fork and SIGHUP, and an open file can be neither removed nor replaced.
@@ -46,7 +46,7 @@ _to_undo: list[tuple[int, Callable[[], object]]] = []
 
 
 @contextmanager
-def undone(undo: Callable[[], object]) -> Iterator[None]:
+def undo_at_end(undo: Callable[[], object]) -> Iterator[None]:
     """Call ``undo`` at the end of the block, or when a signal ends the process within it; twice must do no harm."""
     entry = (os.getpid(), undo)  # a forked process leaves its parent's things alone
     _to_undo.append(entry)

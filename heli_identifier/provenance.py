@@ -12,7 +12,7 @@ PACKAGES = ("heli-twin", "numpy", "scipy", "numba", "pythonfmu", "fmpy")
 """Distributions whose version can change a result."""
 
 
-def installed(name: str) -> str:
+def installed_version(name: str) -> str:
     """Give the version of a distribution; "not installed" where it is missing."""
     try:
         return version(name)
@@ -20,7 +20,7 @@ def installed(name: str) -> str:
         return "not installed"
 
 
-__version__ = installed("heli-twin")
+__version__ = installed_version("heli-twin")
 """Version of this program."""
 
 
@@ -32,5 +32,5 @@ def provenance() -> dict[str, Any]:
         "command": shlex.join(["heli", *words]) if is_command else "heli_identifier in Python",
         "date": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         "system": f"{platform.system()} {platform.machine()}",
-        "versions": {"Python": platform.python_version(), **{name: installed(name) for name in PACKAGES}},
+        "versions": {"Python": platform.python_version(), **{name: installed_version(name) for name in PACKAGES}},
     }

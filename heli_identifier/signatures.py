@@ -16,7 +16,7 @@ R = TypeVar("R")
 _WORDS = {NoneType: "None", str: "text", float: "number", int: "whole number", bool: "True or False", PathLike: "path"}
 
 
-def typed(function: Callable[P, R]) -> Callable[P, R]:
+def check_types(function: Callable[P, R]) -> Callable[P, R]:
     """Refuse arguments of other types than those annotated, with a ConfigurationError that says what is needed."""
     parameters = signature(function)
 

@@ -17,7 +17,7 @@ import pytest
 from heli_identifier import tools
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log
-from heli_identifier.tools.campaign import complete, judged, parquet_bytes, read_row, summarised
+from heli_identifier.tools.campaign import complete_row, judge_row, parquet_bytes, read_row, summarise_rows
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
 from tests.commands import python
@@ -30,7 +30,7 @@ def test_every_sub_folder_with_a_log_is_a_rig_whose_content_follows_every_byte_t
     for path in map(tmp_path.joinpath, files.split()):
         path.parent.mkdir(exist_ok=True)
         path.write_text(path.name)
-    sources = tools.rigs_below(tmp_path, tmp_path / "lab.toml")
+    sources = tools.find_rigs(tmp_path, tmp_path / "lab.toml")
     assert [source.rig for source in sources] == ["a", "b"]
     for source, own in zip(sources, (("train.csv", "held1.csv", "heli.toml"), ("run1.mat", "run2.csv")), strict=True):
         seen = {source.content()}
@@ -80,12 +80,12 @@ def module(tmp_path, monkeypatch):
 
 
 def test_generator_is_called_with_one_seed_after_another_and_a_result_by_its_settings(module, tmp_path):
-    sources = tools.generated_rigs(f"{module}:make", 3)
+    sources = tools.generate_rigs(f"{module}:make", 3)
     assert [source.rig for source in sources] == ["seed 0", "seed 1", "seed 2"]
     assert [source.load().training[0].voltages[0, 0] for source in sources] == [0.0, 1.0, 2.0]
     source_digest.cache_clear()
     (tmp_path / f"{module}.py").write_text(MODULE.replace("9", "8"))
-    assert len({source.content() for source in sources + tools.generated_rigs(f"{module}:make", 3)}) == 6
+    assert len({source.content() for source in sources + tools.generate_rigs(f"{module}:make", 3)}) == 6
     # a result has the name of its settings in every process
     other = python("import dask.base, heli_identifier as hi; print(dask.base.tokenize(hi.DiagnosisSettings()))")
     assert dask.base.tokenize(SETTINGS) == dask.base.tokenize(replace(SETTINGS)) == other.stdout.strip()
@@ -98,7 +98,7 @@ def test_rigs_results_and_folders_that_are_none_are_refused(module, tmp_path):
     for wrong, said in (
         (partial(read_row, torn), r"k\.json is not a result"),
         (partial(tools.run_campaign, [], torn), "k.json is a file, a folder is needed there"),
-        (tools.generated_rigs(f"{module}:nothing", 1)[0].load, "NoneType"),
+        (tools.generate_rigs(f"{module}:nothing", 1)[0].load, "NoneType"),
         (partial(tools.Rig, (log,), ()), "held_out"),
         (partial(tools.Rig, (log,), (log,), {"dry_friction rotors": 0.02}), "dry_friction rotors"),
     ):
@@ -223,12 +223,12 @@ def damping(value, standard_error):
 def row(truth, *effects, verdict="effects shown", **columns):
     told = None if truth is None else [{"name": name, "value": value} for name, value in truth.items()]
     known = {"rig": "r", "key": "k", "verdict": verdict, "effects": list(effects), "seconds": 2.0, "truth": told}
-    return complete(known | columns)
+    return complete_row(known | columns)
 
 
 def test_the_table_has_every_column_whatever_the_rows_lack(tmp_path):
     whole = row(FRICTION, found("dry_friction", "pitch"), parameters=damping(0.061, 0.001))
-    rows = [whole, complete({"rig": "bad", "error": "unreadable"})]
+    rows = [whole, complete_row({"rig": "bad", "error": "unreadable"})]
     rows += [row({}), row(DETENT)]
     (tmp_path / "all.parquet").write_bytes(parquet_bytes(rows))
     table = pd.read_parquet(tmp_path / "all.parquet")
@@ -251,15 +251,15 @@ def test_the_table_has_every_column_whatever_the_rows_lack(tmp_path):
     ],
 )
 def test_entries_are_judged_against_the_truth(truth, effects, every, false):
-    own = judged(row(truth, *(found(*entry) for entry in effects)))
+    own = judge_row(row(truth, *(found(*entry) for entry in effects)))
     assert (own.all_named, own.false) == (every, false)
 
 
 def test_intervals_of_1_96_standard_errors_are_counted_where_the_truth_is_known():
     near, far = found("dry_friction", "pitch", 0.02 + 1.9e-3, 1e-3), damping(0.060 + 2.0e-3, 1e-3)
-    assert judged(row(FRICTION, near, parameters=far)).covered == {"dry_friction pitch": True, "a_wx": False}
+    assert judge_row(row(FRICTION, near, parameters=far)).covered == {"dry_friction pitch": True, "a_wx": False}
     unstated = {"ground_effect elevation": None}
-    assert judged(row(unstated, found("ground_effect", "elevation"), parameters=damping(0.06, 0.01))).covered == {}
+    assert judge_row(row(unstated, found("ground_effect", "elevation"), parameters=damping(0.06, 0.01))).covered == {}
 
 
 def test_summary_counts_what_is_true_where_that_is_known_and_failures_apart():
@@ -268,12 +268,12 @@ def test_summary_counts_what_is_true_where_that_is_known_and_failures_apart():
         row(FRICTION, found("motor_lag", "rotors")),
         row(None, found("motor_lag", "rotors")),
         row({}, verdict="model adequate", seconds=4.0),
-        complete({"rig": "bad", "error": "unreadable", "seconds": 0.1}),
+        complete_row({"rig": "bad", "error": "unreadable", "seconds": 0.1}),
     ]
-    summary = summarised(rows)
+    summary = summarise_rows(rows)
     assert summary["verdicts"] == {"effects shown": 3, "model adequate": 1, "unknown effect": 0}
     assert [summary[name] for name in ("rigs", "known", "named", "false")] == [4, 3, 2, 1]
     assert summary["effects"] == [("motor_lag rotors", 2), ("dry_friction pitch", 1)]
     assert (summary["failures"], summary["coverage"]) == ([("bad", "unreadable")], 1.0)
     assert summary["seconds"] == [2.0, pytest.approx(3.7), 4.0]  # of 2, 2, 2, 4: the 95 % quantile is 2 + .85 * 2
-    assert summarised([])["seconds"] is None
+    assert summarise_rows([])["seconds"] is None

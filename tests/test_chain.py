@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from benchmarks.rigs import log_of, struck, windy_log, windy_logs
-from heli_identifier.chain import FAULTS, Event, counted, find_events, inspected, on_time, passages, undone, unslipped
-from heli_identifier.chain.inspection import jitter
+from heli_identifier.chain import FAULTS, Event, find_events, is_counted, passages, undo_delays, undo_faults, undo_slips
+from heli_identifier.chain.inspection import estimate_jitter, inspect_logs
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 from heli_identifier.tracing import DiagnosisSettings, RigVerdict, diagnose, identify_plant
@@ -43,12 +43,12 @@ def test_a_fault_is_undone_by_its_own_size_and_one_of_size_0_changes_nothing(dam
     """Damage made by other code, undone: the true signals but for the last samples, which a late channel has lost."""
     true = np.hstack([VOLTAGES, ANGLES])
     for fault in FAULTS:
-        np.testing.assert_allclose(np.hstack(undone({fault: 0.0}, VOLTAGES, ANGLES, H)), true, atol=1e-15)
+        np.testing.assert_allclose(np.hstack(undo_faults({fault: 0.0}, VOLTAGES, ANGLES, H)), true, atol=1e-15)
     v, y = DAMAGES[damage](TIME, VOLTAGES, ANGLES)
     if size is None:  # a = exp(-2 pi 5 h) of the damage's filter: size = h a / (1 - a)
         a = np.exp(-2.0 * np.pi * 5.0 * H)
         size = H * a / (1.0 - a)
-    found = np.hstack(undone({BY_FIELD[field]: size}, v, y, H))
+    found = np.hstack(undo_faults({BY_FIELD[field]: size}, v, y, H))
     np.testing.assert_allclose(found[2:-2, channel], true[2:-2, channel], atol=tolerance)
 
 
@@ -57,7 +57,7 @@ def test_play_is_undone_but_for_the_passage_from_one_side_to_the_other():
     before its first reversal, and behind its last, a log does not say on which side its encoder is pushed."""
     gap = 12.0 * np.pi / 4096.0
     v, y = DAMAGES["pitch with a play of 6 counts"](TIME, VOLTAGES, ANGLES)
-    _, angles = undone({BY_FIELD["log_backlash_pitch"]: gap}, v, y, H)
+    _, angles = undo_faults({BY_FIELD["log_backlash_pitch"]: gap}, v, y, H)
     inner = slice(500, -500)
     assert np.abs(y[inner, 0] - ANGLES[inner, 0]).max() == pytest.approx(0.5 * gap, rel=0.01)
     assert np.abs(angles[inner, 0] - ANGLES[inner, 0]).max() < 0.1 * gap
@@ -68,7 +68,7 @@ def test_a_jitter_is_measured_and_an_encoder_that_errs_is_not_one():
     count = 2.0 * np.pi / 4096.0
     noisy = np.round((ANGLES + 5e-4 * RNG.standard_normal(ANGLES.shape)) / count) * count
     for damage, true in (("none", 0.0), ("clock jitters by 2 ms", 0.002)):
-        tau, error = jitter(DAMAGES[damage](TIME, VOLTAGES, noisy)[1], H)
+        tau, error = estimate_jitter(DAMAGES[damage](TIME, VOLTAGES, noisy)[1], H)
         assert abs(tau - true) < 4.0 * max(error, 1e-4)
 
 
@@ -91,7 +91,7 @@ def test_what_no_plant_can_explain_is_refused_by_name(damage, said):
         (log, *_) = logs_of("none")
         logs = [struck(replace(log, angles=log.angles + [0.0, 0.0, np.pi - log.angles[:, 2].max() + 0.05]), damage)]
     with pytest.raises(LogError, match=said):
-        inspected(logs, COUNTS, 5.0)
+        inspect_logs(logs, COUNTS, 5.0)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_what_no_plant_can_explain_is_refused_by_name(damage, said):
     ],
 )
 def test_a_defect_that_a_log_shows_of_itself_is_named(damage, defects):
-    assert [(d.name, d.channel) for d in inspected(logs_of(damage), COUNTS, 5.0)] == defects
+    assert [(d.name, d.channel) for d in inspect_logs(logs_of(damage), COUNTS, 5.0)] == defects
 
 
 def test_a_slip_of_an_encoder_is_found_and_shifted_back():
@@ -117,7 +117,7 @@ def test_a_slip_of_an_encoder_is_found_and_shifted_back():
         assert (event.log, event.axis, event.kind) == (log.name, "elevation", "slip")
         assert event.start == pytest.approx(0.4 * log.duration, abs=2.0 * H)
         assert event.size == pytest.approx(48.0 * np.pi / 4096.0, abs=0.003)  # two counts
-    found, notes = unslipped(damaged, events)
+    found, notes = undo_slips(damaged, events)
     assert len(notes) == len(damaged) and "elevation slips by" in notes[0]
     for one, other in zip(sound, found, strict=True):
         np.testing.assert_allclose(other.angles, one.angles, atol=2.0 * np.pi / 4096.0 + 1e-6)
@@ -159,18 +159,18 @@ def test_a_controller_tells_by_how_much_an_angle_is_late_and_which_are_not_and_w
     """Damage made by other code. Voltages that are late as well only look like a controller that takes its time."""
     flown = windy_rig(500, "ou", False, 100.0, "bare", True, {"a": 2, "b": 0, "t": 0, "c": 0})
     logs = [windy_log(name, own) for name, own in flown.logs.items()]
-    assert on_time(logs) == (tuple(logs), (), frozenset(("pitch", "elevation", "travel")))
+    assert undo_delays(logs) == (tuple(logs), (), frozenset(("pitch", "elevation", "travel")))
     for damage, channel, samples in (
         ("elevation late by 30 ms", 1, 3), ("pitch late by 20 ms", 0, 2), ("voltages late by a sample", None, 0),
     ):  # fmt: skip
-        used, found, _ = on_time([struck(log, damage) for log in logs])
+        used, found, _ = undo_delays([struck(log, damage) for log in logs])
         said = [] if channel is None else [("late", ("pitch", "elevation")[channel])]
         assert [(own.name, own.channel) for own in found] == said
         for sound, own in zip(logs, used, strict=True):
             kept = slice(samples, sound.samples - samples)  # a late channel begins with what it never had
             if channel is not None:
                 np.testing.assert_allclose(own.angles[kept], sound.angles[kept], atol=1e-12)
-    assert on_time(logs_of("none", 2))[1:] == ((), frozenset())  # in open loop nobody answers
+    assert undo_delays(logs_of("none", 2))[1:] == ((), frozenset())  # in open loop nobody answers
 
 
 VOLTAGE_LIMIT = 5.0
@@ -236,9 +236,9 @@ def test_what_is_left_out_is_the_event_with_its_margins_and_what_the_filter_then
 
     ((start, end),) = left_out(30.0, 31.0)
     assert start < 30.0 - 0.2 and end > 31.0 + 0.2  # the edges of an event are known to .2 s
-    used = counted(log.time, left_out(30.0, 31.0)).sum() * log.step
+    used = is_counted(log.time, left_out(30.0, 31.0)).sum() * log.step
     assert used == pytest.approx(log.duration - SETTLING - (end - start) - SETTLING, abs=3 * log.step)
-    assert not counted(log.time, left_out(0.0, 90.0)).any()
+    assert not is_counted(log.time, left_out(0.0, 90.0)).any()
 
 
 def test_a_stop_that_turns_a_rate_round_is_no_slip():

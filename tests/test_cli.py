@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from fmu_src import check_start_values, unit_class
 from heli_identifier.cli.app import app
-from heli_identifier.cli.arguments import Group, in_scenario, spread
+from heli_identifier.cli.arguments import Group, spread_options, values_by_unit
 from heli_identifier.cli.terminal import print_table
 from heli_identifier.results import Table
 from tests.commands import heli, python
@@ -70,7 +70,7 @@ def test_validate_takes_all_files_up_to_the_next_option():
         ("--validate a --validate b c -v d", "--validate a --validate b --validate c -v d"),
         ("a --validate=b c d --json e", "a --validate=b --validate c --validate d --json e"),
     ):
-        assert spread(typed.split()) == taken.split()
+        assert spread_options(typed.split()) == taken.split()
 
 
 def test_a_configuration_of_this_folder_is_taken_and_that_is_said(tmp_path, monkeypatch):
@@ -173,4 +173,4 @@ def test_a_command_that_is_asked_to_end_does_and_leaves_nothing_whatever_a_libra
 def test_a_text_parameter_takes_a_text_that_looks_like_a_number_and_a_foreign_fmu_what_is_given():
     assert check_start_values(unit_class("LogPlayer"), {"log.path": "3"}) == {"log.path": "3"}
     # a unit from a file may have parameters that this project's unit of the same name does not
-    assert in_scenario("open_loop", None, ["plant.mass=2"], foreign=("plant",)) == {"plant.mass": 2.0}
+    assert values_by_unit("open_loop", None, ["plant.mass=2"], foreign=("plant",)) == {"plant.mass": 2.0}

@@ -14,12 +14,12 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration, Log, write_log
 from heli_identifier.results import ParameterSet, document_text, plant_values
-from heli_identifier.tools import closed_loop_check, corrected_init, course_values, design_controller, margins
+from heli_identifier.tools import check_closed_loop, corrected_init, course_values, design_controller, margins
 from heli_identifier.tools.design_files import corrected_values
-from heli_identifier.tools.judging import kept_together
+from heli_identifier.tools.judging import joint_bounds
 from heli_identifier.tools.linearisation import linear_model, operating_point
-from heli_identifier.tools.loop import at_rest, begun, controller_parameters, controller_settings, fly
-from heli_identifier.tools.synthesis import synthesised
+from heli_identifier.tools.loop import controller_parameters, controller_settings, fly, start_at_rest, start_controller
+from heli_identifier.tools.synthesis import design_feedback
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.geometry import RATIO_ERROR, Geometry
 from heli_plant.parameters import BY_FIELD, TABLE_2
@@ -42,14 +42,14 @@ def parameters(plant=TABLE_2, error=0.03):
 
 def designed(plant=TABLE_2, other="pitch", integral=True, effort=1.0):
     model = linear_model(plant, None if other == "travel" else 0.0, 0.1, H)
-    return synthesised(model, AIM, other, integral, effort), model.point
+    return design_feedback(model, AIM, other, integral, effort), model.point
 
 
 def flown(plant, settings, point, references, load=Rotors(0.0, 0.0)):  # noqa: B008, a tuple
     """Fly the plant from its operating point with voltages ``load`` [V] that the controller is not told of."""
     moved = settings._replace(hover=Rotors(settings.hover.front + load.front, settings.hover.rear + load.rear))
     state, held = point.state(plant), (point.v_front, point.v_rear)
-    return fly(plant, moved, references, state, held, H, at_rest(settings, point))
+    return fly(plant, moved, references, state, held, H, start_at_rest(settings, point))
 
 
 def references(point, seconds, **steps):
@@ -79,7 +79,7 @@ def test_an_input_delay_shifts_the_response_and_nothing_else(periods):
     """
     plain, point = designed(integral=False)
     late_plant = TABLE_2._replace(input_delay_rotors=periods * H)
-    late = synthesised(linear_model(late_plant, 0.0, 0.1, H), AIM, "pitch", False)
+    late = design_feedback(linear_model(late_plant, 0.0, 0.1, H), AIM, "pitch", False)
     wanted = references(point, 6.0, elevation=0.05)
     prompt, _ = flown(TABLE_2, plain, point, wanted)
     delayed, _ = flown(late_plant, late, point, wanted)
@@ -100,7 +100,7 @@ def test_the_disk_margin_is_that_of_the_structured_singular_value_and_within_it_
     for d in (-0.99 * margin, 0.0, 0.99 * margin):  # both rotors together
         system = model.sampled
         scaled = control.ss(system.A, (2.0 + d) / (2.0 - d) * system.B, system.C, system.D, H)
-        assert margins.is_stable(margins.closed_loop(replace(model, sampled=scaled), settings))
+        assert margins.is_stable(margins.close_loop(replace(model, sampled=scaled), settings))
 
 
 def test_the_robust_design_keeps_more_where_the_plant_is_known_badly():
@@ -112,7 +112,7 @@ def test_the_robust_design_keeps_more_where_the_plant_is_known_badly():
 def test_what_is_promised_is_kept_by_95_percent_of_the_plants_at_once():
     """Figure by figure .95^4 = .81 of independent figures would be kept together."""
     figures = np.random.default_rng(1).standard_normal((2000, 4))
-    kept = kept_together(figures)
+    kept = joint_bounds(figures)
     assert np.mean((figures >= kept).all(1)) >= 0.95
     assert np.mean((figures >= kept).all(1)) < 0.96
     assert np.all(np.mean(figures < kept, axis=0) < 0.05)
@@ -189,23 +189,23 @@ def test_a_flight_flown_again_by_its_own_plant_errs_by_its_start_alone():
     angles, voltages = flown(TABLE_2, settings, point, wanted)
     columns = {axis: wanted[:, i] for i, axis in enumerate(("pitch", "elevation"))}
     log = Log("flight", 1.0 / H, voltages, angles, references=columns)
-    own = closed_loop_check(log, TABLE_2, settings)
-    wrong = closed_loop_check(log, TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, a_1=TABLE_2.a_1 - 0.05), settings)
+    own = check_closed_loop(log, TABLE_2, settings)
+    wrong = check_closed_loop(log, TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, a_1=TABLE_2.a_1 - 0.05), settings)
     assert own.voltages["flight"] < 1e-9
     # recorded at five times the controller's rate it is the same flight, but for the first samples of each stretch
     often = {axis: np.repeat(column, 5) for axis, column in columns.items()}
     fine = Log("fine", 5.0 / H, np.repeat(voltages, 5, axis=0), np.repeat(angles, 5, axis=0), references=often)
-    again = closed_loop_check(fine, TABLE_2, settings)
+    again = check_closed_loop(fine, TABLE_2, settings)
     assert [o.error.value for o in again.outcomes] == pytest.approx([o.error.value for o in own.outcomes], rel=1e-9)
     with pytest.raises(ConfigurationError, match="must be a multiple of the log's"):
-        closed_loop_check(replace(log, rate_hz=70.0), TABLE_2, settings)
+        check_closed_loop(replace(log, rate_hz=70.0), TABLE_2, settings)
     assert not own.warnings
-    assert closed_loop_check(log, TABLE_2, settings._replace(hover=Rotors(1.0, 1.0))).warnings
+    assert check_closed_loop(log, TABLE_2, settings._replace(hover=Rotors(1.0, 1.0))).warnings
     assert [outcome.axis for outcome in own.outcomes] == ["elevation", "pitch"]
     for right, off in zip(own.outcomes, wrong.outcomes, strict=True):
         assert right.error.value < 0.5 * off.error.value
     with pytest.raises(ConfigurationError, match="no reference of the elevation and the pitch"):
-        closed_loop_check(replace(log, references={}), TABLE_2, settings)
+        check_closed_loop(replace(log, references={}), TABLE_2, settings)
 
 
 def test_the_command_writes_what_the_next_commands_read(tmp_path):
@@ -228,8 +228,8 @@ def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):
     settings, point = PidSettings(), operating_point(TABLE_2, 0.0, 0.0)
     wanted = np.zeros((4000, 3))
     wanted[500:2500, 1] = 0.1
-    held = (point.v_front, point.v_rear)
-    angles, voltages = fly(TABLE_2, settings, wanted, point.state(TABLE_2), held, H, begun(settings, 0.0, 0.0, 0.0))
+    held, still = (point.v_front, point.v_rear), start_controller(settings, *wanted[0])
+    angles, voltages = fly(TABLE_2, settings, wanted, point.state(TABLE_2), held, H, still)
     asked = {"pitch": wanted[:, 0], "elevation": wanted[:, 1]}
     write_log(Log("flight", 1.0 / H, voltages, angles, references=asked), "flight.csv")
     differ = []

@@ -13,7 +13,7 @@ from heli_identifier.online.excitation import Excitation, Multisine
 from heli_identifier.records import demo_files, read_log
 from heli_identifier.tools import experiment
 from heli_identifier.tools.experiment import Limits, Proposal
-from heli_identifier.tools.flight import additions, flight_outlooks
+from heli_identifier.tools.flight import flight_outlooks, list_additions
 from heli_plant.control import PidSettings
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
@@ -28,7 +28,7 @@ def multisines(base: float, strength: float) -> Proposal:
 
 
 def seen(proposal, *effects):
-    found = experiment.outlook(proposal, PLANT, effects, 40.0, WIDE)
+    found = experiment.fly_proposal(proposal, PLANT, effects, 40.0, WIDE)
     assert found is not None
     return found
 
@@ -44,13 +44,13 @@ def test_rotors_that_never_reverse_show_no_loss_of_reverse_thrust_and_a_stronger
 
 
 def test_two_effects_that_look_alike_are_separated_with_larger_errors():
-    found = seen(multisines(1.5, 0.5), *experiment.effects_named(("motor_lag", "input_delay")))
+    found = seen(multisines(1.5, 0.5), *experiment.find_effects(("motor_lag", "input_delay")))
     assert found.correlation > 0.8  # a lag and a delay differ only in second order of the frequency
     for own in found.effects:
         # 1 / sqrt(1 - .8^2) = 1.67
         assert own.standard_error_separated == pytest.approx(own.standard_error / np.sqrt(1.0 - found.correlation**2))
     with pytest.raises(ConfigurationError, match="same effect"):
-        experiment.effects_named(("motor_lag", "motor_lag"))
+        experiment.find_effects(("motor_lag", "motor_lag"))
 
 
 def expected(*errors):
@@ -61,22 +61,22 @@ def expected(*errors):
 
 def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_and_voltages_keep_theirs():
     tight = Limits(pitch=0.05, elevation=0.05)
-    assert experiment.outlook(multisines(1.5, 0.6), PLANT, (effect("dry_friction", "pitch"),), 40.0, tight) is None
+    assert experiment.fly_proposal(multisines(1.5, 0.6), PLANT, (effect("dry_friction", "pitch"),), 40.0, tight) is None
     for limit in (0.5, 2.0):
-        found = [np.abs(one.voltages(1.0)).max() for one in experiment.proposals(limit)]
+        found = [np.abs(one.voltages(1.0)).max() for one in experiment.list_proposals(limit)]
         assert 9 <= len(found) and max(found) <= limit
     limits = Limits(pitch=0.2, elevation=0.06)
     outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 20.0, limits, lambda what, share: None)
     assert outlooks
     assert all(one.pitch_to_rad <= 0.2 and one.elevation_by_rad <= 0.06 for one in outlooks)
-    assert len(outlooks) < len(list(additions()))  # steps of .2 and .1 rad go beyond
+    assert len(outlooks) < len(list(list_additions()))  # steps of .2 and .1 rad go beyond
 
 
 def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
     lopsided, fair, alike = expected(0.5, 4.0), expected(1.0, 1.0), expected(2.06, 2.06)
     # relative to the smallest errors .5 and 1: 4, 2 and 4.1
-    assert experiment.ranked([alike, lopsided, fair]) == [fair, lopsided, alike]
-    assert experiment.ranked([]) == []
+    assert experiment.rank_outlooks([alike, lopsided, fair]) == [fair, lopsided, alike]
+    assert experiment.rank_outlooks([]) == []
 
 
 def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_path):
@@ -135,7 +135,7 @@ def test_the_chirp_is_the_linear_chirp_of_scipy_and_a_log_of_square_and_chirp_is
     chirp = excitation.SquareChirp(0.0, 0.0, 15.4, 0.25, 1.5, 0.3, 13.0)
     total = excitation.SquareChirp(0.5, 2.0, 20.0, 0.4, 2.0, 0.5, 10.0)
     log = read_log(demo_files("rig-c")[0][0])
-    found = [excitation.combined(0.5, square.at(t + 3.7) + chirp.at(t), total.at(t), 5.0) for t in log.time]
+    found = [excitation.combine(0.5, square.at(t + 3.7) + chirp.at(t), total.at(t), 5.0) for t in log.time]
     off = np.abs(found - log.voltages).max(1) > 1.5e-5
     assert off.sum() < 5  # edges that fall on a sample, which belongs to either side by rounding
 

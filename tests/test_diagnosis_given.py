@@ -12,7 +12,7 @@ from heli_identifier.cli.terminal import print_diagnosis
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import RigConfiguration, demo_files, read_log
-from heli_identifier.tools import Rig, diagnosed
+from heli_identifier.tools import Rig, diagnose_source
 from heli_identifier.tracing import DiagnosisSettings, diagnose, sign_notes
 from heli_identifier.tracing.diagnose import base_estimates
 from heli_identifier.tracing.fit import covariance, fit
@@ -71,7 +71,7 @@ def test_settings_that_cannot_be_are_refused_at_once():
 
 def test_a_campaign_keeps_the_rest_pitch_of_each_rig(logs):
     rig = Rig((logs[0],), (logs[1],), configuration=RigConfiguration(rest_pitch=WRONG))
-    row = diagnosed(SimpleNamespace(rig="given", load=lambda: rig), DiagnosisSettings())
+    row = diagnose_source(SimpleNamespace(rig="given", load=lambda: rig), DiagnosisSettings())
     assert (row["parameters"]["theta0"]["value"], row["parameters"]["theta0"]["standard_error"]) == (WRONG, None)
 
 

@@ -88,13 +88,13 @@ def test_a_draft_of_last_week_goes_and_one_of_this_hour_stays_whatever_the_clock
 
 @pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_while_a_draft_is_made_leaves_none(tmp_path, monkeypatch):
-    remove = files.undone
+    remove = files.undo_at_end
 
     def interrupted(undo):
         signal.raise_signal(signal.SIGINT)
         return remove(undo)
 
-    monkeypatch.setattr(files, "undone", interrupted)
+    monkeypatch.setattr(files, "undo_at_end", interrupted)
     with pytest.raises(KeyboardInterrupt), files.draft_folder(tmp_path):
         pytest.fail("the signal was lost")
     assert os.listdir(tmp_path) == []

@@ -11,9 +11,9 @@ from statsmodels.stats.meta_analysis import combine_effects
 
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_files
-from heli_identifier.tools import Finding, fleet_html, fleet_of, fleet_sentence, rig_folders
+from heli_identifier.tools import Finding, combine_rigs, fleet_html, fleet_sentence, rig_folders
 from heli_identifier.tools.fleet_page import effect_table
-from heli_identifier.tools.meta_analysis import pooled
+from heli_identifier.tools.meta_analysis import pool_estimates
 from heli_identifier.tracing import Verdict
 from heli_plant.effects import CATALOGUE
 from tests.commands import heli
@@ -36,7 +36,7 @@ def vaccine():
 def test_published_figures_of_a_meta_analysis_and_those_of_statsmodels_come_out():
     """Viechtbauer, Conducting Meta-Analyses in R with the metafor Package, J. Stat. Softw. 36(3), 2010: Q = 152.23."""
     y, s = vaccine()
-    theirs, ours = combine_effects(y, s**2, method_re="pm", use_t=True), pooled(y, s)
+    theirs, ours = combine_effects(y, s**2, method_re="pm", use_t=True), pool_estimates(y, s)
     assert pytest.approx(152.233, abs=5e-4) == ours.Q
     assert pytest.approx(theirs.q) == ours.Q
     assert ours.Q_p < 1e-4
@@ -46,7 +46,7 @@ def test_published_figures_of_a_meta_analysis_and_those_of_statsmodels_come_out(
     # the weights are those of q = 1, at which the lower bound of the variance just does not act
     assert ours.interval == pytest.approx(tuple(theirs.conf_int()[3]), rel=1e-5)
     # identical rigs differ in nothing
-    found = pooled([0.3, 0.3, 0.3], [0.1, 0.02, 0.05])
+    found = pool_estimates([0.3, 0.3, 0.3], [0.1, 0.02, 0.05])
     assert (found.I2, found.Q, found.spread, found.spread_interval) == (0.0, 0.0, 0.0, (0.0, 0.0))
     # the lower bound of the variance: a few rigs that agree know the mean no better than their standard errors say
     assert found.standard_error == pytest.approx(1.0 / np.sqrt(1e2 + 2500.0 + 400.0))
@@ -65,7 +65,7 @@ def test_intervals_hold_mean_spread_and_a_further_rig(rigs, spread):
     held = np.zeros(3)
     for _ in range(FLEETS):
         s = random.uniform(0.2, 2.0, rigs)
-        found = pooled(1.0 + random.normal(0.0, np.hypot(s, spread)), s)
+        found = pool_estimates(1.0 + random.normal(0.0, np.hypot(s, spread)), s)
         intervals = (found.interval, found.spread_interval, found.prediction)
         truth = (1.0, spread, 1.0 + spread * random.normal())
         held += [low <= value <= high for (low, high), value in zip(intervals, truth, strict=True)]
@@ -103,7 +103,7 @@ LAG, DELAY, DEAD = ("motor_lag", "rotors"), ("input_delay", "rotors"), ("dead_zo
 
 
 def over(*rigs):
-    fleet = fleet_of({f"rig {number}": found for number, found in enumerate(rigs, start=1)})
+    fleet = combine_rigs({f"rig {number}": found for number, found in enumerate(rigs, start=1)})
     return fleet, {(effect.name, effect.axis): effect for effect in fleet.effects}
 
 
@@ -135,7 +135,7 @@ def test_a_fleet_finds_what_repeats_what_differs_and_what_is_one_rigs_own(rigs, 
     fleet, effects = over(*rigs)
     found = effects[FRICTION]
     assert found.finding == finding
-    assert found in fleet.found(finding)
+    assert found in fleet.effects_with(finding)
     assert fleet_sentence(fleet) == f"Over {len(rigs)} rigs {said}."
 
 
@@ -179,7 +179,7 @@ def test_page_and_document_hold_every_effect(monkeypatch):
     )
     monkeypatch.setattr(sys, "argv", ["/somewhere/heli", "fleet", "<a>", "b c"])
     text = fleet_html(fleet)
-    unseen = [*fleet.found(Finding.NOT_SHOWN), *fleet.found(Finding.NOT_TESTABLE)]
+    unseen = [*fleet.effects_with(Finding.NOT_SHOWN), *fleet.effects_with(Finding.NOT_TESTABLE)]
     plotted = len(fleet.effects) - len(unseen) + len(fleet.parameters)
     assert text.count("<svg class") == plotted
     assert "heli fleet &#39;&lt;a&gt;&#39; &#39;b c&#39;" in text

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from heli_identifier.cli.arguments import controller_of
-from heli_identifier.cli.flight import Adviser, _drawbacks, part
+from heli_identifier.cli.flight import Adviser, _drawbacks, choose_part
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_files, read_log, write_log
 from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters, plant_values
@@ -59,11 +59,11 @@ def test_the_controller_is_judged_beside_the_loop_and_its_gains_are_offered(tmp_
 def test_the_longest_stretch_after_the_last_change_is_diagnosed_and_a_controller_taken_from_its_file(tmp_path):
     times = np.array([k * H for k in range(10000) if not 7000 <= k < 7100])
     alarm = {"what": "alarm", "since_s": 30.0}
-    assert part(times, [])[:2] == pytest.approx((0.0, 69.99))
-    assert part(times, [alarm])[:2] == pytest.approx((30.0, 69.99))
-    late = part(times, [alarm, {"what": "adopted", "since_s": 80.0}])
+    assert choose_part(times, [])[:2] == pytest.approx((0.0, 69.99))
+    assert choose_part(times, [alarm])[:2] == pytest.approx((30.0, 69.99))
+    late = choose_part(times, [alarm, {"what": "adopted", "since_s": 80.0}])
     assert late[:2] == pytest.approx((0.0, 69.99)) and "may have changed" in late[2]
-    assert part(times[:1], []) == (0.0, 0.0, "")
+    assert choose_part(times[:1], []) == (0.0, 0.0, "")
     # the controller of the rig is taken from its file
     gains = ParameterSet("PidController", {"pitch.integral": Estimate(1.25, None, "V/(rad s)")})
     found = controller_of(PidSettings(), gains.write(tmp_path / "controller.json"))

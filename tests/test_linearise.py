@@ -15,7 +15,7 @@ from heli_identifier.results.parameters import Covariance, ParameterSet, correct
 from heli_identifier.tools import control_advice, design_pid, margins
 from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
 from heli_identifier.tools.loop import step_response
-from heli_identifier.tools.synthesis import PEAK, retuned, weighted_error
+from heli_identifier.tools.synthesis import PEAK, retune_pid, weighted_error
 from heli_plant.control import AxisGains, PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
@@ -69,7 +69,7 @@ def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
 
 def test_the_linear_controller_is_the_controller():
     random = np.random.default_rng(2)
-    K, z, state = margins.controller(PID, H), np.zeros(6), start_pid(0.0, 0.0, 0.0)
+    K, z, state = margins.controller_system(PID, H), np.zeros(6), start_pid(0.0, 0.0, 0.0)
     for _ in range(200):
         angles, references = 1e-3 * random.normal(size=(2, 3))
         state, voltages = pid_step(state, *angles, tuple(references), H, PID._replace(trim=0.0))
@@ -86,7 +86,7 @@ def test_the_loop_becomes_unstable_where_its_gain_margin_says(axis, channel):
 
     def stable(factor):
         louder = control.ss(plant.A, plant.B @ (np.eye(2) + (factor - 1.0) * only), plant.C, plant.D, H)
-        return margins.is_stable(margins.closed_loop(replace(model, sampled=louder), PID))
+        return margins.is_stable(margins.close_loop(replace(model, sampled=louder), PID))
 
     # the grid has a per cent from one frequency to the next, and the margin is interpolated
     margin = margins_of(model, PID)[axis].gain
@@ -95,7 +95,7 @@ def test_the_loop_becomes_unstable_where_its_gain_margin_says(axis, channel):
 
 def test_the_phase_margin_and_crossover_are_those_of_python_control():
     model = linear_model(TABLE_2)
-    K = margins.controller(PID, H)
+    K = margins.controller_system(PID, H)
     pid = control.ss(K.A, K.B[:, :3], K.C, K.D[:, :3], H)
     plant, wait = model.sampled, control.tf([1], [1, 0], H)
     split, join = np.array([[0.5], [-0.5]]), np.array([[1.0, -1.0]])
@@ -141,8 +141,8 @@ def test_a_loop_without_margins_is_not_to_be_flown_and_a_rig_that_the_present_pi
 def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_more_noise():
     parameters = parameter_set()
     model = linear_model(AFTER)
-    others = [linear_model(plant) for plant in margins.drawn_plants(parameters, 8)]
-    new = retuned(model, PID, others)
+    others = [linear_model(plant) for plant in margins.draw_plants(parameters, 8)]
+    new = retune_pid(model, PID, others)
     assert new.trim == model.point.lift
     assert new.travel == PID.travel
     for loop, axis in enumerate(("pitch", "elevation")):
@@ -160,7 +160,7 @@ def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
     settings = PID._replace(trim=point.v_front + point.v_rear)
     model = linear_model(plant, 0.0, 0.1)
     simulated = step_response(model, settings, "pitch", size=1e-3, duration=4.0)
-    loop = margins.closed_loop(model, settings)
+    loop = margins.close_loop(model, settings)
     linear = 1e-3 * margins.unit_step(loop, 0, 400)[:, 0]
     assert np.abs(simulated.angle[:100]).max() < 1e-9
     # the square of a motion of 1e-3 rad
@@ -168,7 +168,7 @@ def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
 
 
 def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay():
-    plants = margins.drawn_plants(parameter_set(), 400)
+    plants = margins.draw_plants(parameter_set(), 400)
     gains = np.array([plant.k_x for plant in plants])
     # the spread of 400 draws is known to 3.5 %, the mean to a twentieth of the error
     assert gains.std() == pytest.approx(0.01 * AFTER.k_x, rel=0.15)
@@ -179,7 +179,7 @@ def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay()
 def drawn_by(plant, *names):
     """400 draws by the covariance of a gain, known to 20 % at 3 V, and another parameter, known to .01."""
     known = Covariance(names, names[:1], 3.0, np.diag([0.2, 0.01]) ** 2)
-    return margins.drawn_plants(ParameterSet("HelicopterPlant", plant_values(plant, {}), covariance=known), 400)
+    return margins.draw_plants(ParameterSet("HelicopterPlant", plant_values(plant, {}), covariance=known), 400)
 
 
 def test_drawn_plants_keep_the_slope_at_the_operating_point_and_the_sign_of_a_gain():

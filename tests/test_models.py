@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from heli_identifier.tools.linearisation import linear_model
-from heli_identifier.tools.margins import closed_loop
+from heli_identifier.tools.margins import close_loop
 from heli_plant.control import AxisGains, PidSettings, PidState, pid_step, start_pid
 from heli_plant.models import GRAVITY, general_accelerations, simplified_accelerations
 from heli_plant.parameters import TABLE_2
@@ -148,7 +148,7 @@ def test_the_printed_sign_is_unstable_and_the_corrected_one_stable_and_damped():
 
 def modes(elevation, settings):
     """Eigenvalues [1/s] of the sampled loop at rest there, without those of plain integrators and delays."""
-    z_plane = closed_loop(linear_model(P, 0.0, elevation, H), settings).poles()
+    z_plane = close_loop(linear_model(P, 0.0, elevation, H), settings).poles()
     s_plane = np.log(z_plane[np.abs(z_plane) > 1e-3].astype(complex)) / H
     return s_plane[np.abs(s_plane) > 1e-5]  # an integral that is not used stays: an eigenvalue of 1
 

@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, determined, gain_matrix, moments, prepare
+from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, gain_matrix, is_determined, moments, prepare
 from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
-from heli_identifier.online.instruments import add_signals, contradicts, evaluated, no_instruments
+from heli_identifier.online.instruments import add_signals, contradicts, no_instruments, solve_gain
 from heli_identifier.online.linear_algebra import outer
 from heli_identifier.online.loop import add_regressors, nothing_outside, products_every, shares
 from heli_identifier.tools.experiment import Proposal
-from heli_identifier.tools.flight import flown
+from heli_identifier.tools.flight import fly_addition
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2, PlantParameters
 
@@ -51,14 +51,14 @@ def test_a_regressor_from_outside_counts_whole_and_an_answer_to_innovations_not_
 
 def test_in_quiet_hover_nothing_is_called_determined():
     """60 s under the PID with a random torque and encoders: damping, stiffness and gain of the pitch."""
-    log = flown(Proposal("nothing"), PlantParameters(), PidSettings(), 0.15, 60.0)
+    log = fly_addition(Proposal("nothing"), PlantParameters(), PidSettings(), 0.15, 60.0)
     plan, rows = prepare(SETTINGS), np.column_stack((log.voltages, log.angles)).tolist()
     state = start_identifier(plan, rows[0])
     for k, row in enumerate(rows[1:], 1):
         state, output = identifier_step(state, row, plan)
         if k % 100 == 0 and k > 1000:
             for value, error in zip(output.parameters[:3], output.standard_errors[:3], strict=True):
-                assert not determined(value, error, "")
+                assert not is_determined(value, error, "")
     assert output.standard_errors.k_z > 0.1 * abs(output.parameters.k_z)
 
 
@@ -84,7 +84,7 @@ def test_after_long_rest_with_fast_forgetting_the_estimate_returns_and_gamma_kee
 
 def test_references_tell_the_gain_and_determine_it_and_agree_with_a_right_noise_model():
     """Steps of the references of 40 s as instruments; a copy of one adds nothing."""
-    log = flown(Proposal("steps", None, 0.2, 0.1), PlantParameters(), PidSettings(), 0.15, 40.0)
+    log = fly_addition(Proposal("steps", None, 0.2, 0.1), PlantParameters(), PidSettings(), 0.15, 40.0)
     rows = np.column_stack((log.voltages, log.angles)).tolist()
     asked = [0.2 * (k // 600 % 2) for k in range(len(rows))]
     plan = prepare(SETTINGS)
@@ -98,7 +98,7 @@ def test_references_tell_the_gain_and_determine_it_and_agree_with_a_right_noise_
     # 3.5 standard errors: once in 2000 for a normal estimate.
     assert abs(output.instruments[0] - TABLE_2.k_x) < 3.5 * output.instrument_errors[0]
     assert not output.contradicted
-    assert determined(output.parameters.k_x, output.standard_errors.k_x, "")
+    assert is_determined(output.parameters.k_x, output.standard_errors.k_x, "")
     assert abs(output.parameters.k_x - TABLE_2.k_x) < 3.5 * output.standard_errors.k_x
     assert shares(state.axes[0].predictor.outside, ((0.0, 0.0, 0.0, 1.0, 0.0),))[0] > 0.5
 
@@ -113,7 +113,7 @@ def test_the_instruments_are_those_of_a_first_stage_from_earlier_samples():
         before = b[: part.start].T @ b[: part.start], b[: part.start].T @ psi[: part.start]
         for row, *regressors, regressand in zip(b[part], *psi[part].T, y[part], strict=True):
             i = add_signals(i, regressors, regressand, tuple(row.tolist()), 1, 1.0)
-        i = evaluated(i, (0.1, 0.2), (1e9, 1e9), 1, h)
+        i = solve_gain(i, (0.1, 0.2), (1e9, 1e9), 1, h)
     z = b[300:] @ np.linalg.solve(*before)
     inverse = np.linalg.inv(z.T @ psi[300:])
     assert i.gain == pytest.approx((inverse @ z.T @ y[300:])[1], rel=1e-6)

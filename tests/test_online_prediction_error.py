@@ -13,13 +13,13 @@ import heli_identifier as hi
 from benchmarks.rigs import windy_logs
 from heli_identifier import online
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, IdentifierSettings, gain_matrix
-from heli_identifier.online.adaptation import initial_axis, kept_early
+from heli_identifier.online.adaptation import initial_axis, kept_information
 from heli_identifier.online.prediction_error import first_predictor, predict_axis
 from heli_identifier.online.state_filter import discretise
 from heli_identifier.online.whitening import bandwidth_slope, first_noise, remember, settled_memory, whiten, whitening
 from heli_identifier.records import Log, write_log
-from heli_identifier.tools.history import identify_log, joint
-from heli_identifier.tools.identification import choose
+from heli_identifier.tools.history import combine_histories, identify_log
+from heli_identifier.tools.identification import choose_method
 from heli_plant.parameters import TABLE_2
 from tests.blind.windy import windy_rig
 from tests.commands import heli
@@ -101,7 +101,7 @@ def test_in_closed_loop_prediction_errors_hold_where_the_adaptation_is_wrong_and
             error = abs(getattr(found.parameters, name) - getattr(TABLE_2, name))
             covered.append(error < 1.96 * getattr(found.standard_errors, name))
         right.append(abs(found.parameters.k_z / TABLE_2.k_z - 1.0))
-        assert online.determined(found.parameters.k_z, found.standard_errors.k_z, "")
+        assert online.is_determined(found.parameters.k_z, found.standard_errors.k_z, "")
         if seed < 2:
             wrong.append(abs(flown(seed, online.ADAPTATION)[1].parameters.k_z / TABLE_2.k_z - 1.0))
     assert sum(covered) >= 26
@@ -158,9 +158,9 @@ def test_a_forgotten_gain_is_no_divisor():
 
 def test_what_is_kept_of_a_sample_is_the_product_of_what_its_parts_keep_and_a_longer_flight_is_not_known_worse():
     for count in (2000, 7100, 7300, 20_000):
-        parts = [kept_early(last, 100, H) for last in range(99, count, 100)]
+        parts = [kept_information(last, 100, H) for last in range(99, count, 100)]
         # a part that begins after 72 s counts as 1; it would forget less than 2e-5
-        assert kept_early(count - 1, count, H) == pytest.approx(np.prod(parts), rel=1e-4)
+        assert kept_information(count - 1, count, H) == pytest.approx(np.prod(parts), rel=1e-4)
     log_ = closed_loop(TABLE_2, 98.0, 2)
     errors = [
         np.array(identified(log_.voltages[:end], log_.angles[:end], settings)[1].standard_errors)
@@ -216,7 +216,7 @@ def test_logs_of_different_rates_together_do_not_depend_on_their_order():
     histories = [
         identify_log(log, IdentifierSettings(sample_time=log.step, method=PREDICTION_ERROR)) for log in (fast, slow)
     ]
-    one, other = joint(histories), joint(histories[::-1])
+    one, other = combine_histories(histories), combine_histories(histories[::-1])
     for name, estimate in one.estimates.items():
         # sums of two in either order
         assert other.estimates[name].value == pytest.approx(estimate.value, rel=1e-9)
@@ -235,13 +235,13 @@ def test_logs_in_open_loop_are_identified_by_the_papers_adaptation_and_a_lag_tha
 
 
 def test_one_closed_loop_among_open_ones_is_found_a_method_taken_and_what_is_determined_follows_from_its_error():
-    assert choose([(0.3, -0.2, 1.0), (5.1, 4.0, 0.1), (-1.0, 0.4, 0.2)]).closed_loop
-    assert not choose([(0.3, -0.2, 1.0), (2.9, 0.0, 0.1), (-1.0, 0.4, 0.2)]).closed_loop
-    assert choose([(2.5, 0.0, 0.0)] * 4).closed_loop  # together 5
-    assert choose([(5.0, 5.0, 0.0)], ADAPTATION).method == ADAPTATION
-    assert online.determined(1.0, 0.051, "1/s")
-    assert not online.determined(1.0, 0.052, "1/s")
-    assert online.determined(0.0, 0.02, "rad")  # a rest angle of zero, known to two degrees
+    assert choose_method([(0.3, -0.2, 1.0), (5.1, 4.0, 0.1), (-1.0, 0.4, 0.2)]).closed_loop
+    assert not choose_method([(0.3, -0.2, 1.0), (2.9, 0.0, 0.1), (-1.0, 0.4, 0.2)]).closed_loop
+    assert choose_method([(2.5, 0.0, 0.0)] * 4).closed_loop  # together 5
+    assert choose_method([(5.0, 5.0, 0.0)], ADAPTATION).method == ADAPTATION
+    assert online.is_determined(1.0, 0.051, "1/s")
+    assert not online.is_determined(1.0, 0.052, "1/s")
+    assert online.is_determined(0.0, 0.02, "rad")  # a rest angle of zero, known to two degrees
 
 
 GAINS = ("k_x", "k_z", "k_y")

@@ -22,7 +22,7 @@ from threading import Thread
 from typing import Any, NoReturn
 
 from heli_identifier.files import draft_folder
-from heli_identifier.processes import LONGEST_WAIT, NEW_GROUP, end_process, python_command, undone
+from heli_identifier.processes import LONGEST_WAIT, NEW_GROUP, end_process, python_command, undo_at_end
 
 from ..errors import FmuError, MasterError
 from ..variables import Value
@@ -57,7 +57,7 @@ def run_apart(
                 env={**os.environ, "TMPDIR": str(folder)},
                 **NEW_GROUP,  # Ctrl-C is for the parent, which then ends this one
             ) as process,
-            undone(partial(end_process, process)),
+            undo_at_end(partial(end_process, process)),
         ):
             while process.returncode is None:
                 with suppress(subprocess.TimeoutExpired):

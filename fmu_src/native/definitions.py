@@ -102,7 +102,7 @@ DEFINITIONS = {
         "exciter.c",
         (
             (excitation.SquareChirp.at, excitation.SquareChirp), excitation.paper_channels,
-            excitation.multisine_components, excitation.multisine_value, excitation.check_bounds, excitation.combined,
+            excitation.multisine_components, excitation.multisine_value, excitation.check_bounds, excitation.combine,
         ),
         externals={excitation.phases: "phases"},
         files=("mersenne.c",),

@@ -71,7 +71,7 @@ def output_values(estimate: online.IdentifierOutput, is_in_closed_loop: bool) ->
         *estimate.standard_errors,
         *estimate.sigma,
         *estimate.excitation,
-        *[float(online.determined(value, error, unit)) for value, error, unit in triples],
+        *[float(online.is_determined(value, error, unit)) for value, error, unit in triples],
         *estimate.lag,
         *estimate.feedback,
         float(is_in_closed_loop),

@@ -5,10 +5,10 @@ as the effects and undone in the log; it never becomes part of a plant. What a l
 such as columns that are alike, is found by the functions of :mod:`.inspection`.
 """
 
-from .answers import controller_samples, on_time
-from .events import SETTLING, Event, counted, event_notes, find_events, local_cubic, passages, unslipped
-from .faults import FAULTS, Fault, undone
-from .inspection import BENDING, TIMING, Defect, inspected
+from .answers import controller_samples, undo_delays
+from .events import SETTLING, Event, event_notes, find_events, is_counted, local_cubic, passages, undo_slips
+from .faults import FAULTS, Fault, undo_faults
+from .inspection import BENDING, TIMING, Defect, inspect_logs
 
 __all__ = [
     "BENDING",
@@ -19,13 +19,13 @@ __all__ = [
     "SETTLING",
     "TIMING",
     "controller_samples",
-    "counted",
+    "is_counted",
     "event_notes",
     "find_events",
-    "inspected",
+    "inspect_logs",
     "local_cubic",
-    "on_time",
+    "undo_delays",
     "passages",
-    "undone",
-    "unslipped",
+    "undo_faults",
+    "undo_slips",
 ]

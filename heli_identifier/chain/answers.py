@@ -36,21 +36,21 @@ RULED = -0.4
 """Correlation of D y with the sample before, below which the encoder's noise rules it: -2/3 of white noise."""
 
 
-def on_time(logs: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[Defect, ...], frozenset[str]]:
+def undo_delays(logs: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[Defect, ...], frozenset[str]]:
     """Read late angles earlier; give the logs, what was found, and the axes that are seen to be on time.
 
     ``logs`` are those of one rig that a controller flew.
     """
     used, found, prompt = list(logs), list[Defect](), set[str]()
     for column, axis in enumerate(ANGLES):
-        told = [own for log in logs if (own := _lateness(log, column)) is not None]
+        told = [own for log in logs if (own := _estimate_lateness(log, column)) is not None]
         if not told:
             continue
         late = float(np.median(told))
         if late == 0.0 and max(told) == 0.0:
             prompt.add(axis)
         if late > 0.0:
-            used = [_earlier(log, column, round(late * log.rate_hz)) for log in used]
+            used = [_shift_earlier(log, column, round(late * log.rate_hz)) for log in used]
             found.append(Defect(
                 "late", axis, f"the voltages answer the {axis} {1e3 * late:.3g} ms before the log has it; it was read "
                 "so much earlier. Log all channels in the task that reads the encoders, without a filter or a buffer",
@@ -69,7 +69,7 @@ def controller_samples(log: Log) -> tuple[NDArray[np.intp], int, int]:
     return np.arange(first, log.samples, hold), hold, len(changes)
 
 
-def _lateness(log: Log, column: int) -> float | None:
+def _estimate_lateness(log: Log, column: int) -> float | None:
     """Time [s] by which an angle is late in a log; None where no answer to it is seen."""
     rows, hold, changes = controller_samples(log)
     if changes < 100:
@@ -88,10 +88,10 @@ def _lateness(log: Log, column: int) -> float | None:
         return None
     beside = [angles[k - j, other] for other in others for j in range(TAPS)]
     R2 = np.array([
-        _explained(answer[k], np.column_stack([*(own[k + s - j] for j in range(TAPS)), *beside]))
+        _r_squared(answer[k], np.column_stack([*(own[k + s - j] for j in range(TAPS)), *beside]))
         for s in range(most + 1)
     ])  # fmt: skip
-    alone = _explained(answer[k], np.column_stack(beside)) if beside else 0.0
+    alone = _r_squared(answer[k], np.column_stack(beside)) if beside else 0.0
     if R2.max() - alone < TOLD:
         return None
     first = int(np.argmax(R2 >= R2.max() - AS_WELL))
@@ -100,13 +100,13 @@ def _lateness(log: Log, column: int) -> float | None:
     return float(first * hold * log.step)
 
 
-def _explained(y: Array, X: Array) -> float:
+def _r_squared(y: Array, X: Array) -> float:
     """R2 of a regression of y (n,) on X (n, k)."""
     left = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
     return 1.0 - float(left @ left) / float(y @ y)
 
 
-def _earlier(log: Log, column: int, samples: int) -> Log:
+def _shift_earlier(log: Log, column: int, samples: int) -> Log:
     """Read one angle so many samples earlier; the log ends with the last one that it has."""
     kept = log.samples - samples
     angles = log.angles[:kept].copy()

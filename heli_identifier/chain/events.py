@@ -87,15 +87,15 @@ def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
 
     They are given log by log, axis by axis, in order of time.
     """
-    records = [_reduced(log, voltage_limit) for log in logs]
-    regressions = [_regressions(record) for record in records]
+    records = [_reduce_log(log, voltage_limit) for log in logs]
+    regressions = [_regress_axes(record) for record in records]
     ends = np.cumsum([len(own[0].y) for own in regressions])[:-1]
-    found = [[np.split(part, ends) for part in _standardised(own)] for own in zip(*regressions, strict=True)]
+    found = [[np.split(part, ends) for part in _standardise(own)] for own in zip(*regressions, strict=True)]
     events = []
-    for i, (log, record, slips) in enumerate(zip(logs, records, _slips(records), strict=True)):
+    for i, (log, record, slips) in enumerate(zip(logs, records, _find_slips(records), strict=True)):
         for axis, name in enumerate(ANGLES):
             own: list[tuple[float, float, EventKind, float]] = [(at, at, "slip", size) for at, size in slips[axis]]
-            for start, end, size in _forces(record.step, found[axis][0][i], found[axis][1][i]):
+            for start, end, size in _find_forces(record.step, found[axis][0][i], found[axis][1][i]):
                 if not any(start - WINDOW <= at <= end + WINDOW for at, _ in slips[axis]):
                     own.append((start, end, "force", size))
             events += [Event(log.name, name, start, end, log.start + start, log.start + end, kind, size)
@@ -111,7 +111,7 @@ def passages(events: Sequence[Event]) -> dict[str, list[tuple[float, float]]]:
     return out
 
 
-def unslipped(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
+def undo_slips(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
     """Shift back what follows the slips of an encoder; give the logs, and a sentence for each slip."""
     found, notes = list[Log](), list[str]()
     for log in logs:
@@ -127,7 +127,7 @@ def unslipped(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log, 
     return tuple(found), tuple(notes)
 
 
-def counted(time: Array, left_out: Sequence[tuple[float, float]]) -> NDArray[np.bool_]:
+def is_counted(time: Array, left_out: Sequence[tuple[float, float]]) -> NDArray[np.bool_]:
     """Whether instants [s] of a log count: outside of passages and of what the filter needs to settle behind them."""
     counts = time > SETTLING
     for start, end in left_out:
@@ -142,7 +142,7 @@ def event_notes(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, ...]
         own = sorted((event for event in events if event.log == log.name), key=lambda event: event.start)
         if own:
             said = ", ".join(f"{e.axis} {e.start_in_file:.1f} to {e.end_in_file:.1f} s" for e in own)
-            used = float(counted(log.time, passages(own)[log.name]).sum() * log.step)
+            used = float(is_counted(log.time, passages(own)[log.name]).sum() * log.step)
             rest = f"{used:.1f} of {log.duration:.1f} s are used" if used else "nothing remains of it"
             notes.append(
                 f"{log.name}: something other than the plant acted on it ({said}); {rest} (--keep-events keeps them)"
@@ -150,7 +150,7 @@ def event_notes(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, ...]
     return tuple(notes)
 
 
-def _reduced(log: Log, limit: float) -> Log:
+def _reduce_log(log: Log, limit: float) -> Log:
     """Log at about :data:`RATE`: means of the voltages that reached the motors, angles at the start of each step."""
     factor = max(1, int(log.rate_hz / RATE + 0.5))
     count = log.samples // factor
@@ -161,18 +161,18 @@ def _reduced(log: Log, limit: float) -> Log:
 
 def local_cubic(values: Array, step: float, window: float, order: int = 0) -> Array:
     """Give the derivative of ``order`` of a signal (N, ...) by local cubics over ``window`` [s]."""
-    length = min(_length(step, window), (len(values) - 1) // 2 * 2 + 1)
+    length = min(_window_length(step, window), (len(values) - 1) // 2 * 2 + 1)
     return np.asarray(savgol_filter(values, length, 3, order, step, axis=0))
 
 
-def _length(step: float, window: float = WINDOW) -> int:
+def _window_length(step: float, window: float = WINDOW) -> int:
     """Count the samples of a local cubic, an odd number."""
     return max(int(window / step) | 1, 5)
 
 
 def _grid(step: float) -> tuple[int, int]:
     """Count the samples at either end whose polynomials are not centred, and those from one evaluation to the next."""
-    return _length(step) // 2 + 1, max(1, round(EVALUATED_STEP / step))
+    return _window_length(step) // 2 + 1, max(1, round(EVALUATED_STEP / step))
 
 
 class _Regression(NamedTuple):
@@ -181,12 +181,12 @@ class _Regression(NamedTuple):
     change: Array  # of the thrust that drives the axis (n,) [V/s]
 
 
-def _regressions(record: Log) -> list[_Regression]:
+def _regress_axes(record: Log) -> list[_Regression]:
     """Regression of each axis of a log, from smoothed signals.
 
     The thrusts are linear twice, behind a fast lag and a slow one, then of second and third degree.
     """
-    h, length, (edge, stride) = record.step, _length(record.step), _grid(record.step)
+    h, length, (edge, stride) = record.step, _window_length(record.step), _grid(record.step)
     voltages, angles, inner = record.voltages, record.angles, slice(edge, record.samples - edge, stride)
     if record.samples <= 2 * edge + 1:  # shorter than a polynomial: no sample of it is used
         voltages, angles, inner = np.zeros((length, 2)), np.zeros((length, 3)), slice(0)
@@ -226,7 +226,7 @@ def _regressions(record: Log) -> list[_Regression]:
     return [_Regression(*own) for own in zip(regressors, y, widest, strict=True)]
 
 
-def _standardised(logs: Sequence[_Regression]) -> tuple[Array, Array]:
+def _standardise(logs: Sequence[_Regression]) -> tuple[Array, Array]:
     """Residuals of one axis (n,) [rad/s^2] in all logs, and the same over their scale at like motion."""
     X, y, change = (np.concatenate(parts) for parts in zip(*logs, strict=True))
     if len(y) < FEWEST_SAMPLES * X.shape[1]:
@@ -254,7 +254,7 @@ def huber_residuals(X: Array, y: Array) -> Array:
     return r
 
 
-def _forces(step: float, r: Array, standardised: Array) -> Iterator[tuple[float, float, float]]:
+def _find_forces(step: float, r: Array, standardised: Array) -> Iterator[tuple[float, float, float]]:
     """Start and end [s] and largest residual [rad/s^2] of the passages of one log and axis, WINDOW apart."""
     reach = 2 * round(WINDOW / EVALUATED_STEP) + 1
     edge, stride = _grid(step)
@@ -267,14 +267,14 @@ def _forces(step: float, r: Array, standardised: Array) -> Iterator[tuple[float,
             yield (edge + part[0] * stride) * step, (edge + part[-1] * stride) * step, float(abs(r[part]).max())
 
 
-def _slips(records: Sequence[Log]) -> list[list[list[tuple[float, float]]]]:
+def _find_slips(records: Sequence[Log]) -> list[list[list[tuple[float, float]]]]:
     """Instants [s] and sizes [rad] of the slips, per record and axis."""
     excesses = [_beyond_neighbours(record) for record in records]
     noise = NOISE_FACTOR * np.quantile(np.concatenate([abs(e) for e in excesses]), NOISE_QUANTILE, axis=0)
     curvatures = [
         abs(local_cubic(r.angles, r.step, WINDOW, 2)).max(axis=0)
         for r in records
-        if r.samples > 2 * _length(r.step)
+        if r.samples > 2 * _window_length(r.step)
     ]
     largest = np.max(curvatures, axis=0) if curvatures else np.inf
     return [[[((int(i) + 1) * record.step, float(e[i])) for i in np.flatnonzero(abs(e) > allowed)]

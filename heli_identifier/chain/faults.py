@@ -70,7 +70,7 @@ class Fault:
         return f"log_{self.name.replace(' ', '_')}_{self.channel}"
 
 
-def undone(faults: Mapping[Fault, float], inputs: Array, angles: Array, h: float) -> tuple[Array, Array]:
+def undo_faults(faults: Mapping[Fault, float], inputs: Array, angles: Array, h: float) -> tuple[Array, Array]:
     """Undo faults of given sizes in the inputs (N, 2) [V] and angles (N, 3) [rad] of a log, sampled every ``h`` [s]."""
     signals: dict[tuple[str, ...], Array] = {VOLTAGES: inputs, ANGLES: angles}
     for fault, size in faults.items():
@@ -87,37 +87,37 @@ def parabola_samples(h: float) -> int:
     return max(round(SMOOTHED / h), 5) // 2 * 2 + 1
 
 
-def _of_late_angle(logged: Array, h: float, size: float) -> Array:
+def _undo_late_angle(logged: Array, h: float, size: float) -> Array:
     """Give x(t), at the end on a straight line."""
     n, slope = round(size / h), savgol_filter(logged, parabola_samples(h), 2, 1)
     shifted = np.concatenate((logged[n:], logged[-1] + slope[-1] * np.arange(1, n + 1)))
     return np.asarray(shifted + (size / h - n) * np.append(slope[n:], np.full(n, slope[-1])))
 
 
-def _of_late_voltage(logged: Array, h: float, size: float) -> Array:
+def _undo_late_voltage(logged: Array, h: float, size: float) -> Array:
     """Give v(t), held over each sample: a share of it is already the next one of the log."""
     whole, share = divmod(size / h, 1.0)
     ahead = np.concatenate((logged[int(whole) :], np.full(int(whole), logged[-1])))
     return np.asarray((1.0 - share) * ahead + share * np.append(ahead[1:], logged[-1]))
 
 
-def _of_low_pass(logged: Array, h: float, size: float) -> Array:
+def _undo_low_pass(logged: Array, h: float, size: float) -> Array:
     """Give v = y + size y', the filter y_k = a y_(k-1) + (1 - a) v_k solved for v with size = h a / (1 - a)."""
     return np.asarray(logged + size / h * np.diff(logged, prepend=logged[:1]))
 
 
-def _of_drift(logged: Array, h: float, size: float) -> Array:
+def _undo_drift(logged: Array, h: float, size: float) -> Array:
     return np.asarray(logged - size * h * np.arange(len(logged)))
 
 
-def _of_scale(logged: Array, h: float, size: float) -> Array:
+def _undo_scale(logged: Array, h: float, size: float) -> Array:
     return (1.0 + size) * logged
 
 
-def _of_backlash(logged: Array, h: float, size: float) -> Array:
+def _undo_backlash(logged: Array, h: float, size: float) -> Array:
     """Add half of the gap in the direction of the push."""
     noise = float(np.diff(logged, 3).std()) / np.sqrt(20.0)  # squares of a third difference's weights: 1 + 9 + 9 + 1
-    at = np.flatnonzero(pushes := np.diff(_played(logged, DITHER * noise)))
+    at = np.flatnonzero(pushes := np.diff(_play_operator(logged, DITHER * noise)))
     if len(at) == 0:
         return logged
     way, time = np.sign(pushes[at]), np.arange(len(logged))
@@ -128,7 +128,7 @@ def _of_backlash(logged: Array, h: float, size: float) -> Array:
     return np.asarray(logged + 0.5 * (size * way[before] + (way[after] - way[before]) * turned))
 
 
-def _played(x: Array, gap: float) -> Array:
+def _play_operator(x: Array, gap: float) -> Array:
     """Play operator: y (N,) stays as near to its last value as half of the gap around x allows."""
     # y_k = max(low_k, min(high_k, y_k-1)): such steps in a row are one such step, so pairs are joined again and again
     low, high, reach = x - 0.5 * gap, x + 0.5 * gap, 1
@@ -141,21 +141,21 @@ def _played(x: Array, gap: float) -> Array:
 
 
 FAULTS: tuple[Fault, ...] = (
-    *(Fault("late", axis, "x(t - size)", "s", 0.0, 0.1, SHIFT, _of_late_angle,
+    *(Fault("late", axis, "x(t - size)", "s", 0.0, 0.1, SHIFT, _undo_late_angle,
             f"Look for a filter or a buffer between the {axis}'s encoder and the file; log all channels in one task.")
       for axis in ANGLES),
-    Fault("late", "voltages", "v(t - size)", "s", 0.0, 0.1, SHIFT, _of_late_voltage,
+    Fault("late", "voltages", "v(t - size)", "s", 0.0, 0.1, SHIFT, _undo_late_voltage,
           "Log the voltages behind the controller in the step in which they are sent, not in the next one."),
-    Fault("low pass", "voltages", "y, size y' = v - y", "s", 0.0, 0.2, 0.005, _of_low_pass,
+    Fault("low pass", "voltages", "y, size y' = v - y", "s", 0.0, 0.2, 0.005, _undo_low_pass,
           "Log the voltages that are sent to the amplifiers, ahead of any filter."),
-    *(Fault("drift", axis, "x + size t", "rad/s", -1e-3, 1e-3, 1e-5, _of_drift,
+    *(Fault("drift", axis, "x + size t", "rad/s", -1e-3, 1e-3, 1e-5, _undo_drift,
             f"Fasten the coupling of the {axis}'s encoder; if it measures by a gyroscope or a camera, "
             "remove its drift.")
       for axis in ("pitch", "elevation")),
-    *(Fault("backlash", axis, "play of x, gap = size", "rad", 0.0, 0.06, 0.002, _of_backlash,
+    *(Fault("backlash", axis, "play of x, gap = size", "rad", 0.0, 0.06, 0.002, _undo_backlash,
             f"Turn the {axis} by hand to and fro: the encoder has to follow at once. Tighten its gear or coupling.")
       for axis in ANGLES),
-    Fault("scale", "v_front", "v / (1 + size)", "1", -0.5, 0.5, 0.02, _of_scale,
+    Fault("scale", "v_front", "v / (1 + size)", "1", -0.5, 0.5, 0.02, _undo_scale,
           "Measure both voltages at the motors with a meter while the log runs, and mend the factor of the column."),
 )  # fmt: skip
 """The catalogue of faults that are searched in the likelihood."""

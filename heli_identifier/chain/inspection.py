@@ -76,7 +76,7 @@ class Defect:
     """Step of the encoder over that of the configuration [1]."""
 
 
-def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) -> tuple[Defect, ...]:
+def inspect_logs(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) -> tuple[Defect, ...]:
     """Find the defects of a rig's logs, whose encoders have so many ``counts`` a turn; ``voltage_limit`` is in [V].
 
     Raises
@@ -86,33 +86,33 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
     """
     found: list[Defect] = []
     for log in logs:
-        _refuse(log)
-    steps_of = [[quantum(log.angles[:, k]) for log in logs] for k in range(len(ANGLES))]
-    expected = [all(on_grid(log.angles[:, k], 2.0 * np.pi / counts[k]) for log in logs) for k in range(len(ANGLES))]
+        _refuse_log(log)
+    steps_of = [[quantisation_step(log.angles[:, k]) for log in logs] for k in range(len(ANGLES))]
+    expected = [all(is_on_grid(log.angles[:, k], 2.0 * np.pi / counts[k]) for log in logs) for k in range(len(ANGLES))]
     for axis, steps, count, usual in zip(ANGLES, steps_of, counts, expected, strict=True):
         if all(steps):
-            found += _of_counts(axis, float(np.median(steps)), count)
+            found += _compare_counts(axis, float(np.median(steps)), count)
         elif not usual and not any(steps) and (any(expected) or any(map(all, steps_of))):
             words = (
                 f"the {axis} has no steps of an encoder, other angles have: a filter or a resampling delays and bends "
                 f"it, or a drift was added; log what the encoder of the {axis} reads"
             )
             found.append(Defect("filtered", axis, words, BENDING + TIMING))
-    jitters = [jitter(log.angles, log.step) for log in logs]
+    jitters = [estimate_jitter(log.angles, log.step) for log in logs]
     sure = [std for std, error in jitters if std > max(LEAST_JITTER, CERTAIN * error)]
     if len(sure) > len(logs) // 2:
         found.append(Defect(
             "jitter", "clock", f"the angles were read {1e3 * np.median(sure):.2g} ms early or late, by chance: all err "
             "at once, each by its rate. Log in the task that reads the encoders, or log the time of each reading",
         ))  # fmt: skip
-    grids = [(quantum(v, FEWEST_CHANGES), float(v.std())) for log in logs for v in log.voltages.T]
+    grids = [(quantisation_step(v, FEWEST_CHANGES), float(v.std())) for log in logs for v in log.voltages.T]
     steps = [step for step, std in grids if step > LEAST_STEP * std]
     if len(steps) > len(logs):
         found.append(Defect(
             "rounded", "voltages", f"the voltages come in steps of {np.median(steps):.2g} V: log them with three "
             "decimals. Timing and curve of the thrust cannot be told on these logs", TIMING + THRUST + BENDING,
         ))  # fmt: skip
-    if tops := [top for log in logs if (top := _flat_top(log, voltage_limit))]:
+    if tops := [top for log in logs if (top := _clipping_level(log, voltage_limit))]:
         found.append(Defect(
             "clipped", "voltages", f"the voltages of {len(tops)} of {len(logs)} logs stay at {np.median(tops):.2f} V, "
             f"below the limit of {voltage_limit:g} V: they were clipped on their way to the log, or that is the limit "
@@ -122,7 +122,7 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
     return tuple(found)
 
 
-def jitter(angles: Array, step: float) -> tuple[float, float]:
+def estimate_jitter(angles: Array, step: float) -> tuple[float, float]:
     """Estimate by how much instants err.
 
     Read at t_k + d_k, the third differences e_i of the angles (N, 3) with rates w_i hold those of d w_i beside noise of
@@ -148,7 +148,7 @@ def jitter(angles: Array, step: float) -> tuple[float, float]:
     return float(tau), float(own / 40.0 / tau) if tau > 0.0 else 0.0
 
 
-def quantum(values: Array, fewest: int = 1) -> float:
+def quantisation_step(values: Array, fewest: int = 1) -> float:
     """Step of a signal (N,) that takes values on a grid only, ``fewest`` steps apart; 0 if it does not."""
     levels = np.unique(values)
     gaps = np.diff(levels)
@@ -158,17 +158,17 @@ def quantum(values: Array, fewest: int = 1) -> float:
         return 0.0
     step = float(np.median(gaps))
     step = float(np.ptp(levels)) / max(round(float(np.ptp(levels)) / step), 1)
-    return step if on_grid(levels, step) else 0.0
+    return step if is_on_grid(levels, step) else 0.0
 
 
-def on_grid(values: Array, step: float) -> bool:
+def is_on_grid(values: Array, step: float) -> bool:
     """Whether a signal (N,) takes values on a grid only; how long it stays on one of them does not matter."""
     levels = np.unique(values)
     off = (levels - levels[0]) / step
     return bool((np.abs(off - np.round(off)) < ON_GRID).mean() > 0.95)
 
 
-def _refuse(log: Log) -> None:
+def _refuse_log(log: Log) -> None:
     """Refuse copies, angles that are folded, and voltages of opposite signs."""
     for i, j in ((0, 1), (0, 2), (1, 2)):
         if np.ptp(log.angles[:, i]) > 0.0 and np.array_equal(log.angles[:, i], log.angles[:, j]):
@@ -191,7 +191,7 @@ def _refuse(log: Log) -> None:
         )
 
 
-def _of_counts(axis: str, step: float, counts: int) -> list[Defect]:
+def _compare_counts(axis: str, step: float, counts: int) -> list[Defect]:
     """Compare an encoder's step with that of the configuration."""
     ratio = step * counts / (2.0 * np.pi)
     for factor, read, true in ((np.pi / 180.0, "degrees", "radians"), (180.0 / np.pi, "radians", "degrees")):
@@ -212,7 +212,7 @@ def _of_counts(axis: str, step: float, counts: int) -> list[Defect]:
     return [Defect("counts", axis, words, imitates, ratio)]
 
 
-def _flat_top(log: Log, limit: float) -> float:
+def _clipping_level(log: Log, limit: float) -> float:
     """Largest voltage [V] at which a log's voltages stay, below the rig's limit; 0 if there is none."""
     top = float(np.abs(log.voltages).max())
     at = np.abs(log.voltages) > top * (1.0 - 1e-6)

@@ -7,7 +7,7 @@ import typer
 
 import heli_identifier
 from heli_identifier.cli.arguments import Group
-from heli_identifier.cli.guard import checked
+from heli_identifier.cli.guard import check_command
 from heli_identifier.cli.in_flight import follow, stream
 from heli_identifier.cli.on_logs import check, compare, diagnose, identify, look
 from heli_identifier.cli.on_plants import design, design_controller, effects, linearise
@@ -37,7 +37,7 @@ for _command in _COMMANDS:
     _own = [_line for _line in _EXAMPLES if f"{_line} ".startswith(f"heli {_name} ")]
     _paragraphs = [" ".join(_part.split()) for _part in (_command.__doc__ or "").split("\n\n")]
     _epilog = "\n\n".join(["[bold]Examples[/]", *_own])
-    app.command(help="\n\n".join(_paragraphs), epilog=_epilog)(checked(_command))
+    app.command(help="\n\n".join(_paragraphs), epilog=_epilog)(check_command(_command))
 
 
 def _version(wanted: bool) -> None:

@@ -14,7 +14,7 @@ from typer.core import TyperGroup
 import fmu_src
 import heli_identifier as hi
 from heli_identifier import tools
-from heli_identifier.cli.guard import guarded
+from heli_identifier.cli.guard import report_errors
 from heli_identifier.cli.terminal import note, print_notes, warn
 from heli_identifier.errors import CONFIGURATION_NAME, refuse
 from heli_plant.control import PidSettings
@@ -99,7 +99,7 @@ class Group(TyperGroup):
         """Run the command that the words name, guarded, and end with its code; without any word the help is shown."""
         if not (sys.argv[1:] if args is None else args):
             return super().main(args, *more, **options)
-        with guarded():
+        with report_errors():
             raise SystemExit(super().main(args, *more, **options | {"standalone_mode": False}))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -112,10 +112,10 @@ class Group(TyperGroup):
             refuse(empty, "an argument is empty; name the file, or set the variable that should name it.")
             none = any(a == SPREAD and b.startswith("-") for a, b in pairwise(args))
             refuse(none, f"{SPREAD} names no log; put one or more after it, or leave it out.")
-        return super().parse_args(ctx, spread(args))
+        return super().parse_args(ctx, spread_options(args))
 
 
-def spread(words: Iterable[str]) -> list[str]:
+def spread_options(words: Iterable[str]) -> list[str]:
     """Give ``--validate a b``, or ``--validate=a b``, as the option once for each value, which the parser takes."""
     out: list[str] = []
     takes = False
@@ -140,7 +140,7 @@ def configuration_file(path: Path | None, rigs: str = ", for rigs without one of
     return here
 
 
-def found_configuration(path: Path | None) -> "hi.RigConfiguration":
+def find_configuration(path: Path | None) -> "hi.RigConfiguration":
     """Read the rig's configuration: the file that was named, else heli.toml of this folder, else the defaults."""
     file = configuration_file(path, "")
     return hi.RigConfiguration() if file is None else hi.read_configuration(file)
@@ -150,7 +150,7 @@ def logs_of(
     paths: Sequence[Path], config: Path | None, start: float | None = None, end: float | None = None
 ) -> "tuple[tuple[hi.Log, ...], hi.RigConfiguration]":
     """Read logs of one rig and its configuration, and print what there is to say about them."""
-    configuration = found_configuration(config)
+    configuration = find_configuration(config)
     logs = hi.read_logs(paths, configuration.format, start, end)
     print_notes(logs)
     return logs, configuration
@@ -162,7 +162,7 @@ PLANTS = ("HelicopterPlant", "FollowingPlant", "Corrector")
 """Units that take the parameters of a plant; a corrector begins with the plant that it corrects."""
 
 
-def assignments(
+def parse_assignments(
     words: Sequence[str], name_of: str = "--set", form: str = "NAME=VALUE, as plant.effects.dry_friction.pitch=0.02"
 ) -> dict[str, str]:
     """Give ``name=value`` words as a mapping; one without ``=``, or two of one name, are refused."""
@@ -211,11 +211,11 @@ def controller_of(default: PidSettings, file: Path | None, words: Sequence[str] 
     """Give a PID with the parameters of its file, if there is one, and of ``name=value`` words, which outrank it."""
     unit = tools.CONTROLLER
     values: dict[str, Any] = values_of(unit, file)
-    own = fmu_src.check_start_values(fmu_src.unit_class(unit), assignments(words))
+    own = fmu_src.check_start_values(fmu_src.unit_class(unit), parse_assignments(words))
     return tools.controller_settings(default, values | own)
 
 
-def in_scenario(
+def values_by_unit(
     scenario: str, file: Path | None, words: Sequence[str], foreign: Collection[str] = ()
 ) -> dict[str, fmu_src.Value]:
     """Give all parameters by unit name in a scenario; ``--set unit.parameter=value`` outranks the file.
@@ -227,7 +227,7 @@ def in_scenario(
     values: dict[str, fmu_src.Value] = {}
     for name, unit in units.items():
         values |= {f"{name}.{key}": own for key, own in given[unit].start_values.items()} if unit in given else {}
-    for label, text in assignments(words).items():
+    for label, text in parse_assignments(words).items():
         unit, _, name = label.partition(".")
         refuse(not name, f"--set {label}={text} must name unit and parameter, as plant.pitch.damping=0.1.")
         values[label] = fmu_src.number_or_text(text)

@@ -21,7 +21,7 @@ import heli_identifier as hi
 from heli_identifier import online, records, results, tools, tracing
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import controller_of
-from heli_identifier.cli.on_logs import diagnosed
+from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, note_written, warn
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.live.page import served
@@ -40,7 +40,7 @@ LEAST_AFTER_CHANGE = 30.0
 """Time after the last change from which on only that is diagnosed [s]: the rig before was another one."""
 
 
-def shows(stack: ExitStack, title: str, address: str | None) -> Show:
+def open_shows(stack: ExitStack, title: str, address: str | None) -> Show:
     """Open the screen and, at an ``address``, the page; give what shows a view on them."""
     places = [stack.enter_context(screen(title)) if sys.stderr.isatty() else print_events()]
     if address is not None:
@@ -56,7 +56,7 @@ def shows(stack: ExitStack, title: str, address: str | None) -> Show:
 
 
 @contextmanager
-def first_interrupt() -> Iterator[Callable[[], bool]]:
+def catch_interrupt() -> Iterator[Callable[[], bool]]:
     """Give a function that says whether Ctrl-C has asked the block to end; a second one ends the command at once."""
     asked, before = Event(), signal.getsignal(signal.SIGINT)
 
@@ -101,13 +101,13 @@ class Adviser:
         return self.sentence
 
 
-def conclude(session: Session, folder: Path, configuration: hi.RigConfiguration) -> None:
+def conclude_flight(session: Session, folder: Path, configuration: hi.RigConfiguration) -> None:
     """Diagnose the recording; leave parameters and unit of the twin, or of the recording's plant if that is better."""
     twin, path, better = session.in_use(), folder / RECORDED, None
     twin.write(folder / IN_USE)
     _deliver(twin, folder)
     times = np.loadtxt(path, delimiter=",", skiprows=1, usecols=0, ndmin=1) if session.recorded.rows else np.zeros(0)
-    begin, end, why = part(times, session.events)
+    begin, end, why = choose_part(times, session.events)
     if end - begin < tools.SHORTEST_TO_SPLIT:
         note(f"{end - begin:.3g} s without a gap are too short for a diagnosis")
     else:
@@ -138,7 +138,7 @@ def _diagnosed_plant(
     # The recording has the contract's columns, signs and units; what is left of the rig's own are its limits.
     own = configuration.format
     limits = hi.LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts)
-    diagnosis, _, held_out = diagnosed((path,), (), replace(configuration, format=limits), output, begin, end)
+    diagnosis, _, held_out = diagnose_paths((path,), (), replace(configuration, format=limits), output, begin, end)
     terminal.print_diagnosis(diagnosis)
     better = results.corrected_parameters(diagnosis)
     gain = tracing.log_likelihood(diagnosis.plant_after, held_out) - tracing.log_likelihood(twin.plant(), held_out)
@@ -171,7 +171,7 @@ def _drawbacks(
             yield f"its error {results.AHEAD[better.judged]} on the {new.axis} is {worse} mrad, the twin's {than} mrad"
 
 
-def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:
+def choose_part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:
     """Return begin and end [s] of what is diagnosed, and the reason in words.
 
     It is the longest stretch without a gap, after the last change that was noticed if enough flight follows it.

@@ -32,7 +32,7 @@ LEAST_MEMORY = 1000
 
 
 @contextmanager
-def guarded() -> Iterator[None]:
+def report_errors() -> Iterator[None]:
     """Turn an error in the block into what is said of it and an exit code; let signals end the block."""
     try:
         with handled_here():
@@ -52,12 +52,12 @@ def guarded() -> Iterator[None]:
         KEPT.clear()
 
 
-def checked(command: Callable[..., Any]) -> Callable[..., Any]:
+def check_command(command: Callable[..., Any]) -> Callable[..., Any]:
     """Let a command begin only where there is memory for it, and with files to write that it does not read."""
 
     @wraps(command)
     def run(**options: Any) -> Any:
-        with guarded():  # within the parser's own handling of errors, to which a broken pipe is an answer
+        with report_errors():  # within the parser's own handling of errors, to which a broken pipe is an answer
             require_memory()
             check_files(options)
             return command(**options)

@@ -11,7 +11,7 @@ from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import refuse
-from heli_identifier.processes import undone
+from heli_identifier.processes import undo_at_end
 
 SERVED_AT = "127.0.0.1:8042"
 """Where the page is shown by default."""
@@ -49,7 +49,7 @@ def follow(
     adoption the controller's margins are computed again: control_advice.json, and controller.json with gains that are
     offered, not applied.
     """
-    from heli_identifier.cli.flight import Adviser, conclude, first_interrupt, shows
+    from heli_identifier.cli.flight import Adviser, catch_interrupt, conclude_flight, open_shows
     from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
     from heli_identifier.live.listening import Listening
     from heli_identifier.live.screen import event_line
@@ -74,17 +74,17 @@ def follow(
             ((recorded,), configuration) = args.logs_of([log], config, start, end)
             source = Player(recorded, 1.0 if speed is None else speed)
         else:
-            configuration = args.found_configuration(config)
+            configuration = args.find_configuration(config)
             port = Port(*read_address(str(listen), "--listen", 0), sender, read_layout(layout or USUAL_LAYOUT))
             stack.callback(port.close)
             source = Listening(port, rate, configuration.format)
             note("listening on {}:{}".format(*port.address))
         title = f"heli follow: {log if log is not None else f'a rig that sends to {listen}'}, twin of {parameters}"
-        show = shows(stack, title, serve_at if serve else None)
+        show = open_shows(stack, title, serve_at if serve else None)
         session = Session(output, twin, adviser.ask)
-        stack.enter_context(undone(session.close))
+        stack.enter_context(undo_at_end(session.close))
         stack.callback(adviser.thread.shutdown, wait=False, cancel_futures=True)
-        stopped = stack.enter_context(first_interrupt())
+        stopped = stack.enter_context(catch_interrupt())
 
         def show_all(view: Any) -> None:
             session.notice = adviser.look()
@@ -100,7 +100,7 @@ def follow(
         typer.echo(session.notice)
     if interrupted:
         note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
-    conclude(session, output, configuration)
+    conclude_flight(session, output, configuration)
     if interrupted:
         raise typer.Exit(INTERRUPTED)
 

@@ -38,9 +38,9 @@ def diagnose(
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu, with --native also
     HelicopterPlant-native.fmu: all of them, or none.
     """
-    configuration = args.found_configuration(config)
+    configuration = args.find_configuration(config)
     way = " (name another log with --validate)"
-    diagnosis, training, _ = diagnosed(logs, validate, configuration, output, start, end, way, keep_events, native)
+    diagnosis, training, _ = diagnose_paths(logs, validate, configuration, output, start, end, way, keep_events, native)
     for line in () if json else results.diagnosis_lines(diagnosis, training):
         typer.echo(results.typeset(line))
     terminal.print_diagnosis(diagnosis, verbose, json)
@@ -49,7 +49,7 @@ def diagnose(
         args.warn_of_missing_compilers()
 
 
-def diagnosed(
+def diagnose_paths(
     paths: Sequence[Path],
     validate: Sequence[Path],
     configuration: "hi.RigConfiguration",
@@ -154,7 +154,7 @@ def check(
         require_positive("--limit", limit, "mrad")
         if (flown := controller or configuration.controller.pid) is None:
             raise ConfigurationError("--limit needs --controller FILE, or [controller.pid] of heli.toml.")
-        outcome = tools.closed_loop_check(recorded, expected, flown, 1e-3 * limit)
+        outcome = tools.check_closed_loop(recorded, expected, flown, 1e-3 * limit)
         failed = f"the closed loop errs by more than {limit:g} mrad"
     else:
         refuse(controller is not None, "--controller needs --limit MRAD, to which the closed loop's error is held.")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import flag, option
-from heli_identifier.cli.terminal import answer, note, progress_bar
+from heli_identifier.cli.terminal import note, print_answer, progress_bar
 from heli_identifier.errors import refuse, require_range
 from heli_plant.control import PidSettings
 
@@ -36,7 +36,7 @@ def effects(
         of_c = {"unit": own.unit, "range": [own.lower, own.upper], "source": own.source, "shapes": parts}
         document.append(known | of_c)
     columns = ("effect", "axis", "law", "unit of c", "range of c", "shapes", "source")[: None if verbose else 5]
-    answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])
+    print_answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])
 
 
 DEFAULT_GAINS = "no --controller given: the PID of the units flies with its default gains"
@@ -70,28 +70,28 @@ def design(
     no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
     if closed_loop:
         refuse(output is not None, "--output writes voltages of an open loop; with --closed-loop there are none.")
-        plant = _plant(parameters)
+        plant = _read_plant(parameters)
         pid = args.controller_of(PidSettings(voltage_limit=plant.v_max), controller, settings)
         limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
         with progress_bar() as progress:
             outlooks = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
         refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
         gains = [] if controller or settings else [DEFAULT_GAINS]
-        answer(json, results.plain(outlooks), [tools.flight_table(outlooks)], gains)
+        print_answer(json, results.plain(outlooks), [tools.flight_table(outlooks)], gains)
         return
-    entries = tools.effects_named(separate if separate is not None else (show or "",))
-    plant, limits = _plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
+    entries = tools.find_effects(separate if separate is not None else (show or "",))
+    plant, limits = _read_plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
     with progress_bar() as progress:
-        ranked = tools.designs(plant, entries, duration, limits, progress=progress)
+        ranked = tools.rank_proposals(plant, entries, duration, limits, progress=progress)
     refuse(not ranked, f"no proposal {no_flight}; widen the limits.")
     listed = ranked[: 10 if json else 5]
-    answer(json, results.plain(listed), [tools.experiment_table(listed)])
+    print_answer(json, results.plain(listed), [tools.experiment_table(listed)])
     if output is not None:
         tools.write_voltages(ranked[0], limits, output)
         note(f"voltages of the best: {output}")
 
 
-def _plant(file: Path | None) -> "PlantParameters":
+def _read_plant(file: Path | None) -> "PlantParameters":
     """Give the plant of a parameters.json; without one the published model, and say so."""
     from heli_plant.parameters import from_names
 
@@ -122,11 +122,11 @@ def linearise(
         files = {
             "linear_model.json": document,
             "linear_model.mat": matlab.getvalue(),
-            "controller.json": made.delivered(),
+            "controller.json": made.parameters_to_fly(),
             "steps.svg": results.figure_file(tools.step_figure(made)),
         }
         results.write_files(draft, files)
-    answer(json, document, [tools.margin_table(made)], made.notes, (output, files))
+    print_answer(json, document, [tools.margin_table(made)], made.notes, (output, files))
 
 
 def design_controller(
@@ -151,7 +151,7 @@ def design_controller(
     from heli_plant.state_feedback import FeedbackSettings
 
     require_range("plants", plants, "1", 20, 20_000)
-    configuration = args.found_configuration(config)
+    configuration = args.find_configuration(config)
     aim = configuration.controller if period is None else replace(configuration.controller, period=period)
     with results.whole_folder(output) as draft:
         given = args.read_with_doubts(parameters)
@@ -164,10 +164,10 @@ def design_controller(
             "design.html": tools.controller_html(made),
             "controller.m": tools.controller_m(made),
             "init_heli_corrected.m": tools.corrected_init(given, model, course, configuration.geometry, name),
-            "controller.json": made.delivered(),
+            "controller.json": made.parameters_to_fly(),
             "nominal.json": tools.controller_parameters(made.baseline.settings, model.point),
         }
         if isinstance(made.robust.settings, FeedbackSettings):
             files |= controller_sources(made.robust.settings)
         results.write_files(draft, files)
-    answer(json, document, [tools.design_table(made)], made.notes, (output, files))
+    print_answer(json, document, [tools.design_table(made)], made.notes, (output, files))

@@ -13,8 +13,8 @@ from heli_identifier import records, results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
-from heli_identifier.cli.on_logs import FAILED, diagnosed
-from heli_identifier.cli.terminal import answer, note, print_notes, progress_bar, warn
+from heli_identifier.cli.on_logs import FAILED, diagnose_paths
+from heli_identifier.cli.terminal import note, print_answer, print_notes, progress_bar, warn
 from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError, refuse
 
 RIG_FOLDER = (
@@ -55,7 +55,7 @@ def fleet(
         written = results.write_files(draft, {"fleet.json": document, "fleet.html": tools.fleet_html(found)})
     for name, why in found.failures.items():
         warn(f"rig {name} is left out: {why}")
-    answer(json, document, tools.fleet_tables(found), (), (output, written), tools.fleet_sentence(found))
+    print_answer(json, document, tools.fleet_tables(found), (), (output, written), tools.fleet_sentence(found))
     if found.failures:
         raise typer.Exit(FAILED)
 
@@ -83,8 +83,8 @@ def campaign(
     settings = hi.DiagnosisSettings.from_rig(hi.read_configuration(file) if file else hi.RigConfiguration())
     with progress_bar(lines=True) as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
-    summary = tools.summarised(rows)
-    answer(json, summary, *tools.campaign_tables(summary), (output, [tools.CONSOLIDATED]))
+    summary = tools.summarise_rows(rows)
+    print_answer(json, summary, *tools.campaign_tables(summary), (output, [tools.CONSOLIDATED]))
     if summary["failures"]:
         raise typer.Exit(FAILED)
 
@@ -94,12 +94,12 @@ def _sources(folder: Path | None, config: Path | None, generator: str, rigs: int
     refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
     if folder is not None:
         refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
-        return [*tools.rigs_below(folder, config)]
+        return [*tools.find_rigs(folder, config)]
     if rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
     sys.path.insert(0, os.getcwd())
-    return [*tools.generated_rigs(generator, rigs)]
+    return [*tools.generate_rigs(generator, rigs)]
 
 
 # --- to begin with ---------------------------------------------------------------------------------------------------
@@ -151,7 +151,7 @@ def demo(output: Path = args.folder("build")) -> None:
     for rig in rigs:
         typer.echo(f"\n{rig}: reading its logs and looking for what the model lacks")
         folder = output / "demo" / rig
-        diagnosis, training, held_out = diagnosed(*records.demo_files(rig), hi.RigConfiguration(name=rig), folder)
+        diagnosis, training, held_out = diagnose_paths(*records.demo_files(rig), hi.RigConfiguration(name=rig), folder)
         typer.echo(f"{rig}: {len(training)} logs fitted, {len(held_out)} held out")
         terminal.print_diagnosis(diagnosis)
         typer.echo(f"report: {folder / 'report.html'}  corrected plant: {folder / 'HelicopterPlant.fmu'}")

@@ -15,7 +15,7 @@ from fmu_src import master
 from heli_identifier import results
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import argument, flag, option
-from heli_identifier.cli.terminal import answer, note, progress_bar, warn
+from heli_identifier.cli.terminal import note, print_answer, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import write_atomically
 
@@ -46,7 +46,7 @@ def build(
     given = args.sets_by_unit(parameters, names, f"which is not among {', '.join(names)}")
     several = bool(settings) and len(names) != 1
     refuse(several, "--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
-    own = args.assignments(settings)
+    own = args.parse_assignments(settings)
     with results.whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
@@ -63,7 +63,7 @@ def build(
             others = ", ".join(name for name in fmu_src.UNITS if name not in names)
             warn(f"not made in C: {others}; build them without --native")
     files = [output / f"{name}.fmu" for name in names]
-    answer(json, [str(file) for file in files], [], map(_with_size, files))
+    print_answer(json, [str(file) for file in files], [], map(_with_size, files))
 
 
 def _with_size(file: Path) -> str:
@@ -81,7 +81,7 @@ def ssp(
     """Write a scenario with its units and parameters as one SSP file."""
     from fmu_src.ssp import write_ssp
 
-    values = args.in_scenario(scenario, parameters, settings)
+    values = args.values_by_unit(scenario, parameters, settings)
     path = write_ssp(scenario, output or Path(f"{scenario}.ssp"), values, duration=duration, native=native)
     if native:
         args.warn_of_missing_compilers()
@@ -117,9 +117,9 @@ def simulate(
     no_svg = plot is not None and plot.suffix.lower() != ".svg"
     refuse(no_svg, f"--plot {plot} must end in .svg; a browser prints that as PDF.")
     refuse(runs is not None and not native, "--runs needs units in C; add --native.")
-    files = args.assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
-    values = args.in_scenario(scenario, controller, ()) | args.in_scenario(scenario, parameters, settings, files)
-    with _played(scenario, log, start, end, config) as (recorded, played):
+    files = args.parse_assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
+    values = args.values_by_unit(scenario, controller, ()) | args.values_by_unit(scenario, parameters, settings, files)
+    with _play_log(scenario, log, start, end, config) as (recorded, played):
         if step is None:
             step = recorded.step if recorded else 0.01
         if duration is None:
@@ -128,7 +128,7 @@ def simulate(
                 duration = floor(duration / step + 1e-6) * step
         more: dict[str, Any] = {"progress": not json and sys.stderr.isatty(), "native": native}
         if runs is not None:
-            more = _variations(scenario, parameters, args.assignments(settings), runs, seed)
+            more = _variations(scenario, parameters, args.parse_assignments(settings), runs, seed)
         result = master.run_apart(scenario, duration, step, {**played, **values}, files, **more)
     if output is not None:
         result.write_csv(output)
@@ -170,7 +170,7 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
         if not json:
             typer.echo(f"RMS error of the plant against {log.path}: {said}")
     heads = ("output", *(name.removeprefix("last_") for name in figures), "unit")
-    answer(json, document, [results.Table(title, heads, rows)])
+    print_answer(json, document, [results.Table(title, heads, rows)])
 
 
 def _off_the_log(result: Any, log: "hi.Log") -> dict[str, float]:
@@ -187,7 +187,7 @@ def _off_the_log(result: Any, log: "hi.Log") -> dict[str, float]:
 
 
 @contextmanager
-def _played(
+def _play_log(
     scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
 ) -> "Iterator[tuple[hi.Log | None, dict[str, Any]]]":
     """Give the log that a scenario plays, and the parameters that make its units play and start with it."""

@@ -22,7 +22,7 @@ import typer
 import heli_identifier as hi
 from heli_identifier import records, results
 from heli_identifier.errors import printable
-from heli_identifier.processes import undone
+from heli_identifier.processes import undo_at_end
 
 _ALIKE = {"−": "-", "–": "-", "→": "->", "²": "^2", "±": "+-", "Γ": "Gamma"}
 """What stands for a character in an encoding without it: a minus that became a question mark would be a lost sign."""
@@ -158,7 +158,7 @@ def _width(columns: Collection[int]) -> int:
     return sum(columns) + 3 * (len(columns) - 1) + 2
 
 
-def answer(
+def print_answer(
     json: bool,
     document: Any,
     tables: "Iterable[results.Table]",
@@ -194,14 +194,14 @@ def show(
 ) -> None:
     """Print a value that shows itself as a table."""
     document, tables = found.to_dict(), [found.table]
-    answer(json, document, tables, found.remarks, written, intervals=intervals, warnings=found.warnings)
+    print_answer(json, document, tables, found.remarks, written, intervals=intervals, warnings=found.warnings)
 
 
 def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False, json: bool = False) -> None:
     """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue and intervals."""
     tables, heading = results.diagnosis_tables(diagnosis, reasons), results.verdict_line(diagnosis)
     doubts = results.remarks(diagnosis.notes)
-    answer(json, diagnosis.to_dict(), tables, heading=heading, intervals=reasons, warnings=doubts)
+    print_answer(json, diagnosis.to_dict(), tables, heading=heading, intervals=reasons, warnings=doubts)
 
 
 @contextmanager
@@ -226,6 +226,6 @@ def progress_bar(lines: bool = False) -> Iterator[Callable[[str, float], None]]:
     from rich.progress import Progress as Bar
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar, undone(bar.stop):
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar, undo_at_end(bar.stop):
         task = bar.add_task("starting", total=1.0)
         yield lambda what, share: bar.update(task, description=what, completed=share)

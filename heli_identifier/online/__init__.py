@@ -29,7 +29,7 @@ from .settings import (
     ModelParameters,
     Plan,
     default_settings,
-    determined,
+    is_determined,
     prepare,
 )
 from .state import IdentifierOutput, IdentifierState, Lag, output_of
@@ -38,6 +38,6 @@ from .whitening import Noise
 __all__ = [
     "ADAPTATION", "CLOSED", "CONTRADICTION", "GAINS", "METHODS", "PREDICTION_ERROR", "Estimate", "IdentifierOutput",
     "IdentifierSettings", "IdentifierState", "Lag", "ModelParameters", "Noise", "Plan", "Sampled", "before_samples",
-    "begin_sampling", "combinations", "default_settings", "determined", "gain_matrix", "is_closed", "is_due",
+    "begin_sampling", "combinations", "default_settings", "is_determined", "gain_matrix", "is_closed", "is_due",
     "noise_of", "output_of", "prepare", "shares", "start", "step", "take_sample", "take_samples", "total",
 ]  # fmt: skip

@@ -73,7 +73,7 @@ def gain_matrix(factor: Sequence[float], size: int) -> list[list[float]]:
     return gain
 
 
-def measure(
+def take_measurement(
     factor: list[float], omega: list[float], phi: Sequence[float], y: float, noise: float, forgetting: float
 ) -> tuple[float, float]:
     """Take one measurement y = phi^T Omega into ``factor`` and ``omega``, in place; ``noise`` r [1/s].
@@ -124,14 +124,14 @@ def adapt(
     ``count`` numbers the steps from 0: it decides which unit vector, if any, has its information restored.
     """
     n = len(omega)
-    sigma, _ = measure(factor, omega, phi, y, measurement_noise(alpha, h), exp(-alpha * h))
+    sigma, _ = take_measurement(factor, omega, phi, y, measurement_noise(alpha, h), exp(-alpha * h))
     if alpha == 0.0 or limit == inf:
         return sigma
     interval = round(_RESTORING_SHARE / (alpha * h))
     interval = min(max(interval, _SHORTEST_RESTORING_INTERVAL), _LONGEST_RESTORING_INTERVAL)
     index = count % interval
     if index < n:
-        measure(factor, omega, unit_vector(index, n), omega[index], -limit / expm1(-alpha * h * interval), 1.0)
+        take_measurement(factor, omega, unit_vector(index, n), omega[index], -limit / expm1(-alpha * h * interval), 1.0)
     return sigma
 
 
@@ -158,7 +158,7 @@ _FORGOTTEN, _TIME = 3.0, 6.0  # A [1] and tau [s], chosen with rigs of another s
 _OVER = 12.0 * _TIME  # time after which nothing more is forgotten early [s]: A exp(-12) is 2e-5
 
 
-def kept_early(count: int, samples: int, h: float, alpha: float = 0.0) -> float:
+def kept_information(count: int, samples: int, h: float, alpha: float = 0.0) -> float:
     """Return the share of the information kept over ``samples`` up to the one numbered ``count`` from 0."""
     end = (count + 1) * h
     kept = exp(-alpha * samples * h)
@@ -202,7 +202,7 @@ def observe_axis(axis: AxisState, count: int, plan: Plan) -> AxisState:
     share, settings, weight = 1.0 / plan.moment_samples, plan.settings, 1.0
     mean = [share * x for x in axis.sums]
     if plan.predicting:
-        products, weight = mean, 1.0 / kept_early(count, count + 1, plan.sample_time)
+        products, weight = mean, 1.0 / kept_information(count, count + 1, plan.sample_time)
     else:
         products = outer(mean)
     moments = add_products(
@@ -220,7 +220,7 @@ def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], 
     n, reported = len(omega), len(combinations[0])
     rows = tuple([(*row, *([0.0] * (n - reported))) for row in combinations])
     seen = (count + 1) // plan.moment_samples * plan.moment_samples
-    kept = kept_early(seen - 1, seen, plan.sample_time) if whitened else 1.0
+    kept = kept_information(seen - 1, seen, plan.sample_time) if whitened else 1.0
     weights, blocks = weighted_blocks(moments, plan.settings.forgetting, interval, kept)
     gain = gain_matrix(axis.factor, n)
     return axis._replace(

@@ -38,7 +38,7 @@ from heli_plant.motor import saturate
 from ..errors import ConfigurationError, require_positive, require_range
 
 __all__ = [
-    "Channel", "Excitation", "Multisine", "SquareChirp", "check_bounds", "combined", "multisine_components",
+    "Channel", "Excitation", "Multisine", "SquareChirp", "check_bounds", "combine", "multisine_components",
     "multisine_value", "paper_channels", "paper_excitation", "phases", "voltages",
 ]  # fmt: skip
 
@@ -128,10 +128,10 @@ def voltages(t: float, excitation: Excitation) -> tuple[float, float]:
     """Return (v_front, v_rear) [V] at time ``t`` [s]."""
     difference = excitation.difference.at(t) if excitation.difference is not None else 0.0
     total = excitation.total.at(t) if excitation.total is not None else 0.0
-    return combined(excitation.base, difference, total, excitation.limit)
+    return combine(excitation.base, difference, total, excitation.limit)
 
 
-def combined(base: float, difference: float, total: float, limit: float) -> tuple[float, float]:
+def combine(base: float, difference: float, total: float, limit: float) -> tuple[float, float]:
     """Return (v_front, v_rear) [V] from the base voltage and the signals u_d and u_s [V]."""
     front = base + 0.5 * (total + difference)
     rear = base + 0.5 * (total - difference)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 from heli_plant.motor import saturate
 
 from .adaptation import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis
-from .instruments import NO_REFERENCES, References, advance_references, evaluated
+from .instruments import NO_REFERENCES, References, advance_references, solve_gain
 from .linear_algebra import hypotenuse, unit_vector
 from .loop import Feedback, shares, watch_error, watch_innovation
 from .prediction_error import first_predictor, predict_axis
@@ -106,9 +106,9 @@ def step(
     b: tuple[float, ...] = state.references.b if asked.moved else ()
     pitch_axis, elevation_axis, travel_axis = state.axes
     axes = (
-        _advance(_PITCH, pitch_axis, z_1, front - rear, count, b, asked, plan),
-        _advance(_ELEVATION, elevation_axis, z_2, front + rear, count, b, asked, plan),
-        _advance(_TRAVEL, travel_axis, z_3, front - rear, count, b, asked, plan),
+        _advance_axis(_PITCH, pitch_axis, z_1, front - rear, count, b, asked, plan),
+        _advance_axis(_ELEVATION, elevation_axis, z_2, front + rear, count, b, asked, plan),
+        _advance_axis(_TRAVEL, travel_axis, z_3, front - rear, count, b, asked, plan),
     )
     if lag is not None and count >= 0 and count % plan.report_samples == _TRAVEL:
         found = lag_of(axes[0].estimate, axes[1].estimate, plan)
@@ -117,7 +117,7 @@ def step(
     return state, output_of(state, plan)
 
 
-def _advance(
+def _advance_axis(
     which: int, axis: Axis, z: tuple[float, ...], voltage: float, count: int, b: tuple[float, ...],
     references: References, plan: Plan,
 ) -> Axis:  # fmt: skip
@@ -146,7 +146,7 @@ def _advance(
             errors = [error / sqrt(share) for error, share in zip(estimate.standard_errors, counted, strict=True)]
             estimate = estimate._replace(standard_errors=tuple(errors))
             if references.moved:
-                found = evaluated(predictor.instruments, estimate.omega, own.prior, own.gain, h)
+                found = solve_gain(predictor.instruments, estimate.omega, own.prior, own.gain, h)
                 predictor = predictor._replace(instruments=found)
     return Axis(estimate, predictor, loop)
 

@@ -25,8 +25,8 @@ from math import sqrt
 from operator import add
 from typing import NamedTuple
 
-from .linear_algebra import bordered, dot, eliminated, explained, is_singular, outer, solved, with_products
-from .loop import FILTERS, laguerre, products_every
+from .linear_algebra import back_solve, dot, eliminate, is_singular, outer, quadratic_form, split_packed, with_products
+from .loop import FILTERS, advance_laguerre, products_every
 
 CONTRADICTION = 2.5
 """Standard errors of the instruments beyond which they exclude an estimate: by chance in less than one of 80."""
@@ -76,7 +76,7 @@ def advance_references(r: References, references: tuple[float, float, float], co
     b = [1.0]
     for k in range(3):
         x = r.b[1 + FILTERS * k : 1 + FILTERS * (k + 1)]
-        b = [*b, *laguerre(x, references[k] - r.first[k], stride * h)]
+        b = [*b, *advance_laguerre(x, references[k] - r.first[k], stride * h)]
     return References(r.first, True, tuple(b))
 
 
@@ -96,18 +96,18 @@ def add_signals(
     )
 
 
-def evaluated(i: Instruments, omega: tuple[float, ...], prior: tuple[float, ...], index: int, h: float) -> Instruments:
+def solve_gain(i: Instruments, omega: tuple[float, ...], prior: tuple[float, ...], index: int, h: float) -> Instruments:
     """Return ``i`` with Pi and the gain at ``index`` of Omega, whose variances before were ``prior``."""
     n = len(i.first_stage)
-    V, cross = bordered(i.second, 2 * n + 1, n)
-    S = explained(*eliminated(V, [[*row[:n], row[n] - dot(row[:n], omega)] for row in cross]))
+    V, cross = split_packed(i.second, 2 * n + 1, n)
+    S = quadratic_form(*eliminate(V, [[*row[:n], row[n] - dot(row[:n], omega)] for row in cross]))
     normal = [[h * S[j][k] + (1.0 / prior[j] if j == k else 0.0) for k in range(j, n)] for j in range(n)]
-    B, products = bordered(i.first, _SIZE + n, _SIZE)
-    first_stage = solved(*eliminated(B, products))
-    U, C = eliminated(normal, [[1.0 if j == index else 0.0, h * S[j][n]] for j in range(n)])
+    B, products = split_packed(i.first, _SIZE + n, _SIZE)
+    first_stage = back_solve(*eliminate(B, products))
+    U, C = eliminate(normal, [[1.0 if j == index else 0.0, h * S[j][n]] for j in range(n)])
     if is_singular(U):
         return i._replace(first_stage=first_stage)
-    found = explained(U, C)
+    found = quadratic_form(U, C)
     return i._replace(first_stage=first_stage, gain=omega[index] + found[0][1], standard_error=sqrt(found[0][0]))
 
 

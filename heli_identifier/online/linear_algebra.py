@@ -48,7 +48,7 @@ def with_products(sums: Sequence[float], kept: float, z: Sequence[float], weight
     return tuple([kept * x + weight * y for x, y in zip(sums, outer(z), strict=True)])
 
 
-def bordered(packed: Sequence[float], size: int, n: int) -> tuple[Rows, Rows]:
+def split_packed(packed: Sequence[float], size: int, n: int) -> tuple[Rows, Rows]:
     """Return of the first ``n`` of ``size`` rows of a packed matrix B, from its diagonal on, and what is behind it."""
     rows: Rows = []
     start = 0
@@ -64,7 +64,7 @@ def bilinear_form(u: Sequence[float], v: Sequence[float]) -> list[float]:
     return [u[i] * v[j] + u[j] * v[i] if j > i else u[i] * v[i] for i in range(size) for j in range(i, size)]
 
 
-def eliminated(B: Rows, C: Rows) -> tuple[Rows, Rows]:
+def eliminate(B: Rows, C: Rows) -> tuple[Rows, Rows]:
     """Return (U, L^-1 C) of B = L U; rows of B and U begin at the diagonal, which is 0 in U for a dependent column."""
     size, U = len(B), [list(row) for row in B]
     wholes = [row[0] for row in U]
@@ -88,7 +88,7 @@ def is_singular(U: Rows) -> bool:
     return min([row[0] for row in U]) <= 0.0
 
 
-def explained(U: Rows, C: Rows) -> Rows:
+def quadratic_form(U: Rows, C: Rows) -> Rows:
     """Return C^T B^-1 C, shape (columns, columns), from the eliminated (U, L^-1 C); dependent columns are left out."""
     columns = len(C[0])
     S = [[0.0] * columns for _ in range(columns)]
@@ -100,7 +100,7 @@ def explained(U: Rows, C: Rows) -> Rows:
     return S
 
 
-def solved(U: Rows, C: Rows) -> tuple[tuple[float, ...], ...]:
+def back_solve(U: Rows, C: Rows) -> tuple[tuple[float, ...], ...]:
     """Return the columns of B^-1 C from the eliminated (U, L^-1 C); 0 in the place of a dependent column."""
     columns: list[tuple[float, ...]] = []
     for k in range(len(C[0])):

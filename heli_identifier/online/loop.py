@@ -36,7 +36,7 @@ from collections.abc import Sequence
 from math import exp, sqrt
 from typing import NamedTuple
 
-from .linear_algebra import bordered, eliminated, explained, is_singular, with_products
+from .linear_algebra import eliminate, is_singular, quadratic_form, split_packed, with_products
 from .whitening import Memory, Whitening, whiten
 
 CLOSED = 3.0
@@ -109,7 +109,7 @@ def products_every(h: float) -> int:
     return max(1, round(_PERIOD / h))
 
 
-def laguerre(x: Sequence[float], u: float, time: float) -> list[float]:
+def advance_laguerre(x: Sequence[float], u: float, time: float) -> list[float]:
     """Return the outputs of the filters after ``x``, ``time`` [s] later, and the input ``u``."""
     a = exp(-_POLE * time)
     y = [a * x[0] + sqrt(1.0 - a * a) * u]
@@ -129,7 +129,7 @@ def add_regressors(o: Outside, psi: Sequence[float], kept: float, time: float) -
 
     ``psi`` are known before the sample; ``kept`` is the share of the earlier products [1].
     """
-    filtered = laguerre(o.filtered, o.waiting, time)
+    filtered = advance_laguerre(o.filtered, o.waiting, time)
     return Outside(0.0, tuple(filtered), with_products(o.products, kept, [*filtered, *psi]))
 
 
@@ -138,12 +138,12 @@ def shares(o: Outside, combinations: tuple[tuple[float, ...], ...]) -> tuple[flo
     n = len(combinations[0])
     rows = [[j[i] for j in combinations] for i in range(n)]
     silent = [[0.0 for _ in combinations] for _ in range(FILTERS)]
-    B, _ = bordered(o.products, FILTERS + n, FILTERS + n)
-    U, C = eliminated(B[FILTERS:], [list(row) for row in rows])
-    V, D = eliminated(B, [*silent, *rows])
+    B, _ = split_packed(o.products, FILTERS + n, FILTERS + n)
+    U, C = eliminate(B[FILTERS:], [list(row) for row in rows])
+    V, D = eliminate(B, [*silent, *rows])
     if is_singular(U) or is_singular(V):
         return tuple([_LEAST_SHARE for _ in combinations])
-    whole, outside = explained(U, C), explained(V, D)
+    whole, outside = quadratic_form(U, C), quadratic_form(V, D)
     found: list[float] = []
     for k in range(len(combinations)):
         certain = whole[k][k] / outside[k][k] if outside[k][k] > 0.0 else 0.0

@@ -37,7 +37,7 @@ from math import exp, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .linear_algebra import Rows, bilinear_form, bordered, dot, eliminated, is_singular, total
+from .linear_algebra import Rows, bilinear_form, dot, eliminate, is_singular, split_packed, total
 
 CAPACITY = 32  # blocks kept at most; a standard error from 16 to 32 of them is itself known to some 15 to 20 %
 _FIRST_LENGTH = 5  # samples of the first blocks: 1/omega_f, since neighbouring blocks are evaluated together
@@ -103,7 +103,7 @@ _OVERLAP = 1.5  # degrees of freedom, in blocks, that a parameter takes when nei
 _LEAST_FREEDOM = 4.0  # degrees of freedom below which the residual is not estimated
 
 
-def freedom(weights: list[float], parameters: int) -> float:
+def degrees_of_freedom(weights: list[float], parameters: int) -> float:
     """Return B - 1.5 n, the degrees of freedom left after fitting ``parameters``."""
     whole, squares = total(weights), dot(weights, weights)
     return (whole * whole / squares if squares > 0.0 else 0.0) - _OVERLAP * parameters
@@ -126,7 +126,7 @@ def standard_errors(
     n = len(omega)
     directions = [[dot(j, column) for column in gain] for j in combinations]
     certain = tuple([sqrt(dot(d, j)) for d, j in zip(directions, combinations, strict=True)])
-    left = freedom(weights, n)
+    left = degrees_of_freedom(weights, n)
     if left < _LEAST_FREEDOM:
         return certain
     correction = 1.0 + _OVERLAP * n / left
@@ -145,7 +145,7 @@ _HALVINGS = 50  # an eigenvalue between 0 and 1 is then known to rounding
 
 def excitation_level(window: Sequence[float], size: int, parameters: int) -> float:
     """Return the level of the first ``parameters`` signals of a packed mean of z z^T with ``size`` signals."""
-    gram, _ = bordered(window, size, parameters)
+    gram, _ = split_packed(window, size, parameters)
     scale = [1.0 / sqrt(row[0] + _SILENCE * _SILENCE) for row in gram]
     return smallest_eigenvalue(
         [[a * scale[i] * s for a, s in zip(row, scale[i:], strict=True)] for i, row in enumerate(gram)]
@@ -157,6 +157,6 @@ def smallest_eigenvalue(A: Rows) -> float:
     low, high = 0.0, 1.0
     for _ in range(_HALVINGS):
         x = 0.5 * (low + high)
-        U, _ = eliminated([[row[0] - x, *row[1:]] for row in A], [[0.0] for _ in A])
+        U, _ = eliminate([[row[0] - x, *row[1:]] for row in A], [[0.0] for _ in A])
         low, high = (low, x) if is_singular(U) else (x, high)
     return low

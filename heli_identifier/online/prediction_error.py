@@ -14,7 +14,7 @@ that of z_y, and r that of z_phi with the sign turned. e / (c + r^T Omega) is th
 and psi is z_phi without it: what was known before the sample. The noise model's nu stands behind Omega, with -d and -g
 behind psi. Divided by sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and nu. Gamma(0) can
 therefore say what can be built on a bench (:data:`.settings.WIDTHS`). The first seconds are forgotten
-(:func:`.adaptation.kept_early`).
+(:func:`.adaptation.kept_information`).
 Sources: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, chapter 3; Forssell and Ljung,
 Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direct method).
 """
@@ -23,7 +23,7 @@ from math import exp, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AxisState, kept_early, loosen, measure, measurement_noise
+from .adaptation import AxisState, kept_information, loosen, measurement_noise, take_measurement
 from .instruments import Instruments, add_signals, no_instruments
 from .linear_algebra import outer, unit_vector
 from .loop import Outside, add_regressors, nothing_outside, products_every
@@ -39,7 +39,7 @@ from .whitening import (
     NoiseModel,
     Whitening,
     bandwidth_slope,
-    bounded_noise,
+    bound_noise,
     first_noise,
     remember,
     settled_memory,
@@ -112,16 +112,16 @@ def predict_axis(
     scale = 1.0 / sqrt(past.variance * h)
     seen = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
 
-    early, r = kept_early(count, 1, h), measurement_noise(alpha, h)
-    _, s = measure(factor, omega, seen, seen[-1], r * early, exp(-alpha * h) * early)
+    early, r = kept_information(count, 1, h), measurement_noise(alpha, h)
+    _, s = take_measurement(factor, omega, seen, seen[-1], r * early, exp(-alpha * h) * early)
     certain = r / (r + (s - r * early))
     refresh = max(_MOST_PARAMETERS, round(_REFRESH / h))
     turn = count % refresh
     if turn < n + 2:
         change = 0.0 if turn < n else (BANDWIDTH_CHANGE if turn == n else CORNER_CHANGE) * refresh * h
-        forgotten = 1.0 - kept_early(count, refresh, h, alpha)
+        forgotten = 1.0 - kept_information(count, refresh, h, alpha)
         _renew(factor, omega, turn, own.first[turn], own.prior[turn], change, forgotten)
-    omega[n], omega[n + 1] = bounded_noise(omega[n], omega[n + 1], plan.noise_bounds)
+    omega[n], omega[n + 1] = bound_noise(omega[n], omega[n + 1], plan.noise_bounds)
     if turn == n + 1:
         w = whitening(omega[n], omega[n + 1], plan.filter, h)
 
@@ -129,10 +129,10 @@ def predict_axis(
     axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation)
     stride = products_every(h)
     if (count + n) % stride == 0:  # n differs from axis to axis: their turns come in different samples
-        outside = add_regressors(outside, seen[:n], kept_early(count, stride, h, alpha), stride * h)
+        outside = add_regressors(outside, seen[:n], kept_information(count, stride, h, alpha), stride * h)
     outside = Outside(outside.waiting + scale * e, *outside[1:])
     if len(b) > 0:
-        kept = kept_early(count, stride, h, alpha)
+        kept = kept_information(count, stride, h, alpha)
         instruments = add_signals(instruments, seen[:n], scale * known, b, stride if count % stride == 0 else 0, kept)
     noise = remember(past, e, certain, d, h, c)
     return axis, PredictorState(tuple(memory), noise, w, outside, instruments)
@@ -151,4 +151,4 @@ def _renew(
     share = change / prior + forgotten
     if share > 0.0:
         n = len(omega)
-        measure(factor, omega, unit_vector(index, n), first, prior / share, 1.0)
+        take_measurement(factor, omega, unit_vector(index, n), first, prior / share, 1.0)

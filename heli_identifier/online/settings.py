@@ -19,7 +19,7 @@ from .whitening import (
     Noise,
     Whitening,
     angle_slopes,
-    bounded_noise,
+    bound_noise,
     noise_bounds,
     whitening,
 )
@@ -32,7 +32,7 @@ DETERMINED = 0.1
 """Half width of a 95 % interval over the value up to which it is determined: mostly within ten percent of the truth."""
 
 
-def determined(value: float, standard_error: float, unit: str) -> bool:
+def is_determined(value: float, standard_error: float, unit: str) -> bool:
     """Return whether half a parameter's 95 % interval is at most a tenth of it, or, for offsets, in :data:`OFFSETS`."""
     half = 1.96 * standard_error
     if half <= DETERMINED * abs(value):
@@ -59,8 +59,8 @@ class Estimate:
 
     @property
     def is_determined(self) -> bool:
-        """Whether the data determine the value (:func:`determined`)."""
-        return self.standard_error is None or determined(self.value, self.standard_error, self.unit)
+        """Whether the data determine the value (:func:`is_determined`)."""
+        return self.standard_error is None or is_determined(self.value, self.standard_error, self.unit)
 
 
 class ModelParameters(NamedTuple):
@@ -240,7 +240,7 @@ def _axis_plan(
     reported, most = len(first), settings.initial_gain
     prior = tuple([most for _ in first])
     if settings.method == PREDICTION_ERROR:
-        bandwidth, corner = bounded_noise(log(noise.bandwidth), log(noise.corner), bounds)
+        bandwidth, corner = bound_noise(log(noise.bandwidth), log(noise.corner), bounds)
         first = (*first, bandwidth, corner)
         variances = [min(most, width * width) for width in widths]
         prior = (*variances, BANDWIDTH_PRIOR * BANDWIDTH_PRIOR, CORNER_PRIOR * CORNER_PRIOR)

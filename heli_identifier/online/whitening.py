@@ -172,7 +172,7 @@ def noise_bounds(h: float) -> Bounds:
     return least, most, log(CORNERS[0]), log(CORNERS[1])
 
 
-def bounded_noise(log_bandwidth: float, log_corner: float, bounds: Bounds) -> tuple[float, float]:
+def bound_noise(log_bandwidth: float, log_corner: float, bounds: Bounds) -> tuple[float, float]:
     """Return ln omega_o and ln gamma within their bounds."""
     least, most, lowest, highest = bounds
     return min(max(log_bandwidth, least), most), min(max(log_corner, lowest), highest)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from heli_identifier.errors import LogError
-from heli_identifier.signatures import typed
+from heli_identifier.signatures import check_types
 
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
@@ -27,7 +27,7 @@ _CONSTANT_V = 1e-3  # a voltage that varies by less [V] moves no propeller
 _STILL_SHARE = 0.1  # of the usual excitation, below which a log says a hundredth of what another one says
 
 
-@typed
+@check_types
 def read_logs(
     logs: LogSource | Sequence[LogSource],
     format: LogFormat | RigConfiguration = CONTRACT,
@@ -42,7 +42,7 @@ def read_logs(
     return _named_apart([one if isinstance(one, Log) else read_log(one, format, start, end) for one in given])
 
 
-@typed
+@check_types
 def read_data_set(
     training: Sequence[str | PathLike[str]],
     held_out: Sequence[str | PathLike[str]] = (),
@@ -55,7 +55,7 @@ def read_data_set(
     return logs[: len(training)], logs[len(training) :]
 
 
-@typed
+@check_types
 def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     """Give the files of the training logs and of the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
     if rig not in DEMO_RIGS:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, printable, require_range
 from heli_identifier.files import given_bytes, write_atomically
 from heli_identifier.online import Estimate
-from heli_identifier.signatures import typed
+from heli_identifier.signatures import check_types
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.effects import CATALOGUE
 from heli_plant.errors import did_you_mean
@@ -44,7 +44,7 @@ def examples() -> dict[str, Any]:
     return tomllib.loads("\n".join(line.removeprefix("# ") if " = " in line else line for line in lines))
 
 
-@typed
+@check_types
 def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     """Read the configuration of a rig.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from heli_identifier.errors import LogError, printable
 from heli_identifier.files import given_bytes
-from heli_identifier.signatures import typed
+from heli_identifier.signatures import check_types
 
 from .binary import LARGER, READERS, read_binary
 from .columns import Array, Column, Table, find_columns
@@ -27,7 +27,7 @@ from .units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
 _Signals = dict[str, Array]
 
 
-@typed
+@check_types
 def read_log(
     path: str | PathLike[str],
     format: LogFormat | RigConfiguration = CONTRACT,

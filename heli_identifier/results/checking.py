@@ -10,7 +10,7 @@ from heli_identifier.results.report import rendered
 from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, significant
-from heli_identifier.signatures import typed
+from heli_identifier.signatures import check_types
 from heli_identifier.tracing import Outcome, Use, hold_to
 
 OTHER = 0.2
@@ -84,7 +84,7 @@ class Check(Tabular):
         return f"<Check: {'failed: ' + ', '.join(failed) if failed else 'passed'}>"
 
 
-@typed
+@check_types
 def check(
     logs: LogSource | Sequence[LogSource],
     parameters: ParameterSource,

@@ -18,7 +18,7 @@ from heli_identifier.results.parameters import ParameterSet, corrected_parameter
 from heli_identifier.results.sources import read_parameters
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, effect_name, listed, with_interval
-from heli_identifier.signatures import typed
+from heli_identifier.signatures import check_types
 from heli_identifier.tracing import Diagnosis, DiagnosisFile, ErrorFigure, hold_to
 from heli_plant.effects import AXES
 
@@ -96,7 +96,7 @@ class Comparison(Tabular):
         return self.notes
 
 
-@typed
+@check_types
 def compare(
     first: Diagnosis | str | PathLike[str],
     second: Diagnosis | str | PathLike[str],

@@ -22,7 +22,7 @@ import numpy as np
 
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import PREFIX, draft_folder, given_bytes, is_kept, sweep, write_atomically
-from heli_identifier.processes import undone
+from heli_identifier.processes import undo_at_end
 
 LARGEST_MB = 50.0
 """Size up to which a document is read [MB]; it has some kilobytes."""
@@ -200,7 +200,7 @@ def _move_all(draft: Path, folder: Path) -> None:
     replaced = draft / ".replaced"
     replaced.mkdir()
     taken_back = ExitStack()
-    with undone(taken_back.close):
+    with undo_at_end(taken_back.close):
         try:
             for file, place in moves:
                 if place.exists():

@@ -13,7 +13,7 @@ from heli_identifier.results.documents import plain
 from heli_identifier.results.report import ranked_experiments
 from heli_identifier.results.tables import Table, Tabular, gain_cells
 from heli_identifier.results.words import listed, remarks, significant
-from heli_identifier.signatures import typed
+from heli_identifier.signatures import check_types
 from heli_plant.effects import AXES
 
 _ORIGINS = {
@@ -132,7 +132,7 @@ def _movement(logs: Sequence[Log], resolution: Sequence[float] | np.ndarray) -> 
     return dict(zip(AXES, map(float, counts), strict=True))
 
 
-@typed
+@check_types
 def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfiguration | None = None) -> Look:
     """Look at logs of one rig before they are diagnosed: who flew, what moved, which gains they determine.
 

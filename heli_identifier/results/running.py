@@ -18,7 +18,7 @@ from heli_identifier.results.parameters import PLANT
 from heli_identifier.results.sources import ParameterSource, PlantSource, parameter_set, plant_of
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import significant
-from heli_identifier.signatures import typed
+from heli_identifier.signatures import check_types
 from heli_identifier.tracing import Diagnosis, HeldOutSeries, record_start
 from heli_plant.effects import AXES
 from heli_plant.simulation import simulate as simulate_plant
@@ -82,7 +82,7 @@ class Simulation(Tabular):
         return Table(title, ("signal", "smallest", "largest", "last"), rows)
 
 
-@typed
+@check_types
 def simulate(
     parameters: PlantSource,
     inputs: LogSource | ArrayLike,
@@ -126,7 +126,7 @@ def started(log: Log) -> PlantState:
     return PlantState(*map(float, record_start(log.angles, log.voltages, log.step)))
 
 
-@typed
+@check_types
 def build(
     unit: str,
     folder: str | PathLike[str],

@@ -7,7 +7,7 @@ from pathlib import Path
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.results.documents import damaged, numbers_of, plain, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
-from heli_identifier.signatures import typed
+from heli_identifier.signatures import check_types
 from heli_identifier.tracing import Diagnosis
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -17,7 +17,7 @@ PlantSource = ParameterSource | PlantParameters
 """What every function takes as the parameters of a plant; a path is that of a parameters.json."""
 
 
-@typed
+@check_types
 def parameter_set(parameters: ParameterSource) -> ParameterSet:
     """Give the parameters in a diagnosis, in a parameters.json, or themselves; else a ConfigurationError."""
     if isinstance(parameters, str | PathLike):
@@ -32,7 +32,7 @@ def plant_of(source: PlantSource) -> PlantParameters:
     return source if isinstance(source, PlantParameters) else parameter_set(source).plant()
 
 
-@typed
+@check_types
 def read_parameters(path: str | PathLike[str]) -> ParameterSet:
     """Read a parameters.json, and check that its values are parameters of the unit that it names.
 

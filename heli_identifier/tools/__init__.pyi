@@ -10,7 +10,7 @@ __all__ = [
     "SHORTEST_TO_SPLIT",
     "Source",
     "campaign_tables",
-    "closed_loop_check",
+    "check_closed_loop",
     "control_advice",
     "controller_parameters",
     "controller_settings",
@@ -21,32 +21,32 @@ __all__ = [
     "design_controller",
     "design_table",
     "design_pid",
-    "designs",
+    "rank_proposals",
     "diagnose_rigs",
-    "diagnosed",
-    "effects_named",
+    "diagnose_source",
+    "find_effects",
     "experiment_table",
     "fleet_html",
-    "fleet_of",
+    "combine_rigs",
     "fleet_sentence",
     "fleet_tables",
     "flight_outlooks",
     "flight_table",
-    "generated_rigs",
+    "generate_rigs",
     "identify",
     "linearise",
     "margin_table",
     "rig_folders",
-    "rigs_below",
+    "find_rigs",
     "run_campaign",
     "source_digest",
     "split_logs",
     "step_figure",
-    "summarised",
+    "summarise_rows",
     "write_voltages",
 ]
 
-from .campaign import CONSOLIDATED, Row, campaign_tables, diagnosed, run_campaign, summarised
+from .campaign import CONSOLIDATED, Row, campaign_tables, diagnose_source, run_campaign, summarise_rows
 from .controller import control_advice, design_controller, design_pid
 from .design_files import (
     controller_html,
@@ -57,21 +57,21 @@ from .design_files import (
     margin_table,
     step_figure,
 )
-from .experiment import Limits, designs, effects_named, experiment_table, write_voltages
-from .fleet import Finding, diagnose_rigs, fleet_of
+from .experiment import Limits, experiment_table, find_effects, rank_proposals, write_voltages
+from .fleet import Finding, combine_rigs, diagnose_rigs
 from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table
 from .identification import Identification, identify
 from .judging import Design
 from .linearisation import linearise
-from .loop import CONTROLLER, closed_loop_check, controller_parameters, controller_settings
+from .loop import CONTROLLER, check_closed_loop, controller_parameters, controller_settings
 from .rigs import (
     SHORTEST_TO_SPLIT,
     Rig,
     Source,
-    generated_rigs,
+    find_rigs,
+    generate_rigs,
     rig_folders,
-    rigs_below,
     source_digest,
     split_logs,
 )

@@ -69,7 +69,7 @@ Row = dict[str, Any]
 KEYS = ("rig", "key", "error", "verdict", "effects", "parameters", "seconds", "truth")
 """Keys of every row; the value of one that a row lacks is None."""
 
-def diagnosed(source: Source, settings: DiagnosisSettings) -> Row:
+def diagnose_source(source: Source, settings: DiagnosisSettings) -> Row:
     """Load and diagnose one rig, whose own configuration overrides the settings.
 
     A rig that cannot be read or diagnosed gives a row with the text of its ``error``: one bad rig does not end the
@@ -93,7 +93,7 @@ def run_campaign(
     scheduler: str | None = None,
     workers: int | None = None,
     progress: Progress = lambda what, share: None,
-    work: Callable[..., Row] = diagnosed,
+    work: Callable[..., Row] = diagnose_source,
 ) -> list[Row]:
     """Diagnose every rig that has no result yet; return one row per source, in their order.
 
@@ -120,10 +120,10 @@ def run_campaign(
         known = {key: row for key, row in kept.items() if row["error"] is None}
         progress(f"{len(known)} of {len(by_key)} rigs done", len(known) / max(len(by_key), 1))
         if waiting := {key: source for key, source in by_key.items() if key not in known}:
-            client = _remote(scheduler, stack) if scheduler is not None else _local(workers, stack)
-            for row in _arriving(client, waiting, work, settings):
+            client = _connect_workers(scheduler, stack) if scheduler is not None else _start_workers(workers, stack)
+            for row in _collect_rows(client, waiting, work, settings):
                 write_atomically(files[row["key"]], document_text(row))
-                known[row["key"]] = complete(row)
+                known[row["key"]] = complete_row(row)
                 failed += row.get("error") is not None
                 said = f"{len(known)} of {len(by_key)} rigs done" + (f", {failed} failed" if failed else "")
                 progress(said, len(known) / len(by_key))
@@ -137,7 +137,7 @@ def code_digest() -> str:
     return source_digest(CODE)
 
 
-def _local(workers: int | None, stack: ExitStack) -> Client:
+def _start_workers(workers: int | None, stack: ExitStack) -> Client:
     """Start processes on this machine, which end with the stack. No memory limit: a paused diagnosis frees nothing."""
     scratch = stack.enter_context(draft_folder())
     stack.enter_context(dask.config.set({**LOCAL, "temporary-directory": str(scratch)}))
@@ -152,7 +152,7 @@ def _local(workers: int | None, stack: ExitStack) -> Client:
     )
 
 
-def _remote(scheduler: str, stack: ExitStack) -> Client:
+def _connect_workers(scheduler: str, stack: ExitStack) -> Client:
     """Connect to a scheduler whose workers run the code of this process: results of other code are not its own."""
     try:
         client = stack.enter_context(Client(scheduler, timeout=CONNECTING))
@@ -169,7 +169,7 @@ def _remote(scheduler: str, stack: ExitStack) -> Client:
     return client
 
 
-def _arriving(
+def _collect_rows(
     client: Client, waiting: Mapping[str, Source], work: Callable[..., Row], settings: DiagnosisSettings
 ) -> Iterator[Row]:
     """Give all rigs to the workers, and yield each row as it arrives."""
@@ -189,7 +189,7 @@ def _arriving(
 # --- rows ------------------------------------------------------------------------------------------------------------
 
 
-def complete(row: Row) -> Row:
+def complete_row(row: Row) -> Row:
     """Return a row with every key."""
     return dict.fromkeys(KEYS) | row
 
@@ -197,7 +197,7 @@ def complete(row: Row) -> Row:
 def read_row(path: Path) -> Row:
     """Read a row of a campaign; ConfigurationError if the file is none."""
     try:
-        return complete(json.loads(path.read_text(encoding="utf-8")))
+        return complete_row(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
         raise ConfigurationError(f"{path} is not a result of a campaign: {error}; move it away.") from error
 
@@ -222,7 +222,7 @@ class Judgement(NamedTuple):
     covered: dict[str, bool]
 
 
-def judged(row: Row) -> Judgement:
+def judge_row(row: Row) -> Judgement:
     """Judge a row against the truth."""
     true = {own["name"]: own["value"] for own in row["truth"] or ()}
     effects = [(f"{own['name']} {own['axis']}", own) for own in row["effects"] or ()]
@@ -237,7 +237,7 @@ def judged(row: Row) -> Judgement:
     return Judgement(found, tuple(entry for entry in found if entry not in true), named == wanted, covered)
 
 
-def summarised(rows: Sequence[Row]) -> dict[str, Any]:
+def summarise_rows(rows: Sequence[Row]) -> dict[str, Any]:
     """Return the figures of rows.
 
     ``rigs`` that were diagnosed, and by verdict; of those whose truth is ``known``, how many have all effects
@@ -246,7 +246,7 @@ def summarised(rows: Sequence[Row]) -> dict[str, Any]:
     known true value that hold it. ``seconds``: median, 95 % quantile and largest of the times of one
     diagnosis [s], or None.
     """
-    done = [(row, judged(row)) for row in rows if row["error"] is None]
+    done = [(row, judge_row(row)) for row in rows if row["error"] is None]
     known, verdicts = [own for row, own in done if row["truth"] is not None], Counter(row["verdict"] for row, _ in done)
     held = [hit for own in known for hit in own.covered.values()]
     return {

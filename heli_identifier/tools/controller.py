@@ -18,11 +18,11 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, plain, plant_values
 from heli_identifier.tools import margins
-from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge
+from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge_controller
 from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD
 from heli_identifier.tools.loop import CONTROLLER, controller_parameters
 from heli_identifier.tools.margins import LOOPS, Plants, allowed_plants
-from heli_identifier.tools.synthesis import PEAK, retuned, synthesised
+from heli_identifier.tools.synthesis import PEAK, design_feedback, retune_pid
 from heli_identifier.tracing import DiagnosisSettings, Progress, Use, helicopter, sign_notes
 from heli_plant.control import PidSettings
 from heli_plant.parameters import BY_FIELD, BY_NAME, PlantParameters
@@ -92,16 +92,16 @@ def design_controller(
     progress("designing", 0.6)
     if kind == "pid":
         present = PidSettings(voltage_limit=model.plant.v_max, travel_enabled=travels)
-        made = _retuned(plants, present, axes, progress)
+        made = _retune_pid(plants, present, axes, progress)
     else:
-        nominal, continuous = (synthesised(model, aim, other, kind == "lqi", 1.0, held) for held in (True, False))
-        robust, reached = _robust(plants, nominal, aim, other, kind == "lqi")
+        nominal, continuous = (design_feedback(model, aim, other, kind == "lqi", 1.0, held) for held in (True, False))
+        robust, reached = _find_robust(plants, nominal, aim, other, kind == "lqi")
         if reached < aim.disk_margin:
             missed = f"no weight of the voltages reaches a disk margin of {aim.disk_margin:g}"
             notes.append(f"{missed}; the best has {reached:.2f}")
         progress("judging", 0.8)
-        first = judge(plants, nominal, axes)
-        second = first if robust == nominal else judge(plants, robust, axes)
+        first = judge_controller(plants, nominal, axes)
+        second = first if robust == nominal else judge_controller(plants, robust, axes)
         made = Design(kind, axes, plants, first, second, robust, (), continuous)
     checked, remedy = made.baseline, "lower the weights of the angles, or sample faster"
     if kind == "pid":
@@ -116,14 +116,14 @@ def design_controller(
     return replace(made, notes=(*notes, *made.notes))
 
 
-def _retuned(plants: Plants, present: PidSettings, axes: tuple[str, ...], progress: Progress) -> Design:
+def _retune_pid(plants: Plants, present: PidSettings, axes: tuple[str, ...], progress: Progress) -> Design:
     """Retune a PID for the estimated plant and some of the drawn ones, and judge it beside the present one.
 
     The notes say what of it is not to be flown.
     """
-    new = retuned(plants.model, present, plants.drawn[:ROBUST])
+    new = retune_pid(plants.model, present, plants.drawn[:ROBUST])
     progress("judging", 0.8)
-    before, after = (judge(plants, pid, axes) for pid in (present, new))
+    before, after = (judge_controller(plants, pid, axes) for pid in (present, new))
     peaks = {axis: after.figures[f"{axis}.sensitivity"].value for axis in LOOPS}
     refused = {axis: peak for axis, peak in peaks.items() if peak > 1.05 * PEAK}  # the bound of the search is soft
     kept = "controller.json keeps the present gains"
@@ -139,7 +139,7 @@ def _retuned(plants: Plants, present: PidSettings, axes: tuple[str, ...], progre
     return Design("pid", axes, plants, before, after, new._replace(**present_gains), tuple(notes))
 
 
-def _robust(
+def _find_robust(
     plants: Plants, nominal: FeedbackSettings, aim: ControllerConfiguration, other: str, integral: bool
 ) -> tuple[FeedbackSettings, float]:
     """Return the design with the cheapest voltages of which 95 % of the plants keep the disk margin, or the best.
@@ -148,8 +148,8 @@ def _robust(
     """
     best, reached = nominal, 0.0
     for power in range(DEAREST):
-        trial = synthesised(plants.model, aim, other, integral, DEARER**power)
-        if all(margins.is_stable(margins.closed_loop(one, trial)) for one in plants.drawn[:20]):
+        trial = design_feedback(plants.model, aim, other, integral, DEARER**power)
+        if all(margins.is_stable(margins.close_loop(one, trial)) for one in plants.drawn[:20]):
             law = margins.controller_response(trial, aim.period, plants.omega)
             disks = margins.disk_margins(plants.responses[1 : TRIED + 1], law)
             kept = float(np.quantile(disks, 1.0 - CONFIDENCE))
@@ -178,7 +178,7 @@ def design_pid(
     plant = plants.model.plant
     present = (settings or PidSettings(voltage_limit=plant.v_max))._replace(travel_enabled=False)
     progress("retuning", 0.6)
-    made = _retuned(plants, present, LOOPS, progress)
+    made = _retune_pid(plants, present, LOOPS, progress)
     notes = [
         f"the linear model leaves out {BY_FIELD[field].name}: friction that sticks has no slope at rest"
         for field in NOT_LINEAR

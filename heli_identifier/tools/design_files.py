@@ -62,18 +62,18 @@ def design_table(design: Design) -> Table:
     rows = []
     for name, title in named.items():
         figures = [own.figures[name] for own in design.by_name.values()]
-        rows.append((title, *(_text(x) for own in figures for x in (own.value, own.promised))))
+        rows.append((title, *(_figure_text(x) for own in figures for x in (own.value, own.promised))))
         if name.endswith("settling"):
             slowest = title.replace("settles", "slowest plant settles")
-            rows.append((slowest, *(text for own in figures for text in ("", _text(own.worst)))))
-    stable = (text for own in design.by_name.values() for text in ("", _text(100.0 * own.stable)))
+            rows.append((slowest, *(text for own in figures for text in ("", _figure_text(own.worst)))))
+    stable = (text for own in design.by_name.values() for text in ("", _figure_text(100.0 * own.stable)))
     rows.append(("plants with a stable loop [%]", *stable))
     kept = f"what {100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants keep"
     title = f"{design.kind.upper()} of {listed(design.axes)}: {kept}"
     return Table(title, ("figure", *(head for name in design.by_name for head in (name, "kept"))), rows)
 
 
-def _text(value: float) -> str:
+def _figure_text(value: float) -> str:
     return significant(value) if math.isfinite(value) else "none"
 
 
@@ -149,7 +149,7 @@ def course_values(script: Path | None) -> dict[str, float]:
         name, stated = found[1], found[2].strip()
         expression = stated.replace("^", "**").replace(".*", "*").replace("./", "/")
         try:
-            value = _value(ast.parse(expression, mode="eval").body, {**values, "pi": math.pi})
+            value = _evaluate(ast.parse(expression, mode="eval").body, {**values, "pi": math.pi})
             if not math.isfinite(value):
                 raise ValueError
             values[name] = value
@@ -161,7 +161,7 @@ def course_values(script: Path | None) -> dict[str, float]:
     return values
 
 
-def _value(node: ast.expr, known: Mapping[str, float]) -> float:
+def _evaluate(node: ast.expr, known: Mapping[str, float]) -> float:
     """Work out an expression; anything but arithmetic raises KeyError or TypeError."""
     match node:
         case ast.Constant(int() | float() as number):
@@ -169,11 +169,11 @@ def _value(node: ast.expr, known: Mapping[str, float]) -> float:
         case ast.Name(name):
             return known[name]
         case ast.UnaryOp(operation, operand):
-            return float(_OPERATORS[type(operation)](_value(operand, known)))
+            return float(_OPERATORS[type(operation)](_evaluate(operand, known)))
         case ast.BinOp(left, operation, right):
-            return float(_OPERATORS[type(operation)](_value(left, known), _value(right, known)))
+            return float(_OPERATORS[type(operation)](_evaluate(left, known), _evaluate(right, known)))
         case ast.Call(ast.Name(name), [argument]):
-            return float(_FUNCTIONS[name](_value(argument, known)))
+            return float(_FUNCTIONS[name](_evaluate(argument, known)))
     raise TypeError
 
 

@@ -50,7 +50,7 @@ def air_torque(count: int) -> Array:
     return lfilter([1.0], [1.0, -kept], white, axis=0)
 
 
-def on_encoders(angles: ArrayLike) -> Array:
+def round_to_counts(angles: ArrayLike) -> Array:
     """Round angles (..., 3) [rad] to the counts of the encoders."""
     widths = 2.0 * np.pi / np.array(EncoderCounts())
     return np.round(np.asarray(angles) / widths) * widths
@@ -69,7 +69,7 @@ class Limits:
         require_range("pitch limit", self.pitch, "rad", 0.01, 100.0)
         require_range("elevation limit", self.elevation, "rad", 0.01, 100.0)
 
-    def largest(self, angles: Array, hover: float = 0.0) -> tuple[float, float] | None:
+    def largest_motion(self, angles: Array, hover: float = 0.0) -> tuple[float, float] | None:
         """Return the largest pitch and departure from the elevation ``hover`` [rad]; None beyond the limits."""
         pitch, elevation, travel = np.abs(angles - (0.0, hover, 0.0)).max(axis=0).tolist()
         kept = pitch <= self.pitch and elevation <= self.elevation and np.isfinite(travel)
@@ -124,7 +124,7 @@ class Outlook:
     largest_elevation_rad: float
 
 
-def effects_named(words: Sequence[str]) -> tuple[Effect, ...]:
+def find_effects(words: Sequence[str]) -> tuple[Effect, ...]:
     """Return the catalogue's entries for words NAME, or NAME:AXIS where the catalogue has the effect on several axes.
 
     ConfigurationError if a name is unknown (the nearest is proposed), stands for several axes, or twice for one effect.
@@ -144,7 +144,7 @@ def effects_named(words: Sequence[str]) -> tuple[Effect, ...]:
     return tuple(found)
 
 
-def proposals(limit: float) -> Iterator[Proposal]:
+def list_proposals(limit: float) -> Iterator[Proposal]:
     """Yield the excitations whose base is within plus or minus ``limit`` [V]; their voltages are clipped to it."""
     for experiment in (1, 2) if limit >= PAPERS_BASE else ():
         name = f"the paper's experiment {experiment} on both channels, base {PAPERS_BASE:g} V"
@@ -163,14 +163,14 @@ def multisines(base: float, rms: tuple[float, float], bands: Sequence[str], limi
     return Excitation(base, difference, Multisine(rms[1], *on_sum, period=45.0, seed=2), limit)
 
 
-def outlook(
+def fly_proposal(
     proposal: Proposal, parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits
 ) -> Outlook | None:
     """Simulate one proposal, from the equilibrium under its first voltages; None where it breaks a limit."""
     signal, fields = proposal.voltages(duration), [effect.field for effect in effects]
     start = np.array(rest_state(parameters, float(signal[0].sum())), dtype=float)
-    angles = on_encoders(run_alone(signal, STEP, start, parameters, air_torque(len(signal))))
-    if (largest := limits.largest(angles)) is None:
+    angles = round_to_counts(run_alone(signal, STEP, start, parameters, air_torque(len(signal))))
+    if (largest := limits.largest_motion(angles)) is None:
         return None
     # the quadratic form of the likelihood around the plant without the effects in question
     log = Log("rehearsal", 1.0 / STEP, signal, angles)
@@ -193,22 +193,22 @@ def outlook(
     return Outlook(proposal.name, duration, tuple(seen), rho, *largest)
 
 
-def designs(
+def rank_proposals(
     parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits, progress: tracing.Progress
 ) -> list[Outlook]:
     """Simulate every proposal for a ``duration`` [s]; give those within the limits, best first.
 
     One effect is to be shown, or two are to be separated.
     """
-    every, found = list(proposals(limits.voltage)), []
+    every, found = list(list_proposals(limits.voltage)), []
     for count, proposal in enumerate(every):
         progress(f"simulating {count + 1} of {len(every)}", count / len(every))
-        if own := outlook(proposal, parameters, effects, duration, limits):
+        if own := fly_proposal(proposal, parameters, effects, duration, limits):
             found.append(own)
-    return ranked(found)
+    return rank_outlooks(found)
 
 
-def ranked(outlooks: Sequence[Outlook]) -> list[Outlook]:
+def rank_outlooks(outlooks: Sequence[Outlook]) -> list[Outlook]:
     """Sort by the larger of the effects' separated standard errors, each relative to the smallest of any outlook."""
     errors = np.array([[seen.standard_error_separated for seen in own.effects] for own in outlooks])
     order = np.argsort((errors / errors.min(axis=0)).max(axis=1)) if outlooks else ()
@@ -217,7 +217,7 @@ def ranked(outlooks: Sequence[Outlook]) -> list[Outlook]:
 
 def write_voltages(outlook: Outlook, limits: Limits, path: Path) -> None:
     """Write time [s], v_front [V], v_rear [V] of an experiment as a CSV file that a rig can play."""
-    proposal = next(own for own in proposals(limits.voltage) if own.name == outlook.experiment)
+    proposal = next(own for own in list_proposals(limits.voltage) if own.name == outlook.experiment)
     rows = enumerate(proposal.voltages(outlook.duration_s))
     lines = ["time [s],v_front [V],v_rear [V]", *(f"{k * STEP:.2f},{one:.5f},{two:.5f}" for k, (one, two) in rows)]
     write_atomically(path, "\n".join(lines) + "\n")

@@ -29,7 +29,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import shared_flight
 from heli_identifier.results import effect_name, plain
-from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
+from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pool_estimates
 from heli_identifier.tools.rigs import Rig, error_text, summary_of
 from heli_identifier.tracing import CatalogueVerdict, Diagnosis, Progress, Verdict
 from heli_plant.effects import effect
@@ -107,7 +107,7 @@ class Fleet:
     parameters: tuple[Coefficient, ...]
     failures: Mapping[str, str]
 
-    def found(self, finding: str) -> tuple[Coefficient, ...]:
+    def effects_with(self, finding: str) -> tuple[Coefficient, ...]:
         """Effects with this finding."""
         return tuple(own for own in self.effects if own.finding == finding)
 
@@ -140,7 +140,7 @@ def diagnose_rigs(
     IdentifierError if fewer than two rigs could be diagnosed; it says what is wrong with the others.
     """
     diagnoses: dict[str, Diagnosis] = {}
-    lost = dict(failures or {}) | _sharing(rigs)
+    lost = dict(failures or {}) | _find_shared_flights(rigs)
     for number, (name, rig) in enumerate(rigs.items() if len(rigs) > 1 else ()):
 
         def within(what: str, share: float, name: str = name, number: int = number) -> None:
@@ -153,10 +153,10 @@ def diagnose_rigs(
                 lost[name] = error_text(error)
     if len(diagnoses) < 2:
         raise IdentifierError("; ".join(f"rig {name}: {error}" for name, error in lost.items()))
-    return fleet_of(diagnoses, lost)
+    return combine_rigs(diagnoses, lost)
 
 
-def _sharing(rigs: Mapping[str, Rig]) -> dict[str, str]:
+def _find_shared_flights(rigs: Mapping[str, Rig]) -> dict[str, str]:
     """Rigs that share a flight with another one, and which."""
     found = dict[str, str]()
     for (name, rig), (other, beside) in combinations(rigs.items(), 2):
@@ -170,19 +170,19 @@ def _sharing(rigs: Mapping[str, Rig]) -> dict[str, str]:
     return found
 
 
-def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | None = None) -> Fleet:
+def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | None = None) -> Fleet:
     """Set the diagnoses of two rigs or more beside each other; ``failures`` say why other rigs have none."""
     estimates: dict[tuple[str, str], list[RigEstimate]] = defaultdict(list)
     for rig, found in diagnoses.items():
-        rows = [((e.name, e.axis), e.estimate, (str(e.verdict), *_place(found, e))) for e in found.catalogue]
+        rows = [((e.name, e.axis), e.estimate, (str(e.verdict), *_reason_left_out(found, e))) for e in found.catalogue]
         for name, own in found.parameters_after.items():
-            rows.append(((name, ""), own, ("", "" if _determined(own) else "given", False)))
+            rows.append(((name, ""), own, ("", "" if _is_determined(own) else "given", False)))
         for key, own, said in rows:
             estimates[key].append(RigEstimate(rig, own.value, own.standard_error, own.unit, own.interval, *said))
     means = dict[tuple[str, str], Pooled | None]()
     for key, rigs in estimates.items():
         pairs = [(own.value, own.standard_error or 0.0) for own in rigs if not own.left_out]
-        means[key] = pooled(*zip(*pairs, strict=True)) if len(pairs) > 1 else None
+        means[key] = pool_estimates(*zip(*pairs, strict=True)) if len(pairs) > 1 else None
     shown = [effect for found in diagnoses.values() for effect in found.effects]
     # Benjamini and Hochberg: p of every effect after correction over the catalogue
     tested = {key: mean.none_p for key, mean in means.items() if mean and key[1]}
@@ -191,7 +191,7 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
     found_of = list[Coefficient]()
     for (name, axis), rigs in estimates.items():
         mean, named_by = means[name, axis], tuple(own.rig for own in rigs if own.named)
-        finding = _finding(name, axis, rigs, mean, (name, axis) in refuted) if axis else None
+        finding = _classify_effect(name, axis, rigs, mean, (name, axis) in refuted) if axis else None
         others = tuple(dict.fromkeys(o for e in shown if (e.name, e.axis) == (name, axis) for o in e.alternatives))
         alike = mean.alike if mean else None
         found_of.append(Coefficient(name, axis, finding, named_by, others, rigs[0].unit, alike, mean, tuple(rigs)))
@@ -204,12 +204,12 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
     return Fleet(dict(diagnoses), tuple(effects), parameters, dict(failures or {}))
 
 
-def _place(diagnosis: Diagnosis, entry: CatalogueVerdict) -> tuple[str, bool]:
+def _reason_left_out(diagnosis: Diagnosis, entry: CatalogueVerdict) -> tuple[str, bool]:
     """Why the mean leaves out an entry of the catalogue on one rig, and whether the rig's diagnosis names it."""
     key, law = (entry.name, entry.axis), effect(entry.name, entry.axis)
     named = [own for own in diagnosis.effects if own.coefficient is not None]
     is_named = key in {(own.name, own.axis) for own in named}
-    if entry.verdict == Verdict.NOT_TESTABLE or not _determined(entry.estimate):
+    if entry.verdict == Verdict.NOT_TESTABLE or not _is_determined(entry.estimate):
         return f"not testable: {entry.why}", is_named
     if law.certain and key in {(own.name, own.axis) for own in diagnosis.possible if own.in_plant}:
         return "not testable: its value is near what mechanics expects of every rig, by that alone", is_named
@@ -219,11 +219,11 @@ def _place(diagnosis: Diagnosis, entry: CatalogueVerdict) -> tuple[str, bool]:
     return "", is_named
 
 
-def _determined(estimate: Estimate) -> bool:
+def _is_determined(estimate: Estimate) -> bool:
     return abs(estimate.value) < inf and 0.0 < (estimate.standard_error or 0.0) < inf
 
 
-def _finding(name: str, axis: str, rigs: list[RigEstimate], mean: Pooled | None, is_refuted: bool) -> Finding:
+def _classify_effect(name: str, axis: str, rigs: list[RigEstimate], mean: Pooled | None, is_refuted: bool) -> Finding:
     """Find out of an effect, once it is known whether it is refuted that no rig has it."""
     entry, named = effect(name, axis), sum(own.named for own in rigs)
     if mean is not None and (

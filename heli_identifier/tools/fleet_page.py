@@ -37,7 +37,7 @@ def fleet_sentence(fleet: Fleet) -> str:
         (Finding.REPEATS, "repeats with a like coefficient", "repeat with like coefficients"),
         (Finding.DIFFERS, "differs from rig to rig", "differ from rig to rig"),
     ):
-        certain = (own for own in fleet.found(finding) if own.named and own.pooled and own.pooled.has_sign)
+        certain = (own for own in fleet.effects_with(finding) if own.named and own.pooled and own.pooled.has_sign)
         if names := [title(own) for own in certain]:
             parts.append(f"{listed(names)} {one if len(names) == 1 else more}")
     return f"Over {len(fleet.diagnoses)} rigs {'; '.join(parts) or 'no effect repeats'}."

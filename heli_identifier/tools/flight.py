@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from heli_identifier.errors import refuse
-from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, determined
+from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, is_determined
 from heli_identifier.records import Log
 from heli_identifier.results import Table
-from heli_identifier.tools.experiment import BANDS, STEP, Limits, Proposal, air_torque, multisines, on_encoders
+from heli_identifier.tools.experiment import BANDS, STEP, Limits, Proposal, air_torque, multisines, round_to_counts
 from heli_identifier.tools.history import identify_log
 from heli_identifier.tools.linearisation import operating_point
 from heli_identifier.tools.loop import fly
@@ -40,7 +40,7 @@ class FlightOutlook:
     elevation_by_rad: float
 
 
-def additions() -> Iterator[Proposal]:
+def list_additions() -> Iterator[Proposal]:
     """Yield what may be added, the gentlest first."""
     yield Proposal("nothing")
     for pitch, elevation in STEPS:
@@ -52,7 +52,7 @@ def additions() -> Iterator[Proposal]:
         yield Proposal(name, multisines(0.0, (rms, 2.0 * rms), ("middle", "middle")))
 
 
-def flown(addition: Proposal, plant: PlantParameters, pid: PidSettings, hover: float, duration: float) -> Log:
+def fly_addition(addition: Proposal, plant: PlantParameters, pid: PidSettings, hover: float, duration: float) -> Log:
     """Return the log of one flight at the elevation ``hover`` [rad].
 
     ConfigurationError if the loop is unstable, or the plant cannot hover there within the motors' voltages.
@@ -65,10 +65,10 @@ def flown(addition: Proposal, plant: PlantParameters, pid: PidSettings, hover: f
     point = operating_point(plant, 0.0, hover)
     pid = pid._replace(trim=point.lift, travel_enabled=False)  # the references are those of pitch and elevation
     state, held = point.state(plant), (point.v_front, point.v_rear)
-    memory = start_pid(*on_encoders(measured_angles(state)).tolist())
+    memory = start_pid(*round_to_counts(measured_angles(state)).tolist())
     added, air = addition.voltages(duration), air_torque(count)
     with np.errstate(over="ignore", invalid="ignore"):
-        angles, used = fly(plant, pid, references, state, held, STEP, memory, added, air, on_encoders)
+        angles, used = fly(plant, pid, references, state, held, STEP, memory, added, air, round_to_counts)
     unstable = not np.isfinite(angles).all()
     refuse(unstable, "the loop is unstable with these parameters; give the rig's own controller")
     return Log("rehearsal", 1.0 / STEP, used, angles)
@@ -89,11 +89,11 @@ def flight_outlooks(
         voltage_limit=pid.voltage_limit,
         report_interval=0.5,
     )
-    every, found = list(additions()), []
+    every, found = list(list_additions()), []
     for number, addition in enumerate(every):
         progress(f"flying: {addition.name}", number / len(every))
-        log = flown(addition, plant, pid, hover, duration)
-        if largest := limits.largest(log.angles, hover):
+        log = fly_addition(addition, plant, pid, hover, duration)
+        if largest := limits.largest_motion(log.angles, hover):
             last = identify_log(log, settings).last
             hidden = {name: (last[name].standard_error or 0.0) / max(abs(last[name].value), 1e-9) for name in JUDGED}
             found.append(FlightOutlook(addition.name, hidden, *largest))
@@ -107,7 +107,7 @@ def flight_table(outlooks: list[FlightOutlook]) -> Table:
         errors = []
         for share in own.relative_errors.values():
             said = [f"{100.0 * share:.2g} %"] if share <= 1.0 else []
-            errors.append(", ".join([*said, *([] if determined(1.0, share, "") else ["not determined"])]))
+            errors.append(", ".join([*said, *([] if is_determined(1.0, share, "") else ["not determined"])]))
         rows.append((own.added, *errors, f"{own.pitch_to_rad:.2f} rad", f"{own.elevation_by_rad:.2f} rad"))
     columns = ("added to the flight", *JUDGED, "pitch to", "elevation by")
     return Table("Standard errors of what the loop hides, best first", columns, rows)

@@ -141,7 +141,7 @@ class Together(NamedTuple):
     noise: tuple[online.Noise, ...] = ()
 
 
-def joint(histories: Sequence[EstimateHistory]) -> Together:
+def combine_histories(histories: Sequence[EstimateHistory]) -> Together:
     """Combine prediction errors of logs that began with one prior; their sampling periods may differ."""
     plan, last = histories[-1].plan, histories[-1].state
     together = [_of_axis([one.state for one in histories], axis, plan) for axis in range(3)]
@@ -157,7 +157,7 @@ def joint(histories: Sequence[EstimateHistory]) -> Together:
     state = state_with(1)
     found, scatter = estimates_of(online.output_of(state, plan), plan), online.output_of(state_with(2), plan)
     outputs = [online.output_of(one.state, one.plan) for one in histories]
-    notes = (*_disagreement(scatter.standard_errors._asdict()), *_contradictions(found, outputs))
+    notes = (*_describe_scatter(scatter.standard_errors._asdict()), *_contradictions(found, outputs))
     return Together(found, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
 
 
@@ -189,7 +189,7 @@ def _of_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[
     return omega, np.sqrt(variance / counted) * np.maximum(1.0, ratios), ratios
 
 
-def weighted(logs: Sequence[Mapping[str, Estimate]]) -> Together:
+def combine_estimates(logs: Sequence[Mapping[str, Estimate]]) -> Together:
     """Combine estimates by symbol of several logs, each weighted by the inverse square of its standard error."""
     found, ratios = {}, {}
     for name, first in logs[0].items():
@@ -200,12 +200,12 @@ def weighted(logs: Sequence[Mapping[str, Estimate]]) -> Together:
             mean, error, ratios[name] = _weighted_mean(values, errors)
             error *= max(ratios[name], 1.0)
         found[name] = Estimate(mean, error, first.unit)
-    return Together(found, _disagreement(ratios))
+    return Together(found, _describe_scatter(ratios))
 
 
 def _weighted_mean(values: Array, errors: Array) -> tuple[float, float, float]:
     """Return mean, standard error and Birge ratio, 0 of a single value."""
-    mean, Q, precision = meta_analysis.weighted(values, errors, 0.0)
+    mean, Q, precision = meta_analysis.weighted_mean(values, errors, 0.0)
     return mean, precision**-0.5, float(np.sqrt(Q / max(len(values) - 1, 1)))
 
 
@@ -226,7 +226,7 @@ def _contradictions(estimates: Mapping[str, Estimate], outputs: Sequence[Any]) -
     return found
 
 
-def _disagreement(ratios: Mapping[str, float]) -> tuple[str, ...]:
+def _describe_scatter(ratios: Mapping[str, float]) -> tuple[str, ...]:
     """Return what is to be said of logs that scatter by these Birge ratios."""
     notes = [
         f"{name}: the logs scatter {ratio:.1f} times as far as their standard errors say"

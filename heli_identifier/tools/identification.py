@@ -30,7 +30,7 @@ from heli_identifier.online import ADAPTATION, METHODS, PREDICTION_ERROR, Estima
 from heli_identifier.provenance import provenance
 from heli_identifier.records import LogSource, RigConfiguration
 from heli_identifier.results import Table, Tabular
-from heli_identifier.signatures import typed
+from heli_identifier.signatures import check_types
 from heli_identifier.tools import history
 from heli_identifier.tools.history import EstimateHistory, Together
 from heli_identifier.tracing import Progress, sign_notes
@@ -137,7 +137,7 @@ class Identification(Tabular):
         return f"<Identification: {len(self.estimates)} parameters from {count} log{'s' if count != 1 else ''}>"
 
 
-@typed
+@check_types
 def identify(
     logs: LogSource | Sequence[LogSource],
     *,
@@ -203,16 +203,16 @@ def identify(
 
     lag = rig.motor_time_constant
     histories = histories_of(0, method=PREDICTION_ERROR, motor_time_constant=lag)
-    choice = choose([online.output_of(one.state, one.plan).feedback for one in histories], method)
+    choice = choose_method([online.output_of(one.state, one.plan).feedback for one in histories], method)
     if choice.method == PREDICTION_ERROR:  # once more, with the noise models and the motors' lag of all logs together
-        first = history.joint(histories)
+        first = history.combine_histories(histories)
         known = first.estimates.get("T_m")
         lag_of_all = max(known.value, 0.0) if known else lag
         histories = histories_of(1, method=PREDICTION_ERROR, motor_time_constant=lag_of_all, noise=first.noise)
-        together = history.joint(histories)
+        together = history.combine_histories(histories)
     else:
         histories = histories_of(1, method=ADAPTATION, motor_time_constant=lag)
-        together = history.weighted([one.last for one in histories])
+        together = history.combine_estimates([one.last for one in histories])
     values = {"T_m": lag} | {name: one.value for name, one in together.estimates.items()}
     plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
     estimates = results.plant_values(plant, together.estimates)
@@ -220,7 +220,7 @@ def identify(
     return Identification(tuple(histories), together, parameters, choice)
 
 
-def choose(scores: Sequence[Sequence[float]], wanted: str | None = None) -> Choice:
+def choose_method(scores: Sequence[Sequence[float]], wanted: str | None = None) -> Choice:
     """Return the method for n logs with these ``scores`` (n, 3) of a closed loop, or the ``wanted`` one."""
     table = np.atleast_2d(np.array(scores, dtype=float))
     limit = max(online.CLOSED, float(norm.isf(FALSE_ALARMS / (2.0 * table.size))))

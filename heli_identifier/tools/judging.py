@@ -89,10 +89,10 @@ class Judged:
         }
 
 
-def judge(plants: Plants, settings: Settings, axes: Sequence[str]) -> Judged:
+def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) -> Judged:
     """Judge a controller of ``axes`` around the estimated plant and around every drawn one."""
     model, period = plants.model, plants.model.sampled.dt
-    loops = [margins.closed_loop(one, settings) for one in (model, *plants.drawn)]
+    loops = [margins.close_loop(one, settings) for one in (model, *plants.drawn)]
     stable = np.array([margins.is_stable(loop) for loop in loops])
     law = margins.controller_response(settings, period, plants.omega)
     columns: dict[str, Array] = {}
@@ -132,12 +132,12 @@ def _figures(columns: Mapping[str, Array]) -> dict[str, Figure]:
     sign = np.array([-1.0 if name.endswith(SMALLER_IS_BETTER) else 1.0 for name in columns])
     # as figures may be infinite, quantiles without interpolation
     low, high = np.quantile(rows[1:], (0.025, 0.975), axis=0, method="nearest")
-    promised, worst = sign * kept_together(sign * rows[1:]), sign * (sign * rows).min(axis=0)
+    promised, worst = sign * joint_bounds(sign * rows[1:]), sign * (sign * rows).min(axis=0)
     each = zip(columns, rows[0].tolist(), low.tolist(), high.tolist(), promised.tolist(), worst.tolist(), strict=True)
     return {name: Figure(value, (low, high), kept, least) for name, value, low, high, kept, least in each}
 
 
-def kept_together(figures: Array) -> Array:
+def joint_bounds(figures: Array) -> Array:
     """Return what :data:`CONFIDENCE` of M plants keep of all figures (M, J) at once, shape (J,); larger is better.
 
     Plants are ranked in every figure; those whose worst rank is lowest are left out, and the least that the others have
@@ -177,7 +177,7 @@ class Design:
         first, second = ("present", "retuned") if self.kind == "pid" else ("nominal", "robust")
         return {first: self.baseline} | ({second: self.robust} if self.robust is not self.baseline else {})
 
-    def delivered(self) -> ParameterSet:
+    def parameters_to_fly(self) -> ParameterSet:
         """Return what is to be flown as parameters of its unit."""
         return controller_parameters(self.flown, self.plants.model.point)
 

@@ -23,7 +23,7 @@ from scipy.optimize import root
 
 from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.results import PlantSource, plant_of
-from heli_identifier.signatures import typed
+from heli_identifier.signatures import check_types
 from heli_plant.dual import seed_duals, slopes, with_duals
 from heli_plant.effects import AXES, CATALOGUE, FRICTION
 from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltages
@@ -75,7 +75,7 @@ class LinearModel:
     sampled: StateSpace
 
 
-@typed
+@check_types
 def linearise(
     parameters: PlantSource, elevation: float = 0.0, pitch: float = 0.0, *, period: float | None = None
 ) -> StateSpace:

@@ -1,6 +1,6 @@
 """A controller, PID or state feedback, around the whole plant: friction, saturation, delay and sampling included.
 
-:func:`closed_loop_check` flies a measured flight again from its references. Every :data:`AHEAD` s the plant starts
+:func:`check_closed_loop` flies a measured flight again from its references. Every :data:`AHEAD` s the plant starts
 from the measured motion, and the controller from the state to which the measured angles have brought it. From there
 both run by themselves, and the error is the root mean square of simulated less measured angles. Feedback cannot flatter
 it: the simulated voltages answer the simulated angles.
@@ -49,7 +49,7 @@ AHEAD = 3.0  # length [s] of the stretches of a flight that are flown again
 
 def controller_settings(default: Controller, values: Mapping[str, float]) -> Controller:
     """Return a controller from parameters of its unit; what is missing is as in ``default``."""
-    fields = {own.field: TYPES[own.type](values[own.name]) for own in _declared(default) if own.name in values}
+    fields = {own.field: TYPES[own.type](values[own.name]) for own in _parameters(default) if own.name in values}
     found: Controller = with_fields(default, fields)
     return found
 
@@ -60,7 +60,7 @@ def controller_parameters(settings: Settings, point: OperatingPoint) -> Paramete
     Those of a StateFeedback that are zero, and of a PID those of loops that are off, are left out.
     """
     values = {
-        own.name: Estimate(float(field_of(settings, own.field)), None, own.unit or "1") for own in _declared(settings)
+        own.name: Estimate(float(field_of(settings, own.field)), None, own.unit or "1") for own in _parameters(settings)
     }
     values["reference.pitch"] = Estimate(point.pitch, None, "rad")
     values["reference.elevation"] = Estimate(point.elevation, None, "rad")
@@ -71,7 +71,7 @@ def controller_parameters(settings: Settings, point: OperatingPoint) -> Paramete
     return ParameterSet(CONTROLLER, kept, provenance=provenance())
 
 
-def _declared(settings: Settings) -> list[Variable]:
+def _parameters(settings: Settings) -> list[Variable]:
     """Parameters of a controller's unit that set a field of its settings."""
     (unit,) = (name for name, kind in KINDS.items() if isinstance(settings, kind))
     return [own for own in unit_class(unit).variables if own.field]
@@ -86,16 +86,16 @@ def read_controller(path: str | PathLike[str], voltage_limit: float) -> Settings
     return controller_settings(default, own.start_values)
 
 
-def begun(settings: Settings, pitch: float, elevation: float, travel: float) -> Memory:
+def start_controller(settings: Settings, pitch: float, elevation: float, travel: float) -> Memory:
     """Return the state of a controller without history, at measured angles [rad]."""
     if isinstance(settings, PidSettings):
         return start_pid(pitch, elevation, travel)
     return start_feedback(pitch, elevation, travel, settings)
 
 
-def at_rest(settings: Settings, point: OperatingPoint) -> Memory:
+def start_at_rest(settings: Settings, point: OperatingPoint) -> Memory:
     """Return the state of a controller that holds an operating point."""
-    state: Any = begun(settings, point.pitch, point.elevation, 0.0)
+    state: Any = start_controller(settings, point.pitch, point.elevation, 0.0)
     if isinstance(settings, FeedbackSettings):
         beside = Rotors(point.v_front - settings.hover.front, point.v_rear - settings.hover.rear)
         return state._replace(now=beside, before=repeat_row(beside))
@@ -108,7 +108,7 @@ def at_rest(settings: Settings, point: OperatingPoint) -> Memory:
     return state._replace(**{f"integral_{axis}": wanted[axis] / gain for axis, gain in gains.items() if gain})
 
 
-def answered(
+def step_controller(
     settings: Settings, memory: Any, angles: Sequence[float], wanted: Sequence[float], period: float
 ) -> tuple[Memory, tuple[float, float]]:
     """Return a controller's state after one step, and the voltages (v_front, v_rear) [V] of the next period."""
@@ -146,7 +146,7 @@ def fly(
         angles[k], voltages[k] = read(measured_angles(state)), held
         if added is not None:
             voltages[k] = np.clip(voltages[k] + added[k], -limit, limit)
-        memory, held = answered(settings, memory, angles[k].tolist(), rows[k], period)
+        memory, held = step_controller(settings, memory, angles[k].tolist(), rows[k], period)
         state = advance(state, time, voltages, k, 0.0, period, parameters)
         if air is not None:
             w1, w2, w3 = (np.array(state[3:6]) + period * air[k]).tolist()
@@ -190,14 +190,14 @@ def step_response(
     still = np.array([point.pitch, point.elevation, 0.0])
     references = np.where(np.arange(count)[:, None] < lead, still, still + size * np.eye(3)[index])
     state, held = rigid_start(point.state(plant), plant), (point.v_front, point.v_rear)
-    angles, _ = fly(plant, settings, references, state, held, period, at_rest(settings, point))
+    angles, _ = fly(plant, settings, references, state, held, period, start_at_rest(settings, point))
     angle = angles[:, index] - still[index]
     excess = max(float(np.max(angle / size)) - 1.0, 0.0)
     settled = settling_time(angle[lead:] / size, period)
     return StepResponse(axis, np.arange(count) * period - LEAD, angle, size, excess, settled)
 
 
-def closed_loop_check(
+def check_closed_loop(
     logs: LogSource | Sequence[LogSource],
     parameters: PlantSource,
     controller: str | PathLike[str] | Settings,
@@ -218,13 +218,13 @@ def closed_loop_check(
             f"log {log.name} has no reference of the {missing}, which this controller follows; name the column in "
             "[log.references] of heli.toml.",
         )
-        errors, voltages[log.name], period = _flown_again(log, plant, settings)
+        errors, voltages[log.name], period = _fly_again(log, plant, settings)
         figures = dict(zip(AXES, rms_figures(errors, period), strict=True))
         outcomes += [Outcome(log.name, axis, figures[axis], limit) for axis in followed]
     return Check(tuple(outcomes), (), "closed_loop_3s", voltages)
 
 
-def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[list[Array], float, float]:
+def _fly_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[list[Array], float, float]:
     """Errors (n, 3) [rad] of all stretches of a log, root mean square of those of the voltages [V], and the period [s].
 
     The period is that of a state feedback, over which the logged voltages are averaged; a PID takes the log's.
@@ -244,7 +244,7 @@ def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[
     share, first = decay_factor(period, motor_time_constant(plant)), voltages[0]
     lagged = lfilter([0.0, 1.0 - share], [1.0, -share], voltages - first, axis=0) + first
     length, asked, errors = round(AHEAD / period), np.empty_like(voltages), list[Array]()
-    memory = begun(settings, *measured[0].tolist())
+    memory = start_controller(settings, *measured[0].tolist())
     for k, (own, wanted) in enumerate(zip(measured.tolist(), references.tolist(), strict=True)):
         if k in range(length, count - length, length):
             part, (front, rear), (nu_front, nu_rear) = slice(k, k + length), voltages[k].tolist(), lagged[k].tolist()
@@ -252,6 +252,6 @@ def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[
             state = state._replace(nu_front=nu_front, nu_rear=nu_rear)
             angles, _ = fly(plant, settings, references[part], state, (front, rear), period, memory)
             errors.append(angles - measured[part])
-        memory, asked[k] = answered(settings, memory, own, wanted, period)
+        memory, asked[k] = step_controller(settings, memory, own, wanted, period)
     refuse(not errors, f"log {log.name} lasts {log.duration:.3g} s; to be flown again it needs {3 * AHEAD:g} s.")
     return errors, float(np.sqrt(np.mean((asked[:-1] - voltages[1:]) ** 2))), period

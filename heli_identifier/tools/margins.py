@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.results import ParameterSet, drawn_values
 from heli_identifier.tools.linearisation import LinearModel, linear_model
-from heli_identifier.tools.loop import Array, Settings, answered, begun
+from heli_identifier.tools.loop import Array, Settings, start_controller, step_controller
 from heli_identifier.tracing import Progress
 from heli_plant.control import PidSettings
 from heli_plant.parameters import BY_NAME, PlantParameters
@@ -48,7 +48,7 @@ _NOTHING = 1e-12  # entry of a sampled matrix below which it is rounding
 
 
 @lru_cache(maxsize=8)
-def controller(settings: Settings, period: float) -> StateSpace:
+def controller_system(settings: Settings, period: float) -> StateSpace:
     """Return the linear system of a controller that is called every ``period`` [s].
 
     States are those of its step, inputs the measured angles and their references [rad], outputs v_front and v_rear [V].
@@ -58,35 +58,35 @@ def controller(settings: Settings, period: float) -> StateSpace:
         free = settings._replace(voltage_limit=_UNLIMITED, pitch_limit=_UNLIMITED)
     else:
         free = settings._replace(voltage_limit=_UNLIMITED, point=Angles(), hover=Rotors(), period=period)
-    empty = begun(free, 0.0, 0.0, 0.0)
-    size = n = len(_numbers(empty))
+    empty = start_controller(free, 0.0, 0.0, 0.0)
+    size = n = len(_flatten(empty))
     if isinstance(free, FeedbackSettings):
         n -= 2 * (MOST_DELAY - free.delay)  # older voltages are kept, but never looked at
 
     def after(row: list[float]) -> Array:
-        memory = _filled(empty, [*row[:n], *[0.0] * (size - n)])
-        memory, voltages = answered(free, memory, row[n : n + 3], row[n + 3 :], period)
-        return np.array([*_numbers(memory)[:n], *voltages])
+        memory = _fill_numbers(empty, [*row[:n], *[0.0] * (size - n)])
+        memory, voltages = step_controller(free, memory, row[n : n + 3], row[n + 3 :], period)
+        return np.array([*_flatten(memory)[:n], *voltages])
 
     base = after([0.0] * (n + 6))
     slope = np.column_stack([after(row) - base for row in np.eye(n + 6).tolist()])
     return ss(slope[:n, :n], slope[:n, n:], slope[n:, :n], slope[n:, n:], period)
 
 
-def _numbers(value: Any) -> list[float]:
+def _flatten(value: Any) -> list[float]:
     """Numbers in tuples of tuples, in order."""
-    return [number for part in value for number in _numbers(part)] if isinstance(value, tuple) else [value]
+    return [number for part in value for number in _flatten(part)] if isinstance(value, tuple) else [value]
 
 
-def _filled(like: Any, numbers: list[float]) -> Any:
+def _fill_numbers(like: Any, numbers: list[float]) -> Any:
     """Tuples such as ``like`` with the first of other numbers in them, which are taken off the list."""
     if not isinstance(like, tuple):
         return numbers.pop(0)
-    parts = [_filled(part, numbers) for part in like]
+    parts = [_fill_numbers(part, numbers) for part in like]
     return like._make(parts) if hasattr(like, "_make") else tuple(parts)
 
 
-def closed_loop(model: LinearModel, settings: Settings) -> StateSpace:
+def close_loop(model: LinearModel, settings: Settings) -> StateSpace:
     """Close the loop of a controller around a plant; the input delay is rounded to whole periods.
 
     Inputs are the references of pitch, elevation, travel [rad] and loads on difference and sum of the voltages [V],
@@ -100,7 +100,7 @@ def closed_loop(model: LinearModel, settings: Settings) -> StateSpace:
     # From references, loads and the controller's voltages to references and angles, then to angles and what it hears.
     driven = append(references, plant * np.hstack((TO_ROTORS, np.eye(2))) * append(loads, delay))
     heard = np.block([[nothing, one], [nothing, one], [one, nothing]]) * driven
-    return heard.lft(controller(settings, plant.dt), 2, 6)
+    return heard.lft(controller_system(settings, plant.dt), 2, 6)
 
 
 def is_stable(loop: StateSpace) -> bool:
@@ -174,7 +174,7 @@ def plant_response(model: LinearModel, omega: Array) -> Responses:
 
 def controller_response(settings: Settings, period: float, omega: Array) -> Responses:
     """Return the response (N, 2, 3) from the angles to (difference, sum) of the voltages."""
-    pid = controller(settings, period)
+    pid = controller_system(settings, period)
     heard = _response(pid.A, pid.B[:, :3], pid.C, np.exp(1j * omega * period)) + pid.D[:, :3]
     return np.linalg.inv(TO_ROTORS) @ heard
 
@@ -215,7 +215,7 @@ class Plants:
     notes: tuple[str, ...]
 
 
-def drawn_plants(parameters: ParameterSet, count: int) -> list[PlantParameters]:
+def draw_plants(parameters: ParameterSet, count: int) -> list[PlantParameters]:
     """Draw plants that the data allow (:func:`heli_identifier.results.parameters.drawn_values`)."""
     plant, draws = parameters.plant(), drawn_values(parameters, count)
     return [plant._replace(**{BY_NAME[name].field: value for name, value in drawn.items()}) for drawn in draws]
@@ -229,7 +229,7 @@ def allowed_plants(
     ConfigurationError if the estimated plant has no equilibrium, or none of the drawn ones has one.
     """
     model, drawn = linear_model(parameters.plant(), pitch, elevation, period), list[LinearModel]()
-    for number, plant in enumerate(drawn_plants(parameters, draws)):
+    for number, plant in enumerate(draw_plants(parameters, draws)):
         progress("linearising the plants that the data allow", 0.5 * number / draws)
         with suppress(ConfigurationError):
             drawn.append(linear_model(plant, pitch, elevation, period))

@@ -77,12 +77,12 @@ class Pooled:
         return self.interval[0] > 0.0 or self.interval[1] < 0.0
 
 
-def pooled(values: Sequence[float], standard_errors: Sequence[float]) -> Pooled:
+def pool_estimates(values: Sequence[float], standard_errors: Sequence[float]) -> Pooled:
     """Pool two or more finite estimates of one coefficient with their standard errors, which are positive."""
     y, s, k, tail = np.array(values), np.array(standard_errors), len(values), 0.5 - 0.5 * LEVEL
-    fixed, Q, fixed_precision = weighted(y, s, 0.0)
-    tau, low, high = (spread(y, s, q) for q in (k - 1.0, chi2.isf(tail, k - 1), chi2.ppf(tail, k - 1)))
-    m, q, precision = weighted(y, s, tau)
+    fixed, Q, fixed_precision = weighted_mean(y, s, 0.0)
+    tau, low, high = (solve_spread(y, s, q) for q in (k - 1.0, chi2.isf(tail, k - 1), chi2.ppf(tail, k - 1)))
+    m, q, precision = weighted_mean(y, s, tau)
     error = float(np.sqrt(max(1.0, q / (k - 1)) / precision))
     half = float(t.isf(tail, k - 1)) * error
     return Pooled(
@@ -101,25 +101,25 @@ def pooled(values: Sequence[float], standard_errors: Sequence[float]) -> Pooled:
     )
 
 
-def weighted(y: Values, s: Values, tau: float) -> tuple[float, float, float]:
+def weighted_mean(y: Values, s: Values, tau: float) -> tuple[float, float, float]:
     """Return m, Q(tau) and sum w_i of estimates (k,)."""
     w = 1.0 / (s**2 + tau**2)
     m = float(w @ y / w.sum())
     return m, float(w @ (y - m) ** 2), float(w.sum())
 
 
-def spread(y: Values, s: Values, q: float) -> float:
+def solve_spread(y: Values, s: Values, q: float) -> float:
     """Solve Q(tau) = q; 0 where already Q(0) is at most q."""
-    if weighted(y, s, 0.0)[1] <= q:
+    if weighted_mean(y, s, 0.0)[1] <= q:
         return 0.0
     high = float(np.sqrt(np.sum((y - y.mean()) ** 2) / q))  # there Q <= sum (y - mean)^2 / tau^2 = q
-    return float(brentq(lambda tau: weighted(y, s, tau)[1] - q, 0.0, 1.001 * high, xtol=1e-14 * high, rtol=1e-14))
+    return float(brentq(lambda tau: weighted_mean(y, s, tau)[1] - q, 0.0, 1.001 * high, xtol=1e-14 * high, rtol=1e-14))
 
 
 def prediction_interval(y: Values, s: Values) -> tuple[float, float]:
     """Give the 95 % interval of the true value of a further rig."""
-    tau = np.array([spread(y, s, q) for q in chi2.isf((np.arange(QUANTILES) + 0.5) / QUANTILES, len(y) - 1)])
-    m, _, precision = np.transpose([weighted(y, s, own) for own in tau])
+    tau = np.array([solve_spread(y, s, q) for q in chi2.isf((np.arange(QUANTILES) + 0.5) / QUANTILES, len(y) - 1)])
+    m, _, precision = np.transpose([weighted_mean(y, s, own) for own in tau])
     deviation = np.sqrt(tau**2 + 1.0 / precision)
     ends = float((m - 10.0 * deviation).min()), float((m + 10.0 * deviation).max())
 

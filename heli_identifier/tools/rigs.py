@@ -159,7 +159,7 @@ def rig_folders(
     return [rig_folder(Path(own), name, configuration) for own, name in zip(folders, names, strict=True)]
 
 
-def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[Source]:
+def find_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[Source]:
     """Find the rigs of a campaign: every sub-folder that holds a log, in the order of their names.
 
     ConfigurationError if the folder is missing, no sub-folder holds a log, or one holds none to fit to.
@@ -217,13 +217,13 @@ def _read_rig(
     return Rig(first, rest, configuration=configuration, note=note, left_out=left_out)
 
 
-def generated_rigs(generator: str, count: int) -> list[Source]:
+def generate_rigs(generator: str, count: int) -> list[Source]:
     """Return ``count`` rigs that ``generator`` makes from the seeds 0, 1, ...
 
     The generator is "module:function" and takes one whole number. ConfigurationError if there is none, or no count.
     """
     refuse(count < 1, f"rigs = {count} must be at least 1.")
-    named_function(generator)
+    import_function(generator)
     made_by = source_digest((generator.partition(":")[0],))
     return [
         Source(f"seed {seed}", partial(_make_rig, generator, seed), partial(str, f"{generator} {seed} {made_by}"))
@@ -232,13 +232,13 @@ def generated_rigs(generator: str, count: int) -> list[Source]:
 
 
 def _make_rig(generator: str, seed: int) -> Rig:
-    rig = named_function(generator)(seed)
+    rig = import_function(generator)(seed)
     if not isinstance(rig, Rig):
         raise ConfigurationError(f"{generator} returned a {type(rig).__name__}, a heli_identifier.tools.Rig is needed.")
     return rig
 
 
-def named_function(name: str) -> Any:
+def import_function(name: str) -> Any:
     """Import a function by "module:function"; ConfigurationError says why it cannot be had."""
     module, _, function = name.partition(":")
     refuse(not (module and function), f"{name!r} must read module:function, for instance my_rigs:make.")

@@ -55,7 +55,7 @@ MOTOR_NOISE = 0.01
 """Intensity of the noise on the motors' states [V^2 s]: their lag is no better known, and the filter stays regular."""
 
 
-def retuned(model: LinearModel, settings: PidSettings, others: Sequence[LinearModel] = ()) -> PidSettings:
+def retune_pid(model: LinearModel, settings: PidSettings, others: Sequence[LinearModel] = ()) -> PidSettings:
     """Return the PID with new gains of pitch and elevation, of the travel where its loop is on, and a trim.
 
     The margins are kept for ``model``, of the identified plant, and for ``others``, plants that the data allow.
@@ -64,13 +64,13 @@ def retuned(model: LinearModel, settings: PidSettings, others: Sequence[LinearMo
     plants = np.array([margins.plant_response(one, omega) for one in (model, *others)])
     tuned = settings._replace(travel_enabled=False, trim=model.point.lift)
     for loop in range(len(margins.LOOPS)):
-        tuned = _tuned(model, plants, omega, tuned, loop)
+        tuned = _tune_loop(model, plants, omega, tuned, loop)
     if settings.travel_enabled:
-        tuned = _tuned(model, plants, omega, tuned._replace(travel_enabled=True), AXES.index("travel"))
+        tuned = _tune_loop(model, plants, omega, tuned._replace(travel_enabled=True), AXES.index("travel"))
     return tuned
 
 
-def _tuned(
+def _tune_loop(
     model: LinearModel, plants: margins.Responses, omega: Array, settings: PidSettings, loop: int
 ) -> PidSettings:
     """Return the PID with new gains of one loop; the travel's acts through the pitch's."""
@@ -92,7 +92,7 @@ def _tuned(
         return weighted_error(model, trial, loop) + PENALTY * (max(peak / PEAK - 1.0, 0.0) + max(noise - 1.0, 0.0))
 
     starts = [np.array(present) * share for share in WEAKER]
-    stable = (one for one in starts if margins.is_stable(margins.closed_loop(model, with_gains(one.tolist()))))
+    stable = (one for one in starts if margins.is_stable(margins.close_loop(model, with_gains(one.tolist()))))
     options = {"xatol": 1e-3, "fatol": 1e-4, "maxiter": 250}
     first = np.log(next(stable, starts[0]))
     found = np.exp(minimize(cost, first, method="Nelder-Mead", options=options).x)
@@ -103,7 +103,7 @@ def weighted_error(model: LinearModel, settings: PidSettings, loop: int) -> floa
     """Return the time-weighted error J [s^2] of a linear loop under a unit reference step and a load step of 1 V."""
     period, cut = model.sampled.dt, loop % len(margins.LOOPS)
     horizon = HORIZON if loop == cut else 4.0 * HORIZON  # the travel is that much slower
-    closed, steps = margins.closed_loop(model, settings), round(horizon / period)
+    closed, steps = margins.close_loop(model, settings), round(horizon / period)
     weights = np.arange(steps) * period**2
     with np.errstate(over="ignore", invalid="ignore"):
         reference, load = (margins.unit_step(closed, drive, steps)[:, loop] for drive in (loop, 3 + cut))
@@ -112,7 +112,7 @@ def weighted_error(model: LinearModel, settings: PidSettings, loop: int) -> floa
     return error if margins.is_stable(closed) else UNSTABLE + error
 
 
-def synthesised(
+def design_feedback(
     model: LinearModel,
     aim: ControllerConfiguration,
     other: str,

@@ -22,7 +22,7 @@ from heli_identifier.records import (
     excitation_notes,
     read_logs,
 )
-from heli_identifier.signatures import typed
+from heli_identifier.signatures import check_types
 
 from .findings import catalogue_verdicts, correlation, draw_curves, estimates, found_effect, lag_effect, log_faults
 from .fit import Fit, covariance, fit
@@ -37,7 +37,7 @@ from .strangers import sign_notes, stranger_notes
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
-@typed
+@check_types
 def diagnose(
     logs: LogSource | Sequence[LogSource],
     *,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from heli_identifier.chain import FAULTS, Defect, Event, find_events, inspected, on_time, passages, unslipped
+from heli_identifier.chain import FAULTS, Defect, Event, find_events, inspect_logs, passages, undo_delays, undo_slips
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log, check_excitation, check_moving, read_logs
 
@@ -101,14 +101,14 @@ def identify_plant(
     check_moving(used)
     given, tell = settings or DiagnosisSettings(), progress or (lambda what, share: None)
     tell("looking for what is wrong with the logs", 0.02)
-    defects = inspected(used, given.counts, given.voltage_limit)
+    defects = inspect_logs(used, given.counts, given.voltage_limit)
     imitated = {family for defect in defects for family in defect.imitates}
-    used, late, prompt = on_time(used)
+    used, late, prompt = undo_delays(used)
     defects = (*defects, *late)
     tell("looking for passages in which something else acts", 0.05)
     events = find_events(used, given.voltage_limit)
     left_out = {} if given.keep_events else passages(events)
-    used, slips = unslipped(used, () if given.keep_events else events)
+    used, slips = undo_slips(used, () if given.keep_events else events)
     tell("fitting the model", 0.1)
     rig = helicopter(given, [log.angles for log in used[:count]], [log.voltages for log in used[:count]])
     null, training, kept, notes = align_zeros(

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from heli_identifier.chain import Fault, undone
+from heli_identifier.chain import Fault, undo_faults
 
 from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, physical, recolour
@@ -187,5 +187,5 @@ class Likelihood:
 
 def without(faults: Mapping[Fault, float], logged: Record) -> Record:
     """Give a record with faults undone."""
-    inputs, angles = undone(faults, logged.inputs, logged.angles, logged.step)
+    inputs, angles = undo_faults(faults, logged.inputs, logged.angles, logged.step)
     return replace(logged, inputs=inputs, angles=angles)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from heli_identifier.chain import Fault, counted
+from heli_identifier.chain import Fault, is_counted
 from heli_identifier.records import Log
 
 from .settings import (
@@ -222,7 +222,7 @@ def record_of(log: Log, rig: Any, left_out: LeftOut = NOTHING) -> Record:
     width = round(REST_TIME / step) | 1
     span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
     weights = (span > REST_COUNTS * rig.resolution).astype(float)
-    weights[~counted(time, left_out.get(log.name, ()))] = 0.0
+    weights[~is_counted(time, left_out.get(log.name, ()))] = 0.0
     return Record(
         log.name, step, time, np.ascontiguousarray(voltages), np.ascontiguousarray(angles), weights,
         rig.begin(angles, voltages, step),

@@ -28,7 +28,7 @@ static double at(const Signal *signal, double time)
 
 static void show(const Model *model, Unit *unit, double time)
 {
-    const Row2 voltages = excitation_combined(
+    const Row2 voltages = excitation_combine(
         model->base, at(&model->difference, time), at(&model->total, time), model->limit);
     unit->values[REF_v_front].real = voltages.x0;
     unit->values[REF_v_rear].real = voltages.x1;
