@@ -165,7 +165,7 @@ def flight(half: int, seed: int, kind: str) -> list[Row]:
 
     def with_values(begin: float, end: float, used: tuple[float, ...]) -> float:
         """Error of a twin with these values, which predicts from the same observer at the same samples."""
-        fixed.alone = plan.twin(used)
+        fixed.alone = plan.build_twin(used)
         return rms(followed(rows, fresh, fixed, begin, end)[0], columns=TWIN)
 
     alarms = [event for event in events if event.what == "alarm"]

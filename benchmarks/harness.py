@@ -23,7 +23,7 @@ from threadpoolctl import threadpool_limits
 
 from heli_identifier.files import write_atomically
 from heli_identifier.provenance import installed_version
-from heli_identifier.results import significant
+from heli_identifier.results import to_digits
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "benchmarks.md"
@@ -83,7 +83,7 @@ def bar_table(bars: Iterable[Bar]) -> str:
     rows = []
     for what, found, most, unit, least in bars:
         if isinstance(found, float):
-            value, said = found, f"{significant(found)} {unit}".strip()
+            value, said = found, f"{to_digits(found)} {unit}".strip()
         elif hits := list(found):
             value, low, high = (100.0 * end for end in share(hits))
             said, unit = f"{count(hits)}, {value:.1f} % ({low:.1f} to {high:.1f})", "%"
@@ -104,7 +104,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
 
 def print_frame(frame: pandas.DataFrame, csv: Path | None) -> None:
     """Print a frame as a table, its numbers with three digits, and write it to a file, if there is one, with four."""
-    cells = frame.map(lambda cell: significant(cell) if isinstance(cell, float) else cell)
+    cells = frame.map(lambda cell: to_digits(cell) if isinstance(cell, float) else cell)
     print(table([*frame.columns], cells.to_numpy().tolist()))
     if csv:
         frame.to_csv(csv, index=False, float_format="%.4g", na_rep="nan")

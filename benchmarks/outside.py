@@ -39,7 +39,7 @@ from heli_identifier import tracing
 from heli_identifier.chain import SETTLING
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import DEMO_RIGS, Log, demo_logs
-from heli_identifier.results import significant
+from heli_identifier.results import to_digits
 from heli_identifier.tracing.settings import SMOOTHING, SPACING
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -121,7 +121,7 @@ def fit() -> str:
                 found = run(likelihood, start)
                 times.append(process_time())
             rows.append((name, float(np.median(np.diff(times))), np.abs(found / truth - 1.0)[gains].max()))
-    lines = [(name, significant(time), f"{time / rows[0][1]:.1f}", f"{off:.2%}") for name, time, off in rows]
+    lines = [(name, to_digits(time), f"{time / rows[0][1]:.1f}", f"{off:.2%}") for name, time, off in rows]
     samples = sum(record.samples for record in likelihood.records)
     return section(
         "The fit alone",

@@ -22,7 +22,7 @@ from fmu_src.master.instance import Instance
 from fmu_src.master.loop import Wired, instantiate_units
 from heli_identifier.online import IdentifierState, Sampled
 from heli_identifier.online.adaptation import gain_matrix
-from heli_identifier.results import significant
+from heli_identifier.results import to_digits
 from heli_plant.parameters import TABLE_2
 
 HOURS = 24
@@ -186,6 +186,6 @@ def soak() -> str:
         "The loop of four native units at 100 Hz, encoders on, excited for 40 minutes of each hour. In the tenth "
         "minute the plant jumps: its thrust by a fifth, or the mass by .15 m. Gamma is read from the unit's serialised "
         "state before and after each stretch without excitation. The last time at which a quarter of a jump is "
-        f"missing, or an estimate of a short memory strays by as much, is {significant(late)} s after it.",
+        f"missing, or an estimate of a short memory strays by as much, is {to_digits(late)} s after it.",
         packages=("fmpy", "numba"),
     )

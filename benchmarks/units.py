@@ -33,7 +33,7 @@ from fmu_src.master.loop import instantiate_units
 from fmu_src.native import NATIVE_UNITS
 from fmu_src.ssp import write_ssp
 from heli_identifier.records import demo_files
-from heli_identifier.results import significant
+from heli_identifier.results import to_digits
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import TABLE_2
 from tests.hosts.unit_host import Unit
@@ -152,7 +152,7 @@ def timed(title: str, native: bool, realtime: float, steps: int, rounds: int) ->
         *(Bar(f"against {name}", median(times[name]) / median(times[LOOP]), unit="times faster", least=least)
           for name, (_, least) in OTHERS.items() if name in times),
     ]  # fmt: skip
-    rows = [(name, significant(median(own)), significant(min(own))) for name, own in times.items()]
+    rows = [(name, to_digits(median(own)), to_digits(min(own))) for name, own in times.items()]
     said = f"{steps} steps of {1000 * STEP:g} ms a round, {rounds} rounds in turn, each case in its own process."
     packages = ("fmpy", "pythonfmu", "libcosimpy", "ecospy", "ziglang", "numba")
     return section(title, bar_table(bars), table(("what", "median [us]", "least [us]"), rows), said, packages=packages)

@@ -9,7 +9,7 @@ from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log
-from heli_identifier.results.running import started
+from heli_identifier.results.running import start_of
 from heli_identifier.tracing import Verdict
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2
@@ -32,7 +32,7 @@ def series_of(log, seed=1):
     random = np.random.default_rng(seed)
     after = random.normal(0.0, 1.0, (log.samples, 3))
     before = after + 1.6 * np.sin(0.06 * np.arange(len(after)))[:, None]
-    start = started(log)
+    start = start_of(log)
     runs = [simulate(log.voltages, H, start, p)[1] for p in (BEFORE, AFTER)]
     return tracing.HeldOutSeries(log, *runs, start._asdict(), before, after, H)
 

@@ -14,7 +14,7 @@ from fmu_src.state import freeze_state, thaw_state
 from heli_identifier import following
 from heli_identifier.following import REASONS, Sample
 from heli_identifier.following.covariance import correct_covariance, find_steady_state, predict_covariance
-from heli_identifier.following.cusum import Inflation, Projection, cusum, siegmund_threshold
+from heli_identifier.following.cusum import Inflation, Projection, cusum_statistic, siegmund_threshold
 from heli_identifier.following.evidence import Coefficients, shift_block, start_sums
 from heli_identifier.following.observer import Encoder
 from heli_identifier.following.prediction import compare_errors
@@ -104,7 +104,7 @@ def test_the_mean_time_between_false_alarms_is_the_stated_one(information):
 @given(st.lists(st.floats(-5.0, 5.0), max_size=50), st.floats(0.1, 2.0))
 def test_a_cusum_is_the_largest_sum_that_ends_now(responses, nu):
     """Page 1954: S_k = max(0, max over j of s_j + ... + s_k); the run is the length of that sum."""
-    total, run = cusum([Projection(response, 1.0, 1.0) for response in responses], nu)
+    total, run = cusum_statistic([Projection(response, 1.0, 1.0) for response in responses], nu)
     steps = [nu * response - 0.5 * nu * nu for response in responses]
     sums = [sum(steps[j:]) for j in range(len(steps))]
     assert total == pytest.approx(max([0.0, *sums]), abs=1e-9)

@@ -19,7 +19,7 @@ from rich.console import Console
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, encode, read_layout
 from heli_identifier.live.listening import Listening
-from heli_identifier.live.page import served
+from heli_identifier.live.page import serve_page
 from heli_identifier.live.screen import draw_screen
 from heli_identifier.live.session import Journal, Session
 from heli_identifier.live.sources import Player, send
@@ -242,7 +242,7 @@ def test_the_screen_shows_every_axis_and_every_parameter_and_a_page_that_is_open
     shown = console.file.getvalue()
     for word in ("a title", "pitch", "elevation", "travel", "pitch.gain", "travel.damping", view.mode):
         assert word in shown
-    with served("127.0.0.1:0", "title") as (url, show):
+    with serve_page("127.0.0.1:0", "title") as (url, show):
         show(view)
         told = json.loads(asked(url, "/view")[1])
         late = json.loads(asked(url, f"/view?after={view.past[-3]['time']}")[1])
@@ -261,7 +261,7 @@ def asked(url, path, host=None):
 
 
 def test_the_page_loads_nothing_from_elsewhere_and_runs_no_inline_script_and_a_foreign_name_gets_nothing():
-    with served("127.0.0.1:0", "title") as (url, _):
+    with serve_page("127.0.0.1:0", "title") as (url, _):
         for path, kind in (("/", "text/html"), ("/follow.js", "javascript"), ("/follow.css", "css")):
             answer, content = asked(url, path)
             policy = answer.getheader("Content-Security-Policy")
@@ -280,7 +280,7 @@ def test_half_open_connections_leave_descriptors_for_the_recording():
     def sockets():
         return len(psutil.Process().net_connections("tcp"))
 
-    with served("127.0.0.1:0", "title") as (url, _), ExitStack() as opened:
+    with serve_page("127.0.0.1:0", "title") as (url, _), ExitStack() as opened:
         before, host = sockets(), url.removeprefix("http://").rstrip("/").split(":")
         for _ in range(3):
             opened.enter_context(socket.create_connection(host))

@@ -21,7 +21,7 @@ from heli_identifier.records import (
     read_log,
     suspicions,
 )
-from heli_identifier.records.heli_toml import examples
+from heli_identifier.records.heli_toml import read_examples
 from heli_identifier.records.units import ANGLES, NAMED
 from tests.commands import heli
 
@@ -43,7 +43,7 @@ def test_the_template_holds_the_defaults_shows_every_key_and_all_of_them_can_be_
     template.write_text("\n".join(line.removeprefix("# ") if " = " in line else line for line in lines), "utf-8")
     rig = records.read_configuration(template)
     assert (rig.rest_pitch, rig.format.start) == (-0.14, 6.0)
-    content, elsewhere = examples(), {"voltage_limit", "encoder_counts"}
+    content, elsewhere = read_examples(), {"voltage_limit", "encoder_counts"}
     kinds = {"rig": RigConfiguration, "log": LogFormat, "controller": ControllerConfiguration, "geometry": Geometry}
     names = {section: {one.name for one in fields(kind)} for section, kind in kinds.items()}
     names |= {"rig": names["rig"] - {"format", "controller", "geometry"} | elsewhere, "log": names["log"] - elsewhere}

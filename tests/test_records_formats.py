@@ -12,7 +12,7 @@ from scipy.io import savemat
 
 from heli_identifier.errors import LogError
 from heli_identifier.records import LogFormat, binary, demo_files, read_log
-from heli_identifier.records.binary import apart
+from heli_identifier.records.binary import read_apart
 from heli_identifier.records.text import read_text
 
 TRUE = read_log(demo_files("rig-c")[1][0], end=20.0)
@@ -145,12 +145,12 @@ def test_a_reader_that_crashes_hangs_or_asks_for_all_memory_is_a_damaged_file(mo
     monkeypatch.setattr(binary, "MEMORY", 10**9)
     words = "its reader crashes, comes to no end within 5 s, or asks for more than 1 GB of memory; save it again"
     with pytest.raises(LogError, match=f"log.mat is not readable: {words}"):
-        apart(read, argument, 1, "log.mat")
+        read_apart(read, argument, 1, "log.mat")
 
 
 def test_what_a_reader_gives_or_raises_arrives_and_what_it_prints_does_not(capfd):
-    assert apart(divmod, (7, 2), 1, "log.mat") == (3, 1)
-    assert apart(print, ("noise",), 1, "log.mat") is None
+    assert read_apart(divmod, (7, 2), 1, "log.mat") == (3, 1)
+    assert read_apart(print, ("noise",), 1, "log.mat") is None
     with pytest.raises(LogError, match="log.csv is empty"):
-        apart(read_text, (b"", "log.csv", LogFormat()), 1, "log.csv")
+        read_apart(read_text, (b"", "log.csv", LogFormat()), 1, "log.csv")
     assert capfd.readouterr() == ("", "")

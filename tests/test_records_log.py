@@ -14,7 +14,7 @@ from fmu_src.units.signals import VOLTAGE_BOUND
 from heli_identifier import records
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records.configuration import HIGHEST_VOLTAGE
-from heli_identifier.records.plausibility import still
+from heli_identifier.records.plausibility import why_still
 from heli_identifier.records.timing import GAP_STEPS, find_sampling, mean_of_held
 from heli_identifier.tools import Rig, diagnose_rigs
 from tests.blind.generator import make_rig, simulate_log
@@ -86,7 +86,7 @@ def test_no_log_may_count_twice_even_under_another_name_or_if_it_is_short(tmp_pa
         records.check_apart(*records.read_data_set([first, second], [copy], end=6.0))
     with pytest.raises(LogError, match=r"copy.csv holds the same samples as .*train2.csv \(6 s from .*; give each log"):
         records.check_apart(*records.read_data_set([first], [second, copy], end=6.0))
-    assert len(records.counted_once(records.read_logs([first, second, copy], end=6.0))[0]) == 2
+    assert len(records.count_once(records.read_logs([first, second, copy], end=6.0))[0]) == 2
     records.check_apart(records.read_logs(second, end=6.0), records.read_logs(second, start=6.01, end=12.0))
 
 
@@ -102,9 +102,9 @@ def encoded(angle, shake=0.25):
 
 def test_what_moves_is_told_from_flicker_and_noise_and_a_voltage_that_never_does_is_refused():
     quiet_hover = encoded(0.5 * COUNT * np.sin(0.7 * TIME), 0.5)  # which flicker outweighs
-    assert [still(angle) for angle in (encoded(0.1 * np.sin(1.3 * TIME)), quiet_hover)] == [None, None]
+    assert [why_still(angle) for angle in (encoded(0.1 * np.sin(1.3 * TIME)), quiet_hover)] == [None, None]
     for angle in (encoded(np.full(3000, 0.5 * COUNT)), encoded(5.0 * COUNT * NOISE), 0.01 * NOISE):
-        assert still(angle) == "holds nothing but noise"
+        assert why_still(angle) == "holds nothing but noise"
     # a voltage that is constant in every log leaves nothing to identify
     moving, angles = np.sin(np.arange(1000) / 50.0), np.zeros((1000, 3))
     front, rear = (records.Log("run", 100.0, np.outer(moving, own), angles) for own in ([1.0, 0.0], [0.0, 1.0]))
@@ -174,7 +174,7 @@ def test_flights_of_the_same_voltages_or_under_one_controller_or_at_rest_are_not
 
 def test_a_flight_that_is_given_twice_counts_once_and_is_refused_in_two_rigs_of_a_fleet():
     logs = [log_of(COPIES["cut to 20 s"](RIG.train[2]), "part"), log_of(RIG.train[0]), log_of(RIG.train[2], "whole")]
-    kept, (note,) = records.counted_once(logs)
+    kept, (note,) = records.count_once(logs)
     assert kept == (logs[1], logs[2])  # the longer one stays
     assert note.startswith("part is left out: ") and "the same flight as whole" in note
     one = Rig((log_of(RIG.train[2], "a"),), (log_of(RIG.held, "b"),))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from heli_identifier.online import Estimate
 from heli_identifier.results import words
 from heli_identifier.results.report import ranked_experiments, report_page
-from heli_identifier.results.svg import Axes, figure, thinned, ticks
+from heli_identifier.results.svg import Axes, figure, thin_line, ticks
 from heli_identifier.results.tables import effect_table, error_table, gain_table
 from heli_identifier.tracing import AxisError, Determination, ErrorFigure, LogFault
 from tests.diagnosis_example import adequate, example, made_log
@@ -142,7 +142,7 @@ def test_a_figure_keeps_peaks_takes_its_colours_from_the_page_and_survives_a_run
     x = np.arange(20_000.0)
     y = np.zeros(20_000)
     y[[777, 15_003]] = 5.0, -3.0
-    assert thinned(x, y)[1].max() == 5.0 and thinned(x, y)[1].min() == -3.0 and len(thinned(x, y)[0]) < 4_000
+    assert thin_line(x, y)[1].max() == 5.0 and thin_line(x, y)[1].min() == -3.0 and len(thin_line(x, y)[0]) < 4_000
     own = Axes("y [mrad]", limits=(-1.0, 1.0))
     own.line(np.arange(3.0), [0.0, np.nan, 1e30], "after", "run")
     drawn = figure([own], "x", "a <run>")
@@ -153,7 +153,7 @@ def test_a_figure_keeps_peaks_takes_its_colours_from_the_page_and_survives_a_run
 def test_numbers_units_and_laws_are_written_as_people_write_them():
     assert words.with_interval(Estimate(0.02512, 2.6e-4, "rad/s^2")) == "0.02512 ± 0.00051 rad/s²"
     assert words.with_interval(Estimate(1.5, None, "1")) == "1.50"
-    assert [words.significant(x) for x in (-0.00123456, float("nan"), 0.0)] == ["−0.00123", "–", "0"]
+    assert [words.to_digits(x) for x in (-0.00123456, float("nan"), 0.0)] == ["−0.00123", "–", "0"]
     assert (words.unit_text("rad/s^2"), words.unit_text("1"), words.unit_text("s^-1")) == ("rad/s²", "", "s⁻¹")
     assert words.power_text(1e-3) == "10⁻³"
     assert words.law_text("-c theta^2 - abs(eps)") == "−c θ² − |ε|"

@@ -15,9 +15,9 @@ from docs.hooks.schema import reference_rows
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import DEMO_RIGS, Log
-from heli_identifier.results import corrected_parameters, document_text, plain, read_document, read_parameters
+from heli_identifier.results import corrected_parameters, document_text, read_document, read_parameters, to_plain
 from heli_identifier.results.report import ranked_experiments, report_page
-from heli_identifier.results.words import effect_name, leading, remarks, verdict_line
+from heli_identifier.results.words import effect_name, leading_error, typeset_notes, verdict_line
 from heli_identifier.tracing import DiagnosisFile, ErrorFigure, RigVerdict, Use, Verdict
 from heli_plant.tabulated_torque import KNOTS
 from tests.blind.generator import make_rig
@@ -78,7 +78,7 @@ NOTES = (
 
 def real_changes(diagnosis):
     """Axes whose leading error really changes, and by how much: value and interval print on one side of zero."""
-    figures = {axis: own["change"].get(leading(diagnosis)) for axis, own in diagnosis.to_dict()["axes"].items()}
+    figures = {axis: own["change"].get(leading_error(diagnosis)) for axis, own in diagnosis.to_dict()["axes"].items()}
     ends = {axis: [float(f"{100.0 * end:.1f}") for end in own.values()] for axis, own in figures.items() if own}
     return {axis: figures[axis]["value"] for axis, own in ends.items() if min(own) > 0.0 or max(own) < 0.0}
 
@@ -125,7 +125,7 @@ def check_rules(diagnosis):
     # nothing is told twice, one line a log, and no letter of a typewriter
     told = re.findall(r"<li>(.*?)</li>", written.partition('<ul class="remarks">')[2].partition("</ul>")[0])
     assert len(told) == len({text.rstrip(".") for text in told})
-    first = [line.partition(": ")[0] for line in remarks(document["notes"])]
+    first = [line.partition(": ")[0] for line in typeset_notes(document["notes"])]
     assert len(first) == len(set(first))
     assert [word for word in NEVER if re.search(word, f"{heading} {page} {diagnosis.summary()}")] == []
 
@@ -178,7 +178,7 @@ def test_an_effect_has_coefficient_error_unit_and_shape_and_a_number_that_is_not
     assert (line["coefficient"], line["in_plant"], line["shape"]["kind"]) == (None, False, "periodic")
     assert (curve["in_plant"], curve["shape"]["kind"], len(curve["shape"]["curve"][0])) == (True, "curve", 2)
     # json would write Infinity, which no other parser takes
-    assert plain({"a": float("inf"), "b": [float("nan"), 1.0]}) == {"a": None, "b": [None, 1.0]}
+    assert to_plain({"a": float("inf"), "b": [float("nan"), 1.0]}) == {"a": None, "b": [None, 1.0]}
     entries = example().to_dict()["catalogue"]
     blind = next(entry for entry in entries if entry["name"] == "inertial_coupling")
     assert blind["estimate"]["standard_error"] is None
@@ -212,7 +212,7 @@ def test_a_diagnosis_is_read_back_as_the_value_that_was_written_and_a_damaged_en
     file, found, document = tmp_path / "diagnosis.json", made(), made().to_dict()
     file.write_text(document_text(document), encoding="utf-8")
     read = read_document(file, DiagnosisFile)
-    assert plain(read) == document
+    assert to_plain(read) == document
     for name in ("effects_after", "parameters", "parameters_before", "axes", "data", "held_out", "possible"):
         assert getattr(read, name) == getattr(found, name)
     document["axes"]["pitch"]["after"]["prediction_1s"]["value"] = "small"

@@ -99,7 +99,7 @@ class RigLink(SlaveBase):
         port = self.port
         if port is None:
             raise Refusal("there is no link to the rig; correct link.* before initialisation ends")
-        arrived = list(port.arrived(self.value("link.look_ahead")))
+        arrived = list(port.receive(self.value("link.look_ahead")))
         if port.elections > self.elections:
             if self.elections:  # another sender has another clock
                 self.clock.order.restart()

@@ -24,8 +24,8 @@ from heli_identifier.cli.arguments import controller_of
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, note_written, warn
 from heli_identifier.errors import ConfigurationError, IdentifierError
-from heli_identifier.live.page import served
-from heli_identifier.live.screen import print_events, screen
+from heli_identifier.live.page import serve_page
+from heli_identifier.live.screen import print_events, show_screen
 from heli_identifier.live.session import ADVICE, EVENTS, GAINS, IN_USE, PREDICTIONS, RECORDED, Session, Show, View
 from heli_plant.control import PidSettings
 from heli_plant.parameters import PlantParameters
@@ -42,9 +42,9 @@ LEAST_AFTER_CHANGE = 30.0
 
 def open_shows(stack: ExitStack, title: str, address: str | None) -> Show:
     """Open the screen and, at an ``address``, the page; give what shows a view on them."""
-    places = [stack.enter_context(screen(title)) if sys.stderr.isatty() else print_events()]
+    places = [stack.enter_context(show_screen(title)) if sys.stderr.isatty() else print_events()]
     if address is not None:
-        url, page = stack.enter_context(served(address, title))
+        url, page = stack.enter_context(serve_page(address, title))
         note(f"open {url} in a browser")
         places.append(page)
 

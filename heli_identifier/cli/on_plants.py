@@ -29,7 +29,7 @@ def effects(
     document, rows = [], []
     for own in (entry for entry in CATALOGUE if axis in ("", entry.axis)):
         unit, span = results.unit_text(own.unit), results.typeset(f" {own.lower:g} to {own.upper:g}").strip()
-        shapes = ", ".join(results.labelled(shape.name, shape.unit) for shape in own.shapes)
+        shapes = ", ".join(results.label_with_unit(shape.name, shape.unit) for shape in own.shapes)
         rows.append((own.name, own.axis, results.law_text(own.law), unit, span, shapes, own.source))
         known = {"name": own.name, "axis": own.axis, "parameter": f"effects.{own.name}.{own.axis}", "law": own.law}
         parts = [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in own.shapes]
@@ -77,7 +77,7 @@ def design(
             outlooks = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
         refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
         gains = [] if controller or settings else [DEFAULT_GAINS]
-        print_answer(json, results.plain(outlooks), [tools.flight_table(outlooks)], gains)
+        print_answer(json, results.to_plain(outlooks), [tools.flight_table(outlooks)], gains)
         return
     entries = tools.find_effects(separate if separate is not None else (show or "",))
     plant, limits = _read_plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
@@ -85,7 +85,7 @@ def design(
         ranked = tools.rank_proposals(plant, entries, duration, limits, progress=progress)
     refuse(not ranked, f"no proposal {no_flight}; widen the limits.")
     listed = ranked[: 10 if json else 5]
-    print_answer(json, results.plain(listed), [tools.experiment_table(listed)])
+    print_answer(json, results.to_plain(listed), [tools.experiment_table(listed)])
     if output is not None:
         tools.write_voltages(ranked[0], limits, output)
         note(f"voltages of the best: {output}")

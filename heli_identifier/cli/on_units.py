@@ -150,7 +150,7 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
     columns = (result.names, result.units, *(own.tolist() for own in figures.values()))
     outputs = [dict(zip(("name", "unit", *figures), row, strict=True)) for row in zip(*columns, strict=True)]
     rows = [
-        (own["name"], *(results.significant(own[key], 4) for key in figures), results.unit_text(own["unit"]))
+        (own["name"], *(results.to_digits(own[key], 4) for key in figures), results.unit_text(own["unit"]))
         for own in outputs
         if everything or own["name"].count(".") == 1
     ]
@@ -163,7 +163,7 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
         for own in (own for own in outputs if own["name"] in errors):
             own["rms_error"] = errors[own["name"]]
         said = ", ".join(
-            f"{name.removeprefix('plant.')} {results.significant(1e3 * value)} mrad"
+            f"{name.removeprefix('plant.')} {results.to_digits(1e3 * value)} mrad"
             + (" (it runs away)" if value > pi else "")
             for name, value in errors.items()
         )
@@ -199,7 +199,7 @@ def _play_log(
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
     ((log,), _) = args.logs_of([path], config, start, end)
-    with results.played(log, results.started(log)._asdict()) as values:
+    with results.play_log(log, results.start_of(log)._asdict()) as values:
         values |= {"identifier.sample.time": log.step, "corrector.sample.time": log.step}
         yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}
 
@@ -217,7 +217,7 @@ def _variations(
     read = hi.read_parameters(file)
     drawn = [
         {f"{plant}.{name}": value for plant in plants for name, value in draw.items() if f"{plant}.{name}" not in given}
-        for draw in results.drawn_values(read, count, seed)
+        for draw in results.draw_values(read, count, seed)
     ]
     refuse(
         not drawn[0],

@@ -200,7 +200,7 @@ def show(
 def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False, json: bool = False) -> None:
     """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue and intervals."""
     tables, heading = results.diagnosis_tables(diagnosis, reasons), results.verdict_line(diagnosis)
-    doubts = results.remarks(diagnosis.notes)
+    doubts = results.typeset_notes(diagnosis.notes)
     print_answer(json, diagnosis.to_dict(), tables, heading=heading, intervals=reasons, warnings=doubts)
 
 

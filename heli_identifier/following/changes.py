@@ -86,7 +86,7 @@ class Change(NamedTuple):
         """Return the value that is changed; of both rotors, the front one's share."""
         return values[self.places[0]]
 
-    def applied(self, size: float, values: Vector) -> Vector:
+    def apply(self, size: float, values: Vector) -> Vector:
         """Return ``values`` after a change of ``size``."""
         after = list(values)
         for place in self.places:

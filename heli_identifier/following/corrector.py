@@ -13,7 +13,7 @@ from .observer import Angles, Encoder, start_observer
 from .plan import FollowPlan
 from .prediction import Copies, Predictions
 from .state import CorrectorState, Event, Sample
-from .trial import SWINGING, judge_block, say
+from .trial import SWINGING, add_event, judge_block
 
 _LARGEST_INNOVATION = 4.0  # innovations count with at most this many standard deviations
 _KEPT = 90  # blocks that are kept: a change is looked for in the last minute and a half
@@ -87,9 +87,9 @@ def _pass_instant(state: CorrectorState, now: Sample, stopped: bool, plan: Follo
 
 def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> CorrectorState:
     """Return the state with everything at rest; a trial is broken off."""
-    state = say(state, why, plan)
+    state = add_event(state, why, plan)
     if state.mode == "on trial":
-        state = say(state, "cut", plan, state.finding)
+        state = add_event(state, "cut", plan, state.finding)
     state = state.follow_again()
     return state.enter(
         "suspended",
@@ -104,7 +104,7 @@ def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> Correcto
     before, since, held = state.observer.memory
     first = start_state(*angles, before.nu_front, before.nu_rear)._replace(cable_rest=before.cable_rest)
     observer = start_observer(first, state.observer.voltages, state.twin.parameters, plan)
-    return say(state, "back", plan).enter(
+    return add_event(state, "back", plan).enter(
         "following" if state.is_noise_known else "starting",
         settled=state.samples + plan.settling,
         observer=observer._replace(memory=observer.memory._replace(since=since, held=held)),

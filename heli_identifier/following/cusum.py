@@ -54,7 +54,7 @@ class Projection(NamedTuple):
     share: float
 
 
-def cusum(tested: Iterable[Projection], delta: float) -> tuple[float, int]:
+def cusum_statistic(tested: Iterable[Projection], delta: float) -> tuple[float, int]:
     """Return S of the change by ``delta`` after these blocks, and the blocks for which it has been above zero."""
     total, run = 0.0, 0
     for response, information, share in tested:

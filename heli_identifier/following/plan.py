@@ -71,6 +71,6 @@ class FollowPlan:
         self.settling, self.stop, self.stuck = samples(_SETTLING), samples(_STOP), samples(_STUCK)
         self.window = round(settings.window / (self.launch * h))
 
-    def twin(self, values: Vector) -> Twin:
+    def build_twin(self, values: Vector) -> Twin:
         """Return the twin with these values in use."""
         return Twin(values, self.settings.parameters._replace(**dict(zip(FIELDS, values, strict=False))))

@@ -145,7 +145,7 @@ class CorrectorState(NamedTuple):
 
     def use(self, values: Vector, errors: Vector, plan: FollowPlan) -> "CorrectorState":
         """Return the state in which these ``values``, with their standard errors, are in use from now on."""
-        return self._replace(twin=plan.twin(values), errors=errors, changed=self.samples)
+        return self._replace(twin=plan.build_twin(values), errors=errors, changed=self.samples)
 
     def with_rival(self, *rival: Twin) -> "CorrectorState":
         """Return the state with a new ``rival``, or with none."""

@@ -21,7 +21,7 @@ from heli_plant.effects import AXES
 
 from ..online.linear_algebra import total
 from .changes import Vector
-from .cusum import NOTHING, Finding, cusum, judge_size, siegmund_threshold
+from .cusum import NOTHING, Finding, cusum_statistic, judge_size, siegmund_threshold
 from .evidence import loosen_baseline, project_block, shift_block, start_baseline
 from .plan import FollowPlan
 from .prediction import WINDOWS, compare_errors
@@ -66,7 +66,7 @@ def _update_cusums(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorSt
         limit = plan.threshold
         if c.blocks > 0.0:
             limit = siegmund_threshold(limit, change.size * change.size * c.information / (c.blocks * c.factor))
-        for height, run in (cusum(own, change.size), cusum(own, -change.size)):
+        for height, run in (cusum_statistic(own, change.size), cusum_statistic(own, -change.size)):
             alarm = max(alarm, height / limit)
             longest = max(longest, run if height > limit else 0)
     return state._replace(alarm=alarm), longest
@@ -86,7 +86,7 @@ def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Correc
     if run > 0 and not any(one.is_doubtful(deviation, plan) for one, deviation in encoders):
         found, _ = find_changes(state, run + SWINGING, plan)
         first = found[0] if found else NOTHING
-        state = say(state, "suspected", plan, first)
+        state = add_event(state, "suspected", plan, first)
         return state.enter("alarmed", finding=first, run=run, baseline=start_baseline(plan.deviations))
     return state
 
@@ -97,7 +97,7 @@ def name_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     found, measured = find_changes(state, state.run + SWINGING + elapsed, plan)
     late = elapsed >= _PATIENCE
     if not found:
-        return _hold(state, NOTHING, "impossible", plan) if late else state
+        return _follow_on(state, NOTHING, "impossible", plan) if late else state
     first = found[0]
     leads = len(found) == 1 or first.evidence - found[1].evidence >= _LEAD
     if not leads:
@@ -109,20 +109,20 @@ def name_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     elif abs(first.z) < _LEAST_Z:
         why = "insignificant"
     if not why and (leads or late):
-        return _put_on_trial(say(state, "named" if leads else "ambiguous", plan, first), first, plan)
-    return _hold(state, first, why, plan) if late else state
+        return _put_on_trial(add_event(state, "named" if leads else "ambiguous", plan, first), first, plan)
+    return _follow_on(state, first, why, plan) if late else state
 
 
-def _hold(state: CorrectorState, finding: Finding, why: str, plan: FollowPlan) -> CorrectorState:
+def _follow_on(state: CorrectorState, finding: Finding, why: str, plan: FollowPlan) -> CorrectorState:
     """Follow again without a change."""
-    return say(state, why, plan, finding).follow_again()
+    return add_event(state, why, plan, finding).follow_again()
 
 
 def _put_on_trial(state: CorrectorState, finding: Finding, plan: FollowPlan) -> CorrectorState:
     """Start a rival twin with the change; without corrections, hold."""
     if not plan.settings.correcting:
-        return _hold(state, finding, "off", plan)
-    rival = plan.twin(plan.changes[finding.change].applied(finding.size, state.twin.values))
+        return _follow_on(state, finding, "off", plan)
+    rival = plan.build_twin(plan.changes[finding.change].apply(finding.size, state.twin.values))
     return state.with_rival(rival).enter("on trial", finding=finding)
 
 
@@ -143,16 +143,16 @@ def try_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     ranked = rank_changes(state, latest.blocks, plan)
     own = max([one.evidence for one in ranked if one.change == latest.change], default=0.0)
     if ranked and ranked[0].change != latest.change and ranked[0].evidence > _LEAD + own:
-        state = say(say(state, "outdone", plan, latest), "named", plan, ranked[0])
+        state = add_event(add_event(state, "outdone", plan, latest), "named", plan, ranked[0])
         return _put_on_trial(state, ranked[0], plan)
     if difference >= 0.0 or t > -_SURELY:
-        return _hold(state, latest, "not better", plan)
+        return _follow_on(state, latest, "not better", plan)
     # the twin before is the rival from now on
-    state, before, change = say(state, "better", plan, latest), state.twin, plan.changes[latest.change]
+    state, before, change = add_event(state, "better", plan, latest), state.twin, plan.changes[latest.change]
     errors = list(state.errors)
     for place in change.places:
         errors[place] = state.events[-1].standard_error
-    direction, values = change.direction(before.values), change.applied(latest.size, before.values)
+    direction, values = change.direction(before.values), change.apply(latest.size, before.values)
     state = state.use(values, tuple(errors), plan).with_rival(before)
     return state.enter(
         "adopted",
@@ -172,10 +172,10 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     if compared < _WATCH_WINDOWS * plan.window:
         return state
     number, count = state.finding.change, len(state.blocks)
-    left = explain(state, number, count, plan)
+    left = explain_change(state, number, count, plan)
     if left.change < 0 or abs(left.z) < _REFINING:
         # of a slow change the last part tells most
-        left = explain(state, number, count, plan, whole=False)
+        left = explain_change(state, number, count, plan, whole=False)
         if left.evidence < _LEAD:
             left = NOTHING
     state = state.follow_again()._replace(tested=state.tested)
@@ -185,7 +185,7 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
 def take_back(state: CorrectorState, values: Vector, why: str, plan: FollowPlan) -> CorrectorState:
     """Use these ``values`` again."""
     state = state.use(values, state.errors, plan)._replace(blocks=())
-    return say(state, why, plan, Finding(state.finding.change)).follow_again()
+    return add_event(state, why, plan, Finding(state.finding.change)).follow_again()
 
 
 def sums_back(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:
@@ -197,7 +197,7 @@ def sums_back(state: CorrectorState, number: int, count: int, plan: FollowPlan) 
     return found[1:]
 
 
-def explain(
+def explain_change(
     state: CorrectorState, number: int, count: int, plan: FollowPlan, whole: bool = True, share: float = 0.0
 ) -> Finding:
     """Return the change ``number`` as the last ``count`` blocks have it, or nothing.
@@ -216,7 +216,7 @@ def explain(
 def rank_changes(state: CorrectorState, count: int, plan: FollowPlan, whole: bool = True) -> list[Finding]:
     """Return every possible change from the last ``count`` blocks, the likeliest first; ``whole`` as above."""
     share = len(plan.changes) / total([inflation.factor for inflation in state.inflations])
-    found = [explain(state, number, count, plan, whole, share) for number in range(len(plan.changes))]
+    found = [explain_change(state, number, count, plan, whole, share) for number in range(len(plan.changes))]
     return sorted([one for one in found if one.change >= 0], key=lambda one: one.evidence, reverse=True)
 
 
@@ -243,7 +243,7 @@ def refine_size(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Fi
     return finding._replace(blocks=count, size=size, standard_error=error)
 
 
-def say(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> CorrectorState:
+def add_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> CorrectorState:
     """Return the state with an event that tells of a ``finding``, or of none; ``why`` is a key of the reasons."""
     time, (what, reason) = state.samples * plan.settings.sample_time, REASONS[why]
     event = Event(time, what, since=time, why=reason)
@@ -254,7 +254,7 @@ def say(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NO
             name=change.name,
             other=plan.changes[finding.other].name if finding.other >= 0 else "",
             axis=AXES[change.axes[0]] if change.field else "rotors",
-            value=change.value(change.applied(finding.size, values)),
+            value=change.value(change.apply(finding.size, values)),
             standard_error=finding.standard_error * (1.0 if change.field else change.value(values)),
             since=time - blocks * plan.block * plan.settings.sample_time,
         )

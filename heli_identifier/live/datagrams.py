@@ -192,10 +192,10 @@ class Port:
         self.reason = self.note = ""
         self._named, self._any_port = bool(sender), self.sender is not None and self.sender[1] < 0
         self._heard = 0.0
-        self._socket = self._opened(host, number)
+        self._socket = self._open(host, number)
         self.address: tuple[str, int] = self._socket.getsockname()[:2]
 
-    def _opened(self, host: str, number: int) -> socket.socket:
+    def _open(self, host: str, number: int) -> socket.socket:
         opened = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM)
         try:
             opened.setblocking(False)
@@ -217,7 +217,7 @@ class Port:
         """Close the socket."""
         self._socket.close()
 
-    def arrived(self, most: int) -> Iterator[Datagram]:
+    def receive(self, most: int) -> Iterator[Datagram]:
         """Give the samples that have come in, of at most ``most`` datagrams; never waits."""
         for _ in range(most):
             try:
@@ -253,6 +253,6 @@ class Port:
         """Hear every sender again: a connected socket hears one only, so that it is opened once more."""
         before, self.sender = self.sender, None
         self._socket.close()
-        self._socket = self._opened(*self.address)
+        self._socket = self._open(*self.address)
         if before is not None:
             self.note = f"{before[0]}:{before[1]} fell silent; "

@@ -15,7 +15,7 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.following import Sample
 from heli_identifier.live.align import Grid, Order
 from heli_identifier.live.datagrams import SIGNALS, Datagram, Port
-from heli_identifier.records import LogFormat, factor_to_si, understood
+from heli_identifier.records import LogFormat, factor_to_si, parse_unit
 from heli_plant.motor import saturate
 
 OVERTAKEN = 0.1
@@ -100,7 +100,7 @@ class Listening:
         elif "time" not in port.layout.names:
             raise ConfigurationError("this layout holds no time: give the rig's sampling rate with --rate.")
         self.port, self.rate, self.format = port, rate, format
-        stated = {name: understood(name, unit) for name, unit in format.units.items()}
+        stated = {name: parse_unit(name, unit) for name, unit in format.units.items()}
         own = {name: factor_to_si(name, unit, format.counts_per_turn(name)) for name, unit in stated.items() if unit}
         # a unit that the layout states itself stays
         factors = {name: own.get(name, 1.0) if k is None else k for name, k in port.layout.factors.items()}
@@ -168,7 +168,7 @@ class Listening:
 
     def _read(self) -> None:
         """Take the samples that have come in, and put them in order once clock and rate are known."""
-        for datagram in self.port.arrived(_MOST):
+        for datagram in self.port.receive(_MOST):
             self.heard = monotonic()
             if self.port.elections > self.elections:  # somebody else is the rig: it has another clock
                 if self.elections:

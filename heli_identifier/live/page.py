@@ -20,7 +20,7 @@ from urllib.parse import parse_qs, urlsplit
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live.datagrams import read_address
 from heli_identifier.live.session import Show, View
-from heli_identifier.results import plain
+from heli_identifier.results import to_plain
 
 _EVENTS_SHOWN = 50  # the latest ones
 _PAGES = {
@@ -69,7 +69,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _view(self, after: str) -> bytes:
         """Return what there is to see; of the past only what a page lacks that has it up to ``after`` [s]."""
         view = self.server.view
-        document = plain({**view._asdict(), "stream": view.stream.line, "events": view.events[-_EVENTS_SHOWN:]})
+        document = to_plain({**view._asdict(), "stream": view.stream.line, "events": view.events[-_EVENTS_SHOWN:]})
         document["past"] = [due for due in document["past"] if due["time"] > float(after)]
         return json.dumps({"title": self.server.title, **document}).encode()
 
@@ -93,7 +93,7 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 @contextmanager
-def served(address: str, title: str) -> Iterator[tuple[str, Show]]:
+def serve_page(address: str, title: str) -> Iterator[tuple[str, Show]]:
     """Serve the page while the block runs; give its address and what shows a view on it.
 
     An address that is none or stands for many, and a port that is taken, are a ConfigurationError.

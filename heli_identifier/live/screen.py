@@ -13,7 +13,7 @@ from rich.text import Text
 
 from heli_identifier.live.session import Show, View
 from heli_identifier.online import Estimate
-from heli_identifier.results import significant, with_interval
+from heli_identifier.results import to_digits, with_interval
 from heli_plant.effects import AXES
 
 _EVENTS_SHOWN = 8  # the latest ones
@@ -21,7 +21,7 @@ _COLOURS = {"alarm": "yellow", "adopted": "green", "rolled back": "red", "stream
 
 
 @contextmanager
-def screen(title: str) -> Iterator[Show]:
+def show_screen(title: str) -> Iterator[Show]:
     """Show the twin on the error stream while the block runs; what is seen last stays there."""
     console = Console(stderr=True, highlight=False)
     with Live(Text(title), console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False) as live:
@@ -95,7 +95,7 @@ def _axes(view: View) -> Table:
 
 
 def _text(value: float | None, times: float = 1.0) -> str:
-    return "" if value is None else significant(times * value)
+    return "" if value is None else to_digits(times * value)
 
 
 def _values(view: View) -> Table:
@@ -103,5 +103,5 @@ def _values(view: View) -> Table:
     for value in view.values:
         text = with_interval(Estimate(value["used"], value["band"] / 1.96 or None, "1"))
         used = Text(text, style="green" if value["used"] != value["start"] else "")
-        table.add_row(value["name"], significant(value["start"]), used, value["unit"])
+        table.add_row(value["name"], to_digits(value["start"]), used, value["unit"])
     return table

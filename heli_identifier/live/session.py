@@ -204,7 +204,7 @@ class Session:
         self._write_events()
         if event.what in ("adopted", "rolled back"):
             self.in_use().write(self.folder / IN_USE)
-            self.changed(*self._used(), self._elevation)
+            self.changed(*self._plant_in_use(), self._elevation)
 
     def _write_events(self) -> None:
         write_atomically(self.folder / EVENTS, document_text(self.events))
@@ -240,12 +240,12 @@ class Session:
 
     def in_use(self) -> ParameterSet:
         """Return the parameters that the twin uses; what was adopted has the standard error of its adoption."""
-        plant, errors = self._used()
+        plant, errors = self._plant_in_use()
         rows = [(row, errors[row.name]) for row in PARAMETERS if errors.get(row.name)]
         known = {row.field: Estimate(getattr(plant, row.field), error, row.unit) for row, error in rows}
         return ParameterSet(PLANT, plant_values(plant, known), {}, self.provenance)
 
-    def _used(self) -> tuple[PlantParameters, dict[str, float]]:
+    def _plant_in_use(self) -> tuple[PlantParameters, dict[str, float]]:
         """Return the plant in use, and the standard errors of its parameters that are known."""
         if self.twin is None:
             return self.plant, self.errors

@@ -11,7 +11,7 @@ from .data_set import check_apart as check_apart
 from .data_set import check_excitation as check_excitation
 from .data_set import check_moving as check_moving
 from .data_set import common_configuration as common_configuration
-from .data_set import counted_once as counted_once
+from .data_set import count_once as count_once
 from .data_set import demo_files as demo_files
 from .data_set import demo_logs as demo_logs
 from .data_set import excitation_notes as excitation_notes
@@ -30,4 +30,4 @@ from .units import ANGLES as ANGLES
 from .units import CONTRACT_HEADERS as CONTRACT_HEADERS
 from .units import VOLTAGES as VOLTAGES
 from .units import factor_to_si as factor_to_si
-from .units import understood as understood
+from .units import parse_unit as parse_unit

@@ -64,11 +64,11 @@ def read_binary(data: bytes, ending: str, file: str, format: LogFormat) -> Table
     with draft_folder() as folder:
         copy = folder / f"log{ending}"
         copy.write_bytes(data)
-        table: Table = apart(_read, (copy, file, format), len(data), file)
+        table: Table = read_apart(_read, (copy, file, format), len(data), file)
     return table
 
 
-def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
+def read_apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
     """Call ``read`` with ``arguments`` in a process of its own, which may crash, and raise the LogError that it raises.
 
     A LogError names ``file``, of ``size`` [bytes], if that process gives no answer.
@@ -222,7 +222,7 @@ def _vectors(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
     structs = _structs(value)
     for index, struct in enumerate(structs[:_MOST_ROWS], start=1):
         place = name if len(structs) == 1 else f"{name}({index})"
-        for field, content in _labelled(struct).items():
+        for field, content in _by_labels(struct).items():
             yield from _vectors(f"{place}.{field}", content)
     array = np.squeeze(np.asarray(value))
     kind, shape = array.dtype.kind, array.shape
@@ -245,7 +245,7 @@ def _structs(value: Any) -> list[dict[str, Any]]:
     return [dict(zip(names, row, strict=True)) for row in np.atleast_1d(array).ravel()] if names else []
 
 
-def _labelled(fields: dict[str, Any]) -> dict[str, Any]:
+def _by_labels(fields: dict[str, Any]) -> dict[str, Any]:
     """Fields of a structure with time, or of dSPACE's structure, by the labels of their signals; others as they are."""
     if {"time", "signals"} <= fields.keys():
         found, signals, label, content = {"time": fields["time"]}, _structs(fields["signals"]), "label", "values"

@@ -18,7 +18,7 @@ from heli_identifier.errors import HELI_TOML, LogError
 from heli_plant.errors import did_you_mean
 
 from .configuration import LogFormat
-from .units import ANGLES, COMBINED, NAMED, REFERENCES, STAMP, VOLTAGES, factor_to_si, header, probably, understood
+from .units import ANGLES, COMBINED, NAMED, REFERENCES, STAMP, VOLTAGES, factor_to_si, guess_unit, header, parse_unit
 
 Array = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ class Table:
     def values(self, column: Column) -> Array:
         """Give all cells of a signal in SI units, shape (N,), with NaN where a cell holds no number and no instant."""
         cells = self.columns[column.index]
-        return read_stamps(cells) if column.unit == STAMP else floats(cells) * column.factor
+        return read_stamps(cells) if column.unit == STAMP else to_floats(cells) * column.factor
 
 
 def as_numbers(values: Any) -> NDArray[Any]:
@@ -105,7 +105,7 @@ def read_stamps(cells: NDArray[Any]) -> Array:
     return (found - found.bfill().iloc[:1].min()).dt.total_seconds().to_numpy(dtype=float)
 
 
-def floats(cells: NDArray[Any]) -> Array:
+def to_floats(cells: NDArray[Any]) -> Array:
     """Give cells as numbers, NaN where one is none."""
 
     def number(cell: Any) -> float:
@@ -127,13 +127,13 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
     """
     file, headers = table.file, table.headers
     named = {**format.columns, **{f"{axis}_reference": name for axis, name in format.references.items()}}
-    places = {signal: _places(signal, named.get(signal), headers) for signal in (*NAMED, *REFERENCES)}
+    places = {signal: _find_places(signal, named.get(signal), headers) for signal in (*NAMED, *REFERENCES)}
     summed = any(signal in named for signal in COMBINED) or (
         all(places[signal] for signal in COMBINED) and not any(places[signal] for signal in VOLTAGES)
     )
     wanted = ["time", *(COMBINED if summed else VOLTAGES), *ANGLES, *(axis for axis in REFERENCES if axis in named)]
     if missing := [signal for signal in wanted if not places[signal]]:
-        raise LogError(_missing(file, missing, named, headers, {i for signal in wanted for i in places[signal]}))
+        raise LogError(_say_missing(file, missing, named, headers, {i for signal in wanted for i in places[signal]}))
     columns, unknown = list[Column](), dict[str, str]()
     for signal in (*wanted, *(axis for axis in REFERENCES if axis not in named and len(places[axis]) == 1)):
         index, axis = places[signal][0], signal.removesuffix("_reference")
@@ -150,11 +150,11 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
             cells = table.columns[index]
             is_stamp = signal == "time" and cells.dtype.kind in "OM" and np.isfinite(read_stamps(cells[:1])).any()
             stated = STAMP if is_stamp else format.units.get(axis)
-        if unit := understood(signal, stated or ""):
+        if unit := parse_unit(signal, stated or ""):
             columns.append(Column(signal, index, unit, factor_to_si(signal, unit, format.counts_per_turn(axis))))
         elif signal in wanted:
             said = f"unit {stated!r} is unknown" if stated else "the unit is missing"
-            unknown[axis] = f"column {headers[index]!r}: {said}, {probably(signal, stated or '')}"
+            unknown[axis] = f"column {headers[index]!r}: {said}, {guess_unit(signal, stated or '')}"
     if unknown:
         raise LogError(
             f"{file}, {'; '.join(unknown.values())}; set {', '.join(unknown)} under [log.units] of {HELI_TOML} to the "
@@ -167,17 +167,17 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
     return columns
 
 
-def _places(signal: str, name: str | None, headers: Sequence[str]) -> list[int]:
+def _find_places(signal: str, name: str | None, headers: Sequence[str]) -> list[int]:
     """Find the columns of the name that a configuration states, to the letter or else alike; by default the signal's.
 
     Names are alike but for their units, in any case, and with blanks or hyphens for underscores.
     """
     wanted = signal if name is None else name
     exact = [index for index, text in enumerate(headers) if name is not None and text == name.strip()]
-    return exact or [index for index, text in enumerate(headers) if plain(text) == plain(wanted)]
+    return exact or [index for index, text in enumerate(headers) if plain_name(text) == plain_name(wanted)]
 
 
-def _missing(
+def _say_missing(
     file: str, missing: Sequence[str], named: Mapping[str, str], headers: Sequence[str], taken: set[int]
 ) -> str:
     """Say which columns of the wanted signals are missing, what was found in their place, and the way out."""
@@ -204,11 +204,11 @@ def name_and_unit(text: str) -> tuple[str, str | None]:
         return whole, None
     if found := _BRACKETED.match(whole):
         return found["name"].strip(), found["unit"].strip()
-    if (found := _UNDERSCORED.match(last)) and understood(found["name"].lower(), found["unit"]):
+    if (found := _UNDERSCORED.match(last)) and parse_unit(found["name"].lower(), found["unit"]):
         return found["name"], found["unit"]
     return last, None
 
 
-def plain(text: str) -> str:
+def plain_name(text: str) -> str:
     """Give the name in a header, without the path of a struct, in small letters, with underscores for blanks."""
     return re.sub(r"[\s-]+", "_", name_and_unit(text)[0].strip().rpartition(".")[2].lower())

@@ -14,7 +14,7 @@ from heli_plant.effects import CATALOGUE, effect_of
 from heli_plant.errors import did_you_mean
 from heli_plant.geometry import Geometry
 
-from .units import ANGLES, COMBINED, NAMED, SI_UNIT, VOLTAGES, known_units, understood
+from .units import ANGLES, COMBINED, NAMED, SI_UNIT, VOLTAGES, known_units, parse_unit
 
 LOWEST_LIMIT, HIGHEST_VOLTAGE = 0.1, 30.0
 """Limit of an amplifier [V] below which no rotor turns, and voltage [V] above which no bench motor runs: that of the
@@ -84,7 +84,7 @@ class LogFormat:
                 refuse(key not in known, f"log.{name}.{key} {what}; choose one of {', '.join(known)}.")
         for signal, unit in self.units.items():
             said = f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}."
-            refuse(understood(signal, unit) is None, said)
+            refuse(parse_unit(signal, unit) is None, said)
         for signal, sign in self.signs.items():
             said = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign."
             refuse(signal == "time" or sign not in (-1, 1), said)

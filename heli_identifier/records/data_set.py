@@ -15,7 +15,7 @@ from heli_identifier.signatures import check_types
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
 from .overlap import shared_flight
-from .plausibility import SAME_VOLTAGE, STANDING_STILL, still
+from .plausibility import SAME_VOLTAGE, STANDING_STILL, why_still
 from .reading import read_log
 from .units import ANGLES, VOLTAGES
 
@@ -39,7 +39,7 @@ def read_logs(
     A LogError says that a file cannot be read.
     """
     given = [logs] if isinstance(logs, Log | str | PathLike) else list(logs)
-    return _named_apart([one if isinstance(one, Log) else read_log(one, format, start, end) for one in given])
+    return _name_apart([one if isinstance(one, Log) else read_log(one, format, start, end) for one in given])
 
 
 @check_types
@@ -73,7 +73,7 @@ def demo_logs(rig: str) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
     return read_data_set(*demo_files(rig))
 
 
-def _named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
+def _name_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
     """Give the logs with unique names.
 
     A name that files in several folders share is preceded by the folders below the one that they share. Names that are
@@ -101,7 +101,7 @@ def check_excitation(logs: Sequence[Log]) -> None:
     """Refuse, with a LogError, a data set in which a voltage never moves or never differs from the other."""
     if not logs:
         raise LogError("no log was given; name at least one file.")
-    called = ", ".join(map(_called, logs))
+    called = ", ".join(map(_name_of, logs))
     extents = np.max([np.ptp(log.voltages, axis=0) for log in logs], axis=0)
     if extents.min() < _CONSTANT_V:
         raise LogError(
@@ -118,10 +118,10 @@ def check_excitation(logs: Sequence[Log]) -> None:
 def check_moving(logs: Sequence[Log]) -> None:
     """Refuse, with a LogError, a log in which an axis stands still: it cannot judge a model of three free axes."""
     for log in logs:
-        said = [f"{name} {why}" for name, angle in zip(ANGLES, log.angles.T, strict=True) if (why := still(angle))]
+        said = [f"{name} {why}" for name, angle in zip(ANGLES, log.angles.T, strict=True) if (why := why_still(angle))]
         if said:
             needed = f"{STANDING_STILL}, and a diagnosis needs all three axes to move; leave the log out"
-            raise LogError(f"{_called(log)}: {' and '.join(said)}: {needed}.")
+            raise LogError(f"{_name_of(log)}: {' and '.join(said)}: {needed}.")
 
 
 def check_apart(training: Sequence[Log], held_out: Sequence[Log]) -> None:
@@ -132,21 +132,21 @@ def check_apart(training: Sequence[Log], held_out: Sequence[Log]) -> None:
                 continue
             where = f" ({flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on)"
             if own not in training:
-                raise LogError(f"{_called(log)} holds the same samples as {_called(own)}{where}; give each log once.")
+                raise LogError(f"{_name_of(log)} holds the same samples as {_name_of(own)}{where}; give each log once.")
             raise LogError(
-                f"{_called(log)} is held out for validation but shares samples with training log {_called(own)}"
+                f"{_name_of(log)} is held out for validation but shares samples with training log {_name_of(own)}"
                 f"{where}; give a log, or a stretch of it, that the fit has not seen."
             )
 
 
-def counted_once(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
+def count_once(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
     """Leave out training logs that share flight with a longer one, such as a log that was cut; a note for each."""
     kept, notes = list[Log](), list[str]()
     for log in sorted(training, key=lambda log: -log.duration):
         shared = ((own, flight) for own in kept if (flight := shared_flight(own, log)))
         if found := next(shared, None):
             notes.append(
-                f"{_called(log)} is left out: {found[1][2]:.0f} s of it are the same flight as {_called(found[0])}, "
+                f"{_name_of(log)} is left out: {found[1][2]:.0f} s of it are the same flight as {_name_of(found[0])}, "
                 "and what is counted twice seems twice as certain"
             )
         else:
@@ -163,11 +163,11 @@ def excitation_notes(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[
             own = float((log.voltages @ weights).std())
             if own < _STILL_SHARE * usual:
                 notes.append(
-                    f"{_called(log)} is held out and hardly excited: the {what} of its voltages has a standard "
+                    f"{_name_of(log)} is held out and hardly excited: the {what} of its voltages has a standard "
                     f"deviation of {own:.2g} V, that of the training logs {usual:.2g} V. It says little on {axes}"
                 )
     return tuple(notes)
 
 
-def _called(log: Log) -> str:
+def _name_of(log: Log) -> str:
     return log.path or log.name

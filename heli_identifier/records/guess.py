@@ -26,14 +26,14 @@ import numpy as np
 
 from heli_identifier.errors import LogError
 
-from .columns import DECIMAL_COMMA, Array, Table, name_and_unit, plain, read_stamps
+from .columns import DECIMAL_COMMA, Array, Table, name_and_unit, plain_name, read_stamps
 from .configuration import CONTRACT, LogFormat
 from .plausibility import encoder_step
 from .reading import open_table
-from .response import ELEVATION_SURE, PITCH_SURE, Gains, coarse, derivatives, filtered, find_responses, gains
+from .response import ELEVATION_SURE, PITCH_SURE, Gains, average, derivatives, filter_columns, find_responses, fit_gains
 from .text import NUMBERED
 from .timing import check_extent
-from .units import ANGLES, COMBINED, STAMP, VOLTAGES, factor_to_si, understood
+from .units import ANGLES, COMBINED, STAMP, VOLTAGES, factor_to_si, parse_unit
 
 _NAMES = {
     "time": r"time|t|zeit|seconds?|timestamp|x_value|x|datetime",
@@ -77,7 +77,7 @@ def guess(path: str | PathLike[str]) -> Guess:
 
     A LogError says that it is no table, or that too little of it is understood to guess.
     """
-    table, decimal = _table(Path(path))
+    table, decimal = _read_table(Path(path))
     headers, reasons = table.headers, dict[str, str]()
     named = _find_names(headers, _NAMES) | _find_names(headers, {signal: signal for signal in _NAMES})
     numbers = {
@@ -91,7 +91,7 @@ def guess(path: str | PathLike[str]) -> Guess:
         for i, v in numbers.items()
         if i != time and len(v) == len(seconds) and not _is_clock(v)
     }
-    chosen = _choose(candidates, named, rate_hz)
+    chosen = _choose_columns(candidates, named, rate_hz)
     if not chosen:
         raise LogError(
             f"{table.file} holds {len(candidates)} columns of numbers beside the time, among which the two voltages "
@@ -101,7 +101,7 @@ def guess(path: str | PathLike[str]) -> Guess:
     columns = {signal: headers[index] for signal, index in ({"time": time} | chosen).items()}
     units, counts, values = {"time": unit}, dict[str, int](), dict[str, Array]()
     for signal, index in chosen.items():
-        units[signal], reasons[f"units.{signal}"], turn = _unit(signal, headers[index], candidates[index])
+        units[signal], reasons[f"units.{signal}"], turn = _guess_unit(signal, headers[index], candidates[index])
         counts[signal] = turn or CONTRACT.counts_per_turn(signal)
         values[signal] = candidates[index] * factor_to_si(signal, units[signal], counts[signal])
     values = CONTRACT.oriented(values)
@@ -116,7 +116,7 @@ def guess(path: str | PathLike[str]) -> Guess:
     start = None if unit == STAMP else _take_off(seconds, candidates[chosen["elevation"]], reasons)
     flying = 0 if start is None else int((seconds >= start).argmax())
     found = find_responses(np.clip(voltages, -limit, limit)[flying:], angles[flying:], rate_hz)
-    signs, swap = _signs("v_front" in chosen, found, reasons)
+    signs, swap = _guess_signs("v_front" in chosen, found, reasons)
     for signal in chosen:
         axis = signal if signal in ANGLES else "pitch" if signal == "v_difference" else "travel"
         share = f"{100.0 * found.share[ANGLES.index(axis)]:.0f} %"
@@ -130,10 +130,10 @@ def guess(path: str | PathLike[str]) -> Guess:
     reasons |= {f"references.{axis}": f"called {text!r}" for axis, text in references.items()}
     turns = (counts["pitch"], counts["elevation"], counts["travel"])
     format = LogFormat(columns, units, signs, references, swap, start, None, decimal, turns, clip=clip)
-    return Guess(format, reasons, _doubts(named, found))
+    return Guess(format, reasons, _list_doubts(named, found))
 
 
-def _table(path: Path) -> tuple[Table, str]:
+def _read_table(path: Path) -> tuple[Table, str]:
     """Read a file as a table, with the decimal mark that makes numbers of its cells."""
     form = LogFormat(columns={"time": NUMBERED.format(1)})  # a file without headers is looked into as well
     table, _ = open_table(path, form)
@@ -145,7 +145,7 @@ def _table(path: Path) -> tuple[Table, str]:
 
 def _find_names(headers: Sequence[str], patterns: Mapping[str, str]) -> dict[str, int]:
     """Find the column whose name matches, by what it is called; a name that two columns share decides nothing."""
-    names = [plain(text) for text in headers]
+    names = [plain_name(text) for text in headers]
     places = {what: [i for i, name in enumerate(names) if re.fullmatch(p, name)] for what, p in patterns.items()}
     return {what: found[0] for what, found in places.items() if len(found) == 1}
 
@@ -167,7 +167,7 @@ def _find_time(
         reasons["columns.time"] = "increases evenly from row to row"
     step = float(np.median(np.diff(numbers[time])))
     stated = name_and_unit(table.headers[time])[1]
-    known = understood("time", stated or "")
+    known = parse_unit("time", stated or "")
     steps = {unit: step * factor_to_si("time", unit, 1) for unit in ("s", "ms", "us", "ns")}
     unit = known or next((unit for unit, own in steps.items() if _STEPS[0] <= own <= _STEPS[1]), "s")
     by_rate = "" if known else f"its steps of {step:.4g} are then {1.0 / steps[unit]:.4g} Hz"
@@ -181,7 +181,7 @@ def _is_clock(values: Array) -> bool:
     return len(steps) > 0 and bool(steps.min() > 0.0 and steps.max() < 20.0 * np.median(steps))
 
 
-def _choose(candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: float) -> dict[str, int]:
+def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: float) -> dict[str, int]:
     """Choose the columns of voltages and angles of highest score; those of plain names are known.
 
     Gives the place of each signal's column, with v_front and v_rear or v_sum and v_difference; none if too few move.
@@ -190,8 +190,8 @@ def _choose(candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: 
         return {}
     at, columns = list(candidates), np.column_stack([*candidates.values()])
     known = {signal: at.index(index) for signal, index in named.items() if index in candidates}
-    values, step = coarse(columns, rate_hz)
-    found = filtered(values, step)
+    values, step = average(columns, rate_hz)
+    found = filter_columns(values, step)
     taken = derivatives(found) | {*known.values()}
     free = [i for i, extent in enumerate(np.ptp(values, axis=0)) if extent > 0.0 and i not in taken]
     options = {signal: [known[signal]] if signal in known else free for signal in (*VOLTAGES, *COMBINED, *ANGLES)}
@@ -204,17 +204,17 @@ def _choose(candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: 
     both = np.array([kind == VOLTAGES for kind in of_pairs])
     v, w = values[:, first], values[:, second]
     total, difference = np.where(both, v + w, v), np.where(both, v - w, w)
-    by_total, by_difference = filtered(total, step).value, filtered(difference, step).value
+    by_total, by_difference = filter_columns(total, step).value, filter_columns(difference, step).value
     in_steps = [_IN_STEPS * (encoder_step(column) is not None) for column in columns.T]
     elevations, travels = (np.array(options[angle])[:, None] for angle in ANGLES[1:])
-    of_elevation = np.stack([gains(found, e, by_total).share + in_steps[e] for e in options["elevation"]])
+    of_elevation = np.stack([fit_gains(found, e, by_total).share + in_steps[e] for e in options["elevation"]])
     best, chosen = -np.inf, dict[str, int]()
     for p in options["pitch"]:
         unit, _, turn = _angle_unit(columns[:, p])
         pitch = values[:, p] * factor_to_si("pitch", unit, turn or CONTRACT.counts_per_turn("pitch"))
-        turned = filtered(total * np.sin(pitch)[:, None], step).value
-        of_pitch = gains(found, p, by_difference).share + in_steps[p] + _BOTH * both
-        of_travel = np.stack([2.0 * gains(found, t, turned).share + in_steps[t] for t in options["travel"]])
+        turned = filter_columns(total * np.sin(pitch)[:, None], step).value
+        of_pitch = fit_gains(found, p, by_difference).share + in_steps[p] + _BOTH * both
+        of_travel = np.stack([2.0 * fit_gains(found, t, turned).share + in_steps[t] for t in options["travel"]])
         score = of_pitch + of_travel[:, None] + of_elevation  # by travel, elevation and pair
         places = (np.array(first), np.array(second), np.array(p), elevations, travels[:, None])
         for one, other in combinations(places, 2):  # no column is two signals
@@ -226,10 +226,10 @@ def _choose(candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: 
     return chosen
 
 
-def _unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None]:
+def _guess_unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None]:
     """Give the unit of a column, why, and the counts of its encoder if its steps tell them."""
     stated = name_and_unit(header)[1]
-    if unit := understood(signal, stated or ""):
+    if unit := parse_unit(signal, stated or ""):
         return unit, f"its header says [{stated}]", None
     if signal in ANGLES:
         return _angle_unit(values)
@@ -264,7 +264,7 @@ def _take_off(seconds: Array, elevation: Array, reasons: dict[str, str]) -> floa
     return float(np.ceil(lifted + 4.0))
 
 
-def _signs(has_front: bool, found: Gains, reasons: dict[str, str]) -> tuple[dict[str, int], bool]:
+def _guess_signs(has_front: bool, found: Gains, reasons: dict[str, str]) -> tuple[dict[str, int], bool]:
     """Signs that make the gains k_x > 0, k_z > 0 and k_y < 0, those of the model, and whether to swap the rotors."""
     # A sign is changed only if it is beyond doubt; a gain that a closed loop hides is taken as the model's.
     sure = np.abs(found.score) > (PITCH_SURE, ELEVATION_SURE, _TRAVEL_SURE)
@@ -285,7 +285,7 @@ def _signs(has_front: bool, found: Gains, reasons: dict[str, str]) -> tuple[dict
     return dict.fromkeys(why, -1), swap
 
 
-def _doubts(named: Mapping[str, int], found: Gains) -> tuple[str, ...]:
+def _list_doubts(named: Mapping[str, int], found: Gains) -> tuple[str, ...]:
     share = f"the voltages explain {100.0 * found.share[2]:.0f} % of the travel's acceleration only"
     weak = "the pitch responds too weakly to tell its sign: compare with another log of this rig"
     return (

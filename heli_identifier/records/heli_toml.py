@@ -38,7 +38,7 @@ _LISTS = {2: "the coefficient and its standard deviation, as [1.0, 0.1]", 3: "a 
 """What a value of a type, or a list of a length, is called."""
 
 
-def examples() -> dict[str, Any]:
+def read_examples() -> dict[str, Any]:
     """Give every key of the file with an example of its value: the template with its examples switched on."""
     lines = _TEMPLATE.read_text("utf-8").splitlines()
     return tomllib.loads("\n".join(line.removeprefix("# ") if " = " in line else line for line in lines))
@@ -67,35 +67,35 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
         said = "is nested too deeply" if isinstance(error, RecursionError) else f"is not TOML: {error}"
         raise ConfigurationError(f"{path} {said}{advice}.") from error
     try:
-        known = examples()
-        return _configuration(_section("", dict.fromkeys(known, {}) | content, known))
+        known = read_examples()
+        return _make_configuration(_read_section("", dict.fromkeys(known, {}) | content, known))
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
 
-def _section(place: str, content: dict[str, Any], known: dict[str, Any]) -> dict[str, Any]:
+def _read_section(place: str, content: dict[str, Any], known: dict[str, Any]) -> dict[str, Any]:
     """Give the values of a section, each of the type of its example; effects may have any name."""
     for name in content:
         if name not in known and place != "rig.effects.":
             written = name if re.fullmatch(r"[\w-]+", name) else repr(name)
             advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
             raise ConfigurationError(f"key {place}{written} is unknown{advice}")
-    return {name: _value(f"{place}{name}", given, known.get(name, [1.0, 0.1])) for name, given in content.items()}
+    return {name: _read_value(f"{place}{name}", given, known.get(name, [1.0, 0.1])) for name, given in content.items()}
 
 
-def _value(key: str, given: Any, example: Any) -> Any:
+def _read_value(key: str, given: Any, example: Any) -> Any:
     """Give what stands at a key, if it has the type of its example; a list as a tuple."""
     if isinstance(example, float) and type(given) is int:
         given = float(min(max(given, -1e300), 1e300))  # of more digits than a float can have
     if isinstance(example, list) and isinstance(given, list) and len(given) == len(example):
-        return tuple(_value(key, one, 1.0) for one in given)
+        return tuple(_read_value(key, one, 1.0) for one in given)
     if type(given) is not type(example) or isinstance(example, list):
         what = _LISTS[len(example)] if isinstance(example, list) else _WANTED.get(type(example))
         raise ConfigurationError(f"{key} = {given!r} must be {what or f'a section that begins with [{key}]'}.")
-    return _section(f"{key}.", given, example) if isinstance(example, dict) else given
+    return _read_section(f"{key}.", given, example) if isinstance(example, dict) else given
 
 
-def _configuration(content: dict[str, dict[str, Any]]) -> RigConfiguration:
+def _make_configuration(content: dict[str, dict[str, Any]]) -> RigConfiguration:
     """Make the configuration of the values of the sections."""
     rig, log, controller, geometry = (content[name] for name in ("rig", "log", "controller", "geometry"))
     limit, counts = rig.pop("voltage_limit", CONTRACT.voltage_limit), rig.pop("encoder_counts", {})
@@ -108,14 +108,14 @@ def _configuration(content: dict[str, dict[str, Any]]) -> RigConfiguration:
         unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
         require_range(f"geometry.{name}", value, unit, 1e-3, most)
     controller["weights"] = configuration.Weights(**controller.get("weights", {}))
-    controller["pid"] = _pid(controller.get("pid", {}), limit)
+    controller["pid"] = _read_pid(controller.get("pid", {}), limit)
     aim = configuration.ControllerConfiguration(**controller)
     return RigConfiguration(
         **rig, effects=effects, format=format, controller=aim, geometry=configuration.Geometry(**geometry)
     )
 
 
-def _pid(given: dict[str, Any], voltage_limit: float) -> PidSettings | None:
+def _read_pid(given: dict[str, Any], voltage_limit: float) -> PidSettings | None:
     """Give the PID that is stated; a loop that is not stated is off."""
     loops, trim = {axis: AxisGains(*given[axis]) for axis in ANGLES if axis in given}, given.get("trim", 0.0)
     for axis, gains in loops.items():

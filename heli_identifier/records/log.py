@@ -53,8 +53,8 @@ class Log:
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate_hz", float(self.rate_hz))
         for name in ("voltages", "angles"):
-            object.__setattr__(self, name, _frozen(getattr(self, name)))
-        object.__setattr__(self, "references", {axis: _frozen(values) for axis, values in self.references.items()})
+            object.__setattr__(self, name, _freeze(getattr(self, name)))
+        object.__setattr__(self, "references", {axis: _freeze(values) for axis, values in self.references.items()})
         object.__setattr__(self, "notes", tuple(self.notes))
         count, inf = len(self.angles), float("inf")
         parts: list[tuple[str, Array, tuple[int, ...], float, str]] = [
@@ -86,7 +86,7 @@ class Log:
     @cached_property
     def time(self) -> Array:
         """Time since the first sample kept, i/rate_hz [s], shape (N,)."""
-        return _frozen(np.arange(self.samples) / self.rate_hz)
+        return _freeze(np.arange(self.samples) / self.rate_hz)
 
     @property
     def step(self) -> float:
@@ -120,7 +120,7 @@ def write_log(log: Log, path: str | PathLike[str]) -> Path:
     return write_atomically(path, "\n".join([*map(",".join, (columns, *rows)), ""]))
 
 
-def _frozen(values: ArrayLike) -> Array:
+def _freeze(values: ArrayLike) -> Array:
     """Return a copy that cannot be written to; C order, so that compiled loops see one array type only."""
     array = np.array(values, dtype=float, order="C")
     array.flags.writeable = False

@@ -84,7 +84,7 @@ def unwrap_angle(angle: Array, signal: str, file: str, row: int) -> tuple[Array,
     return np.unwrap(angle), [f"{signal} unwrapped at {count} jump{'' if count == 1 else 's'} of whole turns"]
 
 
-def still(angle: Array) -> str | None:
+def why_still(angle: Array) -> str | None:
     """Say why an angle, shape (N,) [rad], shows no motion; None if it shows one."""
     extent = float(np.ptp(angle))
     if extent == 0.0:
@@ -153,7 +153,7 @@ def describe_values(voltages: Array, angles: Array, limit: float) -> tuple[str, 
         )
     for name, values in zip(ANGLES, angles.T, strict=True):
         most = np.abs(values).max()
-        if why := still(values):
+        if why := why_still(values):
             notes.append(f"{name} {why}: {STANDING_STILL}")
         elif name != "travel" and most > SUSPICIOUS_ANGLE:
             notes.append(f"{name} reaches {most:.3g} rad, more than half a turn: are these degrees?")

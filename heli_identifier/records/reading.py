@@ -60,7 +60,7 @@ def read_log(
     format = format.format if isinstance(format, RigConfiguration) else format
     table, sha256 = open_table(Path(path), format)
     columns = find_columns(table, format)
-    kept, notes = _cut(table, columns[0], format.start if start is None else start, format.end if end is None else end)
+    kept, notes = _crop(table, columns[0], format.start if start is None else start, format.end if end is None else end)
     values = {column.signal: table.numbers(column, kept) for column in columns}
     time = values.pop("time")
     notes = [*table.notes, *notes]
@@ -103,13 +103,13 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
     data = given_bytes(path, format.largest_file, LogError, "; check the path", inside, LARGER)
     digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
     if name.endswith(".gz"):
-        data, name = _unpacked(data, path, format.largest_file), name.removesuffix(".gz")
+        data, name = _unpack(data, path, format.largest_file), name.removesuffix(".gz")
     ending = Path(name).suffix
     is_text = ending not in READERS
     return read_text(data, str(path), format) if is_text else read_binary(data, ending, str(path), format), digest
 
 
-def _unpacked(data: bytes, path: Path, largest: float) -> bytes:
+def _unpack(data: bytes, path: Path, largest: float) -> bytes:
     """Give the content of a gzip file of at most ``largest`` MB."""
     content = bytearray()
     try:
@@ -123,7 +123,7 @@ def _unpacked(data: bytes, path: Path, largest: float) -> bytes:
     return bytes(content)
 
 
-def _cut(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:
+def _crop(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:
     """Find the samples from the first at or after `start` to the last before time passes `end`."""
     time = table.values(column)
     count, finite = len(time), time[np.isfinite(time)]

@@ -50,14 +50,14 @@ class Filtered(NamedTuple):
     independent: float
 
 
-def coarse(columns: Array, rate_hz: float) -> tuple[Array, float]:
+def average(columns: Array, rate_hz: float) -> tuple[Array, float]:
     """Average columns, shape (N, k), over blocks; give them, shape (M, k), and their step [s]."""
     width = max(1, round(rate_hz / _COARSE_HZ))
     count = len(columns) // width
     return columns[: count * width].reshape(count, width, -1).mean(axis=1), width / rate_hz
 
 
-def filtered(columns: Array, step: float) -> Filtered:
+def filter_columns(columns: Array, step: float) -> Filtered:
     """Filter columns, shape (M, k), sampled at ``step`` [s], exactly for inputs held between samples."""
     w = _BANDWIDTH
     away = columns - columns[0]  # the filter begins at rest
@@ -79,7 +79,7 @@ def derivatives(found: Filtered) -> set[int]:
     return {*np.flatnonzero(alike.any(axis=0)).tolist()}
 
 
-def gains(found: Filtered, angle: int, regressors: Array) -> Gains:
+def fit_gains(found: Filtered, angle: int, regressors: Array) -> Gains:
     """Fit the acceleration of a column by each regressor, shape (M, r), beside its own rate, value and a constant."""
     own = np.column_stack((found.rate[:, angle], found.value[:, angle], np.ones(len(found.value))))
     both = np.column_stack((found.acceleration[:, angle], regressors))
@@ -95,11 +95,11 @@ def gains(found: Filtered, angle: int, regressors: Array) -> Gains:
 
 def find_responses(voltages: Array, angles: Array, rate_hz: float) -> Gains:
     """Responses of pitch, elevation and travel, (N, 3) [rad], to the voltages, (N, 2) [V], sampled at ``rate_hz``."""
-    values, step = coarse(np.column_stack((voltages, angles)), rate_hz)
+    values, step = average(np.column_stack((voltages, angles)), rate_hz)
     front, rear, pitch, elevation, travel = values.T
     regressors = (front - rear, (front + rear) * np.cos(pitch), (front + rear) * np.sin(pitch))
-    found = filtered(np.column_stack((pitch, elevation, travel, *regressors)), step)
-    each = [gains(found, axis, found.value[:, [3 + axis]]) for axis in range(3)]
+    found = filter_columns(np.column_stack((pitch, elevation, travel, *regressors)), step)
+    each = [fit_gains(found, axis, found.value[:, [3 + axis]]) for axis in range(3)]
     return Gains(*(np.concatenate(of_all) for of_all in zip(*each, strict=True)))
 
 

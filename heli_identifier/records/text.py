@@ -28,7 +28,7 @@ from heli_identifier.errors import LogError
 
 from .columns import Table
 from .configuration import LogFormat
-from .units import CONTRACT_HEADERS, SIGNALS, understood, with_unit
+from .units import CONTRACT_HEADERS, SIGNALS, parse_unit, with_unit
 
 NUMBERED = "column {}"
 """Name of a column in a file without headers; counts from 1."""
@@ -49,11 +49,11 @@ def read_text(data: bytes, file: str, format: LogFormat) -> Table:
     columns ``column 1``, ... A LogError says that the bytes are no table: binary, empty, one column, no rows, or a row
     longer than the header.
     """
-    lines = _decoded(data, file).split("\n")
+    lines = _decode(data, file).split("\n")
     is_cut = lines[-1].strip() != ""
     while not lines[-1].strip():  # blank lines are rows but for those at the end
         lines.pop()
-    separator = _separator(lines[:_LOOKED_AT], format.decimal)
+    separator = _find_separator(lines[:_LOOKED_AT], format.decimal)
     headers, above, left_out = _find_headers(lines[:_LOOKED_AT], separator, file, format)
     notes = []
     if left_out:
@@ -77,17 +77,17 @@ def read_text(data: bytes, file: str, format: LogFormat) -> Table:
                     blocks.append([*found.T])
                     continue
         for row, line in enumerate(block, first + 1):
-            cells = _cells(line, separator)
+            cells = _split_cells(line, separator)
             if any(cells[count:]):
                 wrong = f"{len(cells)} cells stand under {count} headers"
                 raise LogError(f"{file}, row {row}: {wrong}; look for a decimal comma or a separator too many.")
             rows.append(cells[:count] + [""] * (count - len(cells)))
-        blocks.append([_numbers(column, format.decimal) for column in zip(*rows, strict=True)])
+        blocks.append([_parse_numbers(column, format.decimal) for column in zip(*rows, strict=True)])
     columns = tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
     return Table(file, tuple(headers), columns, above + 1, tuple(notes))
 
 
-def _decoded(data: bytes, file: str) -> str:
+def _decode(data: bytes, file: str) -> str:
     """Give the text, with one kind of line ends."""
     is_wide = data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
     try:
@@ -104,7 +104,7 @@ def _decoded(data: bytes, file: str) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _numbers(cells: Sequence[str], decimal: str) -> NDArray[Any]:
+def _parse_numbers(cells: Sequence[str], decimal: str) -> NDArray[Any]:
     with suppress(ValueError):
         if "_" not in "".join(cells):  # 1_0 is ten in Python only
             marked = [cell.translate(_MARKS) for cell in cells] if decimal == "," else cells
@@ -114,7 +114,7 @@ def _numbers(cells: Sequence[str], decimal: str) -> NDArray[Any]:
 
 def _find_headers(lines: Sequence[str], separator: str, file: str, format: LogFormat) -> tuple[list[str], int, int]:
     """Find the headers, and how many lines stand above the first sample and above the header."""
-    rows = [_cells(_COMMENT.sub("", line), separator) for line in lines]
+    rows = [_split_cells(_COMMENT.sub("", line), separator) for line in lines]
     comments = [bool(_COMMENT.match(line)) for line in lines]
     numeric = [not comment and _is_data(row) for row, comment in zip(rows, comments, strict=True)]
     contract = ",".join(CONTRACT_HEADERS)
@@ -131,9 +131,9 @@ def _find_headers(lines: Sequence[str], separator: str, file: str, format: LogFo
     headers, above = [cell.strip() for cell in rows[at]], at + 1
     for row in rows[:at]:
         if row and row[0] == _LABVIEW_UNITS:
-            headers = [with_unit(*both) for both in zip_longest(headers, ["s", *_units(row)[1:]], fillvalue="")]
+            headers = [with_unit(*both) for both in zip_longest(headers, ["s", *_read_units(row)[1:]], fillvalue="")]
     if above < len(rows) and _is_units(rows[above], headers):
-        headers, above = [with_unit(*both) for both in zip(headers, _units(rows[above]), strict=True)], above + 1
+        headers, above = [with_unit(*both) for both in zip(headers, _read_units(rows[above]), strict=True)], above + 1
     while headers and not headers[-1]:  # a separator at the end of each line
         headers.pop()
     if len(headers) < 2:
@@ -159,7 +159,7 @@ def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool
     return at - 1 if at - 1 in fitting and _is_units(rows[at], rows[at - 1]) else at
 
 
-def _cells(line: str, separator: str) -> list[str]:
+def _split_cells(line: str, separator: str) -> list[str]:
     """Split a line into its cells; a blank as the separator stands for any number of blanks."""
     if separator == " ":
         return _BLANKS.split(line.strip())
@@ -169,11 +169,11 @@ def _cells(line: str, separator: str) -> list[str]:
     return line.split(separator)
 
 
-def _separator(lines: Sequence[str], decimal: str) -> str:
+def _find_separator(lines: Sequence[str], decimal: str) -> str:
     """Give the separator by which most lines are rows of samples, and these have most cells; rather no blanks."""
 
     def fit(mark: str) -> tuple[int, bool, int]:
-        widths = sorted(len(row) for line in lines if _is_data(row := _cells(line, mark)))
+        widths = sorted(len(row) for line in lines if _is_data(row := _split_cells(line, mark)))
         return len(widths), mark != " ", widths[len(widths) // 2] if widths else 0
 
     best = max((mark for mark in _SEPARATORS if mark != decimal), key=fit)
@@ -197,13 +197,13 @@ def _is_data(row: list[str]) -> bool:
 
 def _is_units(row: list[str], headers: list[str]) -> bool:
     """Whether a row below headers holds their units."""
-    cells = _units(row)
+    cells = _read_units(row)
     return (
         len(cells) == len(headers)
         and not any(len(cell) > 12 or _is_number(cell) for cell in cells)
-        and any(understood(signal, cell) for cell in cells for signal in SIGNALS)
+        and any(parse_unit(signal, cell) for cell in cells for signal in SIGNALS)
     )
 
 
-def _units(row: list[str]) -> list[str]:
+def _read_units(row: list[str]) -> list[str]:
     return [cell.strip().strip("[]()") for cell in row]

@@ -51,12 +51,12 @@ def find_sampling(time: Array, file: str, row: int) -> tuple[float, Array | None
             f"{file}, row {row + at}: no samples for {intervals[at - 1]:.4g} s before {time[at]:g} s, at most "
             f"{GAP_STEPS} steps of {median:.4g} s are bridged; cut the log in two there with --from and --to."
         )
-    rate, grid, notes = _sampling(time, intervals, median)
+    rate, grid, notes = _estimate_sampling(time, intervals, median)
     check_extent(rate, len(time if grid is None else grid), file)
     return rate, grid, notes
 
 
-def _sampling(time: Array, intervals: Array, median: float) -> tuple[float, Array | None, list[str]]:
+def _estimate_sampling(time: Array, intervals: Array, median: float) -> tuple[float, Array | None, list[str]]:
     duration = float(time[-1] - time[0])
     mean = duration / len(intervals)
     off_grid = float(np.abs(time - time[0] - mean * np.arange(len(time))).max())

@@ -70,12 +70,12 @@ def known_units(signal: str) -> tuple[str, ...]:
     return tuple(_UNITS[SI_UNIT[signal]])
 
 
-def understood(signal: str, text: str) -> str | None:
+def parse_unit(signal: str, text: str) -> str | None:
     """Give the unit that a text plainly means for a signal, one of `known_units`; None if it is not plain."""
     return _UNDERSTOOD[SI_UNIT[signal]].get(text.strip().lower())
 
 
-def probably(signal: str, text: str) -> str:
+def guess_unit(signal: str, text: str) -> str:
     """Say what a unit that is not understood probably is, or which ones are."""
     known = known_units(signal)
     return _PROBABLY.get(text.strip().lower(), f"{', '.join(known[:-1])} or {known[-1]} is needed")

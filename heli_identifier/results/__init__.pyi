@@ -22,31 +22,31 @@ __all__ = [
     "diagnosis_summary",
     "diagnosis_tables",
     "document_text",
-    "drawn_values",
+    "draw_values",
     "effect_name",
     "figure",
     "figure_file",
-    "labelled",
+    "label_with_unit",
     "law_text",
-    "listed",
+    "join_words",
     "look",
     "meaning",
     "meaning_of",
     "notebook_view",
     "p_text",
-    "played",
-    "plain",
+    "play_log",
+    "to_plain",
     "plant_of",
     "plant_values",
     "read_document",
     "read_parameters",
-    "remarks",
-    "rendered",
+    "typeset_notes",
+    "render",
     "run_figure",
-    "significant",
+    "to_digits",
     "simulate",
-    "started",
-    "thinned",
+    "start_of",
+    "thin_line",
     "typeset",
     "unit_text",
     "uses_text",
@@ -59,19 +59,19 @@ __all__ = [
 
 from .checking import Check, check
 from .comparing import Comparison, compare
-from .documents import document_text, plain, read_document, whole_folder, write_files
+from .documents import document_text, read_document, to_plain, whole_folder, write_files
 from .looking import Look, diagnosis_lines, look
 from .parameters import (
     PLANT,
     ParameterSet,
     corrected_parameters,
-    drawn_values,
+    draw_values,
     plant_values,
 )
-from .report import NATIVE_PLANT, RESULTS, notebook_view, rendered, write_results
-from .running import Simulation, build, played, simulate, started
+from .report import NATIVE_PLANT, RESULTS, notebook_view, render, write_results
+from .running import Simulation, build, play_log, simulate, start_of
 from .sources import PlantSource, plant_of, read_parameters
-from .svg import COLOURS, Axes, figure, figure_file, run_figure, thinned
+from .svg import COLOURS, Axes, figure, figure_file, run_figure, thin_line
 from .tables import (
     Table,
     Tabular,
@@ -82,15 +82,15 @@ from .words import (
     AHEAD,
     angle_text,
     effect_name,
-    labelled,
+    join_words,
+    label_with_unit,
     law_text,
-    listed,
     meaning,
     meaning_of,
     p_text,
-    remarks,
-    significant,
+    to_digits,
     typeset,
+    typeset_notes,
     unit_text,
     uses_text,
     verdict_line,

@@ -6,10 +6,10 @@ from typing import Any
 
 from heli_identifier.errors import LogError
 from heli_identifier.records import LogSource, read_logs
-from heli_identifier.results.report import rendered
+from heli_identifier.results.report import render
 from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.results.tables import Table, Tabular
-from heli_identifier.results.words import AHEAD, angle_text, significant
+from heli_identifier.results.words import AHEAD, angle_text, to_digits
 from heli_identifier.signatures import check_types
 from heli_identifier.tracing import Outcome, Use, hold_to
 
@@ -40,7 +40,7 @@ class Check(Tabular):
     def table(self) -> Table:
         """Log, axis, error with its 95 % interval, limit, and whether it is kept."""
         rows = [
-            (o.log, o.axis, angle_text(o.error), significant(1e3 * o.limit), "passed" if o.passed else "failed")
+            (o.log, o.axis, angle_text(o.error), to_digits(1e3 * o.limit), "passed" if o.passed else "failed")
             for o in self.outcomes
         ]
         rows += [("every log", axis, "", "", "not usable") for axis in self.not_judged]
@@ -51,7 +51,7 @@ class Check(Tabular):
     def remarks(self) -> tuple[str, ...]:
         """How far the controller is from the one that flew."""
         asks = "along the measured angles the controller asks for other voltages than the logged ones, by"
-        return tuple(f"{log}: {asks} {significant(own, 2)} V" for log, own in self.voltages.items())
+        return tuple(f"{log}: {asks} {to_digits(own, 2)} V" for log, own in self.voltages.items())
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -77,7 +77,7 @@ class Check(Tabular):
 
     def junit(self) -> str:
         """Give the outcome as JUnit XML, one case per log and axis, which CI systems show test by test."""
-        return rendered("junit.xml.j2", outcomes=self.outcomes, ahead=AHEAD[self.judged])
+        return render("junit.xml.j2", outcomes=self.outcomes, ahead=AHEAD[self.judged])
 
     def __repr__(self) -> str:
         failed = [f"{outcome.axis} of {outcome.log}" for outcome in self.outcomes if not outcome.passed]

@@ -17,7 +17,7 @@ from heli_identifier.results.documents import read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
 from heli_identifier.results.sources import read_parameters
 from heli_identifier.results.tables import Table, Tabular
-from heli_identifier.results.words import AHEAD, angle_text, effect_name, listed, with_interval
+from heli_identifier.results.words import AHEAD, angle_text, effect_name, join_words, with_interval
 from heli_identifier.signatures import check_types
 from heli_identifier.tracing import Diagnosis, DiagnosisFile, ErrorFigure, hold_to
 from heli_plant.effects import AXES
@@ -119,7 +119,7 @@ def compare(
     LogError
         A log cannot be read, or is too short for a prediction over 1 s.
     """
-    names, documents, plants = zip(*map(_opened, (first, second), ("first", "second")), strict=True)
+    names, documents, plants = zip(*map(_open_diagnosis, (first, second), ("first", "second")), strict=True)
     if names[0] == names[1]:
         names = tuple(str(own) for own in (first, second))
     parameters, effects = (
@@ -132,7 +132,7 @@ def compare(
     voltages = [f"{own.settings['operating_point']:.3g} V" for own in documents]
     notes = [
         "Of twenty estimates that are alike, one moves by more than its interval by chance.",
-        f"Gains are slopes at the median voltages of the logs, {listed(voltages)}.",
+        f"Gains are slopes at the median voltages of the logs, {join_words(voltages)}.",
     ]
     files, others = ({entry.sha256: entry.file for entry in own.data if entry.sha256} for own in documents)
     if shared := [files[key] for key in files if key in others]:
@@ -144,7 +144,7 @@ def compare(
         names,
         parameters,
         effects,
-        tuple(ComparedError(*own, better(*own[2:])) for own in errors),
+        tuple(ComparedError(*own, say_better(*own[2:])) for own in errors),
         judged,
         {axis: (str(own.use), str(documents[1].axes[axis].use)) for axis, own in documents[0].axes.items()},
         tuple(notes),
@@ -161,14 +161,14 @@ def told_apart(first: Estimate | None, second: Estimate | None) -> str:
     return "moved" if abs(second.value - first.value) > 1.96 * error else "within its interval"
 
 
-def better(first: ErrorFigure, second: ErrorFigure) -> str:
+def say_better(first: ErrorFigure, second: ErrorFigure) -> str:
     """Say which plant is better: that whose interval lies below the other's."""
     if first.high < second.low:
         return "first is better"
     return "second is better" if second.high < first.low else "not told apart"
 
 
-def _opened(source: Diagnosis | str | PathLike[str], name: str) -> tuple[str, DiagnosisFile, ParameterSet]:
+def _open_diagnosis(source: Diagnosis | str | PathLike[str], name: str) -> tuple[str, DiagnosisFile, ParameterSet]:
     """Give a diagnosis by its name, with its document and the parameters of its plant."""
     if isinstance(source, Diagnosis):
         return name, source, corrected_parameters(source)

@@ -33,13 +33,13 @@ _SWEPT = 4
 File = TypeVar("File")
 
 
-def plain(value: Any) -> Any:
+def to_plain(value: Any) -> Any:
     """Give a value as JSON can hold it: objects, lists, plain numbers, and null for what is not finite."""
-    text = json.dumps(msgspec.to_builtins(value, enc_hook=_plain))  # escapes names of files that are no UTF-8
+    text = json.dumps(msgspec.to_builtins(value, enc_hook=_convert))  # escapes names of files that are no UTF-8
     return json.loads(text, parse_constant=lambda not_finite: None)
 
 
-def _plain(value: Any) -> Any:
+def _convert(value: Any) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Mapping):
@@ -49,7 +49,7 @@ def _plain(value: Any) -> Any:
 
 def document_text(document: Any) -> str:
     """Give a value as the text of a JSON file."""
-    return json.dumps(plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(to_plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def read_document(path: str | PathLike[str], kind: type[File]) -> File:
@@ -61,7 +61,7 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     advice = f"; `heli diagnose` writes a {name}"
     data = given_bytes(file, LARGEST_MB, ConfigurationError, advice, f"name the {name} in it")
     try:
-        content = json.loads(data.decode("utf-8"), object_pairs_hook=_once)
+        content = json.loads(data.decode("utf-8"), object_pairs_hook=_refuse_doubles)
     except (ValueError, RecursionError) as error:
         raise ConfigurationError(f"{path} is no JSON: {error}.") from error
     schema = content.get("schema") if isinstance(content, dict) else None
@@ -74,19 +74,19 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
         )
     for entry, number in numbers_of(content):  # Python reads NaN, Infinity and 1e999
         if not isfinite(number):
-            raise damaged(path, f"{entry} = {number}: a finite number is expected")
+            raise damage_error(path, f"{entry} = {number}: a finite number is expected")
     try:
-        return msgspec.convert(content, kind, dec_hook=_array)
+        return msgspec.convert(content, kind, dec_hook=_read_array)
     except msgspec.ValidationError as error:
-        raise damaged(path, _fault(content, kind, error)) from error
+        raise damage_error(path, _describe_fault(content, kind, error)) from error
 
 
-def damaged(path: str | PathLike[str], fault: str) -> ConfigurationError:
+def damage_error(path: str | PathLike[str], fault: str) -> ConfigurationError:
     """Give the error of a file with a fault in it."""
     return ConfigurationError(f"{path} is damaged: {fault}; write it again with `heli diagnose` or `heli identify`.")
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _refuse_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """Refuse a key that stands twice in one object; JSON would keep the last without a word."""
     found: dict[str, Any] = {}
     for key, value in pairs:
@@ -105,7 +105,7 @@ def numbers_of(value: Any, above: str = "") -> Iterator[tuple[str, float]]:
         yield from numbers_of(item, f"{above}.{key}" if above else str(key))
 
 
-def _array(_: type, value: Any) -> Any:
+def _read_array(_: type, value: Any) -> Any:
     """Read lists of numbers of one length as an array."""
     try:
         return np.array(value, dtype=np.float64)
@@ -113,7 +113,7 @@ def _array(_: type, value: Any) -> Any:
         raise ValueError("rows of numbers are expected") from None
 
 
-def _fault(content: Any, kind: type, error: msgspec.ValidationError) -> str:
+def _describe_fault(content: Any, kind: type, error: msgspec.ValidationError) -> str:
     """Name the entry of a document that is of another type, its value, and what was expected."""
     said, _, path = str(error).partition(" - at `$")
     value, keys = content, []
@@ -134,7 +134,7 @@ def _faulty_key(content: Any, kind: type, value: dict[str, Any]) -> str:
         value.clear()
         value[key] = item
         try:
-            msgspec.convert(content, kind, dec_hook=_array)
+            msgspec.convert(content, kind, dec_hook=_read_array)
         except msgspec.ValidationError:
             return key
     raise AssertionError("a document was refused whose entries are all accepted")

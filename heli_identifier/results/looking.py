@@ -9,10 +9,10 @@ import numpy as np
 from heli_identifier import tracing
 from heli_identifier.online import GAINS
 from heli_identifier.records import Log, LogSource, RigConfiguration, common_configuration, read_logs
-from heli_identifier.results.documents import plain
+from heli_identifier.results.documents import to_plain
 from heli_identifier.results.report import ranked_experiments
 from heli_identifier.results.tables import Table, Tabular, gain_cells
-from heli_identifier.results.words import listed, remarks, significant
+from heli_identifier.results.words import join_words, to_digits, typeset_notes
 from heli_identifier.signatures import check_types
 from heli_plant.effects import AXES
 
@@ -51,7 +51,7 @@ class Look(Tabular):
         """Who flew, and one row an axis; intervals are of 95 %."""
         rig = self.identification.plant.likelihood.rig
         rows = [
-            (axis, f"{significant(self.movement[axis], 2)} counts", name, *gain_cells(self.gains.get(name)))
+            (axis, f"{to_digits(self.movement[axis], 2)} counts", name, *gain_cells(self.gains.get(name)))
             for axis, name in zip(rig.axes, rig.gains, strict=True)
         ]
         columns = ("axis", "moves by", "gain", "likelihood", "references alone", "it is")
@@ -63,7 +63,7 @@ class Look(Tabular):
         references = self.identification.references
         wanting = [report for report in self.gains.values() if report.experiment]
         worst = min(wanting, key=lambda report: report.outside_share or 0.0, default=None)
-        names = listed(references.names)
+        names = join_words(references.names)
         return look_lines(references.closed_loop, names, self.movement, self.gains, worst.experiment if worst else "")
 
     @property
@@ -78,12 +78,12 @@ class Look(Tabular):
             for e in self.identification.events
         ]
         of_logs += self.identification.references.notes
-        return (*lines, *remarks(of_logs), self.lines[2].partition("; ")[2])
+        return (*lines, *typeset_notes(of_logs), self.lines[2].partition("; ")[2])
 
     def to_dict(self) -> dict[str, Any]:
         """Give the same as values for JSON, the gains as `parameters` in diagnosis.json."""
         references = self.identification.references
-        return plain(
+        return to_plain(
             {
                 "closed_loop": references.closed_loop,
                 "references": references.names,
@@ -105,9 +105,9 @@ def look_lines(
 ) -> tuple[str, str, str]:
     """Say in three lines who flew and what moved the rig, how far each axis moved, and what each gain rests on."""
     flown = "A controller flew" if closed_loop else "Open loop"
-    moved = listed([f"the {axis} by {significant(counts, 2)}" for axis, counts in movement.items()])
+    moved = join_words([f"the {axis} by {to_digits(counts, 2)}" for axis, counts in movement.items()])
     of = {base: [name for name, own in reports.items() if own.determination is base] for base in tracing.Determination}
-    said = ", ".join(f"{listed(names)} ({base})" for base, names in of.items() if names)
+    said = ", ".join(f"{join_words(names)} ({base})" for base, names in of.items() if names)
     return (
         f"{flown}; moved from outside: {references or 'nothing that these logs show'}.",
         f"Root mean square of the motion in encoder counts: {moved}.",
@@ -120,12 +120,12 @@ def diagnosis_lines(diagnosis: tracing.Diagnosis, training: Sequence[Log]) -> tu
     """Give :func:`look_lines` of a diagnosis and its training logs; to fly next is what its report says."""
     counts = np.array(diagnosis.settings["counts"], dtype=float)
     gains = {name: diagnosis.parameters[name] for name in GAINS if name in diagnosis.parameters}
-    origins = listed([_ORIGINS[part] for part in diagnosis.references.split(" and ") if part in _ORIGINS])
+    origins = join_words([_ORIGINS[part] for part in diagnosis.references.split(" and ") if part in _ORIGINS])
     experiment = next((text for _, text in ranked_experiments(diagnosis)), "")
-    return look_lines(diagnosis.closed_loop, origins, _movement(training, 2.0 * np.pi / counts), gains, experiment)
+    return look_lines(diagnosis.closed_loop, origins, _rms_movement(training, 2.0 * np.pi / counts), gains, experiment)
 
 
-def _movement(logs: Sequence[Log], resolution: Sequence[float] | np.ndarray) -> dict[str, float]:
+def _rms_movement(logs: Sequence[Log], resolution: Sequence[float] | np.ndarray) -> dict[str, float]:
     """Root mean square of every axis's motion in all logs [encoder counts]; ``resolution`` is that of a count [rad]."""
     squares = np.sum([((log.angles - log.angles.mean(0)) ** 2).sum(0) for log in logs], axis=0)
     counts = np.sqrt(squares / sum(log.samples for log in logs)) / np.asarray(resolution)
@@ -153,4 +153,4 @@ def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfigurati
     used = read_logs(logs)
     known = configuration or common_configuration(used) or RigConfiguration()
     found = tracing.identify_plant(used, tracing.DiagnosisSettings.from_rig(known))
-    return Look(found, _movement(used, found.plant.likelihood.rig.resolution))
+    return Look(found, _rms_movement(used, found.plant.likelihood.rig.resolution))

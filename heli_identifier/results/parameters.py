@@ -20,7 +20,7 @@ from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
 from heli_identifier.results.documents import document_text
 from heli_identifier.results.tables import Table, Tabular
-from heli_identifier.results.words import listed, unit_text, uses_text, with_interval
+from heli_identifier.results.words import join_words, unit_text, uses_text, with_interval
 from heli_identifier.tracing import Determination, Diagnosis, ErrorFigure, Use
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
@@ -135,8 +135,8 @@ class ParameterSet(Tabular):
     @property
     def drawn_from_prior(self) -> str:
         """What to say of plants that are drawn; empty where the logs determine every parameter."""
-        names = self.covariance.not_determined if self.covariance else ()
-        return f"the logs do not determine {listed(names)}: drawn from what is plausible for any rig" if names else ""
+        free = self.covariance.not_determined if self.covariance else ()
+        return f"the logs do not determine {join_words(free)}: drawn from what is plausible for any rig" if free else ""
 
     @property
     def judged(self) -> str:
@@ -238,7 +238,7 @@ def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covaria
     )
 
 
-def drawn_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dict[str, float]]:
+def draw_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dict[str, float]]:
     """Draw a plant's parameters that have standard errors from a normal law, kept in their ranges, by structured name.
 
     Those of a diagnosis are drawn with their joint covariance, gains by the logarithm of their slope at its operating
@@ -249,7 +249,7 @@ def drawn_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[di
     if known is None:
         errors = {name: e.standard_error for name, e in parameters.values.items() if e.standard_error}
         moves = random.standard_normal((count, len(errors))) * list(errors.values())
-        return [_kept({n: parameters.values[n].value + d for n, d in zip(errors, move, strict=True)}) for move in moves]
+        return [_clip({n: parameters.values[n].value + d for n, d in zip(errors, move, strict=True)}) for move in moves]
     at = np.full((1, 2), known.operating_point_v)
     rig = tracing.helicopter(tracing.DiagnosisSettings(), [np.zeros((1, 3))], [at])
     variances, axes = np.linalg.eigh(known.matrix)
@@ -262,10 +262,10 @@ def drawn_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[di
             for name, d in zip(known.names, move, strict=True)
         }
         own = rig.assign(plant, values)
-        drawn.append(_kept({name: getattr(own, BY_NAME[name].field) for name in known.names}))
+        drawn.append(_clip({name: getattr(own, BY_NAME[name].field) for name in known.names}))
     return drawn
 
 
-def _kept(values: dict[str, float]) -> dict[str, float]:
+def _clip(values: dict[str, float]) -> dict[str, float]:
     """Keep parameters in their ranges."""
     return {n: float(min(max(v, BY_NAME[n].minimum), BY_NAME[n].maximum)) for n, v in values.items()}

@@ -70,20 +70,20 @@ def report_page(diagnosis: tracing.Diagnosis, rig: str) -> str:
     """Give the text of report.html; ``rig`` is what it calls the rig."""
     own = {
         "residuals": [part for series in diagnosis.series for part in _residuals(diagnosis, series)],
-        "confused": list(_confused(diagnosis)),
+        "confused": list(_confused_pairs(diagnosis)),
     }
     head = {"title": f"Diagnosis of {rig}", "provenance": diagnosis.provenance}
-    return rendered("report.html.j2", **head, **own, **_parts(diagnosis))
+    return render("report.html.j2", **head, **own, **_parts(diagnosis))
 
 
-def rendered(template: str, **parts: Any) -> str:
+def render(template: str, **parts: Any) -> str:
     """Give the text of a template, such as a page, which fetches nothing, with what it shows."""
     return (PAGES if ".html" in template else TEMPLATES).get_template(template).render(**parts)
 
 
 def notebook_view(diagnosis: tracing.Diagnosis) -> str:
     """Give the HTML of a diagnosis, without script and style sheet, to be set into a page of any theme."""
-    return rendered("notebook.html.j2", **_parts(diagnosis))
+    return render("notebook.html.j2", **_parts(diagnosis))
 
 
 def _parts(diagnosis: tracing.Diagnosis) -> dict[str, Any]:
@@ -91,20 +91,20 @@ def _parts(diagnosis: tracing.Diagnosis) -> dict[str, Any]:
     return {
         "diagnosis": diagnosis,
         "sentence": words.verdict_line(diagnosis),
-        "remarks": words.remarks(diagnosis.notes),
+        "remarks": words.typeset_notes(diagnosis.notes),
         "of_logs": tuple(f"{name}:" for entry in diagnosis.data for name in (entry.file, Path(entry.file).stem)),
-        "cards": [_card(diagnosis, axis, report) for axis, report in diagnosis.axes.items()],
-        "overlay": _overlay(diagnosis),
-        "found": [_found(diagnosis, number) for number, own in enumerate(diagnosis.effects) if own.in_plant],
+        "cards": [_axis_card(diagnosis, axis, report) for axis, report in diagnosis.axes.items()],
+        "overlay": _draw_overlay(diagnosis),
+        "found": [_effect_facts(diagnosis, number) for number, own in enumerate(diagnosis.effects) if own.in_plant],
         "experiments": [
-            f"{text} It would settle: {words.listed(what)}." for what, text in ranked_experiments(diagnosis)
+            f"{text} It would settle: {words.join_words(what)}." for what, text in ranked_experiments(diagnosis)
         ],
     }
 
 
-def _card(diagnosis: tracing.Diagnosis, axis: str, report: tracing.AxisReport) -> dict[str, str]:
+def _axis_card(diagnosis: tracing.Diagnosis, axis: str, report: tracing.AxisReport) -> dict[str, str]:
     """Give the card of an axis: its use in one word, the change of its error, its gain."""
-    name, field = tables.GAIN_OF[axis], words.leading(diagnosis)
+    name, field = tables.GAIN_OF[axis], words.leading_error(diagnosis)
     change = report.change.get(field)
     kind = {-1: "better", 0: "same", 1: "worse"}[words.change_of(report, field)]
     word = "no clear change" if kind == "same" else kind
@@ -115,11 +115,11 @@ def _card(diagnosis: tracing.Diagnosis, axis: str, report: tracing.AxisReport) -
     elif found.determination is tracing.Determination.NOT_DETERMINED:
         gain = f"{symbol} is not determined: {found.why}. {f'To fly: {found.experiment}' if found.experiment else ''}"
     else:
-        volts = words.significant(diagnosis.settings["operating_point"])
+        volts = words.to_digits(diagnosis.settings["operating_point"])
         gain = f"{symbol} = {words.with_interval(found.estimate)} (slope at {volts} V), {found.determination}"
     usable = report.use is not tracing.Use.NOTHING
     over = f"usable for {report.use}".replace("prediction", f"prediction over {words.horizon(diagnosis)}")
-    errors = [words.significant(1e3 * getattr(stage, field).value) for stage in (report.before, report.after)]
+    errors = [words.to_digits(1e3 * getattr(stage, field).value) for stage in (report.before, report.after)]
     return {
         "axis": axis, "use": over if usable else str(report.use), "fit": report.use.name.lower(),
         "kind": kind, "change": f"{word}: {said}" if change else word,
@@ -128,7 +128,7 @@ def _card(diagnosis: tracing.Diagnosis, axis: str, report: tracing.AxisReport) -
     }  # fmt: skip
 
 
-def _overlay(diagnosis: tracing.Diagnosis) -> str:
+def _draw_overlay(diagnosis: tracing.Diagnosis) -> str:
     """Draw the measured motion of the first held-out log, and what the plant before and after makes of its voltages."""
     series, panels = diagnosis.series[0], []
     before, after, time = series.free_run_before, series.free_run_after, series.log.time
@@ -152,7 +152,7 @@ def _overlay(diagnosis: tracing.Diagnosis) -> str:
     return figure(panels, "time [s]", said, 1100.0)
 
 
-def _found(diagnosis: tracing.Diagnosis, number: int) -> dict[str, Any]:
+def _effect_facts(diagnosis: tracing.Diagnosis, number: int) -> dict[str, Any]:
     """Give facts and figure of an effect of the plant."""
     effect = diagnosis.effects[number]
     facts = []
@@ -168,7 +168,7 @@ def _found(diagnosis: tracing.Diagnosis, number: int) -> dict[str, Any]:
     if effect.together:
         facts.append(("together", effect.together))
     if effect.alternatives:
-        rivals = words.listed([words.effect_name(*other) for other in effect.alternatives], "or")
+        rivals = words.join_words([words.effect_name(*other) for other in effect.alternatives], "or")
         facts.append(("as likely", f"{rivals}: explains these logs about as well"))
     earlier = sum((own.name, own.axis) == (effect.name, effect.axis) for own in diagnosis.effects[:number])
     curves = [own for own in diagnosis.curves if own.name == effect.name and effect.axis in (own.axis, "rotors")]
@@ -191,7 +191,7 @@ def _law_figure(curve: tracing.EffectCurve, title: str) -> str:
     own.line(x, 1e3 * y, "after", "law", 2.0)
     if len(curve.points):
         own.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
-    label = words.labelled(tracing.variable_name(curve.variable), curve.unit)
+    label = words.label_with_unit(tracing.variable_name(curve.variable), curve.unit)
     return figure([own], label, f"{title}: the law with its band over what the training logs show")
 
 
@@ -241,9 +241,9 @@ def _residuals(diagnosis: tracing.Diagnosis, series: tracing.HeldOutSeries) -> I
         yield axis.capitalize(), white, drawn
 
 
-def _confused(diagnosis: tracing.Diagnosis) -> Iterator[str]:
+def _confused_pairs(diagnosis: tracing.Diagnosis) -> Iterator[str]:
     """Give pairs of effects whose signatures are alike, those that are most alike first."""
     names = [words.effect_name(*entry) for entry in diagnosis.correlation_labels]
     rows, columns = np.nonzero(np.tril(np.abs(diagnosis.correlation), -1) >= CONFUSED)
     for i, j in sorted(zip(rows, columns, strict=True), key=lambda pair: -abs(diagnosis.correlation[pair])):
-        yield f"{names[i]} and {names[j]}: correlation {words.significant(float(diagnosis.correlation[i, j]), 2)}"
+        yield f"{names[i]} and {names[j]}: correlation {words.to_digits(float(diagnosis.correlation[i, j]), 2)}"

@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from heli_identifier.errors import ConfigurationError, IdentifierError, require_positive
 from heli_identifier.files import draft_folder
 from heli_identifier.records import Log, LogSource, read_logs, write_log
-from heli_identifier.results.documents import plain
+from heli_identifier.results.documents import to_plain
 from heli_identifier.results.parameters import PLANT
 from heli_identifier.results.sources import ParameterSource, PlantSource, parameter_set, plant_of
 from heli_identifier.results.tables import Table, Tabular
-from heli_identifier.results.words import significant
+from heli_identifier.results.words import to_digits
 from heli_identifier.signatures import check_types
 from heli_identifier.tracing import Diagnosis, HeldOutSeries, record_start
 from heli_plant.effects import AXES
@@ -67,7 +67,7 @@ class Simulation(Tabular):
     def to_dict(self) -> dict[str, Any]:
         """Give time [s], voltages [V] and angles [rad] as lists of numbers by name; null for what is not finite."""
         columns = np.column_stack((self.voltages, self.angles)).T
-        return plain({"time": self.time, **dict(zip(SIGNALS, columns, strict=True))})
+        return to_plain({"time": self.time, **dict(zip(SIGNALS, columns, strict=True))})
 
     @property
     def table(self) -> Table:
@@ -75,10 +75,10 @@ class Simulation(Tabular):
         values = np.column_stack((self.voltages, self.angles)).T
         units = ("V", "V", "rad", "rad", "rad")
         rows = [
-            (f"{name} [{unit}]", *(significant(float(value)) for value in (column.min(), column.max(), column[-1])))
+            (f"{name} [{unit}]", *(to_digits(float(value)) for value in (column.min(), column.max(), column[-1])))
             for name, unit, column in zip(SIGNALS, units, values, strict=True)
         ]
-        title = f"{significant(self.time[-1])} s in {len(self.time)} samples"
+        title = f"{to_digits(self.time[-1])} s in {len(self.time)} samples"
         return Table(title, ("signal", "smallest", "largest", "last"), rows)
 
 
@@ -111,7 +111,7 @@ def simulate(
     plant = plant_of(parameters)
     if isinstance(inputs, Log | str | PathLike):
         (log,) = read_logs(inputs)
-        voltages, step, start = log.voltages, log.step, start or started(log)
+        voltages, step, start = log.voltages, log.step, start or start_of(log)
     else:
         voltages = np.asarray(inputs, dtype=np.float64)
         require_positive("step", step, "s")
@@ -121,7 +121,7 @@ def simulate(
     return Simulation(np.arange(len(voltages), dtype=np.float64) * step, voltages, angles, states)
 
 
-def started(log: Log) -> PlantState:
+def start_of(log: Log) -> PlantState:
     """Give the state at a log's first sample: straight lines through its first .3 s, motors settled."""
     return PlantState(*map(float, record_start(log.angles, log.voltages, log.step)))
 
@@ -186,7 +186,7 @@ def build(
 
 
 @contextmanager
-def played(log: Log, start: Mapping[str, float]) -> Iterator[dict[str, Any]]:
+def play_log(log: Log, start: Mapping[str, float]) -> Iterator[dict[str, Any]]:
     """Give the parameters by which a LogPlayer plays a log while the block runs, and a plant starts in a state."""
     with draft_folder() as folder:
         path = str(write_log(log, folder / "log.csv"))

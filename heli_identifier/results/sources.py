@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 
 from heli_identifier.errors import ConfigurationError, refuse
-from heli_identifier.results.documents import damaged, numbers_of, plain, read_document
+from heli_identifier.results.documents import damage_error, numbers_of, read_document, to_plain
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
 from heli_identifier.signatures import check_types
 from heli_identifier.tracing import Diagnosis
@@ -49,18 +49,18 @@ def read_parameters(path: str | PathLike[str]) -> ParameterSet:
         not take its value; file and entry are named.
     """
     found = read_document(path, ParameterSet)
-    if fault := next(_inconsistent(found), None):
-        raise damaged(path, fault)
+    if fault := next(_find_faults(found), None):
+        raise damage_error(path, fault)
     _check_unit(Path(path), found)
     return found
 
 
-def _inconsistent(found: ParameterSet) -> Iterator[str]:
+def _find_faults(found: ParameterSet) -> Iterator[str]:
     """Name what is of the right type, but is no parameter's or does not fit the rest of the file."""
     for axis in found.expected:
         if axis not in AXES:
             yield f"expected.{axis} is of no axis; there are {', '.join(AXES)}"
-    for name, value in numbers_of(plain({"values": found.values, "expected": found.expected})):
+    for name, value in numbers_of(to_plain({"values": found.values, "expected": found.expected})):
         if value < 0.0 and (name.startswith("expected.") or name.endswith(".standard_error")):
             yield f"{name} = {value}: expected `float` >= 0.0"
     if joint := found.covariance:

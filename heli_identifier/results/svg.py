@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.records import Log
-from heli_identifier.results.words import labelled, power_text
+from heli_identifier.results.words import label_with_unit, power_text
 from heli_plant.effects import AXES
 
 Array = NDArray[np.float64]
@@ -56,7 +56,7 @@ class Axes:
 
     def line(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", width: float = 1.3) -> None:
         """Draw a line through (x, y), thinned to what a page shows."""
-        self._add("line", *thinned(np.asarray(x, float), np.asarray(y, float)), role, label, width)
+        self._add("line", *thin_line(np.asarray(x, float), np.asarray(y, float)), role, label, width)
 
     def points(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", kind: str = "points") -> None:
         """Draw a dot at every (x, y), a circle if ``kind`` is "open", a diamond if it is "diamond"."""
@@ -64,7 +64,7 @@ class Axes:
 
     def band(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, label: str = "", role: str = "band") -> None:
         """Fill what lies between two curves over x."""
-        (x, low), (_, high) = (thinned(np.asarray(x, float), np.asarray(own, float)) for own in (low, high))
+        (x, low), (_, high) = (thin_line(np.asarray(x, float), np.asarray(own, float)) for own in (low, high))
         self._add("band", np.append(x, x[::-1]), np.append(low, high[::-1]), role, label, 0.0)
 
     def level(self, y: float, role: str, label: str = "") -> None:
@@ -176,7 +176,7 @@ def run_figure(result: Any, log: Log | None = None) -> str:
         panels.append(panel)
     for axis in (own for own in AXES if f"plant.{own}" in names):
         column = names.index(f"plant.{axis}")
-        panel = Axes(labelled(axis, result.units[column]), 115.0)
+        panel = Axes(label_with_unit(axis, result.units[column]), 115.0)
         if log is not None:
             played = log.time <= time[-1] + 1e-9  # two products of a step may differ by an ulp
             panel.line(log.time[played], log.angles[played, AXES.index(axis)], "measured", "measured", 2.2)
@@ -231,7 +231,7 @@ def _text(x: float, y: float, text: str, anchor: str, more: str = "") -> str:
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{more}>{escape(text)}</text>'
 
 
-def thinned(x: Array, y: Array) -> tuple[Array, Array]:
+def thin_line(x: Array, y: Array) -> tuple[Array, Array]:
     """Thin a line (N,) to some :data:`POINTS` vertices: lowest and highest of every stretch, so no peak is lost."""
     width = max(1, 2 * len(x) // POINTS)
     if width < 3:

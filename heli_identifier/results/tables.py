@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
-from heli_identifier.results.documents import plain
+from heli_identifier.results.documents import to_plain
 from heli_identifier.tracing import CurveShape, Diagnosis, ErrorFigure, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -79,7 +79,7 @@ class Tabular(ABC):
 
     def to_dict(self) -> dict[str, Any]:
         """Give the same as values for JSON; by default its fields by their names."""
-        return plain(self)
+        return to_plain(self)
 
     def summary(self) -> str:
         """Give the table as plain text."""
@@ -146,7 +146,7 @@ def gain_table(diagnosis: Diagnosis) -> Table:
         value, alone, rests = gain_cells(diagnosis.parameters.get(name), diagnosis.parameters_after[name])
         rows.append((axis, BY_FIELD[name].symbol, value, rests, alone, str(report.use)))
     columns = ("axis", "gain", "value", "it is", "references alone", f"use over {words.horizon(diagnosis)}")
-    return Table(f"Gains as slopes at {words.significant(diagnosis.settings['operating_point'])} V", columns, rows)
+    return Table(f"Gains as slopes at {words.to_digits(diagnosis.settings['operating_point'])} V", columns, rows)
 
 
 def parameter_table(diagnosis: Diagnosis) -> Table:
@@ -168,9 +168,9 @@ def effect_table(diagnosis: Diagnosis) -> Table:
     for effect in (*diagnosis.effects, *diagnosis.possible):
         gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+z.1f}".replace("-", "−")
         place = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
-        rivals = words.listed([words.effect_name(*other) for other in effect.alternatives], "or")
+        rivals = words.join_words([words.effect_name(*other) for other in effect.alternatives], "or")
         size = words.with_interval(effect.coefficient) if effect.coefficient else "–"
-        told = (words.effect_title(effect), effect.verdict, size, words.significant(effect.score), gain)
+        told = (words.effect_title(effect), effect.verdict, size, words.to_digits(effect.score), gain)
         rows.append((*told, place if effect.in_plant else "no", rivals))
     columns = ("effect", "it is", "coefficient", "score [nats]", "left-out logs gain [nats]", "in the plant", "or")
     title = "Effects that the model lacks" if diagnosis.effects else "Possible effects, no findings"
@@ -187,17 +187,17 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
             entry.verdict,
             words.with_interval(entry.estimate, unit=False),
             words.unit_text(entry.estimate.unit),
-            "" if entry.upper_bound is None else words.significant(entry.upper_bound, 2),
-            words.significant(entry.score, 2),
+            "" if entry.upper_bound is None else words.to_digits(entry.upper_bound, 2),
+            words.to_digits(entry.score, 2),
             f"{100.0 * min(max(entry.visibility, 0.0), 1.0):.0f} %",
         )
         for entry in diagnosis.catalogue
     ]
     share = "visibility: share of an effect's signature that no change of the fitted parameters could imitate"
-    return Table("Every effect of the catalogue", columns, rows, [share, *untestable(diagnosis)])
+    return Table("Every effect of the catalogue", columns, rows, [share, *list_untestable(diagnosis)])
 
 
-def untestable(diagnosis: Diagnosis) -> list[str]:
+def list_untestable(diagnosis: Diagnosis) -> list[str]:
     """Say of every effect that could not be tested why."""
     return [
         f"{words.effect_name(entry.name, entry.axis)}: {entry.why}"
@@ -213,24 +213,24 @@ def event_table(diagnosis: Diagnosis) -> Table:
     for event in diagnosis.events:
         what, unit = kinds[event.kind]
         times = (f"{time:.2f}" for time in (event.start_in_file, event.end_in_file))
-        rows.append((event.log, event.axis, *times, what, f"{words.significant(abs(event.size), 2)} {unit}"))
+        rows.append((event.log, event.axis, *times, what, f"{words.to_digits(abs(event.size), 2)} {unit}"))
     return Table("Events", ("log", "axis", "from [s]", "to [s]", "what", "size"), rows)
 
 
 def log_table(diagnosis: Diagnosis) -> Table:
     """Give a row per log."""
     columns = ("file", "used for", "samples", "rate [Hz]", "SHA-256")
-    rows = [(e.file, e.used_for, str(e.samples), words.significant(e.rate_hz), e.sha256[:16]) for e in diagnosis.data]
+    rows = [(e.file, e.used_for, str(e.samples), words.to_digits(e.rate_hz), e.sha256[:16]) for e in diagnosis.data]
     return Table("Logs", columns, rows)
 
 
-def _said(value: object) -> str:
+def _say_setting(value: object) -> str:
     """Give a setting in words."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Mapping):
-        return f"{_said(value['value'])} with a standard error of {_said(value['standard_error'])}"
-    return words.significant(value) if isinstance(value, float) else str(value)
+        return f"{_say_setting(value['value'])} with a standard error of {_say_setting(value['standard_error'])}"
+    return words.to_digits(value) if isinstance(value, float) else str(value)
 
 
 def setting_table(diagnosis: Diagnosis) -> Table:
@@ -238,14 +238,14 @@ def setting_table(diagnosis: Diagnosis) -> Table:
     rows = []
     for name, value in diagnosis.settings.items():
         if isinstance(value, Mapping):  # effects, geometry
-            value = [f"{own} {_said(of)}" for own, of in value.items() if of is not None]
+            value = [f"{own} {_say_setting(of)}" for own, of in value.items() if of is not None]
         if value is None or value == []:
             continue
-        text = words.listed([_said(v) for v in (value if isinstance(value, list | tuple) else [value])])
+        text = words.join_words([_say_setting(v) for v in (value if isinstance(value, list | tuple) else [value])])
         rows.append((SETTINGS.get(name, name).replace("_", " "), f"{text} {UNITS.get(name, '')}".rstrip()))
     ran = diagnosis.provenance
     rows.append(("command", str(ran.get("command", ""))))
-    rows.append(("date", f"{ran.get('date', '')}, {words.significant(diagnosis.seconds, 2)} s"))
+    rows.append(("date", f"{ran.get('date', '')}, {words.to_digits(diagnosis.seconds, 2)} s"))
     return Table("Settings", ("setting", "value"), [*rows, *ran.get("versions", {}).items()])
 
 
@@ -260,4 +260,4 @@ def diagnosis_summary(diagnosis: Diagnosis) -> str:
     """Give the verdict, the gains, the errors, and what has to be kept in mind, as plain text."""
     gains, errors = gain_table(diagnosis).text(), error_table(diagnosis).text()
     said = (words.verdict_line(diagnosis), gains, words.held_out_sentence(diagnosis), errors)
-    return "\n".join([*said, *words.remarks(diagnosis.notes)])
+    return "\n".join([*said, *words.typeset_notes(diagnosis.notes)])

@@ -22,23 +22,23 @@ AHEAD = {"prediction_1s": "1 s ahead", "ahead_200ms": ".2 s ahead", "closed_loop
 """Errors that lead, in words."""
 
 
-def raised(text: str) -> str:
+def raise_powers(text: str) -> str:
     """Give a text with its powers as superscripts: ``rad/s^2`` as rad/s²."""
     return re.sub(r"(?<=[A-Za-z])\^(-?\d+)", lambda power: power[1].translate(_SUPERSCRIPTS), text)
 
 
 def typeset(text: str) -> str:
     """Give prose with superscripts, ± and real minus signs; what a reader may have to type stays as it is."""
-    text = re.sub(r"\bR2\b", "R²", raised(text)).replace("+-", "±")
+    text = re.sub(r"\bR2\b", "R²", raise_powers(text)).replace("+-", "±")
     return re.sub(r"(?<= )-(?= )|(?<![=] )(?<=[ (])-(?=\.?\d)", "−", text)
 
 
 def unit_text(unit: str) -> str:
     """Give a unit with superscripts; the unit 1 is not written."""
-    return "" if unit in ("", "1") else raised(unit).replace(".", "·")
+    return "" if unit in ("", "1") else raise_powers(unit).replace(".", "·")
 
 
-def labelled(text: str, unit: str) -> str:
+def label_with_unit(text: str, unit: str) -> str:
     """Give the head of an axis or a column with its unit: ``rate [rad/s²]``, of a plain number [1]."""
     return f"{text} [{unit_text(unit) or '1'}]"
 
@@ -48,7 +48,7 @@ def power_text(value: float) -> str:
     return "10" + str(round(log10(value))).translate(_SUPERSCRIPTS) if value > 0.0 else ""
 
 
-def significant(value: float, digits: int = 3) -> str:
+def to_digits(value: float, digits: int = 3) -> str:
     """Give ``value`` with some significant digits and without an exponent where that is shorter."""
     if not isfinite(value):
         return "–"
@@ -68,7 +68,7 @@ def with_interval(estimate: Estimate, unit: bool = True) -> str:
     if not isfinite(estimate.value):
         return "–"
     if half == 0.0 or not isfinite(half):
-        return significant(estimate.value) + suffix
+        return to_digits(estimate.value) + suffix
     decimals = max(1 - floor(log10(half)), 0)
     if decimals > 7:
         return f"{estimate.value:.2e} ± {half:.1e}{suffix}".replace("-", "−")
@@ -81,18 +81,18 @@ SMALLEST_P = 1e-4
 
 def p_text(p: float) -> str:
     """Give a probability as ``p = 0.27``, a very small one by its bound."""
-    return f"p = {significant(p, 2)}" if p >= SMALLEST_P else f"p < {SMALLEST_P:.4f}"
+    return f"p = {to_digits(p, 2)}" if p >= SMALLEST_P else f"p < {SMALLEST_P:.4f}"
 
 
 def angle_value(figure: tracing.ErrorFigure | None) -> str:
     """Give an angular error in mrad; a dash where there is none."""
-    return significant(1e3 * figure.value) if figure and figure.is_known else "–"
+    return to_digits(1e3 * figure.value) if figure and figure.is_known else "–"
 
 
 def angle_ends(figure: tracing.ErrorFigure | None) -> str:
     """Give the interval of an angular error in mrad; a dash where there is none, or a single segment to draw from."""
     known = figure is not None and figure.low < figure.high
-    return " to ".join(significant(1e3 * x) for x in (figure.low, figure.high)) if figure and known else "–"
+    return " to ".join(to_digits(1e3 * x) for x in (figure.low, figure.high)) if figure and known else "–"
 
 
 def angle_text(figure: tracing.ErrorFigure | None) -> str:
@@ -118,7 +118,7 @@ def law_text(law: str) -> str:
     return text.replace("->", "→").replace("^2", "²").replace("-", "−")
 
 
-def leading(diagnosis: tracing.DiagnosisFile) -> str:
+def leading_error(diagnosis: tracing.DiagnosisFile) -> str:
     """Give the field of the error that leads: in closed loop that of the loop, where the controller is known."""
     if not diagnosis.closed_loop:
         return "prediction_1s"
@@ -151,7 +151,7 @@ def meaning_of(field: str, value: Estimate) -> str:
     return meaning(field) + (", given" if value.standard_error is None else "")
 
 
-def listed(words: Sequence[str], last: str = "and") -> str:
+def join_words(words: Sequence[str], last: str = "and") -> str:
     """Join words with commas and a word before the last."""
     if len(words) < 2:
         return "".join(words)
@@ -161,7 +161,7 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 def uses_text(uses: Mapping[str, tracing.Use | None]) -> str:
     """Say which axes may be used for what; empty where none says it."""
     of = {use: [axis for axis, own in uses.items() if own is use] for use in tracing.Use}
-    return "; ".join(f"{listed(axes)}: {use}" for use, axes in of.items() if axes)
+    return "; ".join(f"{join_words(axes)}: {use}" for use, axes in of.items() if axes)
 
 
 def verdict_line(diagnosis: tracing.DiagnosisFile) -> str:
@@ -178,7 +178,7 @@ def verdict_line(diagnosis: tracing.DiagnosisFile) -> str:
         said = f"{_with_rival(first)}, {but}{f', and {more} more' if more else ''}"
         return f"The logs speak for {said}. {change}"
     counted = ([*named[:n], *([f"{len(named) - n} more"] if len(named) > n else [])] for n in (2, 1))
-    both, one = (f"The model lacks {listed(shown)}. {change}" for shown in counted)
+    both, one = (f"The model lacks {join_words(shown)}. {change}" for shown in counted)
     return both if len(both) <= TWO_LINES else one
 
 
@@ -193,7 +193,7 @@ def change_of(report: tracing.AxisReport, field: str) -> int:
 
 def _best_change(diagnosis: tracing.DiagnosisFile) -> str:
     """Say of the usable axis whose error really changes most by how much; and that none does."""
-    field = leading(diagnosis)
+    field = leading_error(diagnosis)
     usable = {axis: report for axis, report in diagnosis.axes.items() if report.use is not tracing.Use.NOTHING}
     real = {axis: report.change[field].value for axis, report in usable.items() if change_of(report, field)}
     if not usable:
@@ -246,7 +246,7 @@ def score_text(effect: tracing.FoundEffect, settings: Mapping[str, Any]) -> str:
     """Give the score of an effect, and from which on it is established: less for what every rig has."""
     every = any(own.certain for own in CATALOGUE if (own.name, own.axis) == (effect.name, effect.axis))
     needed = settings["score_needed_certain" if every else "score_needed"]
-    return f"{significant(effect.score)} nats ({needed:.3g} show {'what every rig has' if every else 'it'})"
+    return f"{to_digits(effect.score)} nats ({needed:.3g} show {'what every rig has' if every else 'it'})"
 
 
 def possible_sentence(effect: tracing.FoundEffect, settings: Mapping[str, Any]) -> str:
@@ -255,13 +255,13 @@ def possible_sentence(effect: tracing.FoundEffect, settings: Mapping[str, Any]) 
     if effect.in_plant and (gain or 0.0) <= 0.0:
         place += ", as every rig has it and these logs do not contradict it"
     elif gain is not None:
-        place += f", as left-out logs {'gain' if gain > 0.0 else 'lose'} {significant(abs(gain), 2)} nats with it"
+        place += f", as left-out logs {'gain' if gain > 0.0 else 'lose'} {to_digits(abs(gain), 2)} nats with it"
     elif not effect.in_plant:
         place += ", as no step at one instant and no law whose shape is at the end of its range is of a rig"
     return f"{effect_title(effect)}: possible, {score_text(effect, settings)}; {place}."
 
 
-def remarks(notes: Iterable[str]) -> list[str]:
+def typeset_notes(notes: Iterable[str]) -> list[str]:
     """Give notes typeset; those on one log, which begin with its name, are one line."""
     found: dict[str, list[str]] = {}
     for note in notes:
@@ -276,7 +276,7 @@ def effect_words(effect: tracing.FoundEffect) -> str:
     if effect.verdict != tracing.Verdict.UNKNOWN or isinstance(shape, tracing.NamedShape):
         return effect_name(effect.name, effect.axis)
     if isinstance(shape, tracing.PeriodicShape):
-        return f"a periodic torque on the {effect.axis} at {significant(shape.frequency_hz)} Hz"
+        return f"a periodic torque on the {effect.axis} at {to_digits(shape.frequency_hz)} Hz"
     return f"a torque on the {effect.axis} that depends on the {tracing.variable_name(shape.variable)}"
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration
-from heli_identifier.results import PLANT, ParameterSet, plain, plant_values
+from heli_identifier.results import PLANT, ParameterSet, plant_values, to_plain
 from heli_identifier.tools import margins
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge_controller
 from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD
@@ -227,4 +227,4 @@ def control_advice(
         "largest_sensitivity": PEAK,
         "sensitivity": peaks,
     }
-    return plain(document), offered
+    return to_plain(document), offered

@@ -29,7 +29,7 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import given_bytes
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
-from heli_identifier.results import Axes, ParameterSet, Table, figure, listed, rendered, significant
+from heli_identifier.results import Axes, ParameterSet, Table, figure, join_words, render, to_digits
 from heli_identifier.tools.judging import CONFIDENCE, Design
 from heli_identifier.tools.linearisation import STATES, LinearModel, OperatingPoint, linear_system
 from heli_identifier.tools.margins import LOOPS
@@ -69,12 +69,12 @@ def design_table(design: Design) -> Table:
     stable = (text for own in design.by_name.values() for text in ("", _figure_text(100.0 * own.stable)))
     rows.append(("plants with a stable loop [%]", *stable))
     kept = f"what {100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants keep"
-    title = f"{design.kind.upper()} of {listed(design.axes)}: {kept}"
+    title = f"{design.kind.upper()} of {join_words(design.axes)}: {kept}"
     return Table(title, ("figure", *(head for name in design.by_name for head in (name, "kept"))), rows)
 
 
 def _figure_text(value: float) -> str:
-    return significant(value) if math.isfinite(value) else "none"
+    return to_digits(value) if math.isfinite(value) else "none"
 
 
 def margin_table(design: Design) -> Table:
@@ -82,13 +82,13 @@ def margin_table(design: Design) -> Table:
     rows = []
     for name, judged in design.by_name.items():
         for step in judged.steps:
-            gains = ", ".join(significant(gain, 4) for gain in getattr(judged.settings, step.axis))
+            gains = ", ".join(to_digits(gain, 4) for gain in getattr(judged.settings, step.axis))
             margins = []
             for figure_name, digits in (("gain", 2), ("phase", 0), ("sensitivity", 2)):
                 own = judged.figures[f"{step.axis}.{figure_name}"]
                 value, low, high = (f"{x:.{digits}f}" for x in (own.value, *own.interval))
                 margins.append(f"{value} ({low} to {high})".replace("inf", "∞"))
-            settled = significant(step.settling_time, 2)
+            settled = to_digits(step.settling_time, 2)
             rows.append((step.axis, name, gains, *margins, f"{100.0 * step.overshoot:.0f}", settled))
     columns = ("loop", "PID", "P, I, D", "gain margin", "phase [deg]", "sensitivity", "overshoot [%]", "settles [s]")
     return Table("Margins with their 95 % intervals over the plants that the data allow", columns, rows)
@@ -102,12 +102,12 @@ def controller_html(design: Design) -> str:
         disks, near = np.sort(judged.disks), judged.poles[np.abs(judged.poles) < _SHOWN]
         margins.line(disks, 100.0 * np.arange(1, len(disks) + 1) / len(disks), role, name)
         poles.points(near.real, near.imag, role, name)
-    return rendered(
+    return render(
         "design.html.j2",
-        title=f"{design.kind.upper()} of {listed(design.axes)}",
+        title=f"{design.kind.upper()} of {join_words(design.axes)}",
         provenance=provenance(),
         sentence=f"{100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants that the data allow keep a disk "
-        f"margin of {listed(kept)}.",
+        f"margin of {join_words(kept)}.",
         design=design,
         table=design_table(design),
         steps=step_figure(design),
@@ -213,9 +213,9 @@ def corrected_init(
     rig, rows = corrected_values(parameters, model, geometry), []
     for name, found in rig.items():
         value = values.get(name, said.get(name)) if name != "V_s0" else V_s0
-        spread = f" +- {significant(1.96 * found.standard_error, 2)}" if found.standard_error else ""
+        spread = f" +- {to_digits(1.96 * found.standard_error, 2)}" if found.standard_error else ""
         differs = f"{100.0 * (found.value / value - 1.0):+.0f} %" if value else ""
-        rows.append((name, "" if value is None else significant(value), f"{significant(found.value)}{spread}", differs))
+        rows.append((name, "" if value is None else to_digits(value), f"{to_digits(found.value)}{spread}", differs))
     point, system = model.point, linear_system(model.plant, model.point)
     return _script(
         "init_heli_corrected.m.j2",
@@ -242,7 +242,7 @@ def controller_m(design: Design) -> str:
 
 
 def _script(template: str, point: OperatingPoint, **parts: Any) -> str:
-    return rendered(template, point=point, held=_FROM_ROTORS @ (point.v_front, point.v_rear), states=STATES, **parts)
+    return render(template, point=point, held=_FROM_ROTORS @ (point.v_front, point.v_rear), states=STATES, **parts)
 
 
 def _matrices(own: FeedbackSettings) -> dict[str, NDArray[np.float64]]:

@@ -28,7 +28,7 @@ from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import shared_flight
-from heli_identifier.results import effect_name, plain
+from heli_identifier.results import effect_name, to_plain
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pool_estimates
 from heli_identifier.tools.rigs import Rig, error_text, summary_of
 from heli_identifier.tracing import CatalogueVerdict, Diagnosis, Progress, Verdict
@@ -113,7 +113,7 @@ class Fleet:
 
     def document(self) -> dict[str, Any]:
         """Give the content of fleet.json."""
-        return plain(
+        return to_plain(
             {
                 "schema": SCHEMA,
                 "rigs": [summary_of(rig, found) for rig, found in self.diagnoses.items()],

@@ -5,7 +5,7 @@ from itertools import chain
 
 from heli_identifier import results
 from heli_identifier.provenance import provenance
-from heli_identifier.results import Axes, Table, effect_name, figure, listed, meaning, rendered, significant, unit_text
+from heli_identifier.results import Axes, Table, effect_name, figure, join_words, meaning, render, to_digits, unit_text
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 
 FIGURES = ("mean", "unit", "spread", "I²")
@@ -14,7 +14,7 @@ FARTHEST = 2.0  # widths of the part that holds all values, beyond which an inte
 
 def fleet_html(fleet: Fleet) -> str:
     """Give the text of fleet.html."""
-    return rendered(
+    return render(
         "fleet.html.j2",
         title=f"Fleet of {len(fleet.diagnoses)} rigs",
         provenance=provenance(),
@@ -39,7 +39,7 @@ def fleet_sentence(fleet: Fleet) -> str:
     ):
         certain = (own for own in fleet.effects_with(finding) if own.named and own.pooled and own.pooled.has_sign)
         if names := [title(own) for own in certain]:
-            parts.append(f"{listed(names)} {one if len(names) == 1 else more}")
+            parts.append(f"{join_words(names)} {one if len(names) == 1 else more}")
     return f"Over {len(fleet.diagnoses)} rigs {'; '.join(parts) or 'no effect repeats'}."
 
 
@@ -62,14 +62,14 @@ def fleet_tables(fleet: Fleet) -> list[Table]:
 
 
 def _figures(own: Coefficient) -> tuple[str, ...]:
-    spread = (significant(own.pooled.spread, 2), f"{100.0 * own.pooled.I2:.0f} %") if own.pooled else ("", "")
+    spread = (to_digits(own.pooled.spread, 2), f"{100.0 * own.pooled.I2:.0f} %") if own.pooled else ("", "")
     return (str(len(own.counted)), mean_text(own), unit_text(own.unit), *spread)
 
 
 def mean_text(coefficient: Coefficient) -> str:
     """Give the mean of the make with its 95 % interval; nothing where there is none."""
     mean = coefficient.pooled
-    return f"{significant(mean.mean)} ({' to '.join(significant(end) for end in mean.interval)})" if mean else ""
+    return f"{to_digits(mean.mean)} ({' to '.join(to_digits(end) for end in mean.interval)})" if mean else ""
 
 
 def title(coefficient: Coefficient) -> str:
@@ -87,14 +87,14 @@ def rig_table(fleet: Fleet) -> Table:
         found = ([effect_name(one.name, one.axis) for one in of] for of in (own.effects, own.possible))
         ahead = "ahead_200ms" if own.closed_loop else "prediction_1s"
         errors = (
-            " to ".join(significant(1e3 * getattr(error, ahead).value) for error in (report.before, report.after))
+            " to ".join(to_digits(1e3 * getattr(error, ahead).value) for error in (report.before, report.after))
             for report in own.axes.values()
         )
         rows.append(
             (
                 rig,
                 str(own.verdict),
-                *(listed(names) or "nothing" for names in found),
+                *(join_words(names) or "nothing" for names in found),
                 results.uses_text({axis: report.use for axis, report in own.axes.items()}),
                 f"{own.held_out.gain.value:+.0f}".replace("-", "−"),
                 "; ".join(f"{axis} {both}" for axis, both in zip(own.axes, errors, strict=True)),

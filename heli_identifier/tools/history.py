@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from heli_identifier import online
 from heli_identifier.online import Estimate, IdentifierOutput, IdentifierState, ModelParameters, Plan
 from heli_identifier.records import Log
-from heli_identifier.results import Axes, figure, labelled
+from heli_identifier.results import Axes, figure, label_with_unit
 from heli_identifier.tools import meta_analysis
 from heli_identifier.tracing import plausible_range
 from heli_plant.effects import AXES
@@ -111,7 +111,7 @@ def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, 
     panels, several = [], len(histories) > len(ROLES)
     for column, name in enumerate(NAMES):
         final, (low, high) = together[name].value, plausible_range(name, voltage_limit)
-        panel, ends = Axes(labelled(name, BY_FIELD[name].unit), 130.0), [final]
+        panel, ends = Axes(label_with_unit(name, BY_FIELD[name].unit), 130.0), [final]
         for history, role in zip(histories, ROLES[-1:] * len(histories) if several else ROLES, strict=False):
             value, half = history.parameters[:, column], 1.96 * history.standard_errors[:, column]
             panel.band(history.time, value - half, value + half, role=role)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from heli_identifier.provenance import provenance
-from heli_identifier.results import ParameterSet, plain
+from heli_identifier.results import ParameterSet, to_plain
 from heli_identifier.tools import margins
 from heli_identifier.tools.linearisation import linear_system
 from heli_identifier.tools.loop import Settings, StepResponse, controller_parameters, settling_time, step_response
@@ -185,7 +185,7 @@ class Design:
         """Return the content of design.json; null stands for an infinite value."""
         model, own = self.plants.model, self.continuous
         gains = {"K": own.gain, "K_z": own.integral, "L": own.innovation, "N": own.reference} if own else {}
-        return plain(
+        return to_plain(
             {
                 "schema": SCHEMA,
                 "kind": self.kind,
@@ -207,7 +207,7 @@ class Design:
         """Return the content of linear_model.json: the matrices by their names, and the loops."""
         loops = {"before": self.baseline.document, "after": self.robust.document}
         about = {"notes": self.notes, "provenance": provenance()}
-        return plain({"schema": LINEAR_SCHEMA, **self.matrices, "loops": loops, **about})
+        return to_plain({"schema": LINEAR_SCHEMA, **self.matrices, "loops": loops, **about})
 
     @cached_property
     def matrices(self) -> dict[str, Any]:

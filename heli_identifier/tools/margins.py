@@ -32,7 +32,7 @@ from control import StateSpace, append, ss
 from numpy.typing import NDArray
 
 from heli_identifier.errors import ConfigurationError, refuse
-from heli_identifier.results import ParameterSet, drawn_values
+from heli_identifier.results import ParameterSet, draw_values
 from heli_identifier.tools.linearisation import LinearModel, linear_model
 from heli_identifier.tools.loop import Array, Settings, start_controller, step_controller
 from heli_identifier.tracing import Progress
@@ -216,8 +216,8 @@ class Plants:
 
 
 def draw_plants(parameters: ParameterSet, count: int) -> list[PlantParameters]:
-    """Draw plants that the data allow (:func:`heli_identifier.results.parameters.drawn_values`)."""
-    plant, draws = parameters.plant(), drawn_values(parameters, count)
+    """Draw plants that the data allow (:func:`heli_identifier.results.parameters.draw_values`)."""
+    plant, draws = parameters.plant(), draw_values(parameters, count)
     return [plant._replace(**{BY_NAME[name].field: value for name, value in drawn.items()}) for drawn in draws]
 
 

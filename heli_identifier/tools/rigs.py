@@ -21,7 +21,7 @@ from heli_identifier import records
 from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError, refuse
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log, RigConfiguration
-from heli_identifier.results import plain
+from heli_identifier.results import to_plain
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, FoundEffect, diagnose
 from heli_plant.effects import AXES, CATALOGUE
 
@@ -78,7 +78,7 @@ class Rig:
 def summary_of(rig: str, found: Diagnosis) -> dict[str, Any]:
     """Give what fleets and campaigns keep of the diagnosis of a rig, as values for JSON."""
     stages = ("before", "after", "noise_floor")
-    return plain(
+    return to_plain(
         {
             "rig": rig,
             "verdict": found.verdict,

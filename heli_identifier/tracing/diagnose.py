@@ -18,7 +18,7 @@ from heli_identifier.records import (
     check_apart,
     check_excitation,
     common_configuration,
-    counted_once,
+    count_once,
     excitation_notes,
     read_logs,
 )
@@ -153,7 +153,7 @@ def _checked(
     if not kept:
         raise LogError("no log is held out to compare models on; give at least one with held_out=.")
     check_apart(training, kept)
-    training, notes = counted_once(training)
+    training, notes = count_once(training)
     for log in (*training, *kept):
         if log.duration < 4.0 * SETTLING:
             raise LogError(
