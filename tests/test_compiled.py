@@ -40,9 +40,9 @@ def outer_of_a_test(folder, body, constant):
         sys.dont_write_bytecode = True  # Python would take bytecode of the same second for the changed source
         import heli_plant
         heli_plant.__path__.append({str(modules)!r})
-        from heli_plant.compiled import compiled
+        from heli_plant.compiled import compile_function
         from heli_plant.outer_of_a_test import outer
-        print(compiled(outer)(3.0), sum(compiled(outer).stats.cache_hits.values()))
+        print(compile_function(outer)(3.0), sum(compile_function(outer).stats.cache_hits.values()))
     """
     return run(script, folder / "cache")
 
@@ -68,9 +68,9 @@ def test_folder_that_cannot_be_written_is_named_with_the_remedy_and_one_of_other
 
 
 COUNTED = """
-    from heli_plant.compiled import compiled
+    from heli_plant.compiled import compile_function
     from heli_plant.motor import saturate
-    print(compiled(saturate)(9.0, 5.0), sum(compiled(saturate).stats.cache_hits.values()))
+    print(compile_function(saturate)(9.0, 5.0), sum(compile_function(saturate).stats.cache_hits.values()))
 """
 """Compiles a function, and says whether its machine code was found on disk."""
 

@@ -204,7 +204,7 @@ SCRIPT = """
 
     from heli_identifier.tracing import DiagnosisSettings, diagnose
     from heli_identifier.results.report import report_page
-    from heli_plant.compiled import compiled, parameter_record
+    from heli_plant.compiled import compile_function, parameter_record
     from heli_plant.laws import added_travel
     from heli_plant.parameters import from_names
     from fmu_src.builder import build
@@ -214,7 +214,7 @@ SCRIPT = """
     tilted = from_names({"effects.table_tilt.travel": 0.15})
     motion = [0.0, 0.1, 0.2, 0.7, 0.3, 0.1, 0.2, 1.0, 0.5, 0.0]
     interpreted = added_travel(*motion, tilted)
-    assert interpreted == 0.15 * np.sin(0.7) == compiled(added_travel)(*motion, parameter_record(tilted))
+    assert interpreted == 0.15 * np.sin(0.7) == compile_function(added_travel)(*motion, parameter_record(tilted))
     print("compiled")
 
     one, other, held = (noisy(tilted, drive(60.0, seed) + 0.8, seed, name=f"run{seed}") for seed in (1, 2, 3))

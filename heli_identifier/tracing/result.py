@@ -428,7 +428,7 @@ class Diagnosis(DiagnosisFile):
 
     def to_dict(self) -> dict[str, Any]:
         """Give the content of diagnosis.json; docs/reference/files.md describes it."""
-        return _results().plain({own.name: getattr(self, own.name) for own in fields(DiagnosisFile)})
+        return _results().to_plain({own.name: getattr(self, own.name) for own in fields(DiagnosisFile)})
 
     def write(self, folder: str | PathLike[str], rig: str = "rig") -> Path:
         """Write diagnosis.json, report.html, parameters.json and the corrected HelicopterPlant.fmu, all or nothing.
