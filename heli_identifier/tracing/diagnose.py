@@ -112,7 +112,7 @@ def diagnose(
         references=found.references.origin,
         agreement=found.agreement,
         series=series,
-        curves=draw_curves(after, found.covariance, effects),
+        curves=draw_curves(after, effects),
         correlation_labels=labels,
         correlation=matrix,
         data=tuple(

@@ -252,7 +252,7 @@ def _rests_on(
     return Determination.NOISE_MODEL, why, False
 
 
-def draw_curves(fitted: Fit, C: Array, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:
+def draw_curves(fitted: Fit, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:
     """Draw the effects of the plant over their variable: partial residuals, the law and its band.
 
     The partial residual is the smoothed acceleration less what the plant gives without the effect, averaged over bins
