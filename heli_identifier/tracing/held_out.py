@@ -113,7 +113,7 @@ def compare(
     flown, length = _fly_again(models, logs, stays) if closed_loop else ({}, 0.0)
     if length == FLOWN:
         for name, one in flown.items():
-            models[name].errors["closed_loop_3s"] = _thin(one, records[0].step)
+            models[name].errors["closed_loop_3s"] = _thin(one, records)
     errors = {name: own.figures() for name, own in models.items()}
     change = {name: _change(first.errors[name], second.errors[name]) for name in first.errors}
     white = {name: [_standardise(run, second.model) for run in own.runs] for name, own in models.items()}
@@ -251,10 +251,10 @@ def _fly_again(
     return {name: {i: run.fly_again(1.0) for i, run in enumerate(m.runs)} for name, m in models.items()}, 1.0
 
 
-def _thin(flown: _Stretches, step: float) -> list[Array]:
+def _thin(flown: _Stretches, records: Sequence[Record]) -> list[Array]:
     """Errors (n, a) [rad] of the stretches of each log, :data:`.settings.SPACING` apart."""
-    thin = max(1, round(SPACING / step))
-    return [e[:, thin - 1 :: thin].reshape(-1, e.shape[2]) for _, e in flown.values()]
+    every = {i: max(1, round(SPACING / records[i].step)) for i in flown}
+    return [e[:, every[i] - 1 :: every[i]].reshape(-1, e.shape[2]) for i, (_, e) in flown.items()]
 
 
 def _draw_stretches(record: Record, firsts: Sequence[int], errors: Array) -> Array:
