@@ -201,7 +201,7 @@ KINDS = {float: ctypes.c_double, int: ctypes.c_int64}
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     translation = Translation()
-    units = {f: translation.entry(f) for f in FUNCTIONS}
+    units = {f: translation.translate_entry(f) for f in FUNCTIONS}
     made = library(tmp_path_factory.mktemp("c"), translation)
 
     def call(function, *arguments):
@@ -281,7 +281,7 @@ def has_no_annotation(x):
 )
 def test_what_it_does_not_know_is_refused_with_file_line_and_reason(function, reason):
     with pytest.raises(Untranslatable) as refused:
-        Translation().entry(function)
+        Translation().translate_entry(function)
     problem = pickle.loads(pickle.dumps(refused.value))  # as it comes from the process that builds units
     first = function.__code__.co_firstlineno
     assert reason in problem.reason

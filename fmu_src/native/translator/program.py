@@ -1,7 +1,7 @@
 """A program: every function that its entries need, made for the types of its arguments as a template is; its text.
 
 translation = Translation()
-entry = translation.entry(function)                 refuses with file, line and reason what it does not know
+entry = translation.translate_entry(function)       refuses with file, line and reason what it does not know
 header(translation), source(translation)            text
 """
 
