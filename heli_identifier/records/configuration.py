@@ -213,7 +213,7 @@ class GivenRig:
             refuse(coefficient.value == 0.0, said)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RigConfiguration(GivenRig):
     """One rig, as its heli.toml states it."""
 

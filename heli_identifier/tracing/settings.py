@@ -238,7 +238,7 @@ WHITE_TIME = 1.0
 """Time [s] of the lags of a test for whiteness: beyond it the filter has taken for air what a plant lacks."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DiagnosisSettings(GivenRig):
     """What is given of a rig, its logs and its encoders.
 
