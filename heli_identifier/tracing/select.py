@@ -215,7 +215,7 @@ def _weigh_effect(
     relatives = [other for other in selected if around.effects[other].family == effect.family]
     names, bound = around.fitted.names, around.fitted.at_bound
     phi = float(around.dispersion[own.column])
-    if name in names:
+    if name in names and len(relatives) == 1:  # members of a family differ from log to log in how they share its torque
         across = max(1.0, float(dispersion(around.fitted)[1][names.index(name)]) / phi)
         phi, own = phi * across, replace(own, score=own.score / across)
     family = own.score
