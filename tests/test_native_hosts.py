@@ -156,6 +156,8 @@ def test_instances_in_threads_show_what_they_show_alone(twins):
 FEW = [0.0, -0.0, 0.1, -0.1, 0.5, 1.0, -1.0, 1.5, 2.5, -2.5, 3.7, -3.7, 1e-300, 1e300, math.inf, -math.inf]
 EIGHTHS = [k / 8.0 for k in range(-80, 81)]
 WHOLE = range(-20, 21)
+
+
 class Pair(NamedTuple):
     """Two numbers."""
 

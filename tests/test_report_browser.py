@@ -21,6 +21,8 @@ FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--hide-scrollbars", "--remote-debugging-pipe",
 )  # fmt: skip
+
+
 class Chromium:
     """One browser with one page; a context manager."""
 
@@ -122,6 +124,8 @@ LETTERS = """
 Math.min(...Array.from(document.querySelectorAll('svg.figure text')).map(t =>
   parseFloat(getComputedStyle(t).fontSize) * t.ownerSVGElement.getScreenCTM().a))
 """
+
+
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     file = tmp_path_factory.mktemp("page") / "report.html"

@@ -69,6 +69,7 @@ Row = dict[str, Any]
 KEYS = ("rig", "key", "error", "verdict", "effects", "parameters", "seconds", "truth")
 """Keys of every row; the value of one that a row lacks is None."""
 
+
 def diagnose_source(source: Source, settings: DiagnosisSettings) -> Row:
     """Load and diagnose one rig, whose own configuration overrides the settings.
 

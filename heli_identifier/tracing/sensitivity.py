@@ -48,6 +48,7 @@ Rows = tuple[NDArray[np.intp], Array]
 CHUNK = 30000
 """Samples that are read at a time."""
 
+
 @dataclass(frozen=True, eq=False)
 class Quadratic:
     """Gradient and Gauss-Newton Hessian of F at a point, log by log, what the logs have of their own eliminated.

@@ -37,7 +37,6 @@ class BlindRig(NamedTuple):
     truth: Rig
 
 
-
 def simulate_log(
     rig: Rig, voltages: NDArray[np.floating], seed: int | np.random.SeedSequence, pushes: Sequence[Push] = ()
 ) -> NDArray[np.float64]:
