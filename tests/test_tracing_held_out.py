@@ -12,7 +12,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 from heli_identifier.tracing import Determination, ParameterReport, Use, fit, helicopter
 from heli_identifier.tracing.findings import _rests_on
-from heli_identifier.tracing.held_out import compare, hold_to, likelihood_of, rms_figures, use_of
+from heli_identifier.tracing.held_out import _thin, compare, hold_to, likelihood_of, rms_figures, use_of
 from heli_identifier.tracing.prediction import HORIZONS, Model, Run, simulate_record
 from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.rig import record_of
@@ -252,3 +252,10 @@ def test_plant_and_recovered_controller_fly_a_log_again(monkeypatch):
         _, own = Run.along(model(plant), record, np.zeros(3)).fly_again(3.0, laws)
         errors[name] = np.sqrt(np.mean(own**2, axis=(0, 1)))[:2]
     assert np.all(errors["true"] < 0.5 * errors["wrong"]), errors
+
+
+def test_errors_of_stretches_are_as_far_apart_in_a_log_of_another_rate():
+    steps = (0.01, 0.02)
+    flown = {i: ([0], np.zeros((1, round(3.0 / h), 3))) for i, h in enumerate(steps)}
+    thin = _thin(flown, [SimpleNamespace(step=h) for h in steps])
+    assert [len(own) for own in thin] == [12, 12]  # of 3 s, one in .25 s; at 20 ms this is one in 12 samples of 150
