@@ -306,7 +306,7 @@ def dispersion(fitted: Fit) -> tuple[Array, Array]:
     differs from log to log (a gain that drifts, a cable that lies otherwise, an encoder that is zeroed anew) is no
     noise of a block. The larger counts. V_L of L logs is known badly: the blocks' V counts in it as one log more, and
     what it exceeds 1 by is taken times t^2, t the 95 % point of Student's distribution with L degrees of freedom over
-    the normal one. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
+    the normal one; a single log tells nothing of it. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
     """
     quadratic = fitted.quadratic
     H, _ = quadratic.total
@@ -318,7 +318,7 @@ def dispersion(fitted: Fit) -> tuple[Array, Array]:
     V = ((inverse @ np.concatenate(of_blocks).T) ** 2).sum(1) / model
     squares = ((inverse @ np.array([own.sum(0) for own in of_blocks]).T) ** 2).sum(1) / model
     V_L = (squares * len(of_blocks) / max(len(of_blocks) - 1, 1) * len(of_blocks) + V) / (len(of_blocks) + 1)
-    few = (stdtrit(len(of_blocks), 0.975) / ndtri(0.975)) ** 2
+    few = (stdtrit(len(of_blocks), 0.975) / ndtri(0.975)) ** 2 if len(of_blocks) > 1 else 0.0
     return inverse, np.maximum(1.0, np.maximum(V, 1.0 + few * (V_L - 1.0)))
 
 

@@ -95,7 +95,7 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
         if set(chosen) == set(selected) and (chosen := _simpler(around, selected, barred)) == selected:
             findings = _weighed(around, null, lost)
             asked = {name: around.entry_score(name) for name in selected}
-            needless = [n for f in findings if f.stated < asked[n := f.effect.field] <= f.score.score]
+            needless = [n for f in findings if f.stated < asked[n := f.effect.field]]
             if not needless:
                 break
             barred.update(needless)
