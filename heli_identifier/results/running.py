@@ -152,7 +152,6 @@ def build(
         In C, which needs no Python on the host, in place of Python.
     fmi : int
         Version of FMI, 2 or 3; a unit in Python is of FMI 2.0.
-
     all_platforms : bool
         Compile a native unit for macOS and, in FMI 3.0, for ARM as well.
     model_exchange : bool

@@ -20,7 +20,7 @@ from itertools import combinations
 
 import numpy as np
 
-from .fit import Fit, dispersion, fit
+from .fit import Fit, fit
 from .likelihood import Point
 from .result import Agreement
 from .rig import Array, Effect
@@ -94,8 +94,7 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
         left |= gone
         if set(chosen) == set(selected) and (chosen := _simpler(around, selected, barred)) == selected:
             findings = _weighed(around, null, lost)
-            asked = {name: around.entry_score(name) for name in selected}
-            needless = [n for f in findings if f.stated < asked[n := f.effect.field]]
+            needless = [name for f in findings if f.stated < around.entry_score(name := f.effect.field)]
             if not needless:
                 break
             barred.update(needless)
@@ -216,14 +215,14 @@ def _weigh_effect(
     names, bound = around.fitted.names, around.fitted.at_bound
     phi = float(around.dispersion[own.column])
     if name in names and len(relatives) == 1:  # members of a family differ from log to log in how they share its torque
-        across = max(1.0, float(dispersion(around.fitted)[1][names.index(name)]) / phi)
+        across = max(1.0, float(around.fitted.dispersion[1][names.index(name)]) / phi)
         phi, own = phi * across, replace(own, score=own.score / across)
     family = own.score
     if len(relatives) > 1:
         rest = [other for other in selected if other not in relatives]
         family = (_fall(around, around.minimum(selected)[0]) - _fall(around, around.minimum(rest)[0])) / phi
         family -= KEPT * (len(relatives) - 1)
-    leads = all(scores[other].score <= own.score for other in relatives)
+    leads = all(scores[other].score <= scores[name].score for other in relatives)
     at_end = any(bound[names.index(shape)] for shape in effect.shapes if shape in names)
     found = Finding(effect, own, family, (), leads, floor=around.floor, at_end=at_end)
     if without is None:
