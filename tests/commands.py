@@ -1,5 +1,6 @@
-"""Commands of `heli` in this process, and Python in one of its own."""
+"""Commands of `heli` in this process, and programs in processes of their own."""
 
+import json
 import subprocess
 import sys
 from textwrap import dedent
@@ -17,9 +18,21 @@ def heli(*words, **options):
     return CliRunner().invoke(app, [*map(str, words)], **options)
 
 
-def python(code, *words, ends=0, **options):
-    """Run code in a process, which has to end with the exit code ``ends``."""
-    command = [sys.executable, "-c", dedent(code), *map(str, words)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
-    assert done.returncode == ends, done.stdout + done.stderr[-3000:]
+def told(*words):
+    """Run a command, which has to end well, and read what it says as JSON."""
+    done = heli(*words, "--json")
+    assert done.exit_code == 0, done.output
+    return json.loads(done.stdout)
+
+
+def ran(command, ends=0, timeout=1200, **options):
+    """Run a program, which has to end with the exit code ``ends``; its words may be paths and numbers."""
+    words = [*map(str, command)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=timeout, **options)
+    assert done.returncode == ends, f"code {done.returncode}: {done.stdout[-2000:]}{done.stderr[-4000:]}"
     return done
+
+
+def python(code, *words, **options):
+    """Run code in a process."""
+    return ran([sys.executable, "-c", dedent(code), *words], **options)

@@ -17,7 +17,7 @@ from heli_identifier.cli.app import app
 from heli_identifier.cli.arguments import Group, spread_options, values_by_unit
 from heli_identifier.cli.terminal import print_table
 from heli_identifier.results import Table
-from tests.commands import heli, python
+from tests.commands import heli, python, ran
 
 COMMANDS = sorted(get_command(app).commands)
 
@@ -42,8 +42,7 @@ def test_every_command_has_examples_whose_options_exist(command):
 def test_the_shell_completes_commands_scenarios_and_units(typed, offered):
     words = {"_HELI_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(len(typed.split()) - 1)}
     script = Path(sys.executable).parent / "heli"
-    done = subprocess.run([script], capture_output=True, text=True, env={**os.environ, **words}, check=False)
-    assert done.stdout.split() == [offered]
+    assert ran([script], env={**os.environ, **words}).stdout.split() == [offered]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes of Windows always wait")

@@ -20,7 +20,7 @@ from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_NAME
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
-from tests.commands import HELI, heli, python
+from tests.commands import HELI, heli, python, told
 from tests.diagnosis_example import AFTER, BEFORE, example, made_log
 
 RESULTS = {"diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu"}
@@ -120,10 +120,8 @@ def test_without_a_held_out_log_the_last_one_is_held_out_and_of_a_single_one_the
 
 def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_path):
     (first, second, _), _ = demo_files("rig-c")
-    said = heli("identify", first, second, "--to", 45, "--output", tmp_path / "out", "--json")
-    assert said.exit_code == 0
+    values = told("identify", first, second, "--to", 45, "--output", tmp_path / "out")["values"]
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"parameters.json", "history.csv", "history.svg"}
-    values = json.loads(said.stdout)["values"]
     # rig-c holds nothing beyond the model; its pitch gain is within 20 % of Table 2, its error near one per cent
     assert values["pitch.gain"]["value"] == pytest.approx(0.293, rel=0.2)
     assert 0.0 < values["pitch.gain"]["standard_error"] < 0.05 * values["pitch.gain"]["value"]
@@ -133,12 +131,10 @@ def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_pat
 
 
 def test_build_makes_every_unit_and_lists_them_and_effects_lists_those_of_the_plant(tmp_path):
-    said = heli("build", "--output", tmp_path, "--json")
-    assert said.exit_code == 0
-    files = json.loads(said.stdout)
+    files = told("build", "--output", tmp_path)
     assert {Path(file).stem for file in files} == set(UNITS)
     assert sorted(files) == sorted(str(path) for path in tmp_path.iterdir())
-    listed = json.loads(heli("effects", "--json").stdout)
+    listed = told("effects")
     assert [(entry["name"], entry["axis"]) for entry in listed] == [(e.name, e.axis) for e in CATALOGUE]
     assert all(entry["parameter"] in BY_NAME for entry in listed)
 
@@ -148,7 +144,6 @@ def test_parameters_of_a_file_reach_the_plant_of_a_scenario_and_set_outranks_the
     replace(example(), effects=example().effects[:1]).write(tmp_path)
     last = {}
     for name, words in {"file": (), "set": ("--set", "plant.effects.dry_friction.pitch=0")}.items():
-        said = heli("simulate", "open_loop", "--duration", 2, "--parameters", file, "--json", *words)
-        assert said.exit_code == 0, said.stderr
-        last[name] = {row["name"]: row["last"] for row in json.loads(said.stdout)}["plant.pitch"]
+        rows = told("simulate", "open_loop", "--duration", 2, "--parameters", file, *words)
+        last[name] = {row["name"]: row["last"] for row in rows}["plant.pitch"]
     assert last["file"] != last["set"]

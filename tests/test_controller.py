@@ -1,7 +1,6 @@
 """Designed controllers, held to what physics promises of them; the course's names; flights flown again."""
 
 import ctypes
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,7 +23,7 @@ from heli_plant.control import AxisGains, PidSettings
 from heli_plant.geometry import RATIO_ERROR, Geometry
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.state_feedback import FeedbackSettings, Rotors, feedback_step, start_feedback
-from tests.commands import heli
+from tests.commands import told
 from tests.units import LIBRARY, c_compiler, compiled
 
 H, AIM = 0.01, ControllerConfiguration()
@@ -211,9 +210,8 @@ def test_a_flight_flown_again_by_its_own_plant_errs_by_its_start_alone():
 def test_the_command_writes_what_the_next_commands_read(tmp_path):
     file = tmp_path / "parameters.json"
     file.write_text(document_text(parameters().to_dict()))
-    made = heli("design-controller", file, "--axis", "pitch", "--plants", 20, "-o", tmp_path / "c", "--json")
-    assert made.exit_code == 0, made.output
-    assert json.loads(made.stdout)["robust"]["stable_share"] == 1.0
+    made = told("design-controller", file, "--axis", "pitch", "--plants", 20, "-o", tmp_path / "c")
+    assert made["robust"]["stable_share"] == 1.0
     kept = {p.name for p in (tmp_path / "c").iterdir()}
     assert kept == {
         "design.json", "design.html", "controller.json", "nominal.json", "controller.m", "init_heli_corrected.m",
@@ -237,7 +235,5 @@ def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):
         gains = {axis: [factor * gain for gain in getattr(settings, axis)] for axis in ("pitch", "elevation")}
         rows = [f"{axis} = {own}" for axis, own in gains.items()]
         Path("heli.toml").write_text("\n".join(["[controller.pid]", *rows, f"trim = {settings.trim}", ""]))
-        said = heli("check", "flight.csv", "--limit", 1000, "--json")
-        assert said.exit_code == 0, said.output
-        differ.append(json.loads(said.stdout)["voltages_V"]["flight"])
+        differ.append(told("check", "flight.csv", "--limit", 1000)["voltages_V"]["flight"])
     assert differ[0] < 1e-9 < 0.05 < differ[1]

@@ -1,6 +1,5 @@
 """Excitation: the paper's signals, multisines, how they reach the rotors; what an experiment of them would tell."""
 
-import json
 from math import isclose, pi, sqrt
 
 import numpy as np
@@ -17,7 +16,7 @@ from heli_identifier.tools.flight import flight_outlooks, list_additions
 from heli_plant.control import PidSettings
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
-from tests.commands import heli
+from tests.commands import told
 
 PLANT = PlantParameters()
 WIDE = Limits(pitch=10.0, elevation=10.0)
@@ -81,10 +80,8 @@ def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
 
 def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_path):
     file = tmp_path / "best.csv"
-    words = ["design", "--show", "dry_friction:pitch", "--duration", "20", "--json", "--output", file]
-    said = heli(*words)
-    assert said.exit_code == 0, said.stderr
-    errors = [one["effects"][0]["standard_error_separated"] for one in json.loads(said.stdout)]
+    ranked = told("design", "--show", "dry_friction:pitch", "--duration", 20, "--output", file)
+    errors = [one["effects"][0]["standard_error_separated"] for one in ranked]
     assert errors == sorted(errors)
     table = np.loadtxt(file, delimiter=",", skiprows=1)
     assert table.shape == (2000, 3)

@@ -25,7 +25,7 @@ from PIL import Image
 
 from benchmarks.figures import DRAWN, first_words, report_of_rig_a
 from heli_identifier.results.svg import COLOURS
-from tests.commands import python
+from tests.commands import python, ran
 from tests.test_report_browser import CHROMIUM, Chromium
 
 ROOT = Path(__file__).parent.parent
@@ -197,9 +197,8 @@ def test_the_readme_shows_what_the_demonstration_prints(tmp_path):
     """`make demo` would set up an environment of its own, in which it runs `heli demo`."""
     (shown,) = (block.text for block in blocks(PAGES["README.md"]) if block.text.startswith("$ make demo\n"))
     heli = Path(sys.executable).parent / "heli"
-    done = subprocess.run([heli, "demo"], capture_output=True, text=True, check=False, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert unlike(shown.partition("$ make test")[0].partition("\n")[2], done.stdout) == []
+    printed = ran([heli, "demo"], cwd=tmp_path).stdout
+    assert unlike(shown.partition("$ make test")[0].partition("\n")[2], printed) == []
 
 
 NAMED = re.compile(r"`((?:heli_plant|heli_identifier|fmu_src|tests|benchmarks|docs)/[\w/.]+)`")
@@ -289,7 +288,7 @@ def test_the_picture_of_the_report_says_what_the_report_says_today():
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 def test_the_search_works_in_a_page_that_is_opened_as_a_file(tmp_path):
     mkdocs = Path(sys.executable).with_name("mkdocs")
-    subprocess.run([mkdocs, "build", "--quiet", "--site-dir", tmp_path / "site"], check=True, cwd=ROOT)
+    ran([mkdocs, "build", "--quiet", "--site-dir", tmp_path / "site"], cwd=ROOT)
     with Chromium(tmp_path / "profile") as browser:
         browser.open(tmp_path / "site" / "index.html", 1280)
         browser.value("document.querySelector('input.md-search__input').focus()")

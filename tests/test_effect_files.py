@@ -9,7 +9,6 @@ import math
 import os
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -27,7 +26,7 @@ from heli_plant.plant import accelerations
 from tests.blind import plant as blind_plant
 from tests.blind.coefficients import Coefficients
 from tests.blind.plant import elevation_torque, pitch_torque, travel_torque
-from tests.commands import python
+from tests.commands import python, ran
 
 FAST = 30.0
 """Rates [rad/s] at which the smoothed sign of dry friction equals the sign to the last bit, also after rescaling."""
@@ -237,8 +236,7 @@ SCRIPT = """
 def test_the_law_that_the_page_shows_passes_the_linter():
     file = ROOT / "heli_plant" / "effects" / "arm.py"
     ruff = [Path(sys.executable).with_name("ruff"), "check", "--stdin-filename", file, "-"]
-    said = subprocess.run(ruff, input=file.read_text() + LAW, capture_output=True, text=True, cwd=ROOT)
-    assert said.returncode == 0, said.stdout
+    ran(ruff, input=file.read_text() + LAW, cwd=ROOT)
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from heli_identifier import files, processes
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.results.documents import whole_folder
+from tests.commands import python
 
 
 def names(folder):
@@ -74,15 +75,15 @@ def test_processes_that_sweep_one_folder_leave_each_other_s_drafts_alone(tmp_pat
 
 
 def test_a_draft_of_last_week_goes_and_one_of_this_hour_stays_whatever_the_clock_of_a_process_says(tmp_path):
-    code = (
-        "import sys, time; time.time = lambda: 3.2e10\n"  # the year 2984
-        "from heli_identifier import files\n"
-        "with files.draft_folder(sys.argv[1]): pass"
-    )
+    code = """
+        import sys, time; time.time = lambda: 3.2e10  # the year 2984
+        from heli_identifier import files
+        with files.draft_folder(sys.argv[1]): pass
+    """
     for name, age in (("old", 8 * 86400.0), ("young", 3600.0)):
         (tmp_path / f"{files.PREFIX}{name}").mkdir()
         os.utime(tmp_path / f"{files.PREFIX}{name}", (time.time() - age,) * 2)
-    subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=True)
+    python(code, tmp_path)
     assert names(tmp_path) == [f"{files.PREFIX}young"]
 
 

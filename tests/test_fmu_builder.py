@@ -4,7 +4,6 @@ import ast
 import math
 import re
 import sys
-import zipfile
 from xml.etree import ElementTree
 
 import pytest
@@ -29,6 +28,7 @@ from fmu_src.ssp import parameter_set, write_ssp
 from fmu_src.variables import parameter
 from fmu_src.vendoring import needed_sources
 from tests.fmi_rules import findings
+from tests.units import entries
 
 
 @pytest.mark.parametrize("unit", UNITS)
@@ -37,8 +37,7 @@ def test_a_unit_breaks_no_rule_is_built_to_the_same_bytes_and_imports_only_itsel
 ):
     assert validate_fmu(str(fmus[unit])) == findings(fmus[unit]) == []
     assert build(unit, tmp_path).read_bytes() == fmus[unit].read_bytes()
-    with zipfile.ZipFile(fmus[unit]) as archive:
-        files = {name: archive.read(name) for name in archive.namelist()}
+    files = entries(fmus[unit])
     page = files["documentation/index.html"].decode()
     assert "runs on the interpreter of its host" in page
     assert all(variable.name in page for variable in unit_class(unit).variables)
@@ -62,11 +61,9 @@ def test_parameters_become_start_values_of_their_type_and_change_hash_and_guid(f
     assert validate_fmu(str(corrected)) == []
     start = {variable.name: variable.start for variable in read_model_description(corrected).modelVariables}
     assert [start[name] for name in given] == ["0.025", "true", "2048"]
-    changed = ("resources/slavemodule.txt", "modelDescription.xml")
-    with zipfile.ZipFile(fmus["HelicopterPlant"]) as one, zipfile.ZipFile(corrected) as other:
-        scripts, descriptions = ([archive.read(name) for archive in (one, other)] for name in changed)
-        assert scripts[0] != scripts[1]
-        assert len({text.partition(b"guid=")[2][:40] for text in descriptions}) == 2
+    one, other = entries(fmus["HelicopterPlant"]), entries(corrected)
+    assert one["resources/slavemodule.txt"] != other["resources/slavemodule.txt"]
+    assert len({files["modelDescription.xml"].partition(b"guid=")[2][:40] for files in (one, other)}) == 2
 
 
 DAMPING = parameter("pitch.damping", 0.06, "damping", "1/s", -10.0, 10.0)

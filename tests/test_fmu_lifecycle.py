@@ -11,7 +11,6 @@ import json
 import os
 import shutil
 import socket
-import subprocess
 import sys
 import sysconfig
 import zipfile
@@ -28,7 +27,8 @@ from fmu_src.ssp import write_ssp
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state
-from tests.units import HOSTS, c_compiler, compiled, described, host, written_orders
+from tests.commands import ran
+from tests.units import HOSTS, c_compiler, compiled, described, entries, host, written_orders
 
 
 def free_port():
@@ -74,12 +74,8 @@ def test_what_a_unit_refuses_among_random_calls_has_no_effect_and_its_native_twi
 
 def bare(python, log, fmus, folder, *options):
     """What units show in an interpreter without site packages, a line each."""
-    done = subprocess.run(
-        [str(python), "-I", str(HOSTS / "bare_host.py"), *options, str(log), *map(str, fmus)],
-        capture_output=True, text=True, timeout=300, cwd=folder, env={"PATH": os.environ["PATH"]}, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout.splitlines()
+    command = [python, "-I", HOSTS / "bare_host.py", *options, log, *fmus]
+    return ran(command, cwd=folder, env={"PATH": os.environ["PATH"]}).stdout.splitlines()
 
 
 @pytest.fixture(scope="module")
@@ -118,18 +114,13 @@ def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, c_host, 
         archive.extractall(tmp_path)
     guid, text, references = described(tmp_path)
     binary, resources = tmp_path / f"binaries/linux64/{unit}.so", (tmp_path / "resources").as_uri()
-    done = subprocess.run(
-        [str(c_host), str(binary), resources, guid, text, str(log), *references],
-        capture_output=True, text=True, timeout=300, check=False,
-        env={"PATH": os.environ["PATH"], "LD_PRELOAD": str(library), "PYTHONHOME": sys.base_prefix},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
+    environment = {"PATH": os.environ["PATH"], "LD_PRELOAD": str(library), "PYTHONHOME": sys.base_prefix}
+    done = ran([c_host, binary, resources, guid, text, log, *references], env=environment)
     (shown,) = bare(sys.executable, log, [fmus[unit]], tmp_path)
     expected = [float(number) for number in ast.literal_eval(shown.partition(" ")[2])]
     assert [float(line) for line in done.stdout.split()] == expected
 
 
-HOST = Path(__file__).parent / "hosts" / "importer.py"
 STEPS, STEP = 10_000, 0.01
 """Steps of the comparison and their length [s]."""
 PARAMETERS = {
@@ -186,11 +177,8 @@ def orders(units, ours, tmp_path_factory):
 def imported(host, order, steps, names, out):
     """Rows 1 .. steps of ``names`` as the importer shows them, shape (steps, len(names))."""
     libraries = os.pathsep.join([str(Path(sys.prefix) / "lib"), os.environ.get("LD_LIBRARY_PATH", "")])
-    done = subprocess.run(
-        [sys.executable, str(HOST), host, str(order), str(steps), str(STEP), str(out), *names],
-        capture_output=True, text=True, timeout=300, env={**os.environ, "LD_LIBRARY_PATH": libraries}, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    command = [sys.executable, HOSTS / "importer.py", host, order, steps, STEP, out, *names]
+    ran(command, env={**os.environ, "LD_LIBRARY_PATH": libraries})
     return np.load(out)
 
 
@@ -229,9 +217,5 @@ def test_fmpy_compiles_a_unit_from_its_sources(tmp_path, fmi):
     if shutil.which("cmake") is None:
         pytest.skip("this machine has no cmake, which fmpy compiles with")
     path = build("HelicopterPlant", tmp_path, fmi=fmi, native=True)
-    done = subprocess.run(
-        [sys.executable, "-m", "fmpy", "compile", str(path)], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
-    with zipfile.ZipFile(path) as archive:
-        assert any(name.endswith("HelicopterPlant.so") for name in archive.namelist())
+    ran([sys.executable, "-m", "fmpy", "compile", path])
+    assert any(name.endswith("HelicopterPlant.so") for name in entries(path))

@@ -20,11 +20,9 @@ from heli_identifier.records import demo_files, read_log, write_log
 from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters, plant_values
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
-from tests.commands import HELI
+from tests.commands import HELI, python
 from tests.diagnosis_example import AFTER, example, made_log
 from tests.test_live import LONGEST, H, datagram
-
-MAIN = [sys.executable, "-c", HELI]
 
 
 def rows_of(path):
@@ -77,7 +75,7 @@ def started(interruptible, tmp_path):
 
         def start(*words):
             process = subprocess.Popen(
-                [*MAIN, "follow", "--listen", "127.0.0.1:0", *map(str, words)],
+                [sys.executable, "-c", HELI, "follow", "--listen", "127.0.0.1:0", *map(str, words)],
                 cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             )  # fmt: skip
             processes.enter_context(process)
@@ -99,11 +97,8 @@ def waited_for(path, rows):
 def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight, tmp_path, started):
     parameters = flight / "parameters.json"
     process, port = started("-p", parameters, "-o", "out")
-    sent = subprocess.run(
-        [*MAIN, "stream", str(flight / "log.csv"), "--to", f"127.0.0.1:{port}", "--speed", "12"],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert sent.returncode == 0 and "1201 samples" in sent.stdout, sent.stderr
+    sent = python(HELI, "stream", flight / "log.csv", "--to", f"127.0.0.1:{port}", "--speed", 12)
+    assert "1201 samples" in sent.stdout
     waited_for(tmp_path / "out/recorded.csv", 1201)
     process.send_signal(signal.SIGINT)
     out, said = process.communicate(timeout=LONGEST)

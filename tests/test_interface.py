@@ -17,7 +17,7 @@ from heli_identifier.results import corrected_parameters
 from heli_identifier.tools import design_pid
 from heli_identifier.tracing import Use
 from heli_plant.parameters import TABLE_2
-from tests.commands import heli
+from tests.commands import heli, told
 from tests.diagnosis_example import AFTER, example, made_log
 from tests.test_report_page import Page
 
@@ -150,9 +150,7 @@ def test_the_command_prints_what_the_function_gives(tmp_path):
         replace(diagnosis(), parameters_after=moved).write(tmp_path / "june"),
     ]
     log = write_log(made_log(), tmp_path / "run.csv")
-    done = heli("compare", *folders, "--log", log, "--json")
-    assert done.exit_code == 0, done.output
-    assert json.loads(done.stdout) == json.loads(json.dumps(hi.compare(*folders, log).to_dict()))
+    assert told("compare", *folders, "--log", log) == json.loads(json.dumps(hi.compare(*folders, log).to_dict()))
     shown = heli("compare", *folders)
     assert "differ between may and june" in " ".join(shown.stdout.split())
 
@@ -205,9 +203,7 @@ def test_a_simulated_log_says_how_far_the_plant_is_off_it(written):
     """The unit's free run is that of the diagnosis, to the nanoradian; the terminal shows three digits of it."""
     folder, log = written
     words = ["simulate", "plant_beside_log", "--log", log, "--parameters", folder / "parameters.json"]
-    done = heli(*words, "--json")
-    assert done.exit_code == 0, done.output
-    found = {row["name"]: row["rms_error"] for row in json.loads(done.stdout) if "rms_error" in row}
+    found = {row["name"]: row["rms_error"] for row in told(*words) if "rms_error" in row}
     for axis, report in example().axes.items():
         if report.after.free_run:
             assert found[f"plant.{axis}"] == pytest.approx(report.after.free_run.value, abs=1e-9)

@@ -19,7 +19,7 @@ from heli_identifier.tools.synthesis import PEAK, retune_pid, weighted_error
 from heli_plant.control import AxisGains, PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
-from tests.commands import heli
+from tests.commands import heli, told
 from tests.diagnosis_example import AFTER, example
 
 H = 0.01
@@ -241,12 +241,10 @@ def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_con
     file = tmp_path / "parameters.json"
     file.write_text(document_text(parameter_set().to_dict()), encoding="utf-8")
     out = tmp_path / "control"
-    said = heli("linearise", file, "--elevation", 0.1, "--output", out, "--json")
-    assert said.exit_code == 0, said.stderr
+    document = told("linearise", file, "--elevation", 0.1, "--output", out)
     assert {path.name for path in out.iterdir()} == {
         "linear_model.json", "linear_model.mat", "controller.json", "steps.svg",
     }  # fmt: skip
-    document = json.loads(said.stdout)
     assert document == json.loads((out / "linear_model.json").read_text())
     matrices = loadmat(out / "linear_model.mat")
     A = np.array(document["A"])

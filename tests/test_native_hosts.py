@@ -5,7 +5,6 @@ import math
 import os
 import pickle
 import shutil
-import subprocess
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
@@ -21,6 +20,7 @@ from fmu_src import build
 from fmu_src.native import NATIVE_UNITS, Untranslatable
 from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, find_compiler
 from fmu_src.native.translator.program import Translation
+from tests.commands import ran
 from tests.hosts.unit_host import Unit
 from tests.units import HOSTS, compiled, described, library, needs_a_compiler
 
@@ -43,17 +43,10 @@ def sources_of(folder):
     return [folder / "sources" / node.get("name") for node in build.iter("SourceFile")]
 
 
-def arguments(folder, log):
-    guid, text, references = described(folder)
-    return [guid, str(STEPS), text, str(log), *references]
-
-
 def run(host, library, folder, log, **environment):
-    done = subprocess.run(
-        [*host, str(library), *arguments(folder, log)], capture_output=True, text=True, timeout=300, check=False,
-        env={"PATH": os.environ["PATH"], "HOME": os.environ.get("HOME", "/"), **environment},
-    )  # fmt: skip
-    assert done.returncode == 0, f"code {done.returncode}: {done.stdout[-500:]}{done.stderr[-4000:]}"
+    guid, text, references = described(folder)
+    environment = {"PATH": os.environ["PATH"], "HOME": os.environ.get("HOME", "/"), **environment}
+    done = ran([*host, library, guid, STEPS, text, log, *references], env=environment)
     return [float(line) for line in done.stdout.split()]
 
 
@@ -85,7 +78,7 @@ def test_every_optimisation_has_the_same_bits_and_sanitizers_find_nothing(opened
     delivered = opened[unit] / f"binaries/linux64/{unit}.so"
     expected = run([str(host)], delivered, opened[unit], log)
     assert run([str(program)], own, opened[unit], log, ASAN_OPTIONS="detect_leaks=1") == expected != []
-    assert "python" not in subprocess.run(["ldd", delivered], capture_output=True, text=True, check=False).stdout
+    assert "python" not in ran(["ldd", delivered]).stdout
 
 
 def test_the_binary_for_arm_gives_the_bits_of_that_for_x86(host, log, tmp_path):

@@ -1,7 +1,6 @@
 """The native twins show the bits of the pythonfmu units, in FMI 2.0 and 3.0; what they refuse, they refuse likewise."""
 
 import json
-import zipfile
 from random import Random
 from xml.etree import ElementTree
 
@@ -16,7 +15,7 @@ from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
 from tests.fmi_rules import findings
 from tests.simulated import random_tables
-from tests.units import host, written_orders
+from tests.units import entries, host, written_orders
 
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
 VOLTAGES = {"v_front": [-5.0, 7.0], "v_rear": [-5.0, 7.0]}
@@ -229,12 +228,9 @@ answer([shown[0] == shown[1], last, resource.getrusage(resource.RUSAGE_SELF).ru_
 def test_fmpy_finds_no_problem_and_all_variables_are_those_of_the_pythonfmu_unit(fmus, twins, unit):
     assert validate_fmu(str(twins[unit])) == validate_fmu(str(twins[unit, 3])) == []
     assert [text for text in findings(twins[unit]) if "no binary" not in text] == []
-    parts = []
-    for path in (twins[unit], fmus[unit]):
-        with zipfile.ZipFile(path) as archive:
-            root = ElementTree.fromstring(archive.read("modelDescription.xml"))
-        parts.append([ElementTree.tostring(root.find(part)) for part in ("ModelVariables", "ModelStructure")])
-    assert parts[0] == parts[1]
+    ours, theirs = (ElementTree.fromstring(entries(path)["modelDescription.xml"]) for path in (twins[unit], fmus[unit]))
+    for part in ("ModelVariables", "ModelStructure"):
+        assert ElementTree.tostring(ours.find(part)) == ElementTree.tostring(theirs.find(part))
     old, (*new, time) = (
         [(v.name, v.valueReference, v.causality, v.variability, v.description, v.unit, v.start) for v in found]
         for found in (read_model_description(path).modelVariables for path in (twins[unit], twins[unit, 3]))
@@ -244,21 +240,18 @@ def test_fmpy_finds_no_problem_and_all_variables_are_those_of_the_pythonfmu_unit
 
 
 def test_sources_and_their_description_are_always_there(tmp_path, twins):
-    with zipfile.ZipFile(twins["PidController"]) as archive:
-        names = archive.namelist()
-        described, root = (
-            ElementTree.fromstring(archive.read(name))
-            for name in ("sources/buildDescription.xml", "modelDescription.xml")
-        )
+    names = entries(twins["PidController"])
+    described, root = (
+        ElementTree.fromstring(names[name]) for name in ("sources/buildDescription.xml", "modelDescription.xml")
+    )
     compiled = [node.get("name") for node in described.iter("SourceFile")]
     assert compiled == [node.get("name") for node in root.iter("File")]
-    assert {f"sources/{name}" for name in compiled} <= set(names)
+    assert {f"sources/{name}" for name in compiled} <= names.keys()
     assert not [name for name in names if name.endswith(".py")]
     for target in PLATFORMS:
         assert (f"binaries/{target.fmi2}/PidController{target.suffix}" in names) is (find_compiler(target) is not None)
     assert build("PidController", tmp_path, native=True).read_bytes() == twins["PidController"].read_bytes()
-    with zipfile.ZipFile(twins["PidController", 3]) as archive:
-        assert "binaries/x86_64-linux/PidController.so" in archive.namelist()
+    assert "binaries/x86_64-linux/PidController.so" in entries(twins["PidController", 3])
 
 
 def test_every_unit_has_a_native_twin_but_those_that_run_in_python_only_and_none_but_the_plant_an_exchange(tmp_path):
@@ -273,8 +266,8 @@ def test_without_a_compiler_the_unit_holds_its_sources_and_the_user_is_told_what
     monkeypatch.setattr("fmu_src.native.toolchain.find_compiler", lambda target: None)
     from fmu_src.native import missing_compilers
 
-    with zipfile.ZipFile(build("PidController", tmp_path, native=True)) as archive:
-        assert not [name for name in archive.namelist() if name.startswith("binaries")]
+    unit = build("PidController", tmp_path, native=True)
+    assert not [name for name in entries(unit) if name.startswith("binaries")]
     said = missing_compilers()
     assert said.startswith("there is no C compiler for linux64 and win64, the units hold sources")
     assert "pip install 'heli-twin[native]'" in said

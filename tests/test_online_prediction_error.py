@@ -1,6 +1,5 @@
 """Recursive prediction errors: right in closed loop and as certain as they say; the method that `identify` takes."""
 
-import json
 from dataclasses import replace
 from functools import cache
 from math import isfinite, log
@@ -22,7 +21,7 @@ from heli_identifier.tools.history import combine_histories, identify_log
 from heli_identifier.tools.identification import choose_method
 from heli_plant.parameters import TABLE_2
 from tests.blind.windy import windy_rig
-from tests.commands import heli
+from tests.commands import told
 from tests.simulated import H, closed_loop, drive, identified, multisines, noisy, record
 
 FILTER = discretise(1.0, 0.7, H, 0.08)
@@ -264,8 +263,6 @@ def test_look_says_who_flew_accuses_a_bare_rig_of_nothing_and_finds_its_gains_in
     assert all(axis in moved for axis in ("pitch", "elevation", "travel"))
     assert all(name in gains for name in GAINS)  # each is either determined or named as missing
     paths = [write_log(log, tmp_path / f"{log.name}.csv") for log in logs[:2]]
-    done = heli("look", *paths, "--json")
-    assert done.exit_code == 0, done.output
-    found = json.loads(done.stdout)
+    found = told("look", *paths)
     assert found["closed_loop"] and set(found["gains"]) == set(GAINS)
     assert found["movement_counts"]["pitch"] > 10.0

@@ -4,8 +4,8 @@ import ctypes
 import json
 import os
 import shutil
-import subprocess
 import sys
+import zipfile
 from importlib.resources import files
 from pathlib import Path
 from textwrap import dedent
@@ -16,6 +16,7 @@ from fmpy import read_model_description
 from fmu_src import build
 from fmu_src.native.toolchain import LINUX, find_compiler
 from fmu_src.native.translator.program import header, source
+from tests.commands import ran
 
 HOSTS = Path(__file__).parent / "hosts"
 LIBRARY = ("-std=c99", "-O2", "-Wall", "-Werror", "-ffp-contract=off", "-shared", "-fPIC")
@@ -49,12 +50,15 @@ def library(folder, translation):
 def host(program, *arguments):
     """Give the answer of a host, a process of its own: a program of the folder ``hosts``, or the text of one."""
     text = ["-c", "import sys\nfrom unit_host import Unit, answer\n" + dedent(program)]
-    done = subprocess.run(
-        [sys.executable, *([str(HOSTS / program)] if program.endswith(".py") else text), *map(str, arguments)],
-        capture_output=True, text=True, timeout=600, check=False, env={**os.environ, "PYTHONPATH": str(HOSTS)},
-    )  # fmt: skip
-    assert done.returncode == 0, f"the host died with code {done.returncode}: {done.stdout}{done.stderr}"
+    command = [sys.executable, *([HOSTS / program] if program.endswith(".py") else text), *arguments]
+    done = ran(command, env={**os.environ, "PYTHONPATH": str(HOSTS)})
     return json.loads(done.stdout.strip().splitlines()[-1])
+
+
+def entries(archive):
+    """Contents of an archive, by name."""
+    with zipfile.ZipFile(archive) as opened:
+        return {name: opened.read(name) for name in opened.namelist()}
 
 
 def written_orders(folder, orders):
@@ -81,11 +85,7 @@ class Twins(dict):
 def compiled(command, sources, target, *flags):
     """Compile a program or library; warnings count if the flags say so."""
     libraries = [] if target.suffix == ".exe" else ["-ldl", "-lm"]
-    done = subprocess.run(
-        [*command, "-std=gnu11", *flags, *map(str, sources), "-o", str(target), *libraries],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    ran([*command, "-std=gnu11", *flags, *sources, "-o", target, *libraries])
     return target
 
 

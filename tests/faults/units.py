@@ -5,16 +5,17 @@ import zipfile
 from fmu_src import build
 from tests.faults.case import Fault
 from tests.faults.material import nothing, plant_unit, write
+from tests.units import entries
 
 RUN = "heli simulate open_loop -d 1 --fmu plant=it.fmu"
 
 
-def archive(**entries):
+def archive(**contents):
     """Give a function that writes a zip."""
 
     def make(folder):
         with zipfile.ZipFile(folder / "it.fmu", "w", zipfile.ZIP_DEFLATED) as file:
-            for name, content in entries.items():
+            for name, content in contents.items():
                 file.writestr(name, content)
 
     return make
@@ -25,37 +26,33 @@ def rewritten(change):
 
     def make(folder):
         path = plant_unit(folder)
-        with zipfile.ZipFile(path) as file:
-            entries = {name: file.read(name) for name in file.namelist()}
+        found = entries(path)
         path.unlink()
-        change(entries)
-        archive(**entries)(folder)
+        change(found)
+        archive(**found)(folder)
 
     return make
 
 
 def described(old, new):
     """Give a function that writes the plant's unit with a text of its description changed."""
-    return rewritten(
-        lambda entries: entries.update(
-            {"modelDescription.xml": entries["modelDescription.xml"].replace(old.encode(), new.encode())}
-        )
-    )
+    name = "modelDescription.xml"
+    return rewritten(lambda found: found.update({name: found[name].replace(old.encode(), new.encode())}))
 
 
 def scripted(code):
     """Give a function that writes the plant's unit with another script in it."""
 
-    def change(entries):
-        script = entries["resources/slavemodule.txt"].decode()
-        entries[f"resources/{script}.py"] = code.encode() + b"\n" + entries[f"resources/{script}.py"]
+    def change(found):
+        script = found["resources/slavemodule.txt"].decode()
+        found[f"resources/{script}.py"] = code.encode() + b"\n" + found[f"resources/{script}.py"]
 
     return rewritten(change)
 
 
-def without_binary(entries):
-    for name in [name for name in entries if name.startswith("binaries/")]:
-        del entries[name]
+def without_binary(found):
+    for name in [name for name in found if name.startswith("binaries/")]:
+        del found[name]
 
 
 def claiming(size):
