@@ -9,6 +9,7 @@ from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log
+from heli_identifier.results import PLANT, ParameterSet, plant_values
 from heli_identifier.results.running import start_of
 from heli_identifier.tracing import Verdict
 from heli_plant.effects import AXES, CATALOGUE
@@ -67,10 +68,15 @@ def axis_reports(series):
     return reports
 
 
-def estimate(parameters, name):
-    """A parameter with an error of a hundredth."""
+def estimate(parameters, name, error=0.01):
+    """A parameter with a relative error."""
     value = getattr(parameters, name)
-    return Estimate(value, 0.01 * abs(value), BY_FIELD[name].unit)
+    return Estimate(value, error * abs(value), BY_FIELD[name].unit)
+
+
+def stated(error=0.03, names=("a_wx", "a_th", "k_x", "a_wz", "a_e", "a_1", "k_z", "a_wy", "k_y")):
+    """A plant's parameters as a file states them, some with a relative error."""
+    return ParameterSet(PLANT, plant_values(TABLE_2, {name: estimate(TABLE_2, name, error) for name in names}))
 
 
 def determinations(parameters):

@@ -5,14 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.rigs import blind_rig, true_structure
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import start_state
 from tests.blind.coefficients import Coefficients
 from tests.blind.generator import make_rig
 from tests.blind.plant import STEP, fly
-from tests.blind.rigs import STRENGTHS, draw_rig
 from tests.blind.signals import SAMPLE, square_and_chirp
 from tests.blind.windy import windy_rig
 from tests.commands import python
@@ -73,13 +71,3 @@ def test_base_model_agrees_with_the_plant_on_the_training_signal_which_is_that_o
     angles = fly(voltages, np.array(start), Coefficients(), still, np.zeros((len(voltages), 3)))[1]
     expected = simulate(voltages, SAMPLE, start_state(*start, *voltages[0]), TABLE_2)[1]
     assert np.abs(angles - expected).max() < 2 * np.pi / 8192 / 100
-
-
-def test_logs_of_a_rig_carry_no_word_of_its_truth_which_is_in_the_words_of_the_catalogue():
-    rig = blind_rig("moving_mass", 1.0, 0)
-    assert [log.name for log in (*rig.training, *rig.held_out)] == ["train1", "train2", "train3", "held"]
-    assert {(log.path, log.sha256, log.notes) for log in rig.training} == {("", "", ())}
-    for kind in STRENGTHS:
-        drawn = draw_rig(3, kind)
-        told = [name for name in true_structure(drawn) if " " in name]
-        assert told == [f"{e.name} {e.axis}" for e in drawn.effects]

@@ -10,9 +10,7 @@ import pytest
 
 from fmu_src.native import controller_sources
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration, Log, write_log
-from heli_identifier.results import ParameterSet, document_text, plant_values
 from heli_identifier.tools import check_closed_loop, corrected_init, course_values, design_controller, margins
 from heli_identifier.tools.design_files import corrected_values
 from heli_identifier.tools.judging import joint_bounds
@@ -21,22 +19,14 @@ from heli_identifier.tools.loop import controller_parameters, controller_setting
 from heli_identifier.tools.synthesis import design_feedback
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.geometry import RATIO_ERROR, Geometry
-from heli_plant.parameters import BY_FIELD, TABLE_2
+from heli_plant.parameters import TABLE_2
 from heli_plant.state_feedback import FeedbackSettings, Rotors, feedback_step, start_feedback
 from tests.commands import told
+from tests.diagnosis_example import stated
 from tests.units import LIBRARY, c_compiler, compiled
 
 H, AIM = 0.01, ControllerConfiguration()
 COURSE = Geometry(0.72, 1.92, 0.46, 0.66, 0.175, 7.0)
-
-
-def parameters(plant=TABLE_2, error=0.03):
-    """Parameters whose gains and dampings have the relative standard error ``error``."""
-    fields = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "a_1", "k_z", "a_wy", "k_y")
-    known = {
-        name: Estimate(getattr(plant, name), error * abs(getattr(plant, name)), BY_FIELD[name].unit) for name in fields
-    }
-    return ParameterSet("HelicopterPlant", plant_values(plant, known))
 
 
 def designed(plant=TABLE_2, other="pitch", integral=True, effort=1.0):
@@ -103,7 +93,7 @@ def test_the_disk_margin_is_that_of_the_structured_singular_value_and_within_it_
 
 
 def test_the_robust_design_keeps_more_where_the_plant_is_known_badly():
-    made = design_controller(parameters(error=0.15), "lqi", "pitch", 0.1, aim=replace(AIM, disk_margin=1.3), draws=60)
+    made = design_controller(stated(error=0.15), "lqi", "pitch", 0.1, aim=replace(AIM, disk_margin=1.3), draws=60)
     assert made.robust.figures["disk"].promised > made.baseline.figures["disk"].promised
     assert made.robust.stable >= 0.95
 
@@ -127,7 +117,7 @@ def test_the_parameters_of_the_unit_are_the_controller():
 def test_the_corrected_script_has_the_identified_gains():
     """With K_f, J_p and J_lambda of the corrected script the course's own equations give k_x, k_z and k_y."""
     model = linear_model(TABLE_2, 0.0, 0.1, H)
-    own = {n: e.value for n, e in corrected_values(parameters(), model, COURSE).items()}
+    own = {n: e.value for n, e in corrected_values(stated(), model, COURSE).items()}
     assert own["K_f"] * COURSE.l_p / own["J_p"] == pytest.approx(TABLE_2.k_x, rel=1e-12)
     assert own["K_f"] * COURSE.l_h / own["J_e"] == pytest.approx(TABLE_2.k_z, rel=1e-12)
     assert -own["K_f"] * COURSE.l_h / own["J_lambda"] == pytest.approx(TABLE_2.k_y, rel=1e-12)
@@ -145,7 +135,7 @@ def test_a_script_is_read_and_not_run(tmp_path):
     script.write_text("\nm_c = weigh();\n")
     with pytest.raises(ConfigurationError, match=r"line 2: m_c = weigh\(\) is no number"):
         course_values(script)
-    text = corrected_init(parameters(), linear_model(TABLE_2), values, Geometry(), "init_heli.m")
+    text = corrected_init(stated(), linear_model(TABLE_2), values, Geometry(), "init_heli.m")
     assert text.isascii()
 
 
@@ -208,8 +198,7 @@ def test_a_flight_flown_again_by_its_own_plant_errs_by_its_start_alone():
 
 
 def test_the_command_writes_what_the_next_commands_read(tmp_path):
-    file = tmp_path / "parameters.json"
-    file.write_text(document_text(parameters().to_dict()))
+    file = stated().write(tmp_path / "parameters.json")
     made = told("design-controller", file, "--axis", "pitch", "--plants", 20, "-o", tmp_path / "c")
     assert made["robust"]["stable_share"] == 1.0
     kept = {p.name for p in (tmp_path / "c").iterdir()}
@@ -222,7 +211,7 @@ def test_the_command_writes_what_the_next_commands_read(tmp_path):
 def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):
     """The flight is one of the units' own PID; gains a fifth smaller ask for other voltages."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "parameters.json").write_text(document_text(parameters().to_dict()))
+    stated().write(tmp_path / "parameters.json")
     settings, point = PidSettings(), operating_point(TABLE_2, 0.0, 0.0)
     wanted = np.zeros((4000, 3))
     wanted[500:2500, 1] = 0.1

@@ -1,13 +1,13 @@
 """Excitation: the paper's signals, multisines, how they reach the rotors; what an experiment of them would tell."""
 
-from math import isclose, pi, sqrt
+from math import isclose, nan, pi, sqrt
 
 import numpy as np
 import pytest
 import scipy.signal
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online import excitation
+from heli_identifier.online import IdentifierSettings, ModelParameters, excitation
 from heli_identifier.online.excitation import Excitation, Multisine
 from heli_identifier.records import demo_files, read_log
 from heli_identifier.tools import experiment
@@ -157,12 +157,15 @@ def test_a_multisine_has_its_rms_and_only_its_tones_and_a_seed_fixes_it():
     ("make", "message"),
     [
         (lambda: excitation.SquareChirp(period=0.0), "square.period = 0.0 s must be positive"),
-        (lambda: excitation.SquareChirp(high=float("nan")), "square.high = nan V"),
+        (lambda: excitation.SquareChirp(high=nan), "square.high = nan V"),
         (lambda: excitation.Multisine(highest=0.01), "multisine.highest = 0.01 Hz must lie in"),
         (lambda: excitation.Multisine(lowest=1e-4, highest=2e-4, tones=1), "has no harmonic near 0.0001 Hz"),
         (lambda: excitation.Excitation(base=6.0), "excitation.base = 6.0 V must lie in"),
         (lambda: excitation.paper_excitation(3), "experiment = 3 must be 1 or 2"),
         (lambda: excitation.paper_excitation(1, "sum"), "channel = 'sum'"),
+        (lambda: IdentifierSettings(filter_frequency=25.0), "filter.frequency = 25.0 rad/s must lie in [0.001, 20]"),
+        (lambda: IdentifierSettings(gain_limit=nan), "adaptation.gain_limit = nan must be positive"),
+        (lambda: IdentifierSettings(initial=ModelParameters(k_x=nan)), "initial.k_x = nan"),
     ],
 )
 def test_impossible_settings_are_refused_with_name_value_and_bound(make, message):

@@ -30,31 +30,24 @@ def logs():
     return read_log(TRAINING[0], end=60.0), read_log(HELD_OUT[0], end=40.0)
 
 
-@pytest.mark.parametrize("given", [WRONG, None])
-def test_a_given_rest_pitch_is_kept_however_wrong_it_is_and_else_it_is_estimated(logs, given):
-    settings = DiagnosisSettings.from_rig(RigConfiguration(rest_pitch=given))
+@pytest.mark.parametrize("given, gain", [(WRONG, 1.2 * TABLE_2.k_z), (None, None)])
+def test_a_given_rest_pitch_and_gain_are_kept_however_wrong_they_are_and_else_they_are_estimated(logs, given, gain):
+    settings = DiagnosisSettings.from_rig(RigConfiguration(rest_pitch=given, elevation_gain=gain))
     result = diagnose(logs[0], held_out=logs[1], settings=settings)
-    assert result.settings["rest_pitch"] == given and result.effects
+    assert (result.settings["rest_pitch"], result.settings["elevation_gain"]) == (given, gain) and result.effects
     found = result.parameters_after["theta0"]
     assert found.value == result.plant_after.theta0
     if given:
         assert result.plant_before.theta0 == found.value == WRONG
         assert found.standard_error is None and result.parameters_after["a_th"].standard_error > 0.0
+        assert result.plant_before.k_z == result.plant_after.k_z == gain
+        assert result.parameters_after["k_z"].standard_error is None
+        # in slow motion the elevation's equation is free in scale: the stiffness follows the gain, but not all the way
+        assert result.plant_before.a_e > 1.02 * TABLE_2.a_e
     else:
         assert found.value == pytest.approx(TABLE_2.theta0, abs=4.5 * found.standard_error)
         # one log's zero of the pitch may be off by some encoder counts, which is most of the standard error
         assert abs(found.value - WRONG) > 2.0 * found.standard_error
-
-
-def test_a_given_elevation_gain_is_kept_and_the_parameters_in_proportion_to_it_follow(logs):
-    gain = 1.2 * TABLE_2.k_z
-    settings = DiagnosisSettings.from_rig(RigConfiguration(elevation_gain=gain))
-    result = diagnose(logs[0], held_out=logs[1], settings=settings)
-    assert result.plant_before.k_z == result.plant_after.k_z == gain
-    assert result.parameters_after["k_z"].standard_error is None
-    assert result.settings["elevation_gain"] == gain
-    # in slow motion the elevation's equation is free in scale, so the stiffness goes with the gain, but not all the way
-    assert result.plant_before.a_e > 1.02 * TABLE_2.a_e
 
 
 def test_settings_that_cannot_be_are_refused_at_once():

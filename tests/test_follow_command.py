@@ -21,7 +21,7 @@ from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_pa
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
 from tests.commands import HELI, python
-from tests.diagnosis_example import AFTER, example, made_log
+from tests.diagnosis_example import AFTER, example, made_log, stated
 from tests.test_live import LONGEST, H, datagram
 
 
@@ -37,8 +37,7 @@ def flight(tmp_path_factory):
     """A folder with a log of 12 s, too short for a diagnosis, and the parameters of a twin of this rig."""
     folder = tmp_path_factory.mktemp("flight")
     write_log(read_log(demo_files("rig-c")[1][0], end=12.0), folder / "log.csv")
-    known = {"k_x": Estimate(TABLE_2.k_x, 0.001, "rad/s^2/V")}
-    ParameterSet(PLANT, plant_values(TABLE_2, known)).write(folder / "parameters.json")
+    stated(0.003, ["k_x"]).write(folder / "parameters.json")
     return folder
 
 

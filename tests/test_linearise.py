@@ -238,8 +238,7 @@ def parameter_set():
 
 
 def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_controller(tmp_path):
-    file = tmp_path / "parameters.json"
-    file.write_text(document_text(parameter_set().to_dict()), encoding="utf-8")
+    file = parameter_set().write(tmp_path / "parameters.json")
     out = tmp_path / "control"
     document = told("linearise", file, "--elevation", 0.1, "--output", out)
     assert {path.name for path in out.iterdir()} == {

@@ -23,10 +23,8 @@ from heli_identifier.live.page import serve_page
 from heli_identifier.live.screen import draw_screen
 from heli_identifier.live.session import Journal, Session
 from heli_identifier.live.sources import Player, send
-from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_files, read_log
-from heli_identifier.results import PLANT, ParameterSet, plant_values
-from heli_plant.parameters import TABLE_2
+from tests.diagnosis_example import stated
 from tests.test_files import files_of_at_most
 
 H = 0.01
@@ -214,8 +212,7 @@ def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):
 def followed(tmp_path_factory):
     """A session that has followed a log as fast as it goes, with the views that it showed."""
     folder = tmp_path_factory.mktemp("session")
-    known = {"k_x": Estimate(TABLE_2.k_x, 0.001, "rad/s^2/V")}
-    session = Session(folder, ParameterSet(PLANT, plant_values(TABLE_2, known)))
+    session = Session(folder, stated(0.003, ["k_x"]))
     log, views = read_log(demo_files("rig-c")[1][0], end=12.0), []
     session.run(Player(log, 0.0), lambda: False, views.append)
     session.close()

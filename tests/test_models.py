@@ -7,15 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.linalg import expm
 
 from heli_identifier.tools.linearisation import linear_model
 from heli_identifier.tools.margins import close_loop
 from heli_plant.control import AxisGains, PidSettings, PidState, pid_step, start_pid
 from heli_plant.models import GRAVITY, general_accelerations, simplified_accelerations
 from heli_plant.parameters import TABLE_2
-from heli_plant.simulation import simulate
-from heli_plant.state import rest_state, start_state
+from heli_plant.state import rest_state
 
 GENERAL = TABLE_2._replace(general_model=1.0)
 CONSERVATIVE = GENERAL._replace(viscous_pitch=0.0, viscous_elevation=0.0, viscous_travel=0.0)
@@ -113,14 +111,6 @@ def test_lift_of_equal_rotors_raises_the_arm_to_its_new_rest(mu_sum):
     rest = rest_state(P, mu_sum)
     a_th, a_ep, _ = simplified_accelerations(rest.pitch, rest.elevation, 0, 0, 0, 0, mu_sum, P)
     assert (a_th, a_ep) == pytest.approx((0, 0), abs=1e-14)
-
-
-def test_elevation_swings_freely_as_a_damped_oscillator():
-    states, _ = simulate(np.zeros((1001, 2)), 0.01, start_state(P.theta0, 0.2, 0.0), P)
-    rest = -P.a_1 / P.a_e
-    expected = expm(10.0 * np.array([[0.0, 1.0], [-P.a_e, -P.a_wz]])) @ [0.2 - rest, 0.0]
-    # Runge-Kutta's error after ten seconds at w h = .016: t w (w h)^4 / 120 = 1e-8 of the amplitude
-    np.testing.assert_allclose(states[-1, [1, 4]] - [rest, 0.0], expected, rtol=0, atol=1e-8)
 
 
 H = 0.01

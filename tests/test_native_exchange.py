@@ -11,13 +11,12 @@ from fmpy.validation import validate_fmu
 
 from fmu_src import CLOSED_LOOP, OPEN_LOOP, MasterError
 from fmu_src.master import run_apart
-from heli_identifier.online import Estimate
-from heli_identifier.results.parameters import ParameterSet, plant_values
-from heli_plant.parameters import BY_FIELD, TABLE_2, from_names
+from heli_plant.parameters import from_names
 from heli_plant.plant import STATES, measured_motion, rates_of_change
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
 from tests.commands import heli, told
+from tests.diagnosis_example import stated
 from tests.hosts.unit_host import opened
 from tests.units import entries, host, needs_a_compiler
 
@@ -213,9 +212,7 @@ def test_a_run_that_a_unit_refuses_is_counted_with_its_reason_and_units_in_pytho
 
 @pytest.mark.slow
 def test_the_command_repeats_with_its_seed_and_draws_figure_and_table(tmp_path, files):
-    known = {field: getattr(TABLE_2, field) for field in ("a_wx", "k_x", "a_th")}
-    estimates = {field: Estimate(value, 0.05 * abs(value), BY_FIELD[field].unit) for field, value in known.items()}
-    file = ParameterSet("HelicopterPlant", plant_values(TABLE_2, estimates)).write(tmp_path / "parameters.json")
+    file = stated(0.05, ["a_wx", "k_x", "a_th"]).write(tmp_path / "parameters.json")
     given = [f"--fmu={name}={path}" for name, path in files.items()]
     words = ("simulate", "open_loop", "--native", "--runs", 20, "--duration", 2, "--parameters", file, *given)
     figure, table = tmp_path / "runs.svg", tmp_path / "runs.csv"
