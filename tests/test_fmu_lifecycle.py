@@ -6,7 +6,6 @@ nanoseconds, a running sum, a product). A running sum of 10 000 steps is off by 
 by 2.5 V/s.
 """
 
-import ast
 import json
 import os
 import shutil
@@ -19,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fmpy import read_model_description
 
 from fmu_src import CLOSED_LOOP, OPEN_LOOP, UNITS, build
 from fmu_src.master import run_apart
@@ -72,53 +72,68 @@ def test_what_a_unit_refuses_among_random_calls_has_no_effect_and_its_native_twi
         assert host("random_calls.py", twins[unit], order)["digest"] == found["digest"]
 
 
-def bare(python, log, fmus, folder, *options):
-    """What units show in an interpreter without site packages, a line each."""
-    command = [python, "-I", HOSTS / "bare_host.py", *options, log, *fmus]
-    return ran(command, cwd=folder, env={"PATH": os.environ["PATH"]}).stdout.splitlines()
-
-
-@pytest.fixture(scope="module")
-def digests_here(fmus, log, tmp_path_factory):
-    """What every unit shows after each of 1000 steps, as a digest behind its name."""
-    return bare(sys.executable, log, fmus.values(), tmp_path_factory.mktemp("here"), "--steps", "1000")
-
-
-@pytest.mark.parametrize(
-    "version",
-    ["3.9", *(pytest.param(v, marks=pytest.mark.slow) for v in ("3.10", "3.11", "3.12")), "3.13"],
-)
-def test_the_units_show_the_same_bits_on_a_bare_interpreter_elsewhere(fmus, log, digests_here, tmp_path, version):
-    """No site packages, another working directory: the vendored sources and the standard library are enough."""
-    here = Path.home().glob(f".pyenv/versions/{version}.*/bin/python{version}")
-    candidates = [*here, Path(f"/usr/bin/python{version}")]
-    python = next((path for path in candidates if path.is_file()), None)
-    if python is None:
-        pytest.skip(f"this machine has no Python {version}")
-    assert bare(python, log, fmus.values(), tmp_path, "--steps", "1000") == digests_here
-
-
 @pytest.fixture(scope="module")
 def c_host(tmp_path_factory):
     target = tmp_path_factory.mktemp("host") / "c_host"
     return compiled(c_compiler(), [HOSTS / "c_host.c"], target, "-O1", "-Wall", "-Wextra", "-Werror")
 
 
-@pytest.mark.parametrize("unit", [unit for unit in UNITS if unit not in ("RigLink", "Corrector")])
-def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, c_host, log, tmp_path, unit):
-    """Without Python but for the interpreter's library, which is preloaded."""
+def embedded(c_host, library, home, fmu, log, folder):
+    """What a unit shows after each of 1000 steps in a C program that has an interpreter's library preloaded."""
+    with zipfile.ZipFile(fmu) as archive:
+        archive.extractall(folder)
+    binary, resources = folder / f"binaries/linux64/{fmu.stem}.so", (folder / "resources").as_uri()
+    guid, text, references = described(folder)
+    rig = fmu.stem == "RigLink"  # what a rig sent cannot be sent again
+    port = next((v.valueReference for v in read_model_description(fmu).modelVariables if v.name == "link.port"), -1)
+    environment = {"PATH": os.environ["PATH"], "LD_PRELOAD": str(library), "PYTHONHOME": str(home)}
+    words = [c_host, binary, resources, guid, 1000, int(not rig), text, log, port, *references]
+    return [float(line) for line in ran(words, env=environment, cwd=folder).stdout.split()]
+
+
+@pytest.fixture(scope="module")
+def shown_here(c_host, fmus, log, tmp_path_factory):
+    """What every unit shows in the C program, by this interpreter."""
     library = Path(sysconfig.get_config_var("LIBDIR") or "", sysconfig.get_config_var("INSTSONAME") or "")
     if not library.is_file() or library.suffix == ".a":
         pytest.skip("this Python has no shared library")
+    folder = tmp_path_factory.mktemp("here")
+    return {unit: embedded(c_host, library, sys.base_prefix, fmu, log, folder / unit) for unit, fmu in fmus.items()}
+
+
+@pytest.mark.parametrize(
+    "version",
+    ["3.9", *(pytest.param(v, marks=pytest.mark.slow) for v in ("3.10", "3.11", "3.12")), "3.13"],
+)
+def test_the_units_show_the_same_bits_on_a_bare_interpreter_elsewhere(c_host, fmus, log, shown_here, tmp_path, version):
+    """Another working folder, no packages: the vendored sources and the standard library are enough."""
+    library = next(Path.home().glob(f".pyenv/versions/{version}.*/lib/libpython{version}.so.1.0"), None)
+    if library is None:
+        pytest.skip(f"this machine has no Python {version} with a shared library")
+    for unit, fmu in fmus.items():
+        assert embedded(c_host, library, library.parent.parent, fmu, log, tmp_path / unit) == shown_here[unit], unit
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, shown_here, log, tmp_path, unit):
+    """Without Python but for the interpreter's library."""
     with zipfile.ZipFile(fmus[unit]) as archive:
-        archive.extractall(tmp_path)
-    guid, text, references = described(tmp_path)
-    binary, resources = tmp_path / f"binaries/linux64/{unit}.so", (tmp_path / "resources").as_uri()
-    environment = {"PATH": os.environ["PATH"], "LD_PRELOAD": str(library), "PYTHONHOME": sys.base_prefix}
-    done = ran([c_host, binary, resources, guid, text, log, *references], env=environment)
-    (shown,) = bare(sys.executable, log, [fmus[unit]], tmp_path)
-    expected = [float(number) for number in ast.literal_eval(shown.partition(" ")[2])]
-    assert [float(line) for line in done.stdout.split()] == expected
+        archive.extract("modelDescription.xml", tmp_path)
+    program = """
+    from math import sin
+    count, *references = map(int, sys.argv[3:])
+    inputs, outputs = references[:count], references[count + 1 :]
+    given = {"log.path": sys.argv[2], "link.port": 0}
+    unit, shown = Unit(sys.argv[1]), []
+    unit.fresh({name: value for name, value in given.items() if name in unit.variables})
+    for k in range(1000):
+        fed = [0.01 * k * (i + 1) if k < 50 else 0.4 * sin(0.05 * k * (i + 1)) for i in range(count)]
+        unit.slave.setReal(inputs, fed)
+        assert unit.step(0.01 * k, 0.01) == 0
+        shown += unit.slave.getReal(outputs)
+    answer(shown)
+    """
+    assert host(program, fmus[unit], log, *described(tmp_path)[2]) == shown_here[unit]
 
 
 STEPS, STEP = 10_000, 0.01

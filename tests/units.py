@@ -92,16 +92,17 @@ def compiled(command, sources, target, *flags):
 def described(folder):
     """GUID, reference of the log's path or -1, and the references of inputs and outputs behind their number.
 
-    As in hosts/bare_host.py, inputs whose range is narrow keep their start values.
+    Inputs whose range is narrow, or that say that a sample is there, keep their start values; a port is never the same.
     """
     description = read_model_description(str(folder))
-    variables = [v for v in description.modelVariables if not v.name.startswith(("correction.", "measured.fresh"))]
+    kept = {"input": ("correction.", "excitation.", "score.", "fresh", "measured.fresh"), "output": ("port",)}
 
     def listed(causality):
-        found = [str(v.valueReference) for v in variables if v.causality == causality]
-        return [str(len(found)), *found]
+        found = [v for v in description.modelVariables if v.causality == causality]
+        found = [v.valueReference for v in found if not v.name.startswith(kept[causality])]
+        return [len(found), *found]
 
-    text = next((str(v.valueReference) for v in variables if v.name == "log.path"), "-1")
+    text = next((v.valueReference for v in description.modelVariables if v.name == "log.path"), -1)
     return description.guid, text, [*listed("input"), *listed("output")]
 
 

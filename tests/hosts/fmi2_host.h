@@ -18,7 +18,7 @@ static void *load(const char *path) { return dlopen(path, RTLD_NOW | RTLD_LOCAL)
 static void *find(void *library, const char *name) { return dlsym(library, name); }
 #endif
 
-enum { OK = 0, DISCARD = 2, FAILURE = 3, MOST = 64 };
+enum { OK = 0, DISCARD = 2, FAILURE = 3, MOST = 256 };
 
 typedef struct {
     void (*logger)(void *, const char *, int, const char *, const char *, ...);
@@ -96,6 +96,28 @@ static Functions functions_of(void *library)
     *(void **)&f.terminate = symbol(library, "fmi2Terminate");
     *(void **)&f.release = symbol(library, "fmi2FreeInstance");
     return f;
+}
+
+typedef struct {
+    int (*save)(void *, void **);
+    int (*restore)(void *, void *);
+    int (*release)(void *, void **);
+    int (*size_of)(void *, void *, size_t *);
+    int (*serialise)(void *, void *, char *, size_t);
+    int (*deserialise)(void *, const char *, size_t, void **);
+} States;
+
+/* Functions of the library of a unit for its states. */
+static States states_of(void *library)
+{
+    States s;
+    *(void **)&s.save = symbol(library, "fmi2GetFMUstate");
+    *(void **)&s.restore = symbol(library, "fmi2SetFMUstate");
+    *(void **)&s.release = symbol(library, "fmi2FreeFMUstate");
+    *(void **)&s.size_of = symbol(library, "fmi2SerializedFMUstateSize");
+    *(void **)&s.serialise = symbol(library, "fmi2SerializeFMUstate");
+    *(void **)&s.deserialise = symbol(library, "fmi2DeSerializeFMUstate");
+    return s;
 }
 
 /* Load the library at ``path``, or end. */

@@ -17,12 +17,7 @@ int main(int argc, char **argv)
     void *library = opened(argv[1]);
     const Functions f = functions_of(library);
     int (*reset)(void *) = symbol(library, "fmi2Reset");
-    int (*save)(void *, void **) = symbol(library, "fmi2GetFMUstate");
-    int (*restore)(void *, void *) = symbol(library, "fmi2SetFMUstate");
-    int (*free_state)(void *, void **) = symbol(library, "fmi2FreeFMUstate");
-    int (*size_of)(void *, void *, size_t *) = symbol(library, "fmi2SerializedFMUstateSize");
-    int (*serialise)(void *, void *, char *, size_t) = symbol(library, "fmi2SerializeFMUstate");
-    int (*deserialise)(void *, const char *, size_t, void **) = symbol(library, "fmi2DeSerializeFMUstate");
+    const States s = states_of(library);
 
     const int steps = atoi(argv[3]);
     Callbacks callbacks = {logger, calloc, free, NULL, NULL};
@@ -48,25 +43,25 @@ int main(int argc, char **argv)
         if (k % 100 == 50) { /* step twice, and take both steps back through bytes */
             void *state = NULL;
             size_t size = 0;
-            check(save(units[1], &state), OK, "fmi2GetFMUstate");
-            check(size_of(units[1], state, &size), OK, "fmi2SerializedFMUstateSize");
+            check(s.save(units[1], &state), OK, "fmi2GetFMUstate");
+            check(s.size_of(units[1], state, &size), OK, "fmi2SerializedFMUstateSize");
             char *bytes = malloc(size);
-            check(serialise(units[1], state, bytes, size), OK, "fmi2SerializeFMUstate");
+            check(s.serialise(units[1], state, bytes, size), OK, "fmi2SerializeFMUstate");
             check(f.step(units[1], 0.01 * k, 0.01, 1), OK, "fmi2DoStep");
             check(f.step(units[1], 0.01 * (k + 1), 0.01, 1), OK, "fmi2DoStep");
-            check(free_state(units[1], &state), OK, "fmi2FreeFMUstate");
-            check(deserialise(units[1], bytes, size, &state), OK, "fmi2DeSerializeFMUstate");
-            check(restore(units[1], state), OK, "fmi2SetFMUstate");
+            check(s.release(units[1], &state), OK, "fmi2FreeFMUstate");
+            check(s.deserialise(units[1], bytes, size, &state), OK, "fmi2DeSerializeFMUstate");
+            check(s.restore(units[1], state), OK, "fmi2SetFMUstate");
             check(messages, 0, "the log");
             if (size > 40) { /* cut off: the bytes are refused, and nothing changes */
                 void *cut = NULL;
-                check(deserialise(units[1], bytes, size - 20, &cut), OK, "fmi2DeSerializeFMUstate");
-                check(restore(units[1], cut), DISCARD, "fmi2SetFMUstate of bytes that are cut off");
-                check(free_state(units[1], &cut), OK, "fmi2FreeFMUstate");
+                check(s.deserialise(units[1], bytes, size - 20, &cut), OK, "fmi2DeSerializeFMUstate");
+                check(s.restore(units[1], cut), DISCARD, "fmi2SetFMUstate of bytes that are cut off");
+                check(s.release(units[1], &cut), OK, "fmi2FreeFMUstate");
                 messages = 0;
             }
             free(bytes);
-            check(free_state(units[1], &state), OK, "fmi2FreeFMUstate");
+            check(s.release(units[1], &state), OK, "fmi2FreeFMUstate");
         }
         check(f.step(units[0], 0.01 * k, 0.01, 1), OK, "fmi2DoStep");
         check(f.step(units[1], 0.01 * k, 0.01, 1), OK, "fmi2DoStep");
