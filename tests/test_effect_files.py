@@ -18,13 +18,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmu_src.description import base_exponents
-from heli_plant.effects import ACCELERATION, AXES, BENDING, CATALOGUE, THRUST, VOLTAGE
+from heli_plant.effects import ACCELERATION, BENDING, CATALOGUE, THRUST, VOLTAGE
 from heli_plant.effects.definition import VOCABULARY
 from heli_plant.laws import motor_input, switched_on, thrust_voltage
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.plant import accelerations
 from tests.blind import plant as blind_plant
-from tests.blind.coefficients import Coefficients
+from tests.blind.coefficients import ON_AXES, Coefficients
 from tests.blind.plant import elevation_torque, pitch_torque, travel_torque
 from tests.commands import python, ran
 
@@ -139,13 +139,6 @@ def test_law_means_the_same_in_milliseconds_and_millivolts(e, seed):
     rescaled = {name: value * 1000.0 ** power(unit_of(e, name)) for name, value in values.items()}
     expected = e.function(**values) * 1000.0 ** power(RESULT[e.place])
     assert e.function(**rescaled) == pytest.approx(expected, rel=1e-9, abs=1e-300)
-
-
-ON_AXES = {
-    "quadratic_drag": AXES, "constant_torque": ("pitch", "travel"), "airspeed_thrust_loss": ("pitch", "elevation"),
-    "gyroscopic_coupling": ("pitch", "elevation"), "inertial_coupling": ("elevation", "travel"),
-}  # fmt: skip
-"""Effects whose coefficient the generator names by axis."""
 
 
 def blind_field(e):

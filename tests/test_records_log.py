@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks import rigs
+from benchmarks.rigs import windy_logs
 from fmu_src.units.signals import VOLTAGE_BOUND
 from heli_identifier import records
 from heli_identifier.errors import IdentifierError, LogError
@@ -119,12 +121,12 @@ RIG = make_rig(9001, "clean")
 TWO_COUNTS = 4.0 * np.pi / 4096.0 * np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
 
 
-def log_of(samples: np.ndarray, name: str = "log", start: float = 0.0) -> records.Log:
+def log_of(samples, name="log"):
     rate = (len(samples) - 1) / (samples[-1, 0] - samples[0, 0])
-    return records.Log(name, round(rate, 6), samples[:, 1:3].copy(), samples[:, 3:6].copy(), start=start)
+    return rigs.log_of(name, round(rate, 6), samples)
 
 
-def at(samples: np.ndarray, time: np.ndarray) -> np.ndarray:
+def at(samples, time):
     """A recording at other instants."""
     return np.column_stack([time, *(np.interp(time, samples[:, 0], column) for column in samples.T[1:])])
 
@@ -165,8 +167,7 @@ def test_flights_of_the_same_voltages_or_under_one_controller_or_at_rest_are_not
         for one, other in combinations([log_of(samples), *again], 2):
             assert records.shared_flight(one, other) is None
     # at rest angles are noise alone, in which every recording is like every other one
-    flown = windy_rig(501, "ou", True, 100.0, "bare", True, {"a": 4, "b": 0, "t": 0, "c": 0}).logs
-    logs = [records.Log(name, 100.0, own.voltages, own.angles) for name, own in flown.items()]
+    logs = windy_logs(windy_rig(501, quiet=True, effects="bare", counts={"a": 4}), "a")
     rng = np.random.default_rng(0)
     logs += [records.Log("rest", 100.0, np.zeros((6000, 2)), rng.normal(0.0, 3e-4, (6000, 3))) for _ in range(2)]
     assert not any(records.shared_flight(one, other) for one, other in combinations(logs, 2))

@@ -1,79 +1,49 @@
-"""Every number that the simulated rig depends on, as flat tuples of floats that compiled code takes.
+"""Every number that the simulated rig depends on, as flat tuples of floats that compiled code takes."""
 
-Names of the base parameters are the paper's; one field per effect and axis, zero when it is off; then shapes.
-"""
+from collections import namedtuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from typing import NamedTuple
+AXES = ("pitch", "elevation", "travel")
+
+BASE = {
+    "a_wx": 0.060, "a_th": 0.664, "k_x": 0.293, "theta0": -0.13613568165555773,
+    "a_wz": 0.032, "a_e": 2.59, "a_1": -0.142, "a_lt": 0.026, "k_z": 0.157,
+    "a_wy": 0.114, "k_y": -0.112, "t_m": 0.08,
+}  # fmt: skip
+"""Base model, eqs (2), (10), (12), (9), by the paper's names. [1/s], [1/s^2], [rad/s^2/V], [rad], [s]"""
+
+ON_AXES = {
+    "dry_friction": AXES, "breakaway_friction": AXES, "quadratic_drag": AXES, "constant_torque": ("pitch", "travel"),
+    "airspeed_thrust_loss": ("pitch", "elevation"), "gyroscopic_coupling": ("pitch", "elevation"),
+    "inertial_coupling": ("elevation", "travel"),
+}  # fmt: skip
+"""Effects with a coefficient on each of several axes; in `Coefficients` its name ends with the axis."""
+
+ALONE = (
+    "quadratic_thrust", "reverse_thrust_loss", "dead_zone", "motor_lag", "input_delay", "thrust_fade", "rotor_mismatch",
+    "speed_stability", "rotor_drag_torque", "cable_stiffness", "thrust_tilt", "translational_lift",
+    "large_angle_gravity", "pitch_gravity_coupling", "ground_effect", "moving_mass", "arm_bending",
+)  # fmt: skip
+"""Effects with one coefficient."""
+
+SHAPES = {
+    "stribeck_rate": 0.05, "presliding": 0.0, "ground_angle": -0.2, "ground_length": 0.15, "mass_time": 0.0,
+    "bending_frequency": 3.0, "bending_damping": 0.05, "elevation_zero": 0.0,
+}  # fmt: skip
+"""Further numbers of the laws [rad/s], [rad], [s], [Hz], [1]; the arm is horizontal where the elevation encoder reads
+minus `elevation_zero` [rad]."""
+
+_NUMBERS = BASE | dict.fromkeys([f"{own}_{axis}" for own in ON_AXES for axis in ON_AXES[own]], 0.0)
+_NUMBERS |= dict.fromkeys(ALONE, 0.0) | SHAPES
 
 
-class Coefficients(NamedTuple):
-    """Numbers of the plant."""
+class Coefficients(namedtuple("Coefficients", _NUMBERS, defaults=_NUMBERS.values())):
+    """Numbers of the plant; those of an effect are zero when it is off."""
 
-    # Base model: eqs (2), (10), (12), (9). [1/s], [1/s^2], [rad/s^2/V], [rad], [s]
-    a_wx: float = 0.060
-    a_th: float = 0.664
-    k_x: float = 0.293
-    theta0: float = -0.13613568165555773
-    a_wz: float = 0.032
-    a_e: float = 2.59
-    a_1: float = -0.142
-    a_lt: float = 0.026
-    k_z: float = 0.157
-    a_wy: float = 0.114
-    k_y: float = -0.112
-    t_m: float = 0.08
+    __slots__ = ()
+    if TYPE_CHECKING:
 
-    # Friction and drag of the pivots.
-    dry_friction_pitch: float = 0.0
-    dry_friction_elevation: float = 0.0
-    dry_friction_travel: float = 0.0
-    breakaway_friction_pitch: float = 0.0
-    breakaway_friction_elevation: float = 0.0
-    breakaway_friction_travel: float = 0.0
-    stribeck_rate: float = 0.05
-    presliding: float = 0.0
-    quadratic_drag_pitch: float = 0.0
-    quadratic_drag_elevation: float = 0.0
-    quadratic_drag_travel: float = 0.0
-
-    # Rotors and motors.
-    quadratic_thrust: float = 0.0
-    reverse_thrust_loss: float = 0.0
-    dead_zone: float = 0.0
-    motor_lag: float = 0.0
-    input_delay: float = 0.0
-    thrust_fade: float = 0.0
-
-    # Torques on the axes.
-    constant_torque_pitch: float = 0.0
-    constant_torque_travel: float = 0.0
-    rotor_mismatch: float = 0.0
-    airspeed_thrust_loss_pitch: float = 0.0
-    airspeed_thrust_loss_elevation: float = 0.0
-    gyroscopic_coupling_pitch: float = 0.0
-    gyroscopic_coupling_elevation: float = 0.0
-    speed_stability: float = 0.0
-    rotor_drag_torque: float = 0.0
-    cable_stiffness: float = 0.0
-    thrust_tilt: float = 0.0
-    translational_lift: float = 0.0
-    inertial_coupling_elevation: float = 0.0
-    inertial_coupling_travel: float = 0.0
-    large_angle_gravity: float = 0.0
-    pitch_gravity_coupling: float = 0.0
-    ground_effect: float = 0.0
-    ground_angle: float = -0.2
-    ground_length: float = 0.15
-    moving_mass: float = 0.0
-    mass_time: float = 0.0
-
-    # Bending of the arm, seen by the elevation encoder alone. [rad/V], [Hz], [1]
-    arm_bending: float = 0.0
-    bending_frequency: float = 3.0
-    bending_damping: float = 0.05
-
-    # The arm is horizontal where the elevation encoder reads minus this. [rad]
-    elevation_zero: float = 0.0
+        def __getattr__(self, name: str) -> float: ...
 
 
 class Strange(NamedTuple):

@@ -54,7 +54,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from tests.blind.coefficients import Coefficients, Strange
+from tests.blind.coefficients import AXES, Coefficients, Strange
 
 STEP = 0.001
 """Step of the integration [s]."""
@@ -459,5 +459,5 @@ def push_torque(count: int, pushes: Sequence[Push]) -> NDArray[np.float64]:
     for axis, start, end, acceleration in pushes:
         inside = np.minimum(t - start, end - t) / 0.05
         share = np.sin(0.5 * np.pi * np.clip(inside, 0.0, 1.0)) ** 2
-        torque[:, ("pitch", "elevation", "travel").index(axis)] += acceleration * share
+        torque[:, AXES.index(axis)] += acceleration * share
     return torque

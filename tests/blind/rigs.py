@@ -10,9 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tests.blind.coefficients import Coefficients, Strange
-
-AXES = ("pitch", "elevation", "travel")
+from tests.blind.coefficients import AXES, ON_AXES, Coefficients, Strange
 
 DRAWN = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "a_1", "a_lt", "k_z", "a_wy", "k_y")
 """Parameters that differ from rig to rig; theta0 and T_m are the same for all."""
@@ -50,8 +48,7 @@ class Effect(NamedTuple):
     @property
     def field(self) -> str:
         """Name of the coefficient's field in `Coefficients`."""
-        on_axis = f"{self.name}_{self.axis}"
-        return on_axis if on_axis in Coefficients._fields else self.name
+        return f"{self.name}_{self.axis}" if self.name in ON_AXES else self.name
 
 
 class Unknown(NamedTuple):
