@@ -46,12 +46,8 @@ def expected(change):
     return parameters(lambda d: change(d["expected"]))
 
 
-def controller(folder):
-    good(folder)
-    content = document()
-    content["unit"] = "PidController"
-    content["values"] = {"pitch.proportional": {"value": 6.0, "standard_error": None, "unit": "V/rad"}}
-    (folder / "parameters.json").write_text(json.dumps(content))
+GAIN = {"pitch.proportional": {"value": 6.0, "standard_error": None, "unit": "V/rad"}}
+CONTROLLER = parameters(lambda d: d.update(unit="PidController", values=GAIN))
 
 
 def repeated(folder):
@@ -80,7 +76,7 @@ PARAMETERS = (
     Fault("a number of 400 digits in parameters.json", value("pitch.gain", value=10**400), CHECK, "number out of range"),
     Fault("a plant without a gain of the pitch", value("pitch.gain", value=0.0), "heli linearise parameters.json -o out", "no equilibrium"),
     Fault("a parameter's name with a line break", parameters(lambda d: d["values"].update({"a\nb": d["values"]["pitch.gain"]})), CHECK, "no parameter 'a\\nb'"),
-    Fault("parameters of a controller for a plant", controller, f"{DESIGN} -p parameters.json", "holds parameters of the PidController, those of the HelicopterPlant are needed"),
+    Fault("parameters of a controller for a plant", CONTROLLER, f"{DESIGN} -p parameters.json", "holds parameters of the PidController, those of the HelicopterPlant are needed"),
 )  # fmt: skip
 
 SECTIONS = {"heli.toml": CONFIGURATIONS, "parameters.json": PARAMETERS}

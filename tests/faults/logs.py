@@ -9,7 +9,7 @@ import pyarrow.parquet
 from scipy.io import savemat
 
 from tests.faults.case import Fault
-from tests.faults.material import HEADER, ROWS, as_struct, columns, configured, good, nothing, pipe, write
+from tests.faults.material import HEADER, ROWS, as_struct, columns, configured, nothing, pipe, write
 
 IDENTIFY = "heli identify log.csv -o out"
 DIAGNOSE = "heli diagnose log.csv -o out"
@@ -37,8 +37,7 @@ def changed(change, headers=HEADERS):
 
 def headed(**names):
     """Give a function that writes a log with other headers, by the old name."""
-    headers = [names.get(header.split(" ")[0], header) for header in HEADERS]
-    return lambda folder: (folder / "log.csv").write_text(text(columns(), headers), encoding="utf-8")
+    return write(text(columns(), [names.get(header.split(" ")[0], header) for header in HEADERS]))
 
 
 def matlab(**variables):
@@ -90,11 +89,9 @@ COLUMNS = (
 
 def cell(row, column, content):
     """Give a function that writes a log with another content in one cell."""
-    rows = list(ROWS)
-    cells = rows[row].split(",")
+    cells = ROWS[row].split(",")
     cells[column] = content
-    rows[row] = ",".join(cells)
-    return write("\n".join([HEADER, *rows, ""]))
+    return lines(HEADER, *ROWS[:row], ",".join(cells), *ROWS[row + 1 :])
 
 
 def lines(*found):
@@ -103,13 +100,7 @@ def lines(*found):
 
 def rewritten(change):
     """Give a function that makes a log whose text is changed."""
-
-    def make(folder):
-        good(folder)
-        file = folder / "log.csv"
-        file.write_text(change(file.read_text()), encoding="utf-8")
-
-    return make
+    return lambda folder: write(change("\n".join([HEADER, *ROWS, ""])))(folder)
 
 
 def endless(folder):

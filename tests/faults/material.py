@@ -10,7 +10,10 @@ import pytest
 
 from fmu_src import build
 from heli_identifier.records import demo_files
-from heli_identifier.results.parameters import plant_values
+from heli_identifier.results import to_plain
+from heli_identifier.results.parameters import PLANT, Expectation, ParameterSet, plant_values
+from heli_identifier.tracing import ErrorFigure
+from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2
 
 _LINES = demo_files("rig-c")[1][0].read_text().splitlines()[:2001]
@@ -28,9 +31,7 @@ def write(content, name="log.csv"):
     return lambda folder: (folder / name).write_bytes(data)
 
 
-def good(folder: Path):
-    """Write a good log."""
-    (folder / "log.csv").write_text("\n".join([HEADER, *ROWS, ""]))
+good = write("\n".join([HEADER, *ROWS, ""]))
 
 
 def nothing(folder):
@@ -62,13 +63,8 @@ def as_struct():
 
 def document(change=lambda d: None):
     """Give a parameters.json of a plant, changed."""
-    values = {
-        name: {"value": e.value, "standard_error": None, "unit": e.unit}
-        for name, e in plant_values(TABLE_2, {}).items()
-    }
-    figures = {"prediction_1s_rad": {"value": 1e-2, "low": 9e-3, "high": 2e-2}, "noise_floor_rad": 1e-3}
-    expected = {axis: dict(figures) for axis in ("pitch", "elevation", "travel")}
-    found = {"schema": "heli-parameters/1", "unit": "HelicopterPlant", "values": values, "expected": expected, "provenance": {}}
+    expected = {axis: Expectation(ErrorFigure(1e-2, 9e-3, 2e-2), 1e-3) for axis in AXES}
+    found = to_plain(ParameterSet(PLANT, plant_values(TABLE_2, {}), expected).to_dict())
     change(found)
     return found
 
