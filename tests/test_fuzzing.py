@@ -1,15 +1,13 @@
 """Files with random damage, given to every reader: each answers with a value or with one sentence.
 
-Findings of longer runs stay in tests/corpus.
-`python -m tests.test_fuzzing SECONDS [SEED]` runs on as long as is wanted and prints what was found.
+Findings of longer runs, `HELI_FUZZ=FILES HELI_FUZZ_SEED=NUMBER`, stay in tests/corpus.
 """
 
 import gzip
 import io
 import json
-import sys
+import os
 import tempfile
-import time
 import traceback
 import zipfile
 from collections.abc import Callable
@@ -161,6 +159,9 @@ def tried(reader: str, folder: Path, random: Random) -> bytes | None:
     return data
 
 
+TRIED, SEED = int(os.environ.get("HELI_FUZZ", 150)), int(os.environ.get("HELI_FUZZ_SEED", 16))
+"""Files for each reader, and the seed of their damage."""
+
 APART = ("a MATLAB log", "a spreadsheet")
 """Each file is read by a process of its own, which takes a second."""
 
@@ -169,8 +170,8 @@ APART = ("a MATLAB log", "a spreadsheet")
     "reader", [pytest.param(r, marks=[pytest.mark.slow] if r in APART else []) for r in READERS]
 )
 def test_a_damaged_file_is_read_or_refused_in_one_sentence(tmp_path, reader):
-    random = Random(16)
-    assert [found for _ in range(150) if (found := tried(reader, tmp_path, random)) is not None] == []
+    random = Random(SEED)
+    assert [found for _ in range(TRIED) if (found := tried(reader, tmp_path, random)) is not None] == []
 
 
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*/*"))
@@ -184,21 +185,3 @@ def test_a_file_of_the_corpus_is_read_or_refused_in_one_sentence(tmp_path, file)
     path.write_bytes(file.read_bytes())
     for seed in range(6):
         assert complaint(reader, path, Random(seed)) is None
-
-
-def main(seconds: float, seed: int) -> None:
-    """Try until the time is over; keep what was found in the folder ``findings``."""
-    random, ends, count = Random(seed), time.monotonic() + seconds, 0
-    with tempfile.TemporaryDirectory() as folder:
-        while time.monotonic() < ends:
-            reader = random.choice(tuple(READERS))
-            found = tried(reader, Path(folder), random)
-            count += 1
-            if found is not None:
-                Path("findings").mkdir(exist_ok=True)
-                (Path("findings") / f"{count}-{READERS[reader][0]}").write_bytes(found)
-    print(f"{count} files tried")
-
-
-if __name__ == "__main__":
-    main(float(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0)
