@@ -176,8 +176,6 @@ def test_a_controller_tells_by_how_much_an_angle_is_late_and_which_are_not_and_w
     assert undo_delays(logs_of("none", 2))[1:] == ((), frozenset())  # in open loop nobody answers
 
 
-VOLTAGE_LIMIT = 5.0
-
 WITHIN = 0.2
 """How close [s] to its true start an event has to be found: the project's bar."""
 
@@ -199,7 +197,7 @@ def flown(seed, kind="clean", pushed=False):
 @pytest.mark.parametrize("seed", [11, 12])
 def test_a_push_in_open_loop_is_found_at_its_start_and_on_its_axis_and_nothing_else_is(seed):
     logs = flown(seed, pushed=True)
-    events = find_events([replace(log, start=6.0) for log in logs], VOLTAGE_LIMIT)
+    events = find_events([replace(log, start=6.0) for log in logs], 5.0)
     assert [(event.log, event.axis) for event in events] == [
         (log.name, push.axis) for log, push in zip(logs, OPEN, strict=True)
     ]
@@ -215,7 +213,7 @@ def test_pushes_in_closed_loop_are_told_from_the_answer_of_the_controller(seed, 
     pushes = {"a1": Push("travel", 20.0, 20.6, 1.5), "a2": Push("pitch", 15.0, 15.4, -1.2)}
     pushes["a3"] = Push("elevation", 12.0, 12.5, 1.0)
     rig = windy_rig(seed, rate=rate, counts={"a": 5}, pushes={name: (push,) for name, push in pushes.items()})
-    events = find_events(windy_logs(rig, "a"), VOLTAGE_LIMIT)
+    events = find_events(windy_logs(rig, "a"), 5.0)
     assert [(event.log, event.axis) for event in events] == [(name, push.axis) for name, push in pushes.items()]
     for event in events:
         assert event.start == pytest.approx(pushes[event.log].start, abs=WITHIN)
@@ -225,9 +223,9 @@ def test_pushes_in_closed_loop_are_told_from_the_answer_of_the_controller(seed, 
 def test_logs_that_nobody_touched_hold_no_event_and_those_too_short_for_a_regression_neither(rig):
     """In open loop, and under a controller in rough air."""
     logs = flown(11, rig) if isinstance(rig, str) else windy_logs(windy_rig(rig, counts={"a": 5}), "a")
-    assert find_events(logs, VOLTAGE_LIMIT) == ()
+    assert find_events(logs, 5.0) == ()
     short = [replace(log, voltages=log.voltages[:20], angles=log.angles[:20], references={}) for log in logs]
-    assert find_events(short, VOLTAGE_LIMIT) == ()
+    assert find_events(short, 5.0) == ()
 
 
 def test_what_is_left_out_is_the_event_with_its_margins_and_what_the_filter_then_needs_to_settle():
@@ -248,7 +246,7 @@ def test_a_stop_that_turns_a_rate_round_is_no_slip():
     logs = flown(11)
     angles = logs[1].angles.copy()
     angles[:, 2] = np.abs(angles[:, 2] - angles[4321, 2])  # the travel is thrown back there
-    events = find_events((logs[0], replace(logs[1], angles=angles), *logs[2:]), VOLTAGE_LIMIT)
+    events = find_events((logs[0], replace(logs[1], angles=angles), *logs[2:]), 5.0)
     assert {event.kind for event in events} <= {"force"}
 
 

@@ -109,16 +109,14 @@ def check_slopes(function, given, by, h, tolerance):
     return found
 
 
-def parameter_sets():
-    small = {e.field: min(0.02, e.upper) for e in CATALOGUE if e.field != "input_delay_rotors"}
-    every = TABLE_2._replace(**small)
-    return {
-        "plain": TABLE_2,
-        "general model": TABLE_2._replace(general_model=1.0),
-        "every effect": every,
-        "every effect, general model": every._replace(general_model=1.0),
-        "no lag": TABLE_2._replace(T_m=0.0),
-    }
+EVERY = TABLE_2._replace(**{e.field: min(0.02, e.upper) for e in CATALOGUE if e.field != "input_delay_rotors"})
+SETS = {
+    "plain": TABLE_2,
+    "general model": TABLE_2._replace(general_model=1.0),
+    "every effect": EVERY,
+    "every effect, general model": EVERY._replace(general_model=1.0),
+    "no lag": TABLE_2._replace(T_m=0.0),
+}
 
 
 def stepped(*row):
@@ -131,10 +129,10 @@ def drawn(draw):
     return [draw.uniform(0.0, 50.0), *state, *voltages, draw.uniform(-0.1, 0.1), 0.3]
 
 
-@pytest.mark.parametrize("name", parameter_sets())
-def test_the_jacobian_is_that_of_central_differences(name):
+@pytest.mark.parametrize("p", SETS.values(), ids=SETS)
+def test_the_jacobian_is_that_of_central_differences(p):
     """Differences of h = 1e-5: truncation h^2/6 f''', 2e-7 where friction is smoothed; rounding eps f/h, 1e-9."""
-    p, draw = parameter_sets()[name], Random(3)
+    draw = Random(3)
     for _ in range(50):
         check_slopes(rates_of_change, [*drawn(draw), p], BY, 1e-5, 2e-6)
 

@@ -10,11 +10,9 @@ another page ended."""
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 import textwrap
-from contextlib import suppress
 from decimal import Decimal
 from pathlib import Path
 from typing import NamedTuple
@@ -25,7 +23,7 @@ from PIL import Image
 
 from benchmarks.figures import DRAWN, first_words, report_of_rig_a
 from heli_identifier.results.svg import COLOURS
-from tests.commands import python, ran
+from tests.commands import bash, python, ran
 from tests.test_report_browser import CHROMIUM, Chromium
 
 ROOT = Path(__file__).parent.parent
@@ -105,22 +103,12 @@ def session(markdown, folder):
     for block in blocks(markdown):
         if text := typed(block):
             script += [f"printf '{_MARK}{block.line}\\n'", text]
-    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    shell = subprocess.Popen(
-        ["bash", "-c", "\n".join(script)], cwd=folder, env=environment, text=True,
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
-    )  # fmt: skip
-    try:
-        printed, _ = shell.communicate(timeout=PATIENCE)
-    finally:
-        with suppress(ProcessLookupError):
-            os.killpg(shell.pid, signal.SIGTERM)
+    environment = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    code, printed = bash("\n".join(script), folder, environment, PATIENCE, stderr=subprocess.STDOUT)
     parts = (part.partition("\n") for part in printed.split(_MARK)[1:])
     outputs = {int(line): text for line, _, text in parts}
     last = max(outputs, default=0)
-    assert shell.returncode == 0, (
-        f"the block at line {last} ended with {shell.returncode}:\n{outputs.get(last, printed)}"
-    )
+    assert code == 0, f"the block at line {last} ended with {code}:\n{outputs.get(last, printed)}"
     return outputs
 
 

@@ -12,13 +12,12 @@ import shutil
 import socket
 import sys
 import sysconfig
-import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
-from fmpy import read_model_description
+from fmpy import extract, read_model_description
 
 from fmu_src import CLOSED_LOOP, OPEN_LOOP, UNITS, build
 from fmu_src.master import run_apart
@@ -80,10 +79,9 @@ def c_host(tmp_path_factory):
 
 def embedded(c_host, library, home, fmu, log, folder):
     """What a unit shows after each of 1000 steps in a C program that has an interpreter's library preloaded."""
-    with zipfile.ZipFile(fmu) as archive:
-        archive.extractall(folder)
+    extract(fmu, folder)
     binary, resources = folder / f"binaries/linux64/{fmu.stem}.so", (folder / "resources").as_uri()
-    guid, text, references = described(folder)
+    guid, text, references = described(fmu)
     rig = fmu.stem == "RigLink"  # what a rig sent cannot be sent again
     port = next((v.valueReference for v in read_model_description(fmu).modelVariables if v.name == "link.port"), -1)
     environment = {"PATH": os.environ["PATH"], "LD_PRELOAD": str(library), "PYTHONHOME": str(home)}
@@ -115,10 +113,8 @@ def test_the_units_show_the_same_bits_on_a_bare_interpreter_elsewhere(c_host, fm
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, shown_here, log, tmp_path, unit):
+def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, shown_here, log, unit):
     """Without Python but for the interpreter's library."""
-    with zipfile.ZipFile(fmus[unit]) as archive:
-        archive.extract("modelDescription.xml", tmp_path)
     program = """
     from math import sin
     count, *references = map(int, sys.argv[3:])
@@ -133,7 +129,7 @@ def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, shown_he
         shown += unit.slave.getReal(outputs)
     answer(shown)
     """
-    assert host(program, fmus[unit], log, *described(tmp_path)[2]) == shown_here[unit]
+    assert host(program, fmus[unit], log, *described(fmus[unit])[2]) == shown_here[unit]
 
 
 STEPS, STEP = 10_000, 0.01

@@ -20,7 +20,7 @@ from heli_plant.control import AxisGains, PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from tests.commands import heli, told
-from tests.diagnosis_example import AFTER, example
+from tests.diagnosis_example import AFTER, example, stated
 
 H = 0.01
 PID = PidSettings()
@@ -139,7 +139,7 @@ def test_a_loop_without_margins_is_not_to_be_flown_and_a_rig_that_the_present_pi
 
 
 def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_more_noise():
-    parameters = parameter_set()
+    parameters = stated(0.01)
     model = linear_model(AFTER)
     others = [linear_model(plant) for plant in margins.draw_plants(parameters, 8)]
     new = retune_pid(model, PID, others)
@@ -168,7 +168,7 @@ def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
 
 
 def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay():
-    plants = margins.draw_plants(parameter_set(), 400)
+    plants = margins.draw_plants(stated(0.01), 400)
     gains = np.array([plant.k_x for plant in plants])
     # the spread of 400 draws is known to 3.5 %, the mean to a twentieth of the error
     assert gains.std() == pytest.approx(0.01 * AFTER.k_x, rel=0.15)
@@ -233,12 +233,8 @@ def test_a_loop_that_keeps_its_margins_is_left_alone_and_one_that_lost_them_is_o
     assert advice["gains"] == gains.start_values
 
 
-def parameter_set():
-    return ParameterSet("HelicopterPlant", plant_values(AFTER, example().parameters_after))
-
-
 def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_controller(tmp_path):
-    file = parameter_set().write(tmp_path / "parameters.json")
+    file = stated(0.01).write(tmp_path / "parameters.json")
     out = tmp_path / "control"
     document = told("linearise", file, "--elevation", 0.1, "--output", out)
     assert {path.name for path in out.iterdir()} == {

@@ -20,7 +20,7 @@ from heli_plant.plant import measured_angles
 from heli_plant.plant import step as plant_step
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state, start_state
-from tests.simulated import changing
+from tests.simulated import changing, record
 
 H = 0.01
 ANGLES = ("plant.pitch", "plant.elevation", "plant.travel")
@@ -44,8 +44,7 @@ def ran(fmus):
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     """A log of 20 s of the simulated plant, written with all digits."""
-    held = np.array([voltages(k * H, paper_excitation(1)) for k in range(2001)])
-    _, angles = simulate(held, H, rest_state(TABLE_2), TABLE_2)
+    held, angles, _ = record(20.01, paper_excitation(1), encoders=False)
     return write_log(Log("log", 1.0 / H, held, angles), tmp_path_factory.mktemp("log") / "log.csv"), held
 
 

@@ -15,8 +15,7 @@ from heli_plant.models import GRAVITY, general_accelerations, simplified_acceler
 from heli_plant.parameters import TABLE_2
 from heli_plant.state import rest_state
 
-GENERAL = TABLE_2._replace(general_model=1.0)
-CONSERVATIVE = GENERAL._replace(viscous_pitch=0.0, viscous_elevation=0.0, viscous_travel=0.0)
+CONSERVATIVE = TABLE_2._replace(general_model=1.0, viscous_pitch=0.0, viscous_elevation=0.0, viscous_travel=0.0)
 
 angle = st.floats(-3.1, 3.1)
 # At eps = +-pi/2 the axes of pitch and travel fall together; the arm stops at about a third of that.
@@ -103,13 +102,10 @@ def test_masses_gravity_thrusts_and_friction_do_no_virtual_work_together(p, pitc
     assert np.abs(work).max() < 1e-8 * size * (1.0 + np.abs(a).max())
 
 
-P = TABLE_2
-
-
 @given(st.floats(-8.0, 8.0))
 def test_lift_of_equal_rotors_raises_the_arm_to_its_new_rest(mu_sum):
-    rest = rest_state(P, mu_sum)
-    a_th, a_ep, _ = simplified_accelerations(rest.pitch, rest.elevation, 0, 0, 0, 0, mu_sum, P)
+    rest = rest_state(TABLE_2, mu_sum)
+    a_th, a_ep, _ = simplified_accelerations(rest.pitch, rest.elevation, 0, 0, 0, 0, mu_sum, TABLE_2)
     assert (a_th, a_ep) == pytest.approx((0, 0), abs=1e-14)
 
 
@@ -123,7 +119,7 @@ LEVEL = (0.0, 0.2, 0.0)
 def pitch_loop(sign):
     """Closed loop of eq. (2), linearised, with the motors' lag and the paper's gains under the given sign."""
     s = control.tf("s")
-    plant = P.k_x / (P.T_m * s + 1) / (s**2 + P.a_wx * s + P.a_th)
+    plant = TABLE_2.k_x / (TABLE_2.T_m * s + 1) / (s**2 + TABLE_2.a_wx * s + TABLE_2.a_th)
     g = PID.pitch
     law = g.proportional + g.integral / s + g.derivative * s
     return control.poles(control.minreal(1 / (1 + sign * plant * law), verbose=False))
@@ -138,7 +134,7 @@ def test_the_printed_sign_is_unstable_and_the_corrected_one_stable_and_damped():
 
 def modes(elevation, settings):
     """Eigenvalues [1/s] of the sampled loop at rest there, without those of plain integrators and delays."""
-    z_plane = close_loop(linear_model(P, 0.0, elevation, H), settings).poles()
+    z_plane = close_loop(linear_model(TABLE_2, 0.0, elevation, H), settings).poles()
     s_plane = np.log(z_plane[np.abs(z_plane) > 1e-3].astype(complex)) / H
     return s_plane[np.abs(s_plane) > 1e-5]  # an integral that is not used stays: an eigenvalue of 1
 
@@ -149,7 +145,7 @@ def damping(s):
 
 def test_default_loops_of_pitch_and_elevation_are_stable_and_damped():
     s = modes(0.2, PID)
-    coasting = np.abs(s + P.a_wy) < 1e-4  # nothing controls the travel: it coasts with a_wy
+    coasting = np.abs(s + TABLE_2.a_wy) < 1e-4  # nothing controls the travel: it coasts with a_wy
     assert coasting.sum() == 1
     assert max(s[~coasting].real) < -0.5 and damping(s[~coasting]) > 0.5
 

@@ -5,7 +5,6 @@ import math
 import os
 import pickle
 import shutil
-import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from math import atan2, ceil, copysign, floor, hypot, sin, sqrt
@@ -15,6 +14,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 import pytest
+from fmpy import extract
 
 from fmu_src import build
 from fmu_src.native import NATIVE_UNITS, Untranslatable
@@ -22,7 +22,7 @@ from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, find_compiler
 from fmu_src.native.translator.program import Translation
 from tests.commands import ran
 from tests.hosts.unit_host import Unit
-from tests.units import HOSTS, compiled, described, library, needs_a_compiler
+from tests.units import HOSTS, compiled, described, entries, library, needs_a_compiler
 
 HOST = HOSTS / "native_host.c"
 STEPS = 1000
@@ -32,10 +32,7 @@ STEPS = 1000
 def opened(tmp_path_factory, twins):
     """Folders of the native units, unpacked."""
     folder = tmp_path_factory.mktemp("opened")
-    for unit in NATIVE_UNITS:
-        with zipfile.ZipFile(twins[unit]) as archive:
-            archive.extractall(folder / unit)
-    return {unit: folder / unit for unit in NATIVE_UNITS}
+    return {unit: Path(extract(twins[unit], folder / unit)) for unit in NATIVE_UNITS}
 
 
 def sources_of(folder):
@@ -87,12 +84,9 @@ def test_the_binary_for_arm_gives_the_bits_of_that_for_x86(host, log, tmp_path):
     if emulator is None or not root.is_dir():
         pytest.skip("this machine has no qemu-aarch64 with libc6-arm64-cross")
     needs_a_compiler(ARM_LINUX)
-    folder = tmp_path / "unit"
-    with zipfile.ZipFile(build("HelicopterPlant", tmp_path, all_platforms=True, fmi=3, native=True)) as archive:
-        archive.extractall(folder)
-    assert {path.name for path in (folder / "binaries").iterdir()} >= {"aarch64-linux", "aarch64-darwin"}
-    with zipfile.ZipFile(build("HelicopterPlant", tmp_path, native=True)) as archive:
-        archive.extractall(tmp_path / "fmi2")
+    found = " ".join(entries(build("HelicopterPlant", tmp_path, all_platforms=True, fmi=3, native=True)))
+    assert "binaries/aarch64-linux/" in found and "binaries/aarch64-darwin/" in found
+    extract(build("HelicopterPlant", tmp_path, native=True), tmp_path / "fmi2")
     own = sources_of(tmp_path / "fmi2")
     there = compiled(find_compiler(ARM_LINUX), own, tmp_path / "arm.so", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
     program = compiled(find_compiler(ARM_LINUX), [HOST], tmp_path / "arm", "-O1", "-ffp-contract=off")

@@ -14,15 +14,13 @@ from heli_identifier.errors import LogError
 from heli_identifier.records import LogFormat, binary, demo_files, read_log
 from heli_identifier.records.binary import read_apart
 from heli_identifier.records.text import read_text
+from tests.faults.material import as_struct, columns
 
-TRUE = read_log(demo_files("rig-c")[1][0], end=20.0)
+TRUE = read_log(demo_files("rig-c")[1][0], end=19.99)
 NAMES = ("time", "v_front", "v_rear", "pitch", "elevation", "travel")
 UNITS = ("s", "V", "V", "rad", "rad", "rad")
 HEADERS = [f"{name} [{unit}]" for name, unit in zip(NAMES, UNITS, strict=True)]
-COLUMNS = np.column_stack((TRUE.time, TRUE.voltages, TRUE.angles)).T
-FIELDS = dict(
-    zip(("time_s", "v_front_V", "v_rear_V", "pitch_rad", "elevation_rad", "travel_rad"), COLUMNS, strict=True)
-)
+COLUMNS, FIELDS = columns(), as_struct()
 
 
 def same(log):
@@ -121,8 +119,8 @@ def test_a_file_of_another_program_is_read_with_its_units_and_its_time(tmp_path,
     ("variables", "words"),
     [
         ({"gain": 3.0, "who": "me"}, "holds no vector of numbers, found gain, who"),
-        (FIELDS | {"pitch_rad": np.zeros(30)}, "'pitch_rad' has 30 samples, 'time_s' has 2001"),
-        (FIELDS | {"pitch_rad": np.full(2001, 1j)}, "row 1, column 'pitch_rad': the cell holds"),
+        (FIELDS | {"pitch_rad": np.zeros(30)}, "'pitch_rad' has 30 samples, 'time_s' has 2000"),
+        (FIELDS | {"pitch_rad": np.full(2000, 1j)}, "row 1, column 'pitch_rad': the cell holds"),
     ],
 )
 def test_a_matlab_file_that_holds_no_log_says_why_and_what_is_no_signal_may_have_another_length(
@@ -131,7 +129,7 @@ def test_a_matlab_file_that_holds_no_log_says_why_and_what_is_no_signal_may_have
     savemat(tmp_path / "log.mat", variables)
     with pytest.raises(LogError, match=words):
         read_log(tmp_path / "log.mat")
-    savemat(tmp_path / "log.mat", {**FIELDS, "gains": np.arange(4.0), "counter": np.arange(2001), "name": "a run"})
+    savemat(tmp_path / "log.mat", {**FIELDS, "gains": np.arange(4.0), "counter": np.arange(2000), "name": "a run"})
     assert same(read_log(tmp_path / "log.mat"))
 
 

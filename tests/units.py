@@ -89,12 +89,12 @@ def compiled(command, sources, target, *flags):
     return target
 
 
-def described(folder):
+def described(unit):
     """GUID, reference of the log's path or -1, and the references of inputs and outputs behind their number.
 
     Inputs whose range is narrow, or that say that a sample is there, keep their start values; a port is never the same.
     """
-    description = read_model_description(str(folder))
+    description = read_model_description(str(unit))
     kept = {"input": ("correction.", "excitation.", "score.", "fresh", "measured.fresh"), "output": ("port",)}
 
     def listed(causality):

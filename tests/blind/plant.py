@@ -55,16 +55,13 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from tests.blind.coefficients import AXES, Coefficients, Strange
+from tests.blind.signals import V_MAX
 
 STEP = 0.001
 """Step of the integration [s]."""
 
 COUNTS_PER_TURN = np.array([4096, 4096, 8192])
 """Encoders of pitch, elevation and travel."""
-
-V_MAX = 5.0
-"""Largest voltage of a rotor [V]."""
-
 
 class Control(NamedTuple):
     """Gains of the controller."""

@@ -5,14 +5,13 @@ import io
 import os
 import re
 import shlex
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.commands import HELI, heli
+from tests.commands import HELI, bash, heli
 
 ROOT = Path(__file__).resolve().parents[2]
 LONGEST = 900.0
@@ -74,22 +73,7 @@ def _by_bash(script: str, work: Path, temporary: Path) -> tuple[int, str]:
     heli.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c {shlex.quote(HELI)} "$@"\n')
     heli.chmod(0o755)
     path = f"{heli.parent}{os.pathsep}{os.environ['PATH']}"
-    process = subprocess.Popen(
-        ["bash", "-c", script],
-        cwd=work,
-        env={**os.environ, "PATH": path, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary), "PYTHON": sys.executable},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-    )
-    try:
-        out, error = process.communicate(timeout=LONGEST)
-    finally:
-        # a script that hangs must not leave its jobs; without a hang the session is empty by now
-        subprocess.run(["pkill", "-KILL", "-s", str(process.pid)], check=False)
-        process.wait()
-    return process.returncode, (out + error).decode("utf-8", "replace")
+    return bash(script, work, {"PATH": path, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)}, LONGEST)
 
 
 def _sentence(printed: str, said: str) -> str:

@@ -3,9 +3,7 @@
 import json
 
 from tests.faults.case import Fault
-from tests.faults.material import configured, document, good, nothing, parameters, pipe, write
-
-IDENTIFY = "heli identify log.csv -o out"
+from tests.faults.material import CHECK, DESIGN, IDENTIFY, configured, document, good, nothing, parameters, pipe, write
 
 
 def friction(value):
@@ -57,8 +55,6 @@ def repeated(folder):
     (folder / "parameters.json").write_text(text.replace('"values": {', '"values": {' + one + ", ", 1))
 
 
-CHECK = "heli check log.csv -p parameters.json --factor 1000"
-DESIGN = "heli design --show reverse_thrust_loss"
 PARAMETERS = (
     Fault("`heli build` with a parameter missing", parameters(lambda d: d["values"].pop("travel.gain")), "heli build HelicopterPlant -p parameters.json -o out", "the plant's parameters lack travel.gain"),
     Fault("a parameter there twice", repeated, SIMULATE, "the key 'pitch.damping' stands there twice"),

@@ -9,9 +9,8 @@ import pyarrow.parquet
 from scipy.io import savemat
 
 from tests.faults.case import Fault
-from tests.faults.material import HEADER, ROWS, as_struct, columns, configured, nothing, pipe, write
+from tests.faults.material import HEADER, IDENTIFY, ROWS, as_struct, columns, configured, nothing, pipe, write
 
-IDENTIFY = "heli identify log.csv -o out"
 DIAGNOSE = "heli diagnose log.csv -o out"
 RNG = np.random.default_rng(5)
 HEADERS = HEADER.split(",")

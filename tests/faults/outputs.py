@@ -3,10 +3,9 @@
 import os
 
 from tests.faults.case import Fault
-from tests.faults.material import good, nothing, parameters, pipe
+from tests.faults.material import CHECK, good, nothing, parameters, pipe
 
 SIMULATE = "heli simulate open_loop -d 1"
-CHECK = "heli check log.csv -p parameters.json --factor 1000"
 
 
 def inside(name):

@@ -1,11 +1,8 @@
 """Faults of usage: words that do not belong together, misspelt names, values out of their range; of campaigns and fleets."""
 
 from tests.faults.case import Fault
-from tests.faults.material import configured, good, nothing, parameters
+from tests.faults.material import CHECK, DESIGN, IDENTIFY, configured, good, nothing, parameters
 
-IDENTIFY = "heli identify log.csv -o out"
-CHECK = "heli check log.csv -p parameters.json --factor 1000"
-DESIGN = "heli design --show reverse_thrust_loss"
 CONTROL = "heli design-controller parameters.json --plants 20 -o out"
 FOLLOW = "heli follow -p parameters.json -o out"
 
