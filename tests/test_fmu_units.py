@@ -130,6 +130,8 @@ def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_th
 @pytest.mark.parametrize(
     ("kind", "parameters", "said"),
     [
+        (LogPlayer, {"log.path": "none.csv"}, "none.csv cannot be read"),
+        (LogPlayer, {}, "log.path is empty"),
         (AdaptiveIdentifier, {"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
         (RigLink, {"link.address": "0.0.0.0"}, "stands for many machines or networks"),
         (RigLink, {"link.layout": "pitch"}, "lacks v_front"),
@@ -140,7 +142,7 @@ def test_settings_that_cannot_be_are_refused_with_the_reason_and_no_step_is_take
 ):
     unit = initialised(kind, parameters)
     assert said in unit.log_queue[-1].msg
-    assert not unit.do_step(0.0, 0.01)
+    assert not unit.do_step(0.0, 0.01) and said in unit.log_queue[-1].msg
     unit = initialised(AdaptiveIdentifier)  # which takes its samples with the step after
     assert not (unit.do_step(0.0, 1e6) and unit.do_step(1e6, 0.01))
     assert "at most 100000 are taken" in unit.log_queue[-1].msg
@@ -205,11 +207,3 @@ def test_degrees_column_order_further_columns_and_a_byte_order_mark_are_taken(tm
 def test_a_file_that_cannot_be_played_is_refused_with_row_and_column(tmp_path, lines, message):
     with pytest.raises(Refusal, match=re.escape(message)):
         read_recording(write(tmp_path, *lines))
-
-
-def test_a_missing_file_and_an_empty_path_discard_every_step_with_the_reason(tmp_path):
-    for path, reason in ((str(tmp_path / "none.csv"), "none.csv cannot be read"), ("", "log.path is empty")):
-        unit = playing(path)
-        assert reason in unit.log_queue[-1].msg
-        assert not unit.do_step(0.0, 0.01)
-        assert reason in unit.log_queue[-1].msg

@@ -37,15 +37,10 @@ def written(tmp_path_factory):
     return folder, write_log(made_log(), folder / "run.csv")
 
 
-@pytest.fixture(scope="module")
-def parameters(written):
-    return hi.read_parameters(written[0] / "parameters.json")
-
-
-def test_every_public_name_is_found_and_documented_and_every_result_is_frozen_and_shows_itself(parameters):
+def test_every_public_name_is_found_and_documented_and_every_result_is_frozen_and_shows_itself(written):
     assert (Path(hi.__file__).parent / "py.typed").is_file()
     assert all(getattr(hi, name).__doc__ and name in dir(hi) for name in hi.__all__)
-    log = made_log()
+    log, parameters = made_log(), hi.read_parameters(written[0] / "parameters.json")
     for name, result in {  # one of every kind, each from the function that gives it
         "Diagnosis": example(),
         "ParameterSet": parameters,

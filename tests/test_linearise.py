@@ -182,7 +182,7 @@ def drawn_by(plant, *names):
     return margins.draw_plants(ParameterSet("HelicopterPlant", plant_values(plant, {}), covariance=known), 400)
 
 
-def test_drawn_plants_keep_the_slope_at_the_operating_point_and_the_sign_of_a_gain():
+def test_drawn_plants_keep_the_slope_at_the_operating_point_and_lift_their_weight_as_the_estimated_one_does():
     """A quadratic thrust and the gain at 0 V trade off: the slope at 3 V, 1.3 times it, is known to 20 %."""
     plant = AFTER._replace(quadratic_thrust_rotors=0.05)
     drawn = drawn_by(plant, "pitch.gain", "effects.quadratic_thrust.rotors")
@@ -191,10 +191,7 @@ def test_drawn_plants_keep_the_slope_at_the_operating_point_and_the_sign_of_a_ga
     assert np.log(slopes).std() == pytest.approx(0.2, rel=0.14)
     assert np.std([p.quadratic_thrust_rotors for p in drawn]) == pytest.approx(0.01, rel=0.14)
     assert np.corrcoef([p.k_x for p in drawn], [p.quadratic_thrust_rotors for p in drawn])[0, 1] < -0.1
-
-
-def test_drawn_plants_lift_their_weight_as_the_estimated_one_does():
-    """The gain is known to 20 %, the weight beyond what 3 V on both rotors lift to .01 rad/s^2: no arm falls."""
+    # an arm does not fall: the weight beyond what 3 V on both rotors lift is known to .01 rad/s^2
     beyond = np.array([p.a_1 - 6.0 * p.k_z for p in drawn_by(AFTER, "elevation.gain", "elevation.offset")])
     # four standard deviations of the mean and of the spread of 400 draws
     assert beyond.mean() == pytest.approx(AFTER.a_1 - 6.0 * AFTER.k_z, abs=4.0 * 0.01 / 20.0)

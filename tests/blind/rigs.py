@@ -24,20 +24,11 @@ ROOM_TORQUE, ROOM_TIME = 0.003, 1.0
 ENCODER_SHAKE = 0.25
 """Standard deviation of the position of an encoder's lines [counts]."""
 
-SHAPE_FIELDS = {
-    "w_s": "stribeck_rate",
-    "t_1": "mass_time",
-    "w_b": "bending_frequency",
-    "zeta": "bending_damping",
-    "eps_ground": "ground_angle",
-    "eps_g": "ground_length",
-}
-
 
 class Effect(NamedTuple):
     """An effect of the catalogue, in its words and units; axis is pitch, elevation, travel or rotors.
 
-    ``shape``: further numbers of its law, w_s [rad/s], t_1 [s], w_b [Hz], zeta [1], eps_ground, eps_g [rad].
+    ``shape``: further numbers of its law, by their names in `Coefficients`.
     """
 
     name: str
@@ -76,8 +67,7 @@ class Rig(NamedTuple):
         """Numbers for the integration."""
         numbers = {"presliding": self.presliding}
         for effect in self.effects:
-            numbers[effect.field] = effect.coefficient
-            numbers |= {SHAPE_FIELDS[name]: value for name, value in effect.shape.items()}
+            numbers |= {effect.field: effect.coefficient, **effect.shape}
         return self.base._replace(**numbers)
 
     def strange(self, phase: float) -> Strange:
@@ -136,10 +126,10 @@ EITHER_SIGN = frozenset({"rotor_mismatch", "moving_mass", "constant_torque", "ro
 """Effects whose sign is drawn."""
 
 SHAPES: Mapping[str, Mapping[str, tuple[float, float]]] = {
-    "breakaway_friction": {"w_s": (0.03, 0.08)},
-    "arm_bending": {"w_b": (3.0, 3.0), "zeta": (0.03, 0.08)},
-    "moving_mass": {"t_1": (20.0, 70.0)},
-    "ground_effect": {"eps_ground": (-0.25, -0.1), "eps_g": (0.1, 0.2)},
+    "breakaway_friction": {"stribeck_rate": (0.03, 0.08)},
+    "arm_bending": {"bending_frequency": (3.0, 3.0), "bending_damping": (0.03, 0.08)},
+    "moving_mass": {"mass_time": (20.0, 70.0)},
+    "ground_effect": {"ground_angle": (-0.25, -0.1), "ground_length": (0.1, 0.2)},
 }
 """Ranges from which the further numbers of a law are drawn, once for all logs of a rig."""
 

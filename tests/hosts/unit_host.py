@@ -82,18 +82,12 @@ class Unit:
 class Unit3(Unit):
     """A unit of FMI 3.0 under the same names."""
 
-    SETTERS = {"Float64": "setFloat64", "Int32": "setInt32", "Boolean": "setBoolean", "String": "setString"}
-
     def start(self, parameters=None):
         for name, value in (parameters or {}).items():
             self.set(name, value)
         self.slave.enterInitializationMode(startTime=0.0)
         self.slave.exitInitializationMode()
         return self
-
-    def set(self, name, value):
-        variable = self.variables[name]
-        getattr(self.slave, self.SETTERS[variable.type])([variable.valueReference], [value])
 
     def get(self, *names):
         return list(self.slave.getFloat64([self.variables[name].valueReference for name in names]))
