@@ -13,8 +13,8 @@ from fmu_src.native import NATIVE_UNITS
 from fmu_src.native.toolchain import PLATFORMS, find_compiler
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
-from tests.fmi_rules import findings
 from tests.simulated import random_tables
+from tests.test_fmu_builder import findings
 from tests.units import entries, host, written_orders
 
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}

@@ -2,7 +2,8 @@
 
 import pytest
 
-from tests.faults.page import FAULTS, PAGE, SECTIONS, _cell, tried
+from tests.faults.case import tried
+from tests.faults.page import FAULTS, PAGE, SECTIONS, cell
 
 # Faults that need processes of their own take seconds each: the first of every third section, and every third FMU that
 # is no unit, are tried each time, the others by `make test-all`.
@@ -35,5 +36,5 @@ def test_the_page_has_every_fault_with_what_is_said():
     text = PAGE.read_text(encoding="utf-8")
     for section, fault in FAULTS:
         part = text.partition(f"### {section}\n")[2].partition("\n### ")[0]
-        (row,) = [line for line in part.splitlines() if line.startswith(f"| {_cell(fault.what)} | {fault.code} |")]
-        assert _cell(fault.said) in row
+        (row,) = [line for line in part.splitlines() if line.startswith(f"| {cell(fault.what)} | {fault.code} |")]
+        assert cell(fault.said) in row
