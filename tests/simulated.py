@@ -4,7 +4,7 @@ The loop below is the interpreted step with an acceleration d of its own, held o
 move by d h^2/2 and rates by d h, exact for an axis that is free over the period and off by its damping and stiffness,
 of the order h, where it is not."""
 
-from math import cos, pi
+from math import pi
 from random import Random
 
 import numpy as np
@@ -19,7 +19,7 @@ from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2
 from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.simulation import simulate
-from heli_plant.state import rest_state, start_state
+from heli_plant.state import rest_state
 from heli_plant.tabulated_torque import KNOTS
 from tests.blind.signals import multisines as blind_multisines
 
@@ -143,10 +143,7 @@ def multisines(seed, period, base=1.0):
 def record(seconds, excitation, parameters=TABLE_2, encoders=True):
     """Voltages (N, 2) [V], angles (N, 3) [rad] and states (N, 12) of the plant, from its equilibrium on."""
     held = np.array([voltages(k * H, excitation) for k in range(round(seconds / H))])
-    total = held[0].sum()
-    elevation = (parameters.k_z * total * cos(parameters.theta0) - parameters.a_1) / parameters.a_e
-    rest = start_state(parameters.theta0, elevation, 0.0, 0.5 * total, 0.5 * total)
-    states, angles = simulate(held, H, rest, parameters)
+    states, angles = simulate(held, H, rest_state(parameters, held[0].sum()), parameters)
     return held, read(angles) if encoders else angles, states
 
 

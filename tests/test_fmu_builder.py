@@ -34,7 +34,7 @@ CATEGORIES = {"logStatusWarning", "logStatusDiscard", "logStatusError", "logAll"
 
 
 def findings(path):
-    """Give one sentence for each broken rule of FMI 2.0.4 that ``fmpy validate`` leaves out; numbers are its sections."""
+    """Give one sentence for each broken rule of FMI 2.0.4 that ``fmpy validate`` leaves out; numbers are sections."""
     files = entries(path)
     root = ElementTree.fromstring(files["modelDescription.xml"])
     variables = root.findall("ModelVariables/ScalarVariable")

@@ -26,6 +26,7 @@ from heli_identifier.records import LogFormat, guess, read_configuration, read_l
 from heli_identifier.records.heli_toml import template_text
 from heli_identifier.results.sources import read_parameters
 from tests.faults.material import HEADER, ROWS, as_struct, columns, document, plant_unit
+from tests.units import entries
 
 LOG = "\n".join([HEADER, *ROWS[:540:2], ""]).encode()
 """5.4 seconds at 50 Hz: a fuzzer reads a small file often."""
@@ -76,15 +77,15 @@ def _spreadsheet(data: io.BytesIO) -> None:
 
 def _unit_and_description() -> tuple[bytes, bytes]:
     """Give an FMU without its binaries, and its description."""
-    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(plant_unit(Path(folder))) as file:
-        entries = {name: file.read(name) for name in file.namelist() if name.endswith((".xml", ".txt"))}
+    with tempfile.TemporaryDirectory() as folder:
+        found = {n: data for n, data in entries(plant_unit(Path(folder))).items() if n.endswith((".xml", ".txt"))}
 
     def write(data: io.BytesIO) -> None:
         with zipfile.ZipFile(data, "w") as file:
-            for name, content in entries.items():
+            for name, content in found.items():
                 file.writestr(zipfile.ZipInfo(name), content)
 
-    return _written(write), entries["modelDescription.xml"]
+    return _written(write), found["modelDescription.xml"]
 
 
 TEXTS = (

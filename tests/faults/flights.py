@@ -3,7 +3,7 @@
 
 from tests.faults.case import Fault
 from tests.faults.material import good, parameters
-from tests.faults.outputs import inside
+from tests.faults.outputs import beside, inside
 
 FOLLOW = "heli follow -p parameters.json"
 INTO = f"{FOLLOW} -o out"
@@ -12,16 +12,6 @@ LISTEN = f"{INTO} --listen 127.0.0.1:0"
 STREAM = "heli stream log.csv --to 127.0.0.1:9"
 MANY = "- " * 10_000 + "time v_front v_rear pitch elevation travel"
 
-
-def beside(make):
-    """Give a function that makes what ``make`` makes in the folder ``out``, beside a log and a parameters.json."""
-
-    def both(folder):
-        parameters()(folder)
-        (folder / "out").mkdir()
-        make(folder / "out")
-
-    return both
 
 
 FLIGHTS = (

@@ -8,15 +8,21 @@ from tests.faults.material import CHECK, good, nothing, parameters, pipe
 SIMULATE = "heli simulate open_loop -d 1"
 
 
-def inside(name):
-    """Give a function that writes a log, and parameters, under a name in the folder ``out``."""
+def beside(make):
+    """Give a function that makes what ``make`` makes in the folder ``out``, beside a log and a parameters.json."""
 
-    def make(folder):
+    def both(folder):
         parameters()(folder)
         (folder / "out").mkdir()
-        (folder / ("parameters.json" if name.endswith("json") else "log.csv")).rename(folder / "out" / name)
+        make(folder / "out")
 
-    return make
+    return both
+
+
+def inside(name):
+    """Give a function that writes a log, and parameters, one of them under a name in the folder ``out``."""
+    moved = "parameters.json" if name.endswith("json") else "log.csv"
+    return beside(lambda out: (out.parent / moved).rename(out / name))
 
 
 def linked(folder):
