@@ -221,32 +221,6 @@ def test_references_are_found_by_name_or_configuration_in_radians_and_are_cut_wi
     assert len(log.references) == 2
 
 
-WITH_REFERENCE = rewritten([*TRUTH.T, ASKED], [*CONTRACT_HEADERS, "stick"])
-STICK = {"references": {"pitch": "stick"}}
-REFUSED = [
-    (LINES, STICK, {}, "column 'stick' missing, found"),
-    (WITH_REFERENCE, STICK, {}, "column 'stick': the unit is missing.*set pitch under"),
-    ([*LINES[:517], "5.16,1,1", *LINES[518:]], {}, {"start": 2.0}, "row 518, column 'pitch .*': the cell is empty"),
-    (rewritten([TRUTH[:, 0] / 25.0, *TRUTH.T[1:]]), {}, {}, "the rate of 2500 Hz is above 2000 Hz"),
-    (LINES[:2], {}, {}, "1 sample"),
-    (LINES[:1], {}, {}, "holds a header but no rows"),
-    (LINES, {}, {"start": 20.0}, "start = 20 s lies after the log's end, 10 s"),
-    (LINES, {}, {"end": -1.0}, "end = -1 s lies before the log's start at 0 s"),
-    (LINES, {}, {"start": 8.0, "end": 3.0}, "end = 3 s must come after start = 8 s"),
-    (LINES, {}, {"end": float("nan")}, "end = nan s must be finite"),
-    (LINES, {}, {"start": 7.0}, "3.01 s of log are shorter than 5 s"),
-]
-
-
-@pytest.mark.parametrize(("lines", "format", "cut", "words"), REFUSED, ids=[words for *_, words in REFUSED])
-def test_a_bad_log_gets_one_sentence_that_says_what_is_wrong_and_where(tmp_path, lines, format, cut, words):
-    path = written(tmp_path, lines)
-    with pytest.raises(LogError, match=words) as caught:
-        read_log(path, LogFormat(**format), **cut)
-    message = str(caught.value)
-    assert message.startswith(str(path)) and message.endswith((".", "?")) and "\n" not in message
-
-
 def test_the_name_of_a_file_cannot_command_a_terminal(tmp_path):
     path = written(tmp_path, LINES, name="a\x1b[2J.csv")
     assert read_log(path).name == "a?[2J"

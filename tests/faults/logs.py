@@ -9,7 +9,7 @@ import pyarrow.parquet
 from scipy.io import savemat
 
 from tests.faults.case import Fault
-from tests.faults.material import HEADER, IDENTIFY, ROWS, as_struct, columns, configured, nothing, pipe, write
+from tests.faults.material import HEADER, IDENTIFY, ROWS, as_struct, columns, configured, good, nothing, pipe, write
 
 DIAGNOSE = "heli diagnose log.csv -o out"
 RNG = np.random.default_rng(5)
@@ -44,6 +44,10 @@ def matlab(**variables):
     return lambda folder: savemat(folder / "log.mat", variables)
 
 
+def lines(*found):
+    return write("\n".join([*found, ""]))
+
+
 def at(column, rows, value):
     """Give a function that writes a log with another value in some rows of a column."""
     return changed(lambda values: values[column].__setitem__(rows, value))
@@ -68,9 +72,15 @@ VALUES = (
     Fault("time that stands still", at(TIME, 700, 6.99), IDENTIFY, "row 702: time stands still"),
     Fault("time that runs back", at(TIME, 700, 3.0), IDENTIFY, "row 702: time runs back"),
     Fault("a hole of .2 s", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:700], *ROWS[720:], ""])), IDENTIFY, "no samples for 0.21 s"),
+    Fault("a rate of 2500 Hz", changed(lambda v: v[TIME].__itruediv__(25.0)), IDENTIFY, "the rate of 2500 Hz is above 2000 Hz"),
+    Fault("a stretch behind the log's end", good, f"{IDENTIFY} --from 30", "start = 30 s lies after the log's end, 19.99 s"),
+    Fault("a stretch before the log's start", good, f"{IDENTIFY} --to -1", "end = -1 s lies before the log's start at 0 s"),
+    Fault("a stretch that ends before it begins", good, f"{IDENTIFY} --from 8 --to 3", "end = 3 s must come after start = 8 s"),
+    Fault("a stretch that never ends", good, f"{IDENTIFY} --to nan", "end = nan s must be finite"),
     Fault("a log of 2 s", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:200], ""])), IDENTIFY, "2 s of log are shorter than 5 s"),
 )  # fmt: skip
 
+STICK = '[log.references]\npitch = "stick"\n'
 TWO = matlab(monday=as_struct(), tuesday=as_struct())
 COLUMNS = (
     Fault("a .mat with two structs of six signals", TWO, "heli identify log.mat -o out", "'monday.time_s', 'tuesday.time_s'"),
@@ -80,6 +90,11 @@ COLUMNS = (
     Fault("a unit that is missing", headed(pitch="pitch"), IDENTIFY, "the unit is missing"),
     Fault("a unit `degrees`, which is plain", changed(lambda v: v[PITCH].__imul__(180.0 / np.pi), [h.replace("pitch [rad]", "pitch [degrees]") for h in HEADER.split(",")]), IDENTIFY, "pitch converted from deg to rad", 0, ("out",)),
     Fault("a missing column", headed(pitch="ptich [rad]"), IDENTIFY, "did you mean 'ptich [rad]'?"),
+    Fault("a reference whose column is missing", configured(STICK), IDENTIFY, "column 'stick' missing, found"),
+    Fault("a reference without a unit", configured(STICK, lines(f"{HEADER},stick", *(f"{row},0.1" for row in ROWS))), IDENTIFY, "column 'stick': the unit is missing"),
+    Fault("a .mat without a vector", matlab(gain=3.0, who="me"), "heli identify log.mat -o out", "holds no vector of numbers, found gain, who"),
+    Fault("a .mat with a signal that is shorter", matlab(**as_struct() | {"pitch_rad": np.zeros(30)}), "heli identify log.mat -o out", "'pitch_rad' has 30 samples, 'time_s' has 2000"),
+    Fault("a .mat with complex numbers", matlab(**as_struct() | {"pitch_rad": np.full(2000, 1j)}), "heli identify log.mat -o out", "row 1, column 'pitch_rad': the cell holds"),
     Fault("no header", lambda f: (f / "log.csv").write_text("\n".join(ROWS)), IDENTIFY, "has no header"),
     Fault("a row of eight cells", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:99], ROWS[99] + ",1,2", *ROWS[100:], ""])), IDENTIFY, "row 101: 8 cells stand under 6 headers"),
     Fault("a decimal comma that is not configured", write(text(columns(), separator=";").replace(".", ",")), IDENTIFY, "set decimal = ','"),
@@ -91,10 +106,6 @@ def cell(row, column, content):
     cells = ROWS[row].split(",")
     cells[column] = content
     return lines(HEADER, *ROWS[:row], ",".join(cells), *ROWS[row + 1 :])
-
-
-def lines(*found):
-    return write("\n".join([*found, ""]))
 
 
 def rewritten(change):
@@ -114,6 +125,9 @@ def endless(folder):
 
 TEXTS = (
     Fault("digits with an underscore, 1_0, which are ten in Python only", cell(700, PITCH, "1_0"), IDENTIFY, "'1_0', which is not a finite number"),
+    Fault("a row that is cut short, behind the begin of the stretch", lines(HEADER, *ROWS[:516], "5.16,1,1", *ROWS[517:]), f"{IDENTIFY} --from 2", "row 518, column 'pitch [rad]': the cell is empty"),
+    Fault("a header alone", lines(HEADER), IDENTIFY, "holds a header but no rows"),
+    Fault("a header and one row", lines(HEADER, ROWS[0]), IDENTIFY, "1 sample"),
     Fault("a quotation mark that is never closed", cell(700, PITCH, '"0.1'), IDENTIFY, "row 702, column 'pitch [rad]': the cell holds '\"0.1'"),
     Fault("a line separator (U+2028) within a comment", lines("# north\u2028lab", HEADER, *ROWS), IDENTIFY, "line 1 is no part of the table", 0, ("out",)),
     Fault("the header once more between the rows", lines(HEADER, *ROWS[:700], HEADER, *ROWS[700:]), IDENTIFY, "the cell holds 'time [s]'"),
