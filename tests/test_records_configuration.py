@@ -10,17 +10,7 @@ from scipy.signal import lfilter
 
 from heli_identifier import records
 from heli_identifier.errors import ConfigurationError, LogError
-from heli_identifier.records import (
-    ControllerConfiguration,
-    Geometry,
-    LogFormat,
-    RigConfiguration,
-    demo_files,
-    guess,
-    read_configuration,
-    read_log,
-    suspicions,
-)
+from heli_identifier.records import LogFormat, RigConfiguration, demo_files, guess, read_log, suspicions
 from heli_identifier.records.heli_toml import read_examples
 from heli_identifier.records.units import ANGLES, NAMED
 from tests.commands import heli
@@ -34,11 +24,12 @@ def test_the_template_holds_the_defaults_shows_every_key_and_all_of_them_can_be_
     rig = records.read_configuration(template)
     assert (rig.rest_pitch, rig.format.start) == (-0.14, 6.0)
     content, elsewhere = read_examples(), {"voltage_limit", "encoder_counts"}
-    kinds = {"rig": RigConfiguration, "log": LogFormat, "controller": ControllerConfiguration, "geometry": Geometry}
+    usual = RigConfiguration()
+    kinds = {"rig": usual, "log": usual.format, "controller": usual.controller, "geometry": usual.geometry}
     names = {section: {one.name for one in fields(kind)} for section, kind in kinds.items()}
     names |= {"rig": names["rig"] - {"format", "controller", "geometry"} | elsewhere, "log": names["log"] - elsewhere}
     assert {section: {*own} for section, own in content.items()} == names
-    assert {*content["controller"]["weights"]} == {one.name for one in fields(ControllerConfiguration().weights)}
+    assert {*content["controller"]["weights"]} == {one.name for one in fields(usual.controller.weights)}
     assert {*content["log"]["columns"]} == {*content["log"]["units"]} == {*content["log"]["signs"], "time"} == {*NAMED}
     assert content["log"]["references"].keys() == content["rig"]["encoder_counts"].keys() == {*ANGLES}
 
@@ -153,7 +144,7 @@ def test_the_configuration_that_init_writes_reads_the_log_and_gives_every_reason
     text = (tmp_path / "heli.toml").read_text()
     assert 'pitch = "ans(4,:)"' in text
     assert "a larger front voltage lowers it in the file" in text
-    assert suspicions(read_log("log.mat", read_configuration("heli.toml"))) == ()
+    assert suspicions(read_log("log.mat", records.read_configuration("heli.toml"))) == ()
     again = heli("init", "log.mat")
     assert (again.exit_code, "exists already" in again.output) == (2, True)
 
