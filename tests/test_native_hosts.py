@@ -22,7 +22,7 @@ from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, find_compiler
 from fmu_src.native.translator.program import Translation
 from tests.commands import ran
 from tests.hosts.unit_host import Unit
-from tests.units import HOSTS, compiled, described, entries, library, needs_a_compiler
+from tests.units import HOSTS, c_compiler, compiled, described, entries, library, needs_a_compiler
 
 HOST = HOSTS / "native_host.c"
 STEPS = 1000
@@ -47,17 +47,10 @@ def run(host, library, folder, log, **environment):
     return [float(line) for line in done.stdout.split()]
 
 
-def system_gcc():
-    found = shutil.which("gcc")
-    if found is None:
-        pytest.skip("this machine has no gcc")
-    return [found]
-
-
 @pytest.fixture(scope="module")
 def host(tmp_path_factory):
     target = tmp_path_factory.mktemp("host") / "native_host"
-    return compiled(system_gcc(), [HOST], target, "-O1", "-Wall", "-Wextra", "-Werror")
+    return compiled(c_compiler(own=True), [HOST], target, "-O1", "-Wall", "-Wextra", "-Werror")
 
 
 SMALL = ("PidController", "LogPlayer")  # they compile quickly; one only calculates, one reads a file
@@ -70,8 +63,8 @@ def test_every_optimisation_has_the_same_bits_and_sanitizers_find_nothing(opened
     """Without a warning, but for unused parameters: the laws of all effects share one list of arguments. Sanitizers see
     addresses, leaks, undefined behaviour, and floats that do not fit an integer."""
     flags = [*level.split(), "-Wall", "-Wextra", "-Wpedantic", "-Wno-unused-parameter", "-Werror"]
-    own = compiled(system_gcc(), sources_of(opened[unit]), tmp_path / f"{unit}.so", *flags, "-shared", "-fPIC")
-    program = compiled(system_gcc(), [HOST], tmp_path / "host", *level.split()) if level is SANITIZED else host
+    own = compiled(c_compiler(own=True), sources_of(opened[unit]), tmp_path / f"{unit}.so", *flags, "-shared", "-fPIC")
+    program = compiled(c_compiler(own=True), [HOST], tmp_path / "host", *level.split()) if level is SANITIZED else host
     delivered = opened[unit] / f"binaries/linux64/{unit}.so"
     expected = run([str(host)], delivered, opened[unit], log)
     assert run([str(program)], own, opened[unit], log, ASAN_OPTIONS="detect_leaks=1") == expected != []

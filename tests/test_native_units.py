@@ -19,16 +19,12 @@ from tests.units import entries, host, written_orders
 
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
 VOLTAGES = {"v_front": [-5.0, 7.0], "v_rear": [-5.0, 7.0]}
-MASS = {"mass_position": [-0.2, 0.2]}
 FAST = {"report.interval": 0.5, "adaptation.forgetting": 0.02, "filter.frequency": 3.0}
 ALL_ON = {
     f"effects.{entry.name}.{entry.axis}": min(0.02, entry.upper)
     for entry in CATALOGUE
     if entry.name not in ("moving_mass", "thrust_fade")
 }
-IN_TIME = {
-    "effects.moving_mass.elevation": 0.1, "effects.moving_mass.step_time": 2.0, "effects.thrust_fade.rotors": 1e-3
-}  # fmt: skip
 
 
 def matrices():
@@ -50,13 +46,14 @@ def order(parameters, inputs, steps, shortest=0.001, longest=0.01):
 
 ORDERS = {
     "HelicopterPlant": [
-        order(parameters, {**VOLTAGES, **MASS}, 600, 2e-4, 0.03)
+        order(parameters, {**VOLTAGES, "mass_position": [-0.2, 0.2]}, 600, 2e-4, 0.03)
         for parameters in (
             {**ALL_ON, "encoder.enabled": True, "solver.step": 0.003},
             {**ALL_ON, "general.enabled": 1.0, "effects.input_delay.rotors": 0.07},
             {"effects.arm_bending.elevation": 0.02, "effects.input_delay.rotors": 0.013, "motor.time_constant": 0.0},
             {BY_FIELD[field].name: value for field, value in random_tables().items()},
-            IN_TIME,
+            {"effects.moving_mass.elevation": 0.1, "effects.moving_mass.step_time": 2.0,
+             "effects.thrust_fade.rotors": 1e-3},
         )
     ],
     "AdaptiveIdentifier": [
