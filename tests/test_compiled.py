@@ -89,6 +89,8 @@ def test_a_damaged_cache_is_dropped_and_filled_again(tmp_path, ending):
 
 BY = tuple(range(1, 14))
 """States and inputs among the arguments of rates_of_change."""
+DRAWN = ((6, (-0.8, 0.8)), (2, (0.5, 5.0)), (2, (0.5, 4.8)))
+"""Angles with their rates, motors and voltages: how many of them, and their range."""
 
 
 def check_slopes(function, given, by, h, tolerance):
@@ -123,18 +125,14 @@ def stepped(*row):
     return step(PlantState(*row[:12]), row[12], row[13], 0.0, 0.0, 0.01, TABLE_2)
 
 
-def drawn(draw):
-    state = [draw.uniform(-0.8, 0.8) for _ in range(6)] + [draw.uniform(0.5, 5.0) for _ in range(2)] + [0.01, -0.02]
-    voltages = [draw.uniform(0.5, 4.8) for _ in range(2)]
-    return [draw.uniform(0.0, 50.0), *state, *voltages, draw.uniform(-0.1, 0.1), 0.3]
-
-
 @pytest.mark.parametrize("p", SETS.values(), ids=SETS)
 def test_the_jacobian_is_that_of_central_differences(p):
     """Differences of h = 1e-5: truncation h^2/6 f''', 2e-7 where friction is smoothed; rounding eps f/h, 1e-9."""
     draw = Random(3)
     for _ in range(50):
-        check_slopes(rates_of_change, [*drawn(draw), p], BY, 1e-5, 2e-6)
+        motion, motors, held = ([draw.uniform(*span) for _ in range(n)] for n, span in DRAWN)
+        given = [draw.uniform(0.0, 50.0), *motion, *motors, 0.01, -0.02, *held, draw.uniform(-0.1, 0.1), 0.3, p]
+        check_slopes(rates_of_change, given, BY, 1e-5, 2e-6)
 
 
 def test_a_mass_at_rest_in_its_middle_and_a_whole_step_have_slopes_and_the_next_step_of_a_law_is_told():

@@ -4,7 +4,6 @@ ranges and names of parameters. The laws themselves are compared in :mod:`tests.
 
 import math
 from math import inf, nan
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -94,7 +93,7 @@ def test_compiled_record_moves_as_the_interpreted_steps(p):
     np.testing.assert_allclose(batch, interpreted(V, START, p), rtol=0, atol=1e-12)
 
 
-MOTION = SimpleNamespace(
+MOTION = dict(
     t=2.0, th=0.2, ep=-0.1, la=0.7, w_th=0.4, w_ep=-0.3, w_la=0.9, mu_diff=0.6, mu_sum=4.1,
     mass_position=0.0, cable_rest=0.0,
 )  # fmt: skip
@@ -112,11 +111,9 @@ def tabled(axis, variable, first, last, law):
     )
 
 
-def added(p):
-    """What a parameter set adds to the accelerations of Table 2 at :data:`MOTION`."""
-    with_table = plant.accelerations(**vars(MOTION), switches=switched_on(p), p=p)
-    without = plant.accelerations(**vars(MOTION), switches=switched_on(TABLE_2), p=TABLE_2)
-    return np.subtract(with_table, without)
+def accelerated(p, **changed):
+    """Accelerations at :data:`MOTION`, some of it changed."""
+    return np.array(plant.accelerations(**{**MOTION, **changed}, switches=switched_on(p), p=p))
 
 
 @pytest.mark.parametrize("axis", AXES)
@@ -125,7 +122,8 @@ def test_a_table_of_any_variable_turns_its_own_axis(axis, variable):
     x = VALUES[variable]
     p = tabled(axis, variable, x - 1.0, x + 0.9, lambda value: 0.3 + 0.1 * (value - x))
     expected = [0.3 if each == axis else 0.0 for each in AXES]
-    assert added(p) == pytest.approx(expected, abs=1e-14)  # a straight line is its own interpolation
+    # a straight line is its own interpolation
+    assert accelerated(p) - accelerated(TABLE_2) == pytest.approx(expected, abs=1e-14)
 
 
 def test_between_the_values_of_the_table_runs_the_cubic_with_central_slopes_and_beyond_them_the_torque_stays():
@@ -143,10 +141,8 @@ def test_between_the_values_of_the_table_runs_the_cubic_with_central_slopes_and_
 @pytest.mark.parametrize("turns", [-3.0, -1.0, 2.0, 40.0])
 def test_a_torque_of_the_travel_repeats_with_every_turn(turns):
     p = tabled("travel", "travel", 0.0, math.tau, lambda x: 0.2 * math.sin(x))
-    state = vars(MOTION)
-    here = plant.accelerations(**state, switches=switched_on(p), p=p)
-    there = plant.accelerations(**{**state, "la": state["la"] + turns * math.tau}, switches=switched_on(p), p=p)
-    assert there == pytest.approx(here, abs=1e-13)  # some rounding errors of 40 turns times the slope
+    # some rounding errors of 40 turns times the slope
+    assert accelerated(p, la=MOTION["la"] + turns * math.tau) == pytest.approx(accelerated(p), abs=1e-13)
 
 
 def test_numbers_and_names_are_the_blind_rigs_and_every_row_has_unit_description_and_a_default_in_its_range():

@@ -27,15 +27,10 @@ VACCINE = np.array([
 """Thirteen trials of the BCG vaccine, with it ill, not ill, without it ill, not ill (Colditz et al. 1994)."""
 
 
-def vaccine():
-    """Logarithms of the risk ratios and their standard errors."""
-    a, b, c, d = VACCINE.T
-    return np.log(a / (a + b) * (c + d) / c), np.sqrt(1 / a - 1 / (a + b) + 1 / c - 1 / (c + d))
-
-
 def test_published_figures_of_a_meta_analysis_and_those_of_statsmodels_come_out():
     """Viechtbauer, Conducting Meta-Analyses in R with the metafor Package, J. Stat. Softw. 36(3), 2010: Q = 152.23."""
-    y, s = vaccine()
+    a, b, c, d = VACCINE.T  # logarithms of the risk ratios and their standard errors
+    y, s = np.log(a / (a + b) * (c + d) / c), np.sqrt(1 / a - 1 / (a + b) + 1 / c - 1 / (c + d))
     theirs, ours = combine_effects(y, s**2, method_re="pm", use_t=True), pool_estimates(y, s)
     assert pytest.approx(152.233, abs=5e-4) == ours.Q
     assert pytest.approx(theirs.q) == ours.Q

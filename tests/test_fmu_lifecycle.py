@@ -149,8 +149,6 @@ IMPORTERS = [
     ("fmpy_simulate_fmu", "fmpy", "json"),
 ]
 """Host, the package that it needs, and what it reads."""
-QUICK = ("libcosimpy", "fmpy_simulate_fmu")
-"""Hosts that run native units each time."""
 
 
 def files_of(wiring, units):
@@ -196,7 +194,7 @@ def imported(host, order, steps, names, out):
 @pytest.mark.parametrize(
     ("units", "host", "package", "order"),
     [
-        pytest.param(kind, *one, marks=[] if kind == "native" and one[0] in QUICK else [pytest.mark.slow])
+        pytest.param(kind, *one, marks=[pytest.mark.slow] * (kind == "python" or one[0] in ("ecos", "fmucontainer")))
         for kind in ("python", "native")
         for one in IMPORTERS
     ],

@@ -163,13 +163,10 @@ def tried(reader: str, folder: Path, random: Random) -> bytes | None:
 TRIED, SEED = int(os.environ.get("HELI_FUZZ", 150)), int(os.environ.get("HELI_FUZZ_SEED", 16))
 """Files for each reader, and the seed of their damage."""
 
-APART = ("a MATLAB log", "a spreadsheet")
-"""Each file is read by a process of its own, which takes a second."""
+APART = ("a MATLAB log", "a spreadsheet")  # each file is read by a process of its own, which takes a second
 
 
-@pytest.mark.parametrize(
-    "reader", [pytest.param(r, marks=[pytest.mark.slow] if r in APART else []) for r in READERS]
-)
+@pytest.mark.parametrize("reader", [pytest.param(r, marks=[pytest.mark.slow] * (r in APART)) for r in READERS])
 def test_a_damaged_file_is_read_or_refused_in_one_sentence(tmp_path, reader):
     random = Random(SEED)
     assert [found for _ in range(TRIED) if (found := tried(reader, tmp_path, random)) is not None] == []

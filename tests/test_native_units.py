@@ -26,17 +26,12 @@ ALL_ON = {
     if entry.name not in ("moving_mass", "thrust_fade")
 }
 
-
-def matrices():
-    """Random matrices of a state feedback, small enough that its estimate stays bounded."""
-    draw, names = Random(5), [variable.name for variable in unit_class("StateFeedback").variables]
-    groups = ("transition", "drive", "innovation", "gain", "integral", "reference")
-    return {
-        name: draw.uniform(-0.1, 0.1) for name in names if name.partition(".")[0] in groups and name.count(".") == 2
-    }
-
-
-FEEDBACK = matrices()
+GROUPS, DRAW = ("transition", "drive", "innovation", "gain", "integral", "reference"), Random(5)
+FEEDBACK = {
+    name: DRAW.uniform(-0.1, 0.1) for name in [own.name for own in unit_class("StateFeedback").variables]
+    if name.partition(".")[0] in GROUPS and name.count(".") == 2
+}  # fmt: skip
+"""Random matrices, small enough that the estimate stays bounded."""
 
 
 def order(parameters, inputs, steps, shortest=0.001, longest=0.01):
@@ -92,18 +87,13 @@ HEADER = "time [s],v_front [V],v_rear [V],pitch [deg],elevation [rad],travel [ra
 ROWS = "".join(f"{5.0 + 0.01 * k:.2f},{k / 7.0!r},{-k / 3.0!r},{k / 11.0!r},.2,-1e-3\n" for k in range(100))
 
 
-def orders_of(unit, folder):
-    if unit != "LogPlayer":
-        return ORDERS[unit]
-    (folder / "played.csv").write_text(HEADER + ROWS)
-    return [order({"log.path": str(folder / "played.csv"), "log.start": 0.2}, {}, 300)]
-
-
 @pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_a_native_unit_of_either_version_of_fmi_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins, unit):
     """Random inputs and steps; states are saved, serialised and restored in between; no difference is allowed."""
     builds = (fmus[unit], twins[unit], twins[unit, 3])
-    for run in host("lockstep.py", *builds, written_orders(tmp_path, orders_of(unit, tmp_path))):
+    (tmp_path / "played.csv").write_text(HEADER + ROWS)
+    player = [order({"log.path": str(tmp_path / "played.csv"), "log.start": 0.2}, {}, 300)]
+    for run in host("lockstep.py", *builds, written_orders(tmp_path, ORDERS.get(unit, player))):
         assert run["different"] == 0 and run["status"] == [0, 0, 0], run
 
 

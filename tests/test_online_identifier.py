@@ -76,13 +76,6 @@ def test_standard_errors_cover_the_error_that_encoders_cause_and_a_rest_angle_is
     assert 0.4 < np.sqrt(np.mean(ratio**2)) < 2.0
 
 
-def data(n, count, seed=0):
-    random = np.random.default_rng(seed)
-    phi = random.standard_normal((count, n)) * np.geomspace(0.1, 2.0, n)
-    y = phi @ np.linspace(-1.0, 1.0, n) + 0.1 * random.standard_normal(count)
-    return phi, y
-
-
 def run(phi, y, alpha, gain, limit=inf, h=H, omega_0=None):
     n = phi.shape[1]
     factor, omega = initial_factor([gain] * n), list(omega_0 if omega_0 is not None else [0.0] * n)
@@ -94,7 +87,9 @@ def run(phi, y, alpha, gain, limit=inf, h=H, omega_0=None):
 @settings(max_examples=12, deadline=None)
 @given(st.integers(1, 6), st.sampled_from([0.0, 0.001, 0.5]))
 def test_the_recursion_ends_at_weighted_least_squares_in_closed_form(n, alpha):
-    phi, y = data(n, 500)
+    random = np.random.default_rng(0)
+    phi = random.standard_normal((500, n)) * np.geomspace(0.1, 2.0, n)
+    y = phi @ np.linspace(-1.0, 1.0, n) + 0.1 * random.standard_normal(500)
     gain, omega_0 = 1e3, np.full(n, 0.3)
     beta = exp(-alpha * H)
     w = (1.0 - beta) / alpha if alpha else H
@@ -129,8 +124,6 @@ def test_without_excitation_the_gain_follows_the_logistic_curve_to_its_limit_in_
 
 LAG, LIMIT = 0.08, 5.0
 BANDWIDTHS, DAMPINGS, SEEDS = st.floats(0.3, 10.0), st.floats(0.2, 2.0), st.integers(0, 2**32 - 1)
-ROUNDING = 1e-12
-"""Two exact computations of the same number: some hundred operations on numbers of order one."""
 
 
 def system(omega, rho):
@@ -170,7 +163,8 @@ def test_sampled_signals_pass_as_through_scipys_discretisation(omega, rho, seed)
         ours = [(0.0, 0.0)]
         for before, now in zip(u, u[1:], strict=False):
             ours.append(filter_line(ours[-1], before, now if line else before, f))
-        np.testing.assert_allclose(ours, reference, atol=ROUNDING * max(omega, 1.0) * 10)
+        # both are exact: some hundred operations on numbers of order one, or omega, round by 1e-12
+        np.testing.assert_allclose(ours, reference, atol=1e-12 * max(omega, 1.0) * 10)
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.08, 3.0])

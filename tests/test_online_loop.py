@@ -25,14 +25,6 @@ ONE = ((1.0, 0.0), (0.0, 1.0))
 SETTINGS = IdentifierSettings(method=PREDICTION_ERROR, report_interval=0.5)
 
 
-def gathered(e, psi):
-    stride, o = products_every(H), nothing_outside(psi.shape[1])
-    for k in range(stride, len(e), stride):
-        o = o._replace(waiting=float(e[k - stride : k].sum()))
-        o = add_regressors(o, psi[k].tolist(), 1.0, stride * H)
-    return o
-
-
 def answer_to(e, pole):
     """A first-order answer to past innovations, pole [rad/s]."""
     kept = np.exp(-pole * H)
@@ -43,7 +35,11 @@ def test_a_regressor_from_outside_counts_whole_and_an_answer_to_innovations_not_
     rng = np.random.default_rng(0)
     e, outside = rng.standard_normal((2, 60_000))
     psi = np.column_stack([answer_to(e, 2.0), answer_to(outside, 2.0)])
-    inside, own = shares(gathered(e, psi), ONE)
+    stride, o = products_every(H), nothing_outside(2)
+    for k in range(stride, len(e), stride):
+        o = o._replace(waiting=float(e[k - stride : k].sum()))
+        o = add_regressors(o, psi[k].tolist(), 1.0, stride * H)
+    inside, own = shares(o, ONE)
     # 6000 products, correlated over .5 s, are some 600 independent ones: four filters explain 4/600 of anything.
     assert own == pytest.approx(1.0, abs=0.05)
     assert inside == pytest.approx(1e-4)

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 import heli_identifier as hi
 from benchmarks.rigs import windy_logs
 from heli_identifier import online
-from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, IdentifierSettings, gain_matrix
+from heli_identifier.online import ADAPTATION, GAINS, PREDICTION_ERROR, IdentifierSettings, gain_matrix
 from heli_identifier.online.adaptation import initial_axis, kept_information
 from heli_identifier.online.prediction_error import first_predictor, predict_axis
 from heli_identifier.online.state_filter import discretise
@@ -241,9 +241,6 @@ def test_one_closed_loop_among_open_ones_is_found_a_method_taken_and_what_is_det
     assert online.is_determined(1.0, 0.051, "1/s")
     assert not online.is_determined(1.0, 0.052, "1/s")
     assert online.is_determined(0.0, 0.02, "rad")  # a rest angle of zero, known to two degrees
-
-
-GAINS = ("k_x", "k_z", "k_y")
 
 
 def test_look_says_who_flew_accuses_a_bare_rig_of_nothing_and_finds_its_gains_in_swirling_air(tmp_path):

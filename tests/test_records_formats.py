@@ -43,7 +43,6 @@ def structs(**fields):
 # Simulink's structure with time: one signal of two columns, and three of one
 SCOPE = {"time": COLUMNS[0], "signals": structs(values=[COLUMNS[1:3].T, *COLUMNS[3:]], label=["volts", *NAMES[3:]])}
 DSPACE = {"X": {"Name": "time", "Data": COLUMNS[0]}, "Y": structs(Name=NAMES[1:], Data=[*COLUMNS[1:]])}
-PLAIN_UNITS = dict(zip(NAMES, UNITS, strict=True))
 MATLABS = {
     "a matrix of rows": ({"ans": COLUMNS}, {name: f"ans({i},:)" for i, name in enumerate(NAMES, 1)}),
     "columns in a struct": ({"run": {"log": COLUMNS.T}}, {name: f"run.log(:,{i})" for i, name in enumerate(NAMES, 1)}),
@@ -56,7 +55,7 @@ MATLABS = {
 def test_a_matlab_file_of_any_layout_reads_by_the_names_of_matlab(tmp_path, case):
     variables, columns = MATLABS[case]
     savemat(tmp_path / "log.mat", variables)
-    assert same(read_log(tmp_path / "log.mat", LogFormat(columns=columns, units=PLAIN_UNITS)))
+    assert same(read_log(tmp_path / "log.mat", LogFormat(columns=columns, units=dict(zip(NAMES, UNITS, strict=True)))))
 
 
 @pytest.mark.parametrize("version", ["v7", "v7.3"])

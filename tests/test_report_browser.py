@@ -107,9 +107,6 @@ pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not instal
 PACKAGE = find_spec("axe_playwright_python")
 AXE = Path(PACKAGE.origin or "").with_name("axe.min.js") if PACKAGE else None
 
-SMALLEST_LETTER = 7.0
-"""Height [CSS px] of a font below which a label cannot be read on a telephone."""
-
 OVERFLOWING = """
 Array.from(document.querySelectorAll('body *')).filter(e =>
   !e.closest('.scroll') && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.outerHTML.slice(0, 80))
@@ -149,7 +146,7 @@ def test_the_page_is_silent_and_short_and_fits_and_can_be_read(browser, page, wi
     assert browser.value("document.documentElement.scrollHeight") < longest
     assert browser.value(OVERFLOWING) == []
     assert browser.value(CUT) == []
-    assert browser.value(LETTERS) > SMALLEST_LETTER
+    assert browser.value(LETTERS) > 7.0  # a label of fewer CSS px cannot be read on a telephone
 
 
 def test_details_are_folded_on_a_screen_and_open_on_white_paper(browser, page):

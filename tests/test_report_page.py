@@ -17,9 +17,6 @@ from heli_identifier.results.tables import effect_table, error_table, gain_table
 from heli_identifier.tracing import AxisError, Determination, ErrorFigure, LogFault
 from tests.diagnosis_example import adequate, example, made_log
 
-LARGEST = 1_000_000
-"""Bytes that a page may have."""
-
 
 class Page(HTMLParser):
     """Tags left open, ids, and addresses of what is fetched."""
@@ -50,7 +47,7 @@ def text():
 
 def test_the_page_is_whole_small_and_fetches_nothing_and_text_of_the_user_is_no_markup(text):
     page = Page(text)
-    assert page.open == [] and len(page.ids) == len(set(page.ids)) and len(text.encode()) < LARGEST
+    assert page.open == [] and len(page.ids) == len(set(page.ids)) and len(text.encode()) < 1_000_000
     assert all(address.startswith(("#", "data:")) for address in page.addresses)
     assert not re.search(r"@import|url\((?!#)|<script", text)
     assert text == report_page(example(), "the <rig>")

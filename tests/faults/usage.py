@@ -1,7 +1,7 @@
 """Faults of usage: words that do not belong together, misspelt names, values out of their range; of campaigns and fleets."""
 
 from tests.faults.case import Fault
-from tests.faults.material import CHECK, DESIGN, IDENTIFY, configured, good, nothing, parameters
+from tests.faults.material import CHECK, DESIGN, IDENTIFY, configured, good, nothing, parameters, write
 
 CONTROL = "heli design-controller parameters.json --plants 20 -o out"
 FOLLOW = "heli follow -p parameters.json -o out"
@@ -60,11 +60,6 @@ def campaigned(folder):
         (folder / "rigs" / "a" / "log.csv").rename(folder / "rigs" / "a" / name)
 
 
-def generator(text):
-    """Give a function that makes a generator of rigs."""
-    return lambda folder: (folder / "gen.py").write_text(text)
-
-
 def rigs(change=nothing):
     """Give a function that makes two rigs of a fleet with a log each, and then changes something."""
 
@@ -81,8 +76,8 @@ CAMPAIGNS = (
     Fault("a campaign of a billion workers", campaigned, f"{CAMPAIGN} --workers 1000000000", "workers = 1000000000 must lie in [1, 1000]"),
     Fault("a scheduler that is none", campaigned, f"{CAMPAIGN} --scheduler nonsense", "no Dask scheduler answers at nonsense"),
     Fault("rigs in a folder that is a link to itself", lambda f: (f / "rigs").symlink_to("rigs"), CAMPAIGN, "rigs is no folder"),
-    Fault("a generator with a mistake in its file", generator("def make(:\n"), GENERATE, "module gen cannot be imported: SyntaxError", shell=True),
-    Fault("a generator whose file ends the process", generator("import sys\nsys.exit(0)\n"), GENERATE, "module gen cannot be imported: SystemExit", shell=True),
+    Fault("a generator with a mistake in its file", write("def make(:\n", "gen.py"), GENERATE, "module gen cannot be imported: SyntaxError", shell=True),
+    Fault("a generator whose file ends the process", write("import sys\nsys.exit(0)\n", "gen.py"), GENERATE, "module gen cannot be imported: SystemExit", shell=True),
     Fault("a fleet of files", good, "heli fleet log.csv log.csv -o out", "log.csv is no folder; name a folder of logs for each rig."),
     Fault("a fleet of one rig", rigs(), "heli fleet a -o out", "a fleet needs two rigs or more, 1 given"),
     Fault("a rig without a log", rigs(lambda f: (f / "b" / "log.csv").unlink()), FLEET, "holds no log"),
