@@ -107,6 +107,7 @@ def test_lift_of_equal_rotors_raises_the_arm_to_its_new_rest(mu_sum):
     rest = rest_state(TABLE_2, mu_sum)
     a_th, a_ep, _ = simplified_accelerations(rest.pitch, rest.elevation, 0, 0, 0, 0, mu_sum, TABLE_2)
     assert (a_th, a_ep) == pytest.approx((0, 0), abs=1e-14)
+    assert rest.nu_front == rest.nu_rear == 0.5 * mu_sum
 
 
 H = 0.01
