@@ -16,7 +16,7 @@ from heli_identifier.tracing.held_out import _thin, compare, hold_to, likelihood
 from heli_identifier.tracing.prediction import HORIZONS, Model, Run, simulate_record
 from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.rig import record_of
-from heli_identifier.tracing.settings import NOISE_CENTRE, NOISE_WIDTH, DiagnosisSettings
+from heli_identifier.tracing.settings import NOISE_CENTRE, NOISE_WIDTH, OWN, DiagnosisSettings
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
@@ -40,7 +40,7 @@ def torque(count, seed):
 def model(parameters=TABLE_2, noise=NOISE):
     """A plant with the true noise: f far above c makes the torque Ornstein and Uhlenbeck's."""
     air = np.array([np.log(LEVEL / noise), [np.log(RATE)] * 3, [np.log(3000.0)] * 3, [0.0] * 3, [np.log(3000.0)] * 3])
-    return Model(RIG, parameters, (air - NOISE_CENTRE) / NOISE_WIDTH[:, None], noise, np.full(3, 0.02))
+    return Model(RIG, parameters, (air - NOISE_CENTRE) / NOISE_WIDTH[:, None], noise, np.repeat((0.02, *OWN[1:]), 3))
 
 
 def recorded(parameters, v, seed, air):
@@ -136,7 +136,7 @@ def test_an_offset_beyond_hubers_bound_costs_no_more_than_its_prior():
     calm.z[0] -= np.log(50.0) / NOISE_WIDTH[0]
     for constant in (0.0, 0.03):
         log = Log("calm", 1.0 / H, v, recorded(TABLE_2, v, 3, air + [0.0, constant, 0.0]))
-        own = replace(calm, torque_width=np.full(3, 0.2))
+        own = replace(calm, widths=np.repeat((0.2, *OWN[1:]), 3))
         nats.append(float(likelihood_of(own, record_of(log, RIG))[1].sum()))
     assert nats[0] - nats[1] == pytest.approx(0.5 * (0.03 / 0.2) ** 2, abs=0.5)
 

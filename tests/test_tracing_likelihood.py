@@ -116,7 +116,7 @@ def test_a_log_with_gains_of_its_own_hovers_as_the_quadratic_form_says(clean):
     """
     fitted = clean[2]
     own = fitted.point.own.copy()
-    own[0, 9:] += 0.02
+    own[0, 9:12] += 0.02
 
     def at(own):
         return Fit.at(fitted.likelihood, fitted.coordinates, fitted.x, replace(fitted.point, own=own))

@@ -32,7 +32,7 @@ from .identification import FAULT_EFFECTS, Identification, Progress, identify_pl
 from .result import DataEntry, Determination, Diagnosis, ErrorFigure, FoundEffect, RigVerdict, Verdict
 from .rig import Array, Parameters
 from .select import Finding
-from .settings import KEPT, SETTLING, SURE, DiagnosisSettings
+from .settings import KEPT, NAMED, REFITTED, SETTLING, SURE, DiagnosisSettings
 from .strangers import sign_notes, stranger_notes
 
 
@@ -122,8 +122,8 @@ def diagnose(
         ),
         settings=asdict(settings)
         | {
-            "score_needed": found.selection.last.shown_score(),
-            "score_needed_certain": found.selection.last.shown_score(certain=True),
+            "score_needed": NAMED,
+            "score_needed_certain": REFITTED,
             "operating_point": rig.operating_point,
         },
         notes=(

@@ -114,7 +114,7 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     own, effects = lag_score(fitted, C), {effect.field: effect for effect in fitted.likelihood.rig.effects}
     if LAG_FIELD not in effects:  # the configuration gives it: it is part of the model before
         return None
-    if own.score <= selection.last.shown_score() or abs(own.value) < TIMED:
+    if own.score <= NAMED or abs(own.value) < TIMED:
         return None
     around = selection.last.without_parameter(fitted.fields.index(LAG_FIELD))
     rivals = [e for e in around.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
@@ -130,15 +130,13 @@ def catalogue_verdicts(
     fitted, stated = selection.fit, {(own.name, own.axis): own for own in (*effects, *possible)}
     scores = {LAG_FIELD: lag_score(fitted, covariance(fitted)), **selection.scores}
     rows = {
-        (e.name, e.axis): _verdict(
-            e, scores.get(e.field), stated.get((e.name, e.axis)), selection.last.shown_score(e.certain)
-        )
+        (e.name, e.axis): _verdict(e, scores.get(e.field), stated.get((e.name, e.axis)))
         for e in fitted.likelihood.rig.effects
     }
     return tuple(rows[entry] for entry in dict.fromkeys((*stated, *rows)) if entry in rows)
 
 
-def _verdict(effect: Effect, found: Score | None, stated: FoundEffect | None, needed: float) -> CatalogueVerdict:
+def _verdict(effect: Effect, found: Score | None, stated: FoundEffect | None) -> CatalogueVerdict:
     """Give the verdict on an entry, which ``stated`` has where it is an effect of the diagnosis."""
     if found is None:
         blind, why = Estimate(0.0, None, effect.unit), "a defect of the logs looks like it"
@@ -149,7 +147,7 @@ def _verdict(effect: Effect, found: Score | None, stated: FoundEffect | None, ne
     if stated is not None:
         verdict, estimate, experiment = stated.verdict, stated.coefficient or estimate, stated.experiment
         score, why = stated.score, f"score {stated.score:.1f} nats"
-    elif score > needed:
+    elif score > effect.shown_from:
         why = f"score {score:.1f} nats beside what is in the plant, of which a fit with it keeps too little"
     elif 0.5 * (largest / max(error, 1e-300)) ** 2 < NAMED:
         verdict, experiment = Verdict.NOT_TESTABLE, effect.experiment
@@ -158,7 +156,7 @@ def _verdict(effect: Effect, found: Score | None, stated: FoundEffect | None, ne
             "signature is left beside the fitted parameters"
         )
     else:
-        why = f"score {score:.1f} nats, {needed:.3g} needed"
+        why = f"score {score:.1f} nats, {effect.shown_from:.3g} needed"
     bound, share = None if verdict is Verdict.NOT_TESTABLE else _bound(effect, estimate), found.visibility
     return CatalogueVerdict(effect.name, effect.axis, verdict, estimate, score, share, bound, why, experiment)
 

@@ -160,9 +160,14 @@ class Fit:
         return found
 
     def air(self) -> Array:
-        """Give s [rad/s^2], c, f [1/s], psi [rad] and k [1/s] of every axis, shape (5, a)."""
-        found = physical(self.point.z)
-        return np.vstack((found[0] * self.encoder_noise(), found[1:]))
+        """Give level [rad/s^2], c, f [1/s], psi [rad] and k [1/s] of every axis, shape (5, a).
+
+        The level is the standard deviation of what lasts :data:`.settings.SEEN_AT`: what does not moves no bench.
+        """
+        found, record = physical(self.point.z), self.likelihood.records[0]
+        own = self.likelihood.filters(record, self.point)
+        lasting = [max(np.linalg.matrix_power(axis.F, record.held)[0, 0], 0.0) for axis in own]
+        return np.vstack((found[0] * self.encoder_noise() * np.sqrt(lasting), found[1:]))
 
     def encoder_noise(self) -> Array:
         """Give the standard deviation r [rad] of the encoders' noise, shape (a,)."""
@@ -232,7 +237,7 @@ def fit(
         beginning = replace(likelihood, records=some)
         airs = (np.repeat(np.array(air)[:, None], a, axis=1) for air in AIRS)
         start = _join_airs([_descend(beginning, fields, [beginning.resting(first, z)], ROUGHLY, False) for z in airs])
-        own = np.vstack((start.point.own, np.zeros((count - len(some), 4 * a))))
+        own = np.vstack((start.point.own, np.zeros((count - len(some), 5 * a))))
         start = replace(start, point=replace(start.point, own=own))
     points = [replace(own, parameters=rig.assign(own.parameters, shapes or {})) for own in (start.point, other) if own]
     return _descend(likelihood, fields, points, ROUGHLY if value_only else CONVERGED, new and not value_only)
@@ -254,7 +259,7 @@ def _join_airs(begun: Sequence[Fit]) -> Fit:
     telling = best[least.quadratic.information[:, :P].argmax(0)]
     x = np.choose(telling, [fitted.x for fitted in begun])
     z = np.choose(best, [fitted.point.z for fitted in begun])
-    own = np.choose(np.tile(best, 4), [fitted.point.own for fitted in begun])
+    own = np.choose(np.tile(best, 5), [fitted.point.own for fitted in begun])
     return Fit.at(least.likelihood, least.coordinates, x, replace(least.point, z=z, own=own))
 
 
@@ -308,7 +313,7 @@ def around(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: A
 
 
 def fit_own_spread(fitted: Fit) -> Fit:
-    """Estimate how much torques and gains differ from log to log, and fit again with that.
+    """Estimate how much torques, gains and zeros differ from log to log, and fit again with that.
 
     tau^2 = (nu s^2 + sum_l (b_l - mean b)^2 + var b_l) / (nu + L - 1) on every axis, with what is known beforehand
     (nu, s), a step of the EM algorithm (Dempster, Laird and Rubin 1977); what the logs have in common is none of their
@@ -316,8 +321,8 @@ def fit_own_spread(fitted: Fit) -> Fit:
     """
     nu, *s = OWN_PRIOR
     a, own, widths = len(fitted.likelihood.rig.axes), fitted.point.own, fitted.likelihood.widths.copy()
-    squares = ((own - own.mean(0)) ** 2 + fitted.quadratic.variance).sum(0)
-    for size, part in zip(s, (slice(0, a), slice(3 * a, None)), strict=True):
+    squares = ((own - own.mean(0)) ** 2 + np.diagonal(fitted.quadratic.covariance, axis1=1, axis2=2)).sum(0)
+    for size, part in zip(s, (slice(0, a), slice(3 * a, 4 * a), slice(4 * a, None)), strict=True):
         widths[part] = np.sqrt((nu * size**2 + squares[part]) / (nu + len(own) - 1))
     return fit(replace(fitted.likelihood, widths=widths), fitted.names, fitted)
 

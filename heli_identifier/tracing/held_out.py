@@ -1,12 +1,12 @@
 """Before and after on held-out logs, which decide nothing in the search: they are for the figure.
 
     ln p(log | plant) = max over b of  sum_a sum_k -ln sigma_a - ln(2 pi)/2 - rho(e_ak / sigma_a)
-                        - sum_a (b_a^2 / tau_a^2 + ln(tau_a^2 I_a)) / 2
+                        - |b / tau|^2 / 2 - ln det(1 + tau H tau) / 2
 
-e are the innovations under a plant with the air, the encoders' noise and the spread tau of offsets of its own training
-logs: nothing but the offset b of the log itself is fitted to what was held out. b is a random effect, with information
-I_a = 1/tau_a^2 + sum (de/db)^2 / sigma_a^2 its integral is Laplace's, exact for Gaussian innovations; rho is Huber's
-loss. Of all figures here this one alone ranks the true plant first in windy air under any controller.
+e are the innovations under a plant with the air, the encoders' noise and the spread tau of its own training logs:
+nothing but b, what the log has of its own (:class:`.likelihood.Point`), is fitted to what was held out. b is a random
+effect with information H, and its integral is Laplace's; rho is Huber's loss. Of all figures here this one alone ranks
+the true plant first in windy air under any controller.
 
 The other figures are root mean squares of errors:
 
@@ -30,17 +30,17 @@ from functools import cached_property
 from math import log, nan, pi
 
 import numpy as np
-from scipy.signal import correlate, lfilter
+from scipy.signal import correlate
 from scipy.special import chdtrc
 
 from heli_identifier.chain import Event
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 
-from .fit import Fit, fit
+from .fit import Fit, around, fit
 from .helicopter import helicopter
 from .likelihood import Likelihood, without
-from .noise import error_dynamics, filters, physical, recolour, start_memory
+from .noise import filters, physical, recolour
 from .prediction import HORIZONS, Model, Run, simulate_record
 from .references import CHANNELS, controllers_of
 from .result import (
@@ -54,35 +54,30 @@ from .result import (
     Use,
 )  # fmt: skip
 from .rig import NOTHING, Array, LeftOut, Parameters, Record, record_of, records_of
-from .settings import BLOCK, DRAWS, FLOWN, HUBER, OWN, ROUNDS, SETTLING, SPACING, WHITE_TIME, DiagnosisSettings
+from .settings import BLOCK, CONVERGED, DRAWS, FLOWN, HUBER, ROUNDS, SETTLING, SPACING, WHITE_TIME, DiagnosisSettings
 
 
 def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]] | None = None) -> tuple[Run, Array]:
-    """Fit what a log has of its own, torques and start, run a model along it, and give ln p (N,) of every sample.
+    """Fit what a log has of its own, run a model along it, and give ln p (N,) of every sample.
 
-    The run has the likeliest constant torques; its predictions lie ``within`` passages [samples].
+    The run has the log's torques, start and zeros, and the gains of the plant; its predictions lie ``within`` passages
+    [samples].
     """
-    h, sigma, a = record.step, model.scales(record.step), len(model.encoder_noise)
-    first = Run.along(model, record, np.zeros(a)).innovations / sigma
-    own, of_log = np.zeros((3, a)), 0.0
-    for i, axis in enumerate(model.filters(h)):
-        constant, memory = np.zeros((3, record.samples)), np.zeros((3, 5))  # what the torque and two of the start do
-        constant[0], memory[1:] = 1.0, start_memory(axis)
-        J = lfilter(*error_dynamics(axis), constant, zi=memory)[0].T / sigma[i]
-        width = np.array([model.torque_width[i], *OWN[1:3]])
-        for _ in range(ROUNDS):  # the innovations are linear in these, Huber's weights are not
-            left = np.abs(first[:, i] + J @ own[:, i])
-            w = record.weights[:, i] * np.minimum(1.0, HUBER / np.maximum(left, 1e-12))
-            H = (w[:, None] * J).T @ J + np.diag(width**-2.0)
-            own[:, i] = -np.linalg.solve(H, (w * first[:, i]) @ J)
-        of_log += 0.5 * float(((own[:, i] / width) ** 2).sum() + np.linalg.slogdet(H * np.outer(width, width))[1])
-    start = record.start.copy()
-    start[: 2 * a] += own[1:].ravel()
-    run = Run.along(model, replace(record, start=start), own[0], within)
-    u = np.abs(run.innovations) / sigma
+    likelihood, sigma = Likelihood(model.rig, (record,), model.widths), model.scales(record.step)
+    fitted = around(likelihood, (), likelihood.resting(model.parameters, model.z), sigma)
+    for _ in range(ROUNDS):  # Gauss-Newton at the scales of the training logs
+        if fitted.quadratic.by_own < CONVERGED:
+            break
+        (step, _), own = fitted.quadratic.back[0], fitted.point.own
+        fitted = around(likelihood, (), replace(fitted.point, own=own + step), sigma)
+    own, squares = fitted.point.own[0] / model.widths, np.outer(model.widths, model.widths)
+    told = fitted.quadratic.covariance[0] / squares
+    of_log = 0.5 * (float(own @ own) - np.linalg.slogdet(told)[1])
+    u = np.abs(fitted.e[0]) / sigma
     loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
     density = -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - of_log / record.samples
-    return run, density
+    offset = fitted.point.own[0, : len(sigma)]
+    return Run.along(model, record, offset, within, likelihood.align(0, fitted.point)), density
 
 
 def compare(
@@ -193,7 +188,7 @@ class _Held:
         """Figures by axis of the plant on records of its own; zero, which bounds nothing, where it ran away."""
         rig, p, made, free = self.model.rig, self.model.parameters, list[Run](), list[Array]()
         for seed, run in enumerate(self.runs):
-            own, r, (torque, noise) = simulate_record(run, seed), run.record, self.model.noise(run.record, seed)
+            own, r, (torque, noise) = simulate_record(run, seed), run.aligned, self.model.noise(run.record, seed)
             made += [own] if own else []
             with np.errstate(invalid="ignore"):  # of runs away no error is known
                 driven = rig.simulate(r.inputs, r.step, r.start, p, run.offset + torque)

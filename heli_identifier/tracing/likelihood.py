@@ -6,9 +6,10 @@ r"""The criterion: innovations of the plant at a record's rate under an estimate
 e are the innovations of the stationary Kalman filter (:mod:`.noise`) around the plant, sigma_a their scale, which
 minimises F for given e and stands for the encoder's noise; rho is Huber's loss, u^2/2 up to :data:`.settings.HUBER`.
 x are the plant's parameters and z those of the air in coordinates with standard normal priors, b_l what each log has of
-its own with standard deviations tau: constant torques, its start, and how far the logarithms of its gains lie off those
-of the plant; a supply that sags between two flights is no curve of the thrust. F is a negative log posterior in nats;
-everything that the tracer decides is a difference of F or its quadratic form (:mod:`.sensitivity`).
+its own with standard deviations tau: constant torques, its start, how far the logarithms of its gains lie off those of
+the plant, and the zeros of its encoders. A supply that sags between two flights is no curve of the thrust, and a pitch
+that was level by hand when the rig was switched on is no torque of the rotors on the travel. F is a negative log
+posterior in nats; everything that the tracer decides is a difference of F or its quadratic form (:mod:`.sensitivity`).
 
 The constant torques are integrated over, not only fitted: H_la = N G^2 / sigma^2 is what log l tells of its own, G the
 settled response of the innovations. Air that is fitted to what fitted torques leave is too calm at low frequencies,
@@ -42,8 +43,9 @@ class Point:
     z: Array
     """Coordinates of the air, shape (5, a)."""
     own: Array
-    """What the logs have of their own, shape (L, 4a): constant torques [rad/s^2], how far their starts lie off the
-    lines through their first samples, angles [rad] and rates [rad/s], and logarithms of their gains over the plant's.
+    """What the logs have of their own, shape (L, 5a): constant torques [rad/s^2], how far their starts lie off the
+    lines through their first samples, angles [rad] and rates [rad/s], logarithms of their gains over the plant's, and
+    the angles [rad] at which their encoders read zero.
     A filter of calm air forgets its start within minutes only."""
     harmonics: tuple[Array, ...] = ()
     """Per log sines (m, 4): axis, frequency [rad/s], coefficients of sine and cosine [rad/s^2]."""
@@ -66,7 +68,7 @@ class Likelihood:
     rig: Rig
     records: tuple[Record, ...]
     widths: Array = field(default_factory=lambda: np.repeat(OWN, 3))
-    """Standard deviations tau of what a log has of its own, as in :class:`Point`, shape (4a,)."""
+    """Standard deviations tau of what a log has of its own, as in :class:`Point`, shape (5a,)."""
     faults: Mapping[Fault, float] = field(default_factory=dict)
     """Sizes of the faults of the logs that are undone in the records."""
     logged: tuple[Record, ...] = ()
@@ -75,7 +77,7 @@ class Likelihood:
     def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
         """Give the point of a plant in the air of any rig, or in ``z`` (5, a), whose logs have nothing of their own."""
         a = len(self.rig.axes)
-        return Point(parameters, np.zeros((SHAPES, a)) if z is None else z, np.zeros((len(self.records), 4 * a)))
+        return Point(parameters, np.zeros((SHAPES, a)) if z is None else z, np.zeros((len(self.records), 5 * a)))
 
     def run_all(self, point: Point) -> tuple[list[Array], list[Array]]:
         """Give the innovations (N_i, a) [rad] of every record and its filter's motion (n_i, 2a) [rad], [rad/s].
@@ -169,8 +171,17 @@ class Likelihood:
 
     def of_log(self, i: int, point: Point, parameters: Parameters) -> Parameters:
         """Give the plant with the gains of log ``i``."""
-        drift = point.own[i, 3 * len(self.rig.axes) :]
+        a = len(self.rig.axes)
+        drift = point.own[i, 3 * a : 4 * a]
         return self.rig.scaled(parameters, np.exp(drift).tolist()) if drift.any() else parameters
+
+    def align(self, i: int, point: Point) -> Record:
+        """Give record ``i`` as its encoders would read it from the rig's own zeros, with its own start."""
+        record, a, start = self.records[i], len(self.rig.axes), self.records[i].start.copy()
+        zero = point.own[i, 4 * a :]
+        start[: 2 * a] += point.own[i, a : 3 * a]
+        start[:a] += zero
+        return replace(record, start=start, angles=record.angles + zero)
 
     def run(self, i: int, point: Point) -> tuple[Array, Array]:
         """Run the filter over record ``i``; its innovations and motion as of :meth:`run_all`."""
@@ -178,10 +189,7 @@ class Likelihood:
         e, motion = np.empty_like(record.angles), np.empty((record.samples, 2 * a))
         K = gains(self.filters(record, point))
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
-        start = record.start.copy()
-        start[: 2 * a] += point.own[i, a : 3 * a]
-        begun = replace(record, start=start)
-        self.rig.filter(begun, p, K, point.own[i, :a], harmonics, 0, record.samples, None, e, motion)
+        self.rig.filter(self.align(i, point), p, K, point.own[i, :a], harmonics, 0, record.samples, None, e, motion)
         return e, motion[:: record.held].copy()
 
 

@@ -31,7 +31,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from .rig import Array
-from .settings import COLOURED, LEAST_DAMPING, MOST_ROTATED, NOISE_CENTRE, NOISE_WIDTH
+from .settings import COLOURED, LEAST_DAMPING, NOISE_CENTRE, NOISE_WIDTH
 
 SHAPES = len(NOISE_WIDTH)
 """Parameters of the noise of one axis: logarithms of rho [1/s^2], c and f [1/s], psi [rad], logarithm of k [1/s]."""
@@ -82,7 +82,7 @@ def physical(z: Array) -> Array:
     found = NOISE_CENTRE + NOISE_WIDTH[:, None] * z
     found[[0, 1, 2, 4]] = np.exp(found[[0, 1, 2, 4]])
     found[2] += 4.0 * LEAST_DAMPING**2 * found[1]
-    found[3] = MOST_ROTATED * np.tanh(found[3] / MOST_ROTATED)
+    found[3] = 0.5 * np.pi * np.tanh(found[3])
     return np.asarray(found)
 
 

@@ -27,7 +27,7 @@ from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, physical
 from .references import CHANNELS, Controller
 from .rig import Array, Parameters, Record
-from .settings import BLOCK, ROUND, SETTLED, SETTLING, SMOOTHING, SPACING
+from .settings import BLOCK, OWN, ROUND, SETTLED, SETTLING, SMOOTHING, SPACING
 
 FROM_FILTER: Mapping[str, float] = {"ahead_100ms": 0.1, "ahead_200ms": 0.2}
 FROM_MOTION: Mapping[str, float] = {"prediction_1s": 1.0, "prediction_2s": 2.0}
@@ -40,13 +40,13 @@ _NO_SINES, _NO_MOTION = np.empty((0, 4)), np.empty((0, 6))
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A plant with the noise of its training logs: air z (5, a), r (a,) [rad], tau (a,) [rad/s^2]."""
+    """A plant with the noise of its training logs: air z (5, a), r (a,) [rad], the logs' spread tau (5a,)."""
 
     rig: Rig
     parameters: Parameters
     z: Array
     encoder_noise: Array
-    torque_width: Array
+    widths: Array
 
     @classmethod
     def of(cls, fitted: Fit) -> "Model":
@@ -59,13 +59,13 @@ class Model:
         if fitted.point.harmonics:
             fitted = fit(likelihood, (), replace(fitted, point=replace(fitted.point, harmonics=())))
         r = np.where(fitted.counts, fitted.encoder_noise(), likelihood.rig.resolution / np.sqrt(12.0))
-        return cls(likelihood.rig, fitted.parameters, fitted.point.z, r, likelihood.widths[: len(r)])
+        return cls(likelihood.rig, fitted.parameters, fitted.point.z, r, likelihood.widths)
 
     @classmethod
     def alone(cls, rig: Rig, parameters: Parameters) -> "Model":
         """Take a plant without a fit: the air is that of any rig before a log is seen."""
         a = len(rig.axes)
-        return cls(rig, parameters, np.zeros((SHAPES, a)), rig.resolution / np.sqrt(12.0), np.zeros(a))
+        return cls(rig, parameters, np.zeros((SHAPES, a)), rig.resolution / np.sqrt(12.0), np.repeat(OWN, a))
 
     def filters(self, step: float) -> list[AxisFilter]:
         """Give the axes' filters at a sampling interval [s]."""
@@ -115,16 +115,19 @@ class Run:
 
     model: Model
     record: Record
+    aligned: Record
+    """The record with the log's own start and zeros, along which the filter runs."""
     offset: Array
     passages: Sequence[Passage]
     """The filter settles in each of them before the first prediction starts."""
 
     @classmethod
     def along(
-        cls, model: Model, record: Record, offset: Array, within: Sequence[tuple[int, int]] | None = None
-    ) -> "Run":
+        cls, model: Model, record: Record, offset: Array, within: Sequence[tuple[int, int]] | None = None,
+        aligned: Record | None = None,
+    ) -> "Run":  # fmt: skip
         """Run on from the start of a record; predictions lie ``within`` passages, by default anywhere."""
-        whole = cls(model, record, offset, [(0, record.samples, None)])
+        whole = cls(model, record, aligned or record, offset, [(0, record.samples, None)])
         if within is None:
             return whole
         states = whole.states([first for first, _ in within])
@@ -138,13 +141,13 @@ class Run:
     @cached_property
     def innovations(self) -> Array:
         """Innovations [rad] of the whole record, shape (N, a)."""
-        return self.model.run(self.record, self.gains, self.offset, 0, self.record.samples, None)[1]
+        return self.model.run(self.aligned, self.gains, self.offset, 0, self.record.samples, None)[1]
 
     def states(self, samples: Iterable[int], first: int = 0, state: Array | None = None) -> list[Array]:
         """Give the filter's states before samples in ascending order, from that before the ``first``."""
         found = list[Array]()
         for sample in samples:
-            state, _ = self.model.run(self.record, self.gains, self.offset, first, sample, state)
+            state, _ = self.model.run(self.aligned, self.gains, self.offset, first, sample, state)
             first = sample
             found.append(state)
         return found
@@ -182,17 +185,18 @@ class Run:
         states = [state for _, _, state in self.starts]
         placed = [rig.placed(state, own) for state, own in zip(states, self.motion, strict=True)]
         # the state before the innovation at t_i is one step ahead of the corrected state before it
-        near = self._ahead(states, K, self.offset, FROM_FILTER, -1)
-        return near | self._ahead(placed, rig.still, np.zeros_like(self.offset), FROM_MOTION, 0)
+        near = self._ahead(self.aligned, states, K, self.offset, FROM_FILTER, -1)
+        return near | self._ahead(self.record, placed, rig.still, np.zeros_like(self.offset), FROM_MOTION, 0)
 
     def _ahead(
-        self, states: Sequence[Array], K: Array, torque: Array, horizons: Mapping[str, float], shift: int
-    ) -> dict[str, Array]:
+        self, record: Record, states: Sequence[Array], K: Array, torque: Array, horizons: Mapping[str, float],
+        shift: int,
+    ) -> dict[str, Array]:  # fmt: skip
         """Run on from every start; the errors (S, a) at each horizon, ``shift`` samples later."""
-        steps = {name: max(round(H / self.record.step), 1) + shift for name, H in horizons.items()}
+        steps = {name: max(round(H / record.step), 1) + shift for name, H in horizons.items()}
         found = {name: np.full((len(states), len(torque)), np.nan) for name in horizons}
         for i, ((k, last, _), state) in enumerate(zip(self.starts, states, strict=True)):
-            _, e = self.model.run(self.record, K, torque, k, min(k + max(steps.values()) + 1, last), state)
+            _, e = self.model.run(record, K, torque, k, min(k + max(steps.values()) + 1, last), state)
             for name, ahead in steps.items():
                 found[name][i] = e[ahead] if ahead < len(e) else np.nan
         return found
@@ -244,7 +248,7 @@ def simulate_record(run: Run, seed: int = 0) -> Run | None:
     motion: in another air these inputs no longer hold the plant where it was, and the errors ahead depend on where it
     is. A piece ends where it runs away from the rig by half a turn.
     """
-    model, record, settle = run.model, run.record, round(SETTLING / run.record.step)
+    model, record, settle = run.model, run.aligned, round(SETTLING / run.record.step)
     length = min(round((SETTLING + BLOCK) / record.step), record.samples - settle)
     (torque, noise), made, passages = model.noise(record, seed), record.angles.copy(), list[Passage]()
     blank, firsts = replace(record, angles=np.zeros_like(made)), range(settle, record.samples - length + 1, length)
@@ -255,4 +259,5 @@ def simulate_record(run: Run, seed: int = 0) -> Run | None:
         count = int(away.argmax()) if away.any() else length
         made[k : k + count] = -minus[:count]
         passages.append((k, k + count, state))
-    return Run(model, replace(record, angles=made + noise), run.offset, passages) if passages else None
+    own = replace(record, angles=made + noise)
+    return Run(model, own, own, run.offset, passages) if passages else None

@@ -26,7 +26,9 @@ from .settings import (
     CATALOGUE_WIDTHS,
     DIFFERENCE,
     FARTHEST,
+    NAMED,
     RECORD_STEP,
+    REFITTED,
     REST_COUNTS,
     REST_TIME,
     SEEN_AT,
@@ -139,6 +141,11 @@ class Effect:
     """What the shapes are called in results, by field."""
     fault: Fault | None = None
     """Of a fault of the log, which competes with the effects and never becomes part of the plant."""
+
+    @property
+    def shown_from(self) -> float:
+        """Score from which it is shown [nats]."""
+        return REFITTED if self.certain else NAMED
 
     @property
     def parameters(self) -> tuple[str, ...]:

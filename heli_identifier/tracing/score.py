@@ -5,10 +5,9 @@ With H and g of F for base, air and all candidates as columns, and i what is in 
     u = -(g_j - a.g_i),    I = H_jj - H_ji a,    a = H_ii^-1 H_ij,    S = u^2/(2 I phi)   [nats]
 
 at the minimum over i; u/I is its coefficient. phi >= 1 is the dispersion of the axis on which j acts: the mean square
-of the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right;
-what is in a fit is judged by its own dispersion (:attr:`.Fit.dispersion`), across whole logs as well. An effect whose
-coefficient would have a sign that physics forbids has the score 0. Where a law is tried with several shapes, the
-logarithm of their number is taken off (Bonferroni).
+of the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right. An
+effect whose coefficient would have a sign that physics forbids has the score 0. Where a law is tried with several
+shapes, the logarithm of their number is taken off (Bonferroni).
 
 Sources: Cox and Hinkley, Theoretical Statistics, section 9.3 (efficient scores); McCullagh and Nelder, Generalized
 Linear Models, 2nd ed., section 4.5 (dispersion).
@@ -27,7 +26,7 @@ from .likelihood import Point
 from .noise import error_dynamics
 from .rig import Array, Coordinate, Effect
 from .sensitivity import linearise
-from .settings import KEPT, NAMED, NOT_MODELLED, REFITTED, SETTLING, STEP_APART, STEPS_TRIED
+from .settings import KEPT, NAMED, SETTLING, STEP_APART, STEPS_TRIED
 
 
 @dataclass(frozen=True)
@@ -111,35 +110,32 @@ class Scores:
         self.of_field: dict[str, list[int]] = {}
         for j, coordinate in enumerate(self.coordinates):
             self.of_field.setdefault(coordinate.field, []).append(j)
-        seconds = [record.step * float(record.weights.any(1).sum()) for record in fitted.likelihood.records]
-        self.floors = NOT_MODELLED * np.array(seconds)
-        self.floor = float(self.floors.sum())
-        """What errors of the model are worth at most [nats], by log and of all logs."""
         catalogue = {name for effect in candidates for name in effect.parameters}
         self.nuisance = [j for j, c in enumerate(inside) if c.field not in catalogue]
         self.nuisance += range(P, len(self.g))
-
-    def shown_score(self, certain: bool = False) -> float:
-        """Score that establishes an effect [nats]; of one that is ``certain`` every rig has some."""
-        return max(REFITTED if certain else NAMED, self.floor)
+        self.best: dict[str, int] = {}
+        """Column by effect that :meth:`scores` found best last."""
 
     @property
     def selected(self) -> list[str]:
         """Effects and faults that are in the fit."""
         return [name for name in self.fitted.names if name in self.effects]
 
+    def _copy(self) -> "Scores":
+        part = copy(self)
+        part.best = {}
+        return part
+
     def of_logs(self, logs: Sequence[int]) -> "Scores":
         """Give the same for some of the logs."""
-        part = copy(self)
-        part.__dict__.pop("best", None)
+        part = self._copy()
         part.H = self.quadratic.H[list(logs)].sum(0) + np.eye(len(self.g))
         part.g = self.quadratic.g[list(logs)].sum(0) + self.quadratic.prior
-        part.floor = float(self.floors[list(logs)].sum())
         return part
 
     def without_parameter(self, column: int) -> "Scores":
         """Give the same with a parameter of the nuisance held at zero."""
-        part = copy(self)
+        part = self._copy()
         part.nuisance = [j for j in self.nuisance if j != column]
         d = np.zeros(len(self.g))
         d[column] = -self.x[column]
@@ -151,7 +147,7 @@ class Scores:
         spread = np.sqrt(np.outer(self.dispersion, self.dispersion))
         g = np.array([rng.multivariate_normal(-H @ truth, spread * H, check_valid="ignore", method="eigh")
                       for H in self.quadratic.H])  # fmt: skip
-        drawn = copy(self)
+        drawn = self._copy()
         drawn.quadratic = replace(self.quadratic, g=g)
         return drawn
 
@@ -170,7 +166,7 @@ class Scores:
 
     def entry_score(self, name: str) -> float:
         """Score at which an effect enters the model [nats]: a fault of the log is named or is none."""
-        return self.shown_score() if self.effects[name].fault else KEPT
+        return NAMED if self.effects[name].fault else KEPT
 
     def inside(self, selected: Collection[str]) -> list[int]:
         """Columns of a model: the nuisance, the selected effects and their shapes where these were fitted."""
@@ -191,11 +187,6 @@ class Scores:
         """Column of an effect; of several shapes the one with the best score where it was entered."""
         columns = self.of_field[name]
         return columns[0] if len(columns) == 1 else self.best.get(name, columns[0])
-
-    @cached_property
-    def best(self) -> dict[str, int]:
-        """Column by effect that :meth:`scores` found best last."""
-        return {}
 
     def minimum(self, selected: Collection[str]) -> tuple[Array, list[int]]:
         """Step to the minimum of the quadratic form with the selected effects alone, and its columns."""

@@ -25,7 +25,7 @@ from .likelihood import Point
 from .result import Agreement
 from .rig import Array, Effect
 from .score import Score, Scores
-from .settings import HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, REFITTED, ROUNDS
+from .settings import HALVES_DRAWS, HALVES_SPLITS, KEPT, REFITTED, ROUNDS
 
 _NOT: Mapping[str, float] = {}
 
@@ -45,8 +45,6 @@ class Finding:
     """Whether it is the strongest of its family, which is named by it."""
     exact: float | None = None
     """What is lost without its family by a refit [nats]; None where that was not asked for."""
-    floor: float = 0.0
-    """What errors of the model are worth at most [nats]."""
     at_end: bool = False
     """Whether a shape of its law lies at the end of its range, so that something else is more likely: slow turns that
     encoders round look like a friction that fades over less than they resolve, the answers of a controller to the
@@ -55,9 +53,9 @@ class Finding:
     @property
     def established(self) -> bool:
         """Whether it is shown."""
-        asked = max(self.floor, REFITTED if self.effect.certain else NAMED)
+        asked = self.effect.shown_from
         named = self.score.score > asked or (self.leads and self.family_score > asked)
-        return named and not self.at_end and (self.exact is None or self.exact > max(self.floor, REFITTED))
+        return named and not self.at_end and (self.exact is None or self.exact > REFITTED)
 
     @property
     def stated(self) -> float:
@@ -213,18 +211,14 @@ def _weigh_effect(
     effect, own = around.effects[name], scores[name]
     relatives = [other for other in selected if around.effects[other].family == effect.family]
     names, bound = around.fitted.names, around.fitted.at_bound
-    phi = float(around.dispersion[own.column])
-    if name in names and len(relatives) == 1:  # members of a family differ from log to log in how they share its torque
-        across = max(1.0, float(around.fitted.dispersion[1][names.index(name)]) / phi)
-        phi, own = phi * across, replace(own, score=own.score / across)
-    family = own.score
+    phi, family = float(around.dispersion[own.column]), own.score
     if len(relatives) > 1:
         rest = [other for other in selected if other not in relatives]
         family = (_fall(around, around.minimum(selected)[0]) - _fall(around, around.minimum(rest)[0])) / phi
         family -= KEPT * (len(relatives) - 1)
     leads = all(scores[other].score <= scores[name].score for other in relatives)
     at_end = any(bound[names.index(shape)] for shape in effect.shapes if shape in names)
-    found = Finding(effect, own, family, (), leads, floor=around.floor, at_end=at_end)
+    found = Finding(effect, own, family, (), leads, at_end=at_end)
     if without is None:
         return found
     if found.established:

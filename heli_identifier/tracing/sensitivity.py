@@ -40,7 +40,7 @@ from .noise import (
     start_memory,
 )
 from .rig import Array, Coordinate, Record
-from .settings import DIFFERENCE, HUBER
+from .settings import DIFFERENCE, HUBER, OWN
 
 Rows = tuple[NDArray[np.intp], Array]
 """Coordinates (k,), and derivatives by them (k, n)."""
@@ -66,8 +66,8 @@ class Quadratic:
     """Information of each axis alone, before anything is eliminated, shape (a, n)."""
     back: list[tuple[Array, Array]]
     """Per log what gives its own from a step of the parameters: b+ - b = c - D s."""
-    variance: Array
-    """Of what the logs have of their own, beside given parameters, shape (L, 4a)."""
+    covariance: Array
+    """Covariance of what each log has of its own, beside given parameters, shape (L, 5a, 5a)."""
     by_own: float
     """Fall of F [nats] that these alone still promise."""
     prior: Array
@@ -88,28 +88,34 @@ def linearise(
     The ``coordinates`` that may move are at ``x`` (P,), the scales ``sigma`` (a,) and what :meth:`.Likelihood.run_all`
     gives are those at the point.
     """
-    rig, sensitivities = likelihood.rig, Sensitivities(likelihood, point, coordinates, x)
+    rig, names = likelihood.rig, [c.field for c in coordinates]
     a, P = len(rig.axes), len(x)
     n, logs = P + SHAPES * a, len(likelihood.records)
-    T = np.eye(n + 3 * a, n + 4 * a)  # a log's own gains move the same coordinates as the plant's
-    for j, c in enumerate(coordinates):
+    further = [rig.coordinate(name, point.parameters) for name in rig.gains if name not in names]
+    moved, at = (*coordinates, *further), [c.coordinate(rig.read(point.parameters, c.field)) for c in further]
+    sensitivities = Sensitivities(likelihood, point, moved, np.append(x, at))
+    kept, T = np.r_[:P, len(moved) : sensitivities.count], np.zeros((sensitivities.count, n + 5 * a))
+    T[kept, np.r_[: n + 3 * a, n + 4 * a : n + 5 * a]] = 1.0
+    for j, c in enumerate(moved):  # a log's own gains move the same coordinates as the plant's
         if c.field in rig.gains:
             T[j, n + 3 * a + rig.gains.index(c.field)] = 1.0 / c.width
     H, g, information = np.zeros((logs, n, n)), np.zeros((logs, n)), np.zeros((a, n))
-    variance, blocks, back, promised = np.zeros_like(point.own), list[Array](), list[tuple[Array, Array]](), 0.0
+    covariance, blocks, back, promised = list[Array](), list[Array](), list[tuple[Array, Array]](), 0.0
     for i, (e, motion) in enumerate(zip(*filtered, strict=True)):
         of_axes, scores = _normal_equations(sensitivities, i, sigma, e, motion)
-        information += np.diagonal(of_axes, axis1=1, axis2=2)[:, :n]
+        information += np.diagonal(of_axes, axis1=1, axis2=2)[:, kept[:n]]
         scores = scores @ T
         full, gradient = T.T @ of_axes.sum(0) @ T, sensitivities.volume(i, sigma) @ T - scores.sum((0, 1))
         inner = np.linalg.inv(full[n:, n:] + np.diag(likelihood.widths**-2.0))
         g_b = gradient[n:] + point.own[i] * likelihood.widths**-2.0
         D = inner @ full[n:, :n]
-        H[i], g[i], variance[i] = full[:n, :n] - full[:n, n:] @ D, gradient[:n] - g_b @ D, np.diag(inner)
+        H[i], g[i] = full[:n, :n] - full[:n, n:] @ D, gradient[:n] - g_b @ D
+        covariance.append(inner)
         blocks.append(scores[:, :, :n] - scores[:, :, n:] @ D)
         back.append((-inner @ g_b, D))
         promised += 0.5 * float(g_b @ inner @ g_b)
-    return Quadratic(H, g, blocks, information, back, variance, promised, np.concatenate((x, point.z.ravel())))
+    prior = np.concatenate((x, point.z.ravel()))
+    return Quadratic(H, g, blocks, information, back, np.array(covariance), promised, prior)
 
 
 def _normal_equations(
@@ -152,15 +158,15 @@ class _Axis(NamedTuple):
 class Sensitivities:
     """Derivatives of the innovations of every record by the coordinates of a point.
 
-    They are numbered: the plant's coordinates (P), the air's (5a), the log's torques (a) and its start (2a), which are
-    ``count``.
+    They are numbered: the plant's coordinates (P), the air's (5a), the log's torques (a), its start (2a) and its zeros
+    (a), which are ``count``.
     """
 
     def __init__(self, likelihood: Likelihood, point: Point, coordinates: Sequence[Coordinate], x: Array):
         self.likelihood, self.point = likelihood, point
         self.moves = [likelihood.move(point, c, float(own)) for c, own in zip(coordinates, x, strict=True)]
         self.own = len(self.moves) + SHAPES * len(likelihood.rig.axes)
-        self.count = self.own + 3 * len(likelihood.rig.axes)
+        self.count = self.own + 4 * len(likelihood.rig.axes)
         self._at_rate: dict[float, list[_Axis]] = {}
 
     def of_record(self, i: int, e: Array, motion: Array) -> Iterator[tuple[slice, list[Rows], list[Rows]]]:
@@ -192,14 +198,20 @@ class Sensitivities:
                 read[k][j] = lfilter(*dynamics(axes[k].own), change[:, k] / moves[j].step)
         gone = [behind(axis.own, e[:, k]) for k, axis in enumerate(axes)]
         lagging = None
-        memory = np.zeros((a, P + 3, 5))
-        memory[:, P + 1 :] = [start_memory(axis.own, held) for axis in axes]
+        turn, zeroed = DIFFERENCE * OWN[4], np.array(rig.zeroed)
+        memory = np.zeros((a, P + 3 + len(zeroed), 5))
+        memory[:, P + 1 : P + 3] = [start_memory(axis.own, held) for axis in axes]
         chunk = record.block * max(1, CHUNK // record.block)
         for first in range(0, record.samples, chunk):
             rows = slice(first, min(first + chunk, record.samples))
             blocks = slice(first // held, -(-rows.stop // held))
-            seen, torques = motion[blocks], np.zeros((a, P + 3, blocks.stop - blocks.start))
+            seen, torques = motion[blocks], np.zeros((*memory.shape[:2], blocks.stop - blocks.start))
+            before = lagging if lagging is None else lagging[:1].copy()
             own, lagging = rig.accelerations(record.slower, acting, seen, blocks.start, lagging)
+            for z, column in enumerate(rig.zeroed):
+                turned = seen + turn * (np.arange(seen.shape[1]) == column)
+                there, _ = rig.accelerations(record.slower, acting[:1], turned, blocks.start, before)
+                torques[:, P + 3 + z] = (there[:, 0] - own[:, 0]) / turn
             torques[:, pushing] = (own[:, 1:] - own[:, :1]) / widths[pushing]
             torques[:, P] = 1.0
             for j, move in enumerate(moves):
@@ -209,7 +221,7 @@ class Sensitivities:
             for k, axis in enumerate(axes):
                 passed = torques[k].any(1) | memory[k].any(1)
                 through, memory[k][passed] = lfilter(*axis.transfer, torques[k][passed], axis=1, zi=memory[k][passed])
-                named = np.concatenate((np.arange(P), self.own + k + a * np.arange(3)))
+                named = np.concatenate((np.arange(P), self.own + k + a * np.arange(3), self.own + 3 * a + zeroed))
                 slow.append((named[passed], through))
                 named = np.concatenate((axis.moving, np.array(list(read[k]), dtype=int)))
                 coloured = axis.slopes.T @ past(*gone[k], rows)

@@ -14,13 +14,13 @@ from heli_identifier.records import GivenRig, RigConfiguration
 NOISE_CENTRE = np.array(
     [[log(150.0), log(60.0), log(30.0)], [log(2.5)] * 3, [log(300.0)] * 3, [0.0] * 3, [log(300.0)] * 3]
 )
-"""Centres of ln rho [1/s^2], ln c, ln f [1/s], psi [rad], ln k [1/s] for pitch, elevation, travel: measured rigs have
-torques of .1, .03, .01 rad/s^2 over an encoder's noise of .5 to .7 mrad, correlated over .4 s, and no edge that logs
-resolve; an encoder that turns by ten counts in .1 s errs almost like white noise."""
+"""Centres of ln rho [1/s^2], ln c, ln f [1/s], artanh(2 psi/pi), ln k [1/s] for pitch, elevation, travel: measured rigs
+have torques of .1, .03, .01 rad/s^2 over an encoder's noise of .5 to .7 mrad, correlated over .4 s, and no edge that
+logs resolve; an encoder that turns by ten counts in .1 s errs almost like white noise."""
 
 NOISE_WIDTH = np.array([1.5, 0.7, 2.5, 0.8, 1.0])
-"""Their widths: a factor of 4.5 in level, of 2 in rate, of 12 in smoothness, half a right angle: a swirl without torque
-at rest lies two widths off; a factor of 3 in how fast an encoder turns."""
+"""Their widths: a factor of 4.5 in level, of 2 in rate, of 12 in smoothness; all directions psi are about as likely;
+a factor of 3 in how fast an encoder turns."""
 
 COLOURED = 0.9
 """Share of the encoder's variance that has the colour of k; a remainder of white noise keeps the filter regular."""
@@ -30,20 +30,19 @@ FARTHEST = 4.0
 a gain may begin, a factor of sixteen. What lies farther is no air but something else that the model lacks, such as an
 encoder that rests between its counts."""
 
-MOST_ROTATED, LEAST_DAMPING = 1.5, 0.2
-"""Bounds of what is air: of psi [rad], as no room is without slow torque, and air without it takes drifts
-for effects; and of the damping ratio of air that swirls, which has died out after two turns: with less, a torque that
-is periodic in time would pass for air."""
+LEAST_DAMPING = 0.2
+"""Least damping ratio of air that swirls, which has died out after two turns: with less, a torque that is periodic in
+time would pass for air."""
 
-OWN = (0.1, 0.003, 0.05, 0.02)
+OWN = (0.1, 0.003, 0.05, 0.02, 0.01)
 """Standard deviations of what a log has of its own before any log is seen: its constant torque [rad/s^2] (tape, cables,
 a day's zero), as far as the torques of an unknown curve reach, too; angle [rad] and rate [rad/s] at its start off the
 lines through its first .3 s, in the roughest air; the logarithm of its gains over the plant's (supply, temperature, a
-new belt)."""
+new belt); the zero of its encoders [rad]: a rig that is switched on anew comes to rest within half a degree."""
 
-OWN_PRIOR = (2.0, 0.01, 0.003)
-"""Degrees of freedom, and sizes of what is known beforehand of the spread of the logs' torques [rad/s^2] and gains: a
-good supply repeats itself to .3 %."""
+OWN_PRIOR = (2.0, 0.01, 0.003, 0.003)
+"""Degrees of freedom, and sizes of what is known beforehand of the spread of the logs' torques [rad/s^2], gains and
+zeros [rad]: a good supply repeats itself to .3 %, an encoder that stays switched on to a count or two."""
 
 REST_COUNTS, REST_TIME = 1.5, 0.5
 """An axis that stays within so many encoder counts for so long [s] says nothing about torques: it rests or sticks."""
@@ -79,8 +78,8 @@ CONVERGED, ROUGHLY = 0.01, 0.5
 and one of which the value alone is asked for."""
 
 ITERATIONS, ROUNDS = 30, 8
-"""Most Gauss-Newton steps of a fit; halvings of one step, and times that a selected set is refitted and scored again:
-twice what was ever needed."""
+"""Most Gauss-Newton steps of a fit; halvings of one step, steps of what a held-out log has of its own, and times that a
+selected set is refitted and scored again: twice what was ever needed."""
 
 AIRS = ((0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.5, -2.2, 0.0, 0.0), (0.0, 0.5, -2.2, FARTHEST, 0.0))
 """Coordinates of the air from which a first fit begins: calm air, and air that swirls with torque at rest and without.
@@ -130,11 +129,6 @@ in 500 rigs over the whole catalogue."""
 REFITTED = 6.0
 """Score [nats] that a refit has to leave of what the quadratic form establishes, and that establishes an effect that
 every rig has, of which only the size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
-
-NOT_MODELLED = 0.02
-"""Nats per second of flight that an effect has to be worth as well, so that more than 400 s need a larger score. What a
-likelihood leaves out, above all that encoders round and do not err at random, adds up with the length of flights, and
-looks like friction at rest: on clean rigs of up to 3600 s it was worth up to .017 nats per second."""
 
 DRAWS, HALVES_SPLITS, HALVES_DRAWS = 1000, 3, 5
 """Draws of a bootstrap: the ends of a 95 % interval are then known to a twentieth of its width. Splits of the logs into

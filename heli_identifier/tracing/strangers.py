@@ -107,7 +107,7 @@ def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
     """
     likelihood = replace(fitted.likelihood, records=(record,))
     axes = len(likelihood.rig.axes)
-    point = replace(fitted.point, own=np.zeros((1, 4 * axes)), harmonics=())
+    point = replace(fitted.point, own=np.zeros((1, 5 * axes)), harmonics=())
     e = likelihood.run_all(point)[0][0]
     b, own = np.full(axes, np.nan), likelihood.filters(record, point)
     for axis in range(axes):
@@ -151,7 +151,7 @@ def _other_gains(fitted: Fit) -> list[str]:
     axes, records, notes = fitted.likelihood.rig.axes, fitted.likelihood.records, list[str]()
     if len(records) < FEWEST:
         return notes
-    gains = fitted.point.own[:, 3 * len(axes) :]
+    gains = fitted.point.own[:, 3 * len(axes) : 4 * len(axes)]
     apart, outlying = gains - np.median(gains, axis=0), _lie_apart(gains, SURE * OWN[3])
     for record, own, others in zip(records, apart, outlying, strict=True):
         if others.any():
