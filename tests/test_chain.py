@@ -13,6 +13,7 @@ from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 from heli_identifier.tracing import DiagnosisSettings, RigVerdict, diagnose, identify_plant
 from heli_identifier.tracing.settings import SETTLING
+from heli_plant.effects import AXES
 from tests.blind.damage import DAMAGES
 from tests.blind.generator import make_rig, simulate_log
 from tests.blind.plant import Push
@@ -129,6 +130,14 @@ def test_an_angle_that_is_twice_too_large_is_refused_and_a_coarse_encoder_is_not
         identify_plant(logs_of("pitch twice as large", 2))
     found = identify_plant(logs_of("pitch of 2048 counts", 2))
     assert [(d.name, d.channel) for d in found.defects] == [("counts", "pitch")]
+
+
+@pytest.mark.parametrize("axis", ["pitch", "elevation"])
+def test_a_training_log_that_is_a_mirror_image_of_the_others_is_refused(axis):
+    logs = logs_of("none", 3)
+    logs[1] = replace(logs[1], angles=logs[1].angles * [-1.0 if axis == own else 1.0 for own in AXES])
+    with pytest.raises(LogError, match=f"{logs[1].name} fits the others with the sign of its {axis} changed"):
+        identify_plant(logs)
 
 
 @pytest.mark.slow

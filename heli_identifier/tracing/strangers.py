@@ -12,7 +12,8 @@ Up to three standard deviations of b_l a zero is an offset of its log, which the
 balanced otherwise looks the same.
 
 **Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.UNKNOWN` nats with
-the sign of an axis changed or the rotors swapped, its own offsets and scale of the noise allowed.
+the sign of an axis changed or the rotors swapped, its own offsets and scale of the noise allowed. No plant fits logs of
+which some are mirror images: training logs are refused, the fewer of them by name.
 
 **Gains.** A log of another rig has gains of its own, which the likelihood estimates beside those that the logs share;
 they lie apart by more than three standard deviations of what a supply drifts from log to log.
@@ -38,6 +39,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 
@@ -56,10 +58,16 @@ def align_zeros(
     """Shift the logs whose elevation was zeroed in another position, and fit the model before.
 
     Give that fit, the logs as they are used, and one sentence a log that was shifted.
+
+    Raises
+    ------
+    LogError
+        Some of the training logs are mirror images of the others.
     """
     count, given = len(training), (*training, *held_out)
     logs, zero = given, np.zeros(len(given))
     null = fitted(logs[:count])
+    _refuse_mirrored(null)
     for _ in range(ROUNDS):
         stiffness = null.likelihood.rig.linear(null.parameters)[ELEVATION][1]
         if stiffness <= 0.0:
@@ -79,6 +87,19 @@ def align_zeros(
         if z
     )
     return null, logs[:count], logs[count:], notes
+
+
+def _refuse_mirrored(null: Fit) -> None:
+    """Refuse training logs of which some are mirror images; a fit may follow either part."""
+    found = {record.name: what for record in null.likelihood.records if (what := _mirrored(null, record))}
+    fitting = [record.name for record in null.likelihood.records if record.name not in found]
+    if found and fitting:
+        fewer = min(list(found), fitting, key=len)
+        one = len(fewer) == 1
+        raise LogError(
+            f"the training log{'s' * (not one)} {', '.join(fewer)} fit{'s' * one} the others with "
+            f"{' or '.join(sorted(set(found.values())))}. Mend that in heli.toml, or take fewer logs."
+        )
 
 
 def _excess(null: Fit, logs: Sequence[Log], left_out: LeftOut) -> Array:
@@ -129,13 +150,10 @@ def stranger_notes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple
     """Name the logs that do not belong to the rig of the others: mirror images first, then logs that fit far worse."""
     rig, notes = fitted.likelihood.rig, []
     records = [record_of(log, rig, left_out) for log in logs]
-    as_read = [_misfit(fitted, record) for record in records]
-    scales = np.array([np.nanmedian(sigma / fitted.sigma) for _, sigma in as_read])
+    scales = np.array([np.nanmedian(_misfit(fitted, record)[1] / fitted.sigma) for record in records])
     usual = float(np.median(scales))
-    for log, record, (F, _), scale in zip(logs, records, as_read, scales, strict=True):
-        mirrored = {what: F - _misfit(fitted, other)[0] for what, other in _mirrors(rig, record)}
-        what = max(mirrored, key=lambda name: mirrored[name])
-        if mirrored[what] > UNKNOWN:
+    for log, record, scale in zip(logs, records, scales, strict=True):
+        if what := _mirrored(fitted, record):
             notes.append(f"the log {log.name} does not belong to the others: it fits with {what}")
         elif scale > ALIEN * usual:
             notes.append(
@@ -172,6 +190,13 @@ def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
         F, sigma = fitted.likelihood.of_axes([own_offsets(fitted, record)[1]], [record])
     total = float(F.sum())
     return total if np.isfinite(total) else np.inf, np.where(record.weights.any(0), sigma, np.nan)
+
+
+def _mirrored(fitted: Fit, record: Record) -> str:
+    """Say with what mended a log fits far better; empty if it fits as it is."""
+    mended = {what: _misfit(fitted, other)[0] for what, other in _mirrors(fitted.likelihood.rig, record)}
+    what = min(mended, key=lambda name: mended[name])
+    return what if _misfit(fitted, record)[0] - mended[what] > UNKNOWN else ""
 
 
 def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
