@@ -11,11 +11,10 @@ from scipy.stats import chi2
 from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.tracing import Verdict, helicopter, log_likelihood
 from heli_identifier.tracing.fit import fit, fit_own_spread
-from heli_identifier.tracing.identification import fit_delivered
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_times
-from heli_identifier.tracing.select import halves_agree, left_out_gain, refit, select, stepwise
+from heli_identifier.tracing.select import fit_delivered, halves_agree, left_out_gain, refit, select, stepwise
 from heli_identifier.tracing.settings import KEPT, UNKNOWN, DiagnosisSettings
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2

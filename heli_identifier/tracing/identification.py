@@ -22,8 +22,8 @@ from .likelihood import Likelihood
 from .references import References, find_references
 from .result import Agreement, FoundEffect, ParameterReport
 from .rig import Effect, LeftOut, average_blocks, records_of
-from .select import Selection, halves_agree, left_out_gain, refit, select
-from .settings import CATALOGUE_WIDTHS, KEPT, ROUGHLY, SETTLING, UNKNOWN, DiagnosisSettings
+from .select import Selection, fit_delivered, halves_agree, left_out_gain, select
+from .settings import SETTLING, UNKNOWN, DiagnosisSettings
 from .strangers import align_zeros
 from .unknown import search_unknown
 
@@ -188,34 +188,6 @@ def _weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
             gains[field] = left_out_gain(selection.last, kept, field)
         (kept if gains.get(field, 0.0) > 0.0 else dropped).append(field)
     return gains, dropped
-
-
-def fit_delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
-    """Fit the plant without some effects of the selection, and with rigid-body mechanics if the logs are as likely.
-
-    Its terms come from one kinetic and one potential energy, so that a rig has all of them, each with c = 1 +-
-    1/3: one that is established brings the others, unless the logs say that they are missing.
-    """
-    candidates = selection.null.likelihood.rig.candidates
-    mechanics = [effect.field for effect in candidates if effect.certain]
-    kept = [f.effect.field for f in selection.findings if f.effect.fault is None and f.effect.field not in dropped]
-    alone, likelihood = selection.fit, selection.fit.likelihood
-    if dropped:
-        alone = refit(selection.fit, candidates, kept)
-    beside = [own for name, own in selection.scores.items() if name in mechanics and name not in kept]
-    squares = [CATALOGUE_WIDTHS**-2 + own.standard_error**2 for own in beside]
-    away = [0.5 * (1.0 - own.value) ** 2 / square - own.score for own, square in zip(beside, squares, strict=True)]
-    if sum(away) > 3.0 * KEPT:  # nats by the quadratic form, each term apart: it errs by less
-        return alone
-    rig = likelihood.rig.expecting(dict.fromkeys(mechanics, (1.0, 1.0 / CATALOGUE_WIDTHS)))
-    begun = {name: 1.0 for name in mechanics if name not in kept}
-    start = replace(alone, likelihood=replace(likelihood, rig=rig))
-    proven = any(f.established and f.effect.certain for f in selection.findings)
-    least = alone.value + proven * KEPT
-    whole = refit(start, candidates, [*kept, *begun], begun, value_only=True)
-    if whole.value < least + 2.0 * ROUGHLY:
-        whole = refit(whole, candidates, [*kept, *begun])
-    return alone if whole.value > least else whole
 
 
 def _outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:

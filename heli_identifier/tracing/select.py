@@ -25,7 +25,7 @@ from .likelihood import Point
 from .result import Agreement
 from .rig import Array, Effect
 from .score import Score, Scores
-from .settings import HALVES_DRAWS, HALVES_SPLITS, KEPT, REFITTED, ROUNDS
+from .settings import CATALOGUE_WIDTHS, HALVES_DRAWS, HALVES_SPLITS, KEPT, REFITTED, ROUGHLY, ROUNDS
 
 _NOT: Mapping[str, float] = {}
 
@@ -142,6 +142,34 @@ def refit(
         likelihood if kept == likelihood.faults else likelihood.undo_faults(kept), list(dict.fromkeys(names)), fitted,
         {**values, **off}, value_only, other,
     )  # fmt: skip
+
+
+def fit_delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
+    """Fit the plant without some effects of the selection, and with rigid-body mechanics if the logs are as likely.
+
+    Its terms come from one kinetic and one potential energy, so that a rig has all of them, each with c = 1 +-
+    1/3: one that is established brings the others, unless the logs say that they are missing.
+    """
+    candidates = selection.null.likelihood.rig.candidates
+    mechanics = [effect.field for effect in candidates if effect.certain]
+    kept = [f.effect.field for f in selection.findings if f.effect.fault is None and f.effect.field not in dropped]
+    alone, likelihood = selection.fit, selection.fit.likelihood
+    if dropped:
+        alone = refit(selection.fit, candidates, kept)
+    beside = [own for name, own in selection.scores.items() if name in mechanics and name not in kept]
+    squares = [CATALOGUE_WIDTHS**-2 + own.standard_error**2 for own in beside]
+    away = [0.5 * (1.0 - own.value) ** 2 / square - own.score for own, square in zip(beside, squares, strict=True)]
+    if sum(away) > 3.0 * KEPT:  # nats by the quadratic form, each term apart: it errs by less
+        return alone
+    rig = likelihood.rig.expecting(dict.fromkeys(mechanics, (1.0, 1.0 / CATALOGUE_WIDTHS)))
+    begun = {name: 1.0 for name in mechanics if name not in kept}
+    start = replace(alone, likelihood=replace(likelihood, rig=rig))
+    proven = any(f.established and f.effect.certain for f in selection.findings)
+    least = alone.value + proven * KEPT
+    whole = refit(start, candidates, [*kept, *begun], begun, value_only=True)
+    if whole.value < least + 2.0 * ROUGHLY:
+        whole = refit(whole, candidates, [*kept, *begun])
+    return alone if whole.value > least else whole
 
 
 def _weighed(around: Scores, null: Fit, lost: Mapping[tuple[str, ...], float]) -> list[Finding]:

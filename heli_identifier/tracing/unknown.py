@@ -10,8 +10,8 @@ are those of the plant's own table; of a period sine and cosine in every log apa
 periodogram of the innovations stands out.
 
 The best are fitted, with the air, and the catalogue is selected anew beside them: what stood in their place leaves. One
-stays if the likelihood of named effects alone lacks :data:`.settings.UNKNOWN`, and more than comes from no law being
-exact. A curve is then part of the plant; a period is not, as every log has its own phase.
+stays if the likelihood of named effects and rigid-body mechanics alone lacks :data:`.settings.UNKNOWN`, and more than
+comes from no law being exact. A curve is then part of the plant; a period is not, as every log has its own phase.
 
 Sources: Cox and Hinkley, Theoretical Statistics, section 9.3; Hastie and Tibshirani, Generalized Additive Models,
 section 3.5 (degrees of freedom); Quinn and Hannan, The Estimation and Tracking of Frequency, chapter 2.
@@ -27,7 +27,7 @@ from .fit import Fit, covariance, fit
 from .helicopter import Tables
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 from .rig import Array, Coordinate, Effect, means
-from .select import Selection, select
+from .select import Selection, fit_delivered, select
 from .sensitivity import linearise
 from .settings import OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
 
@@ -167,7 +167,8 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
             continue
         after = select(selection.null, candidates, start)
         more = len(after.findings) - len(selection.findings)
-        weighed = _weighed(after, selection.fit.value - after.fit.value, replace(u, freedom=max(u.freedom + more, 1.0)))
+        fall = fit_delivered(selection, []).value - fit_delivered(after, []).value  # beside rigid-body mechanics
+        weighed = _weighed(after, fall, replace(u, freedom=max(u.freedom + more, 1.0)))
         named = sum(f.score.score for f in after.findings if f.effect.axis in (u.axis, "rotors"))
         if weighed.score > max(UNKNOWN, UNKNOWN_SHARE * named):
             selection, found = after, [*found, weighed]
