@@ -65,8 +65,8 @@ def diagnose(
     Raises
     ------
     LogError
-        Nothing is excited, an axis stands still in a log, no log is held out, two logs share samples, or a log is too
-        short.
+        Nothing is excited, an axis stands still in a log, some training logs are mirror images of the others, no log is
+        held out, two logs share samples, or a log is too short.
     """
     began = perf_counter()
     training, kept = read_logs(logs), read_logs(held_out)

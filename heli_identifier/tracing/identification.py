@@ -93,7 +93,7 @@ def identify_plant(
     Raises
     ------
     LogError
-        Nothing is excited, or an axis stands still in a log.
+        Nothing is excited, an axis stands still in a log, or some logs are mirror images of the others.
     """
     count = 1 if isinstance(logs, Log) else len(logs)
     used = read_logs((*((logs,) if isinstance(logs, Log) else logs), *beside))

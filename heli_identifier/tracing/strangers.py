@@ -13,7 +13,8 @@ balanced otherwise looks the same.
 
 **Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.UNKNOWN` nats with
 the sign of an axis changed or the rotors swapped, its own offsets and scale of the noise allowed. No plant fits logs of
-which some are mirror images: training logs are refused, the fewer of them by name.
+which some are mirror images: training logs are refused, the fewer of them by name, where one plant for all of them gets
+likelier by as much.
 
 **Gains.** A log of another rig has gains of its own, which the likelihood estimates beside those that the logs share;
 they lie apart by more than three standard deviations of what a supply drifts from log to log.
@@ -43,7 +44,7 @@ from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 
-from .fit import Fit
+from .fit import Fit, around, fit
 from .helicopter import Rig
 from .noise import error_dynamics
 from .rig import Array, LeftOut, Record, record_of
@@ -90,16 +91,27 @@ def align_zeros(
 
 
 def _refuse_mirrored(null: Fit) -> None:
-    """Refuse training logs of which some are mirror images; a fit may follow either part."""
-    found = {record.name: what for record in null.likelihood.records if (what := _mirrored(null, record))}
-    fitting = [record.name for record in null.likelihood.records if record.name not in found]
-    if found and fitting:
-        fewer = min(list(found), fitting, key=len)
-        one = len(fewer) == 1
-        raise LogError(
-            f"the training log{'s' * (not one)} {', '.join(fewer)} fit{'s' * one} the others with "
-            f"{' or '.join(sorted(set(found.values())))}. Mend that in heli.toml, or take fewer logs."
-        )
+    """Refuse training logs of which some are mirror images: a fit to all of them may lie between the two parts.
+
+    The plant of the log that counts most says how others would be mended, and one plant for all whether they are.
+    """
+    likelihood, rig, names = null.likelihood, null.likelihood.rig, null.names
+    one = replace(likelihood, records=(max(likelihood.records, key=lambda own: own.weights.sum()),))
+    begun = one.resting(rig.estimate(one.records), null.point.z)
+    alone = fit(one, names, around(one, names, begun, null.sigma))
+    mended = {own.name: better for own in likelihood.records if (better := _mirrored(alone, own))}
+    if not 0 < len(mended) < len(likelihood.records):
+        return
+    records = tuple(mended[own.name][1] if own.name in mended else own for own in likelihood.records)
+    start = replace(alone, point=replace(alone.point, own=np.zeros_like(null.point.own)))
+    if fit(replace(likelihood, records=records), names, start).value > null.value - UNKNOWN:
+        return
+    fewer = min(list(mended), [own.name for own in records if own.name not in mended], key=len)
+    single = len(fewer) == 1
+    raise LogError(
+        f"the training log{'s' * (not single)} {', '.join(fewer)} fit{'s' * single} the rest with "
+        f"{' or '.join(sorted({what for what, _ in mended.values()}))}. Mend that in heli.toml, or take fewer logs."
+    )
 
 
 def _excess(null: Fit, logs: Sequence[Log], left_out: LeftOut) -> Array:
@@ -153,8 +165,8 @@ def stranger_notes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple
     scales = np.array([np.nanmedian(_misfit(fitted, record)[1] / fitted.sigma) for record in records])
     usual = float(np.median(scales))
     for log, record, scale in zip(logs, records, scales, strict=True):
-        if what := _mirrored(fitted, record):
-            notes.append(f"the log {log.name} does not belong to the others: it fits with {what}")
+        if better := _mirrored(fitted, record):
+            notes.append(f"the log {log.name} does not belong to the others: it fits with {better[0]}")
         elif scale > ALIEN * usual:
             notes.append(
                 f"the log {log.name} does not belong to the others: "
@@ -192,11 +204,11 @@ def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
     return total if np.isfinite(total) else np.inf, np.where(record.weights.any(0), sigma, np.nan)
 
 
-def _mirrored(fitted: Fit, record: Record) -> str:
-    """Say with what mended a log fits far better; empty if it fits as it is."""
-    mended = {what: _misfit(fitted, other)[0] for what, other in _mirrors(fitted.likelihood.rig, record)}
-    what = min(mended, key=lambda name: mended[name])
-    return what if _misfit(fitted, record)[0] - mended[what] > UNKNOWN else ""
+def _mirrored(fitted: Fit, record: Record) -> tuple[str, Record] | None:
+    """Say with what a log fits far better, and give it with that mended; None if it fits as it is."""
+    mended = [(_misfit(fitted, other)[0], what, other) for what, other in _mirrors(fitted.likelihood.rig, record)]
+    least, what, other = min(mended, key=lambda own: own[0])
+    return (what, other) if _misfit(fitted, record)[0] - least > UNKNOWN else None
 
 
 def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
@@ -204,7 +216,7 @@ def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
     found = [("front and rear exchanged", replace(record, inputs=np.ascontiguousarray(record.inputs[:, ::-1])))]
     for i, axis in enumerate(rig.axes):
         signs = np.where(np.arange(len(rig.axes)) == i, -1.0, 1.0)
-        found.append((f"the sign of its {axis} changed", replace(record, angles=record.angles * signs)))
+        found.append((f"the sign of the {axis} changed", replace(record, angles=record.angles * signs)))
     return [(what, replace(other, start=rig.begin(other.angles, other.inputs, other.step))) for what, other in found]
 
 
