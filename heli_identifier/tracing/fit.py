@@ -92,9 +92,9 @@ class Fit:
             D^2 = max(1, V, 1 + t^2 (V_L - 1)),    V = [H^-1 V H^-1]_jj / [H^-1]_jj,  V_L alike
 
         V is the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s and V_L that of whole logs: what
-        differs from log to log (a gain that drifts, a cable that lies otherwise, an encoder that is zeroed anew) is no
-        noise of a block. The larger counts. V_L of L logs is known badly: the blocks' V counts in it as one log more,
-        and what it exceeds 1 by is taken times t^2, t the 95 % point of Student's distribution with L degrees of
+        differs from log to log beyond what logs have of their own (a cable that lies otherwise, a motor that is cold)
+        is no noise of a block. The larger counts. V_L of L logs is known badly: the blocks' V counts in it as one log
+        more, and what it exceeds 1 by is taken times t^2, t the 95 % point of Student's distribution with L degrees of
         freedom over the normal one; a single log tells nothing of it. Sources: Huber 1967; White 1982; Liang and Zeger
         1986 (clusters).
         """
@@ -162,7 +162,7 @@ class Fit:
     def air(self) -> Array:
         """Give level [rad/s^2], c, f [1/s], psi [rad] and k [1/s] of every axis, shape (5, a).
 
-        The level is the standard deviation of what lasts :data:`.settings.SEEN_AT`: what does not moves no bench.
+        The level is the standard deviation of what lasts 1/:data:`.settings.SEEN_AT`: what is shorter moves no bench.
         """
         found, record = physical(self.point.z), self.likelihood.records[0]
         own = self.likelihood.filters(record, self.point)

@@ -34,7 +34,7 @@ from .rig import Array
 from .settings import COLOURED, LEAST_DAMPING, NOISE_CENTRE, NOISE_WIDTH
 
 SHAPES = len(NOISE_WIDTH)
-"""Parameters of the noise of one axis: logarithms of rho [1/s^2], c and f [1/s], psi [rad], logarithm of k [1/s]."""
+"""Parameters of the noise of one axis: rho [1/s^2], c and f [1/s], psi [rad], k [1/s]; :func:`physical`."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -121,7 +121,7 @@ def linearise(
 def _normal_equations(
     sensitivities: "Sensitivities", i: int, sigma: Array, e: Array, motion: Array
 ) -> tuple[Array, Array]:
-    """H of every axis (a, n, n) and scores of blocks (B, a, n) of log ``i``; n counts its own torques and start."""
+    """H of every axis (a, n, n) and scores of blocks (B, a, n) of log ``i``; n is :attr:`Sensitivities.count`."""
     record, n = sensitivities.likelihood.records[i], sensitivities.count
     held, length = record.held, record.block
     H, scores = np.zeros((len(sigma), n, n)), np.zeros((-(-record.samples // length), len(sigma), n))
@@ -206,11 +206,11 @@ class Sensitivities:
             rows = slice(first, min(first + chunk, record.samples))
             blocks = slice(first // held, -(-rows.stop // held))
             seen, torques = motion[blocks], np.zeros((*memory.shape[:2], blocks.stop - blocks.start))
-            before = lagging if lagging is None else lagging[:1].copy()
+            turned = [seen + turn * (np.arange(seen.shape[1]) == column) for column in rig.zeroed]
+            carries = [lagging if lagging is None else lagging[:1].copy() for _ in turned]  # changed in place
             own, lagging = rig.accelerations(record.slower, acting, seen, blocks.start, lagging)
-            for z, column in enumerate(rig.zeroed):
-                turned = seen + turn * (np.arange(seen.shape[1]) == column)
-                there, _ = rig.accelerations(record.slower, acting[:1], turned, blocks.start, before)
+            for z, (along, carry) in enumerate(zip(turned, carries, strict=True)):
+                there, _ = rig.accelerations(record.slower, acting[:1], along, blocks.start, carry)
                 torques[:, P + 3 + z] = (there[:, 0] - own[:, 0]) / turn
             torques[:, pushing] = (own[:, 1:] - own[:, :1]) / widths[pushing]
             torques[:, P] = 1.0
