@@ -137,10 +137,12 @@ def bars(done: pandas.DataFrame) -> Iterator[Bar]:
                  if score > DETECTABLE]  # fmt: skip
         yield Bar("detectable effects that are shown", shown, least=92.0)
     pairs = [own.shown for _, own in done.groupby("rig") if len(own) == 2]
-    if overlaps := [len(a & b) / len(a | b) for a, b in pairs if a | b]:
+    overlaps = [len(a & b) / len(a | b) for a, b in pairs if a | b]
+    if pairs:
         index = (sum(overlaps) + len(pairs) - len(overlaps)) / len(pairs)
         yield Bar(f"Jaccard index of two halves, {len(pairs)} rigs", index, least=0.8 if known else -np.inf)
         yield Bar("the same, expected from sampling", done.agreement.mean(), index + 0.1)
+    if overlaps:
         yield Bar(f"the index of the {len(overlaps)} rigs that show anything", float(np.mean(overlaps)))
     sure = gains[gains.rests != Determination.NOT_DETERMINED.value].groupby(["rig", "gain"])
     both = [own for _, own in sure if len(own) == 2]

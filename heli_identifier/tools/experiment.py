@@ -179,7 +179,7 @@ def fly_proposal(
     likelihood = tracing.Likelihood(rig, tracing.records_of((log,), rig, {}))
     off = parameters._replace(**dict.fromkeys(fields, 0.0))
     air = tracing.coordinates_of(AIR / rounding, np.full(len(rig.axes), 1.0 / AIR_TIME))
-    model = tracing.Model(rig, off, air, rounding, likelihood.widths[:3])
+    model = tracing.Model(rig, off, air, rounding, likelihood.widths)
     base = [name for name in rig.base if name not in fields]
     known = tracing.around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
     scores = tracing.Scores(known, [effect for effect in rig.effects if effect.field in fields])
