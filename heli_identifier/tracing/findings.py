@@ -9,8 +9,8 @@ made of them need no such model: they judge what the likelihood says.
 * Its instruments say little, but references move it, and the likelihood's interval is narrow: *rests on the noise
   model*.
 * Else: *not determined*. The value is the likeliest within what is plausible for any rig of this kind. A gain that no
-  reference moves is among these unless three times its interval would determine it: in quiet flights every fourth such
-  interval is wrong.
+  reference moves is among these unless three times its interval would determine it: in quiet flights in air that
+  swirls every sixth of the others is wrong.
 """
 
 from collections.abc import Collection, Sequence
