@@ -291,7 +291,7 @@ class Rig:
     axes: ClassVar = AXES
     gains: ClassVar = GAINS
     zeroed: ClassVar = (AXES.index("pitch"),)
-    """Axes whose encoder's zero is none of a constant torque: a lean turns the thrust."""
+    """Axes whose encoder's zero acts otherwise than a constant torque does: a lean turns the thrust."""
     lifting: ClassVar = GAINS[:2]
     """Gains that are positive on every rig that is wired as its model says."""
     units: ClassVar[Mapping[str, str]] = {row.field: row.unit for row in BY_FIELD.values()}
