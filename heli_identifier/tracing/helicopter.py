@@ -174,6 +174,11 @@ class Tables:
         return tuple(f"table_torque_{k}_{axis}" for k in range(1, last))
 
     @staticmethod
+    def first(axis: str) -> str:
+        """Where the first value of a table lies, as a parameter of the plant."""
+        return f"table_first_{axis}"
+
+    @staticmethod
     def placed(axis: str, variable: str, first: float, spacing: float) -> dict[str, float]:
         """Parameters that switch a table on."""
         number = list(VARIABLES).index(variable) + 1.0
@@ -389,6 +394,9 @@ class Rig:
             travel = list(VARIABLES).index("travel") + 1.0
             closes = field == f"table_torque_1_{axis}" and getattr(start, f"table_variable_{axis}") == travel
             return Coordinate(field, 0.0, OWN[0], tied=f"table_torque_{KNOTS}_{axis}" if closes else "")
+        if field.startswith("table_first"):  # notches lie where they lie: within half a spacing
+            spacing = getattr(start, f"table_spacing_{field.rpartition('_')[2]}")
+            return Coordinate(field, getattr(start, field), 0.25 * spacing)
         found = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)
         if found is not None:
             owner, shape = found

@@ -186,7 +186,7 @@ def _fit_torque(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit,
         return fit(fitted.likelihood, fitted.names, _set_harmonics(alone, [*found, u])), u
     fields = tables.fields(u.axis, u.variable)
     shapes = tables.placed(u.axis, u.variable, u.first, u.spacing) | dict(zip(fields, u.weights, strict=True))
-    return fit(fitted.likelihood, (*fitted.names, *fields), fitted, shapes), u
+    return fit(fitted.likelihood, (*fitted.names, *fields, tables.first(u.axis)), fitted, shapes), u
 
 
 def _set_harmonics(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
@@ -227,14 +227,14 @@ def _describe(fitted: Fit, u: Unknown) -> FoundEffect:
 def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     """Draw a table's torque where the logs were, less a constant and a line that the model before has itself."""
     tables = fitted.likelihood.rig.tables
-    turning = u.variable in tables.turning
-    x = u.first + u.spacing * np.linspace(0.0, tables.knots - 1.0, POINTS)
+    turning, first = u.variable in tables.turning, fitted.estimate(tables.first(u.axis))
+    x = first + u.spacing * np.linspace(0.0, tables.knots - 1.0, POINTS)
     visited = _values_visited(fitted, fitted.likelihood.rig.axes.index(u.axis), _variables(fitted))
     values = visited[:, list(tables.variables).index(u.variable)]
-    values = u.first + np.mod(values - u.first, 2.0 * np.pi) if turning else np.clip(values, x[0], x[-1])
+    values = first + np.mod(values - first, 2.0 * np.pi) if turning else np.clip(values, x[0], x[-1])
     visits = np.sqrt(np.histogram(values, np.append(x, x[-1]) - 0.5 * (x[1] - x[0]))[0])
     visits[[0, -1]] = visits[[0, -1]].max()  # half a bin each, and of a turn the same angle
-    B = _basis(tables, u.variable, u.first, u.spacing, x)
+    B = _basis(tables, u.variable, first, u.spacing, x)
     trend = np.column_stack((np.ones(POINTS), x - x.mean())[: 1 + ((u.axis, u.variable) in tables.held)])
     B = B - trend @ np.linalg.lstsq(trend * visits[:, None], B * visits[:, None], rcond=None)[0]
     at = [fitted.fields.index(name) for name in tables.fields(u.axis, u.variable)]
