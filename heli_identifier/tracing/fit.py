@@ -85,6 +85,28 @@ class Fit:
         H[k, k] += np.maximum(0.0, NOISE_WIDTH[-1] * (1.0 - kh) * g[k])
         return H
 
+    @cached_property
+    def dispersion(self) -> tuple[Array, Array, Array]:
+        r"""Inverse Hessian (n, n) of F with coordinates at a bound held, and over its variances those of the scores.
+
+            V = [H^-1 V H^-1]_jj / [H^-1]_jj
+
+        V is the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s and V_L that of whole logs, (n,)
+        each: what differs from log to log beyond what logs have of their own (a cable that lies otherwise, a drift of
+        the air) is no noise of a block. V_L of L logs is known badly: the blocks' V counts in it as one log more; a
+        single log tells nothing of it. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
+        """
+        H, _ = self.quadratic.total
+        free = np.concatenate((~self.at_bound, np.ones(len(H) - len(self.x), dtype=bool)))
+        inverse = np.zeros_like(H)
+        inverse[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
+        model, of_blocks = np.maximum(np.diag(inverse), 1e-300), [own.sum(1) for own in self.quadratic.blocks]
+        V = np.asarray(((inverse @ np.concatenate(of_blocks).T) ** 2).sum(1) / model)
+        if (logs := len(of_blocks)) == 1:
+            return inverse, V, V
+        squares = ((inverse @ np.array([own.sum(0) for own in of_blocks]).T) ** 2).sum(1) / model
+        return inverse, V, np.asarray((squares * logs / (logs - 1) * logs + V) / (logs + 1))
+
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the coordinates, shape (P,) each."""
@@ -305,27 +327,17 @@ def fit_own_spread(fitted: Fit) -> Fit:
 def covariance(fitted: Fit) -> Array:
     r"""Covariance D H^-1 D (P, P) of the plant's coordinates, which holds where the model of the noise does not quite.
 
-        D^2 = max(1, V, 1 + t^2 (V_L - 1)),    V = [H^-1 V H^-1]_jj / [H^-1]_jj,  V_L alike
+        D^2 = max(1, V, 1 + t^2 (V_L - 1))
 
-    V is the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s and V_L that of whole logs: what
-    differs from log to log (a gain that drifts, a cable that lies otherwise) is no noise of a block. The larger counts.
-    V_L of L logs is known badly: the blocks' V counts in it as one log more, and what it exceeds 1 by is taken times
-    t^2, t the 95 % point of Student's distribution with L degrees of freedom over the normal one; a single log tells
-    nothing of it. A coordinate at a bound moves nothing else, and its variance is that without the bound. The
-    correlations are those of H. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
+    with the dispersions V and V_L of :attr:`.Fit.dispersion`. V_L is known badly: what it exceeds 1 by is taken times
+    t^2, t the 95 % point of Student's distribution with as many degrees of freedom as there are logs over the normal
+    one. A coordinate at a bound moves nothing else, and its variance is that without the bound. The correlations are
+    those of H.
     """
-    (H, _), P = fitted.quadratic.total, len(fitted.fields)
-    free = np.concatenate((~fitted.at_bound, np.ones(len(H) - len(fitted.x), dtype=bool)))
-    inverse = np.zeros_like(H)
-    inverse[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
-    model, of_blocks = np.maximum(np.diag(inverse), 1e-300), [own.sum(1) for own in fitted.quadratic.blocks]
-    V = ((inverse @ np.concatenate(of_blocks).T) ** 2).sum(1) / model
-    squares = ((inverse @ np.array([own.sum(0) for own in of_blocks]).T) ** 2).sum(1) / model
-    logs = len(of_blocks)
-    V_L = (squares * logs / max(logs - 1, 1) * logs + V) / (logs + 1)
-    few = (stdtrit(logs, 0.975) / ndtri(0.975)) ** 2 if logs > 1 else 0.0
+    (inverse, V, V_L), P, logs = fitted.dispersion, len(fitted.fields), len(fitted.likelihood.records)
+    few = (stdtrit(logs, 0.975) / ndtri(0.975)) ** 2 if logs > 1 else 1.0
     D = np.sqrt(np.maximum(1.0, np.maximum(V, 1.0 + few * (V_L - 1.0))))
     found = np.asarray((D[:, None] * inverse * D)[:P, :P])
     bound = np.flatnonzero(fitted.at_bound[:P])
-    found[bound, bound] = np.diag(np.linalg.inv(H))[bound]
+    found[bound, bound] = np.diag(np.linalg.inv(fitted.quadratic.total[0]))[bound]
     return found

@@ -5,9 +5,10 @@ With H and g of F for base, air and all candidates as columns, and i what is in 
     u = -(g_j - a.g_i),    I = H_jj - H_ji a,    a = H_ii^-1 H_ij,    S = u^2/(2 I phi)   [nats]
 
 at the minimum over i; u/I is its coefficient. phi >= 1 is the dispersion of the axis on which j acts: the mean square
-of the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right. An
-effect whose coefficient would have a sign that physics forbids has the score 0. Where a law is tried with several
-shapes, the logarithm of their number is taken off (Bonferroni).
+of the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right;
+what is in a fit is judged by its own dispersion (:attr:`.Fit.dispersion`), across whole logs as well. An effect whose
+coefficient would have a sign that physics forbids has the score 0. Where a law is tried with several shapes, the
+logarithm of their number is taken off (Bonferroni).
 
 Sources: Cox and Hinkley, Theoretical Statistics, section 9.3 (efficient scores); McCullagh and Nelder, Generalized
 Linear Models, 2nd ed., section 4.5 (dispersion).

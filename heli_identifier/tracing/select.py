@@ -239,7 +239,12 @@ def _weigh_effect(
     effect, own = around.effects[name], scores[name]
     relatives = [other for other in selected if around.effects[other].family == effect.family]
     names, bound = around.fitted.names, around.fitted.at_bound
-    phi, family = float(around.dispersion[own.column]), own.score
+    phi = float(around.dispersion[own.column])
+    if name in names and len(relatives) == 1:  # members of a family differ from log to log in how they share its torque
+        V, V_L = (float(of_all[names.index(name)]) for of_all in around.fitted.dispersion[1:])
+        across = max(1.0, V / phi, V_L / phi)
+        phi, own = phi * across, replace(own, score=own.score / across)
+    family = own.score
     if len(relatives) > 1:
         rest = [other for other in selected if other not in relatives]
         family = (_fall(around, around.minimum(selected)[0]) - _fall(around, around.minimum(rest)[0])) / phi
