@@ -76,16 +76,15 @@ def half(
         loss = log_likelihood(windy_plant(truth), other) - log_likelihood(found.plant_after, other)
         row |= {"told": told, "false": bool(false), "loss": loss}
         missed = {family for family, score in told.items() if score > DETECTABLE} - shown
-        words += [f"{word} {', '.join(sorted(own))}" for word, own in (("FALSE", false), ("missed", missed)) if own]
-        words.append(f"loss {loss:.1f}")
+        named = (f"{word} {', '.join(sorted(own))}" for word, own in (("FALSE", false), ("missed", missed)) if own)
+        words += [*named, f"loss {loss:.1f}"]
     return row | {"line": f"{rig} {name}: {'; '.join(words)}; held out {row['nats']:.0f} nats"}
 
 
 def windy_halves(
     colour: str, quiet: bool, rate: float, effects: str | None, finer: int, logged: bool, seed: int
 ) -> list[Row]:
-    """Make a windy rig, and diagnose its halves."""
-    # two halves, held out, of the second controller
+    """Make a windy rig, and diagnose its halves a and b; t is held out, c flown by the second controller."""
     rig = windy_rig(seed, colour, quiet, rate, effects, logged, {"a": 5, "b": 5, "t": 2, "c": 4}, finer=finer)
     words = (
         colour, f"{rate:g} Hz", "quiet" * quiet, "not logged" * (not logged), effects or "",
@@ -142,11 +141,9 @@ def bars(done: pandas.DataFrame) -> Iterator[Bar]:
         index = (sum(overlaps) + len(pairs) - len(overlaps)) / len(pairs)
         yield Bar(f"Jaccard index of two halves, {len(pairs)} rigs", index, least=0.8 if known else -np.inf)
         yield Bar("the same, expected from sampling", done.agreement.mean(), index + 0.1)
-    if overlaps:
-        yield Bar(f"the index of the {len(overlaps)} rigs that show anything", float(np.mean(overlaps)))
+        yield Bar(f"the index of the {len(overlaps)} rigs that show anything", float(np.mean(overlaps or [np.nan])))
     sure = gains[gains.rests != Determination.NOT_DETERMINED.value].groupby(["rig", "gain"])
-    both = [own for _, own in sure if len(own) == 2]
-    agree = [abs(own.ratio.diff().iloc[1]) <= np.hypot(*own.half_width) for own in both]
+    agree = [abs(own.ratio.diff().iloc[1]) <= np.hypot(*own.half_width) for _, own in sure if len(own) == 2]
     yield Bar("gains that both halves determine within their joint interval", agree, least=95.0)
     yield Bar("gain of the held-out logs above -3 nats", done.nats > -3.0, least=95.0)
     yield Bar("gain of the held-out logs, median", done.nats.median(), least=-np.inf if known else 40.0)
@@ -167,10 +164,9 @@ def windy(
     csv: Path | None = None, strength: Path | None = None,
 ) -> None:  # fmt: skip
     """Diagnose windy rigs; write the gains over the truth to ``csv``, told scores and what is shown to ``strength``."""
-    chosen = [seed for seed in span(seeds) if seed % 2 == (not choose)]
     kinds = product(colours.split(","), (False, True)[: 1 + quiet], (True, False)[: 1 + unlogged])
     jobs = [partial(windy_halves, colour, calm, rate, effects, finer, logged, seed)
-            for colour, calm, logged in kinds for seed in chosen]  # fmt: skip
+            for colour, calm, logged in kinds for seed in span(seeds) if seed % 2 == (not choose)]  # fmt: skip
     done = diagnosed(jobs, workers)
     if csv:
         gains_of(done).drop(columns=["covers", "determined"]).to_csv(csv, index=False, float_format="%.4f")
