@@ -70,14 +70,13 @@ def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]
             break
         (step, _), own = fitted.quadratic.back[0], fitted.point.own
         fitted = around(likelihood, (), replace(fitted.point, own=own + step), sigma)
-    own, squares = fitted.point.own[0] / model.widths, np.outer(model.widths, model.widths)
-    told = fitted.quadratic.covariance[0] / squares
-    of_log = 0.5 * (float(own @ own) - np.linalg.slogdet(told)[1])
+    b, tau = fitted.point.own[0], model.widths
+    left = fitted.quadratic.covariance[0] / np.outer(tau, tau)  # of the prior's variance: (1 + tau H tau)^-1
+    of_log = 0.5 * (float(((b / tau) ** 2).sum()) - np.linalg.slogdet(left)[1])
     u = np.abs(fitted.e[0]) / sigma
     loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
     density = -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - of_log / record.samples
-    offset = fitted.point.own[0, : len(sigma)]
-    return Run.along(model, record, offset, within, likelihood.align(0, fitted.point)), density
+    return Run.along(model, record, b[: len(sigma)], within, likelihood.align(0, fitted.point)), density
 
 
 def compare(

@@ -182,7 +182,7 @@ class Tables:
     def placed(axis: str, variable: str, first: float, spacing: float) -> dict[str, float]:
         """Parameters that switch a table on."""
         number = list(VARIABLES).index(variable) + 1.0
-        return {f"table_variable_{axis}": number, f"table_first_{axis}": first, f"table_spacing_{axis}": spacing}
+        return {f"table_variable_{axis}": number, Tables.first(axis): first, f"table_spacing_{axis}": spacing}
 
 
 def _slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float, float]:
@@ -394,7 +394,7 @@ class Rig:
             travel = list(VARIABLES).index("travel") + 1.0
             closes = field == f"table_torque_1_{axis}" and getattr(start, f"table_variable_{axis}") == travel
             return Coordinate(field, 0.0, OWN[0], tied=f"table_torque_{KNOTS}_{axis}" if closes else "")
-        if field.startswith("table_first"):  # notches lie where they lie: within half a spacing
+        if field.startswith("table_first"):  # the table moves onto a notch: within half a spacing, at two widths
             spacing = getattr(start, f"table_spacing_{field.rpartition('_')[2]}")
             return Coordinate(field, getattr(start, field), 0.25 * spacing)
         found = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)

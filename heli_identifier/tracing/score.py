@@ -123,6 +123,7 @@ class Scores:
         return [name for name in self.fitted.names if name in self.effects]
 
     def _copy(self) -> "Scores":
+        """Give a copy that chooses its own columns."""
         part = copy(self)
         part.best = {}
         return part

@@ -16,6 +16,7 @@ bootstrap, with the corrected plant as the truth, says how often they would agre
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -77,6 +78,11 @@ class Selection:
     """The whole catalogue at the last fit."""
     last: Scores
     """The quadratic form there."""
+
+    @cached_property
+    def whole(self) -> Fit:
+        """The plant with all effects of the set and, if the logs are as likely, with rigid-body mechanics."""
+        return fit_delivered(self, [])
 
 
 def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) -> Selection:

@@ -99,7 +99,8 @@ def _refuse_mirrored(null: Fit) -> None:
     one = replace(likelihood, records=(max(likelihood.records, key=lambda own: own.weights.sum()),))
     begun = one.resting(rig.estimate(one.records), null.point.z)
     alone = fit(one, names, around(one, names, begun, null.sigma))
-    mended = {own.name: better for own in likelihood.records if (better := _mirrored(alone, own))}
+    found = {own.name: _mirrored(alone, own, _misfit(alone, own)[0]) for own in likelihood.records}
+    mended = {name: better for name, better in found.items() if better}
     if not 0 < len(mended) < len(likelihood.records):
         return
     records = tuple(mended[own.name][1] if own.name in mended else own for own in likelihood.records)
@@ -162,10 +163,11 @@ def stranger_notes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple
     """Name the logs that do not belong to the rig of the others: mirror images first, then logs that fit far worse."""
     rig, notes = fitted.likelihood.rig, []
     records = [record_of(log, rig, left_out) for log in logs]
-    scales = np.array([np.nanmedian(_misfit(fitted, record)[1] / fitted.sigma) for record in records])
+    as_read = [_misfit(fitted, record) for record in records]
+    scales = np.array([np.nanmedian(sigma / fitted.sigma) for _, sigma in as_read])
     usual = float(np.median(scales))
-    for log, record, scale in zip(logs, records, scales, strict=True):
-        if better := _mirrored(fitted, record):
+    for log, record, (F, _), scale in zip(logs, records, as_read, scales, strict=True):
+        if better := _mirrored(fitted, record, F):
             notes.append(f"the log {log.name} does not belong to the others: it fits with {better[0]}")
         elif scale > ALIEN * usual:
             notes.append(
@@ -204,11 +206,11 @@ def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
     return total if np.isfinite(total) else np.inf, np.where(record.weights.any(0), sigma, np.nan)
 
 
-def _mirrored(fitted: Fit, record: Record) -> tuple[str, Record] | None:
-    """Say with what a log fits far better, and give it with that mended; None if it fits as it is."""
+def _mirrored(fitted: Fit, record: Record, as_read: float) -> tuple[str, Record] | None:
+    """Say with what a log fits far better than ``as_read`` [nats], and give it with that mended; None otherwise."""
     mended = [(_misfit(fitted, other)[0], what, other) for what, other in _mirrors(fitted.likelihood.rig, record)]
     least, what, other = min(mended, key=lambda own: own[0])
-    return (what, other) if _misfit(fitted, record)[0] - least > UNKNOWN else None
+    return (what, other) if as_read - least > UNKNOWN else None
 
 
 def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:

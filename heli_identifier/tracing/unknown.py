@@ -27,7 +27,7 @@ from .fit import Fit, covariance, fit
 from .helicopter import Tables
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 from .rig import Array, Coordinate, Effect, means
-from .select import Selection, fit_delivered, select
+from .select import Selection, select
 from .sensitivity import linearise
 from .settings import OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
 
@@ -167,7 +167,7 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
             continue
         after = select(selection.null, candidates, start)
         more = len(after.findings) - len(selection.findings)
-        fall = fit_delivered(selection, []).value - fit_delivered(after, []).value  # beside rigid-body mechanics
+        fall = selection.whole.value - after.whole.value
         weighed = _weighed(after, fall, replace(u, freedom=max(u.freedom + more, 1.0)))
         named = sum(f.score.score for f in after.findings if f.effect.axis in (u.axis, "rotors"))
         if weighed.score > max(UNKNOWN, UNKNOWN_SHARE * named):
