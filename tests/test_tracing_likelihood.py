@@ -14,7 +14,7 @@ from heli_identifier.tracing import helicopter, sensitivity
 from heli_identifier.tracing import noise as filters
 from heli_identifier.tracing.fit import Fit, around, bounded_step, covariance, fit, fit_own_spread
 from heli_identifier.tracing.rig import block_samples, record_of, records_of
-from heli_identifier.tracing.settings import COLOURED, HUBER, DiagnosisSettings
+from heli_identifier.tracing.settings import COLOURED, HUBER, OWN_PRIOR, DiagnosisSettings
 from tests.blind.generator import Case
 from tests.blind.windy import windy_rig
 
@@ -106,6 +106,21 @@ def test_the_gradient_vanishes_where_the_fit_stops_at_the_gains_of_a_clean_rig(c
         assert error < 0.03 * abs(fitted.estimate(name))
     # offsets that all logs share are none: their spread is estimated near what is known beforehand, not at .1 rad/s^2
     assert (fit_own_spread(fitted).likelihood.widths[:3] < 0.02).all()
+
+
+def test_the_spread_of_gains_from_log_to_log_is_right_on_average_for_few_logs(clean, monkeypatch):
+    """Three gains that differ by 1.5 % give a mean square of that, as an interval by their mean needs, and the prior's.
+
+    The mean of 2000 chi-squared of two degrees of freedom is known to 2.2 %, four of which are allowed.
+    """
+    monkeypatch.setitem(fit_own_spread.__globals__, "fit", lambda likelihood, *others: likelihood)
+    fitted, rng, squares = clean[2], np.random.default_rng(1), []
+    known = replace(fitted.quadratic, covariance=np.zeros((3, 15, 15)))
+    for own in rng.normal(0.0, 0.015, (2000, 3, 15)):
+        drawn = replace(fitted, point=replace(fitted.point, own=own))
+        drawn.__dict__["quadratic"] = known
+        squares.append(fit_own_spread(drawn).widths[9:12] ** 2)
+    assert np.mean(squares) == pytest.approx(0.015**2 + OWN_PRIOR[0] * OWN_PRIOR[2] ** 2 / 2.0, rel=0.09 / 3**0.5)
 
 
 @pytest.mark.parametrize("columns, off", [(slice(9, 12), 0.02), (12, 0.004)])

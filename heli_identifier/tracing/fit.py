@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import lsq_linear
-from scipy.special import ndtri, stdtrit
 
 from heli_identifier.chain import FAULTS
 
@@ -312,31 +311,32 @@ def around(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: A
 def fit_own_spread(fitted: Fit) -> Fit:
     """Estimate how much torques, gains and zeros differ from log to log, and fit again with that.
 
-    tau^2 = (nu s^2 + sum_l (b_l - mean b)^2 + var b_l) / (nu + L - 1) on every axis, with what is known beforehand
-    (nu, s), a step of the EM algorithm (Dempster, Laird and Rubin 1977); what the logs have in common is none of their
-    own, and a plant has to name it.
+    tau^2 = (nu s^2 + sum_l E (b_l - mean b)^2) / (nu + L - 3) on every axis, with what is known beforehand (nu, s): the
+    mean of the scaled inverse chi-squared posterior, as its mode gives too narrow intervals of the gains where logs are
+    few (Gelman et al., Bayesian Data Analysis, 3rd ed., section 2.6). A single log tells nothing of it. What the logs
+    have in common is none of their own, and a plant has to name it.
     """
+    if len(fitted.point.own) == 1:
+        return fitted
     nu, *s = OWN_PRIOR
     a, own, widths = len(fitted.likelihood.rig.axes), fitted.point.own, fitted.likelihood.widths.copy()
-    squares = ((own - own.mean(0)) ** 2 + np.diagonal(fitted.quadratic.covariance, axis1=1, axis2=2)).sum(0)
+    unsure = np.diagonal(fitted.quadratic.covariance, axis1=1, axis2=2).sum(0)
+    squares = ((own - own.mean(0)) ** 2).sum(0) + (1.0 - 1.0 / len(own)) * unsure
     for size, part in zip(s, (slice(0, a), slice(3 * a, 4 * a), slice(4 * a, None)), strict=True):
-        widths[part] = np.sqrt((nu * size**2 + squares[part]) / (nu + len(own) - 1))
+        widths[part] = np.sqrt((nu * size**2 + squares[part]) / (nu + len(own) - 3.0))
     return fit(replace(fitted.likelihood, widths=widths), fitted.names, fitted)
 
 
 def covariance(fitted: Fit) -> Array:
     r"""Covariance D H^-1 D (P, P) of the plant's coordinates, which holds where the model of the noise does not quite.
 
-        D^2 = max(1, V, 1 + t^2 (V_L - 1))
+        D^2 = max(1, V, V_L)
 
-    with the dispersions V and V_L of :attr:`.Fit.dispersion`. V_L is known badly: what it exceeds 1 by is taken times
-    t^2, t the 95 % point of Student's distribution with as many degrees of freedom as there are logs over the normal
-    one. A coordinate at a bound moves nothing else, and its variance is that without the bound. The correlations are
-    those of H.
+    with the dispersions V and V_L of :attr:`.Fit.dispersion`. A coordinate at a bound moves nothing else, and its
+    variance is that without the bound. The correlations are those of H.
     """
-    (inverse, V, V_L), P, logs = fitted.dispersion, len(fitted.fields), len(fitted.likelihood.records)
-    few = (stdtrit(logs, 0.975) / ndtri(0.975)) ** 2 if logs > 1 else 1.0
-    D = np.sqrt(np.maximum(1.0, np.maximum(V, 1.0 + few * (V_L - 1.0))))
+    inverse, *dispersions = fitted.dispersion
+    P, D = len(fitted.fields), np.sqrt(np.maximum(1.0, np.maximum(*dispersions)))
     found = np.asarray((D[:, None] * inverse * D)[:P, :P])
     bound = np.flatnonzero(fitted.at_bound[:P])
     found[bound, bound] = np.diag(np.linalg.inv(fitted.quadratic.total[0]))[bound]

@@ -40,9 +40,9 @@ a day's zero), as far as the torques of an unknown curve reach, too; angle [rad]
 lines through its first .3 s, in the roughest air; the logarithm of its gains over the plant's (supply, temperature, a
 new belt); the zero of its encoders [rad]: a rig that is switched on anew comes to rest within half a degree."""
 
-OWN_PRIOR = (2.0, 0.01, 0.003, 0.003)
+OWN_PRIOR = (2.0, 0.007, 0.002, 0.002)
 """Degrees of freedom, and sizes of what is known beforehand of the spread of the logs' torques [rad/s^2], gains and
-zeros [rad]: a good supply repeats itself to .3 %, an encoder that stays switched on to a count or two."""
+zeros [rad]: a good supply repeats itself to .2 %, an encoder that stays switched on to a count."""
 
 REST_COUNTS, REST_TIME = 1.5, 0.5
 """An axis that stays within so many encoder counts for so long [s] says nothing about torques: it rests or sticks."""
