@@ -193,10 +193,13 @@ def correlation(selection: Selection, among: Collection[str]) -> tuple[tuple[tup
     return labels, np.clip(G / scale / scale[:, None], -1.0, 1.0)
 
 
-def parameter_reports(fitted: Fit, C: Array, outside: InstrumentEstimates | None) -> dict[str, ParameterReport]:
+def parameter_reports(
+    fitted: Fit, C: Array, outside: InstrumentEstimates | None, structure: Sequence[tuple[Effect, Array]] = ()
+) -> dict[str, ParameterReport]:
     """State of every base parameter of a fit what its value rests on.
 
-    ``C`` (P, P) is the covariance of its coordinates; ``outside`` is None where nothing came from outside.
+    ``C`` (P, P) is the covariance of its coordinates, with what :func:`.select.open_structure` gives; ``outside`` is
+    None where nothing came from outside.
     """
     rig, found = fitted.likelihood.rig, {}
     by_instruments = {
@@ -218,6 +221,11 @@ def parameter_reports(fitted: Fit, C: Array, outside: InstrumentEstimates | None
         allowed = DETERMINED * (abs(estimate.value) if is_gain else 0.5 * (high - low))
         word, why, contradicted = _rests_on(estimate, instrument, share, allowed, is_gain)
         fly = "" if word is Determination.OUTSIDE else rig.fly.get(name, "")
+        if word is Determination.NOT_DETERMINED and not contradicted:
+            for effect, moves in structure:
+                if 2.0 * moves[i] ** 2 > C[i, i]:  # most of the interval, so one effect at most
+                    what = f"{effect.name.replace('_', ' ')} of the {effect.axis}"
+                    why, fly = f"{why}, as these logs leave the {what} open", effect.experiment
         found[name] = ParameterReport(estimate, word, share, instrument, contradicted, (low, high), why, fly)
     return found
 

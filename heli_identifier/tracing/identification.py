@@ -22,7 +22,7 @@ from .likelihood import Likelihood
 from .references import References, find_references
 from .result import Agreement, FoundEffect, ParameterReport
 from .rig import Effect, LeftOut, average_blocks, records_of
-from .select import Selection, fit_delivered, halves_agree, left_out_gain, select
+from .select import Selection, fit_delivered, halves_agree, left_out_gain, open_structure, select
 from .settings import SETTLING, UNKNOWN, DiagnosisSettings
 from .strangers import align_zeros
 from .unknown import search_unknown
@@ -125,14 +125,15 @@ def identify_plant(
         selection, unknown = search_unknown(selection, left)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
-    C = covariance(plant)
+    structure = open_structure(selection, plant)
+    C = covariance(plant) + sum(np.outer(moves, moves) for _, moves in structure)
     tell("asking the references", 0.6)
     references = find_references(training)
     outside = _outside(plant, training, references)
     chosen = [finding.effect.field for finding in selection.findings]
     return Identification(
         training, kept, left_out, selection, unknown, defects, prompt, plant, C, gains, references, outside,
-        parameter_reports(plant, C, outside), events, halves_agree(selection.last, chosen),
+        parameter_reports(plant, C, outside, structure), events, halves_agree(selection.last, chosen),
         (*slips, *notes),
     )  # fmt: skip
 

@@ -20,6 +20,7 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
+from scipy.special import expit
 
 from .fit import Fit, fit
 from .likelihood import Point
@@ -280,6 +281,42 @@ def _alternatives(around: Scores, name: str, selected: Sequence[str], own: Score
 
 def _fall(around: Scores, d: Array) -> float:
     return -float(around.g @ d + 0.5 * d @ around.H @ d)
+
+
+def open_structure(selection: Selection, plant: Fit) -> list[tuple[Effect, Array]]:
+    r"""Give how far a plant's coordinates (P,) may lie off by each effect that the logs leave open.
+
+        sqrt(p_j (1 - p_j)) delta_j,    p_j = 1/(1 + exp(T_j - S_j))
+
+    delta_j is how far they move where effect j enters or leaves, or gives its place to a rival; p_j is the probability
+    that it is there, S_j its score and T_j that of entry or of the rival; each family enters once. The squares are
+    variances: an interval under one structure misses what a gain and an effect that is hardly seen share. Source:
+    Hoeting, Madigan, Raftery and Volinsky, Statistical Science 14 (1999) 382, eq. (3) (Bayesian model averaging), the
+    effects apart.
+    """
+    around, chosen = selection.last, [finding.effect.field for finding in selection.findings]
+    here, found = around.minimum(chosen)[0], list[tuple[Effect, Array]]()
+    columns = [around.fitted.names.index(name) if name in around.fitted.names else None for name in plant.fields]
+
+    def leave_open(effect: Effect, nats: float, other: Sequence[str]) -> None:
+        p, moved = expit(nats), around.minimum(other)[0] - here
+        moves = np.array([0.0 if j is None else moved[j] for j in columns])
+        found.append((effect, np.sqrt(p * (1.0 - p)) * moves))
+
+    for finding in selection.findings:
+        name, own = finding.effect.field, finding.score.score
+        rest = [other for other in chosen if other != name]
+        leave_open(finding.effect, own - around.entry_score(name), rest)
+        for rival in finding.alternatives[:1]:
+            other = around.scores(rest, among=[rival.field])[rival.field].score
+            leave_open(rival, own - other, [*rest, rival.field])
+    seen = {finding.effect.family for finding in selection.findings}
+    for name, score in sorted(selection.scores.items(), key=lambda item: -item[1].score):
+        effect = around.effects[name]
+        if effect.family not in seen and name not in plant.fields and score.score > 0.0:
+            seen.add(effect.family)
+            leave_open(effect, score.score - around.entry_score(name), [*chosen, name])
+    return found
 
 
 def left_out_gain(around: Scores, selected: Collection[str], name: str) -> float:
