@@ -5,18 +5,19 @@ rules are chosen on the even ones, ``--choose``. ``--quiet`` and ``--unlogged`` 
 large, or are not logged; ``--rate`` of the controller is 100 or 500 Hz; ``--effects`` are bare, coupled or those of the
 generator, drawn if not given; ``--finer``: how many times finer the encoders are.
 
-*measured*: a folder of logs each, ``RIG:-pitch`` if its pitch counts down; every second log makes a half, and
-``--download`` first fetches public logs of three rigs into a folder.
+*measured*: a folder of logs each, ``RIG:-pitch`` if its pitch counts down; every second log makes a half, or one deal
+of the shuffled logs for each of ``--deals``. ``--download`` first fetches public logs of three rigs into a folder.
 
 Printed is a line for each half, with ``*`` behind a gain that rests on the noise model and ``?`` behind one not
 determined; then for each kind of rig a table of bars. The truth of a gain is the slope at the logs' median voltage. A
 gain is *wrong* outside of its interval and off by more than 15 %. A family of effects is *detectable* if a fit that is
 told the structure gives it more than 8 nats. The Jaccard index of two halves is 1 where neither shows anything. *Lost*
-is the log-likelihood of a second controller's logs under the true plant less that under the delivered one. The held-out
-logs of a measured rig are the other half.
+is the log-likelihood of a second controller's logs under the true plant less that under the delivered one. Of a
+measured rig the gains are slopes at the median voltage of all logs, and the held-out logs are the other half.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -32,8 +33,10 @@ from heli_identifier.online import GAINS
 from heli_identifier.records import Log
 from heli_identifier.tracing import Determination, diagnose
 from heli_identifier.tracing.held_out import log_likelihood
-from heli_identifier.tracing.helicopter import LAG_FIELD, family_of
+from heli_identifier.tracing.helicopter import LAG_FIELD, family_of, helicopter
+from heli_identifier.tracing.settings import DiagnosisSettings
 from heli_plant.effects import AXES
+from heli_plant.parameters import PlantParameters
 from tests.blind.air import COLOURS
 from tests.blind.windy import WindyRig, windy_rig
 
@@ -58,12 +61,14 @@ def half(
     except IdentifierError as error:
         return row | {"refused": True, "line": f"{rig} {name}: refused: {error}"}
     shown = {effect.family for effect in found.effects}
-    slopes = truth.truth.slopes(float(np.median(np.concatenate([log.voltages for log in training])))) if truth else {}
+    own, every = (float(np.median([v for log in logs for v in log.voltages.flat]))
+                  for logs in (training, (*training, *held_out)))  # fmt: skip
+    slopes = truth.truth.slopes(own) if truth else slopes_between(found.plant_after, own, every)
     words, gains = [], []
     for gain, report in ((gain, found.parameters[gain]) for gain in GAINS):
-        own = against(report.estimate, slopes.get(gain, 1.0))
-        gains.append({"gain": gain, **own, "rests": report.determination.value})
-        words.append(f"{gain} {own['ratio']:.3g}±{own['half_width']:.2g}{MARKS[report.determination]}")
+        held = against(report.estimate, slopes[gain])
+        gains.append({"gain": gain, **held, "rests": report.determination.value})
+        words.append(f"{gain} {held['ratio']:.3g}±{held['half_width']:.2g}{MARKS[report.determination]}")
     words.append(f"shown {', '.join(sorted(shown)) or 'nothing'}")
     row |= {"shown": shown, "gains": gains, "nats": found.held_out.gain.value, "axes": found.axes,
             "agreement": found.agreement.expected if found.agreement else np.nan}  # fmt: skip
@@ -81,6 +86,13 @@ def half(
     return row | {"line": f"{rig} {name}: {'; '.join(words)}; held out {row['nats']:.0f} nats"}
 
 
+def slopes_between(plant: PlantParameters, own: float, other: float) -> dict[str, float]:
+    """Give the slopes of a plant's gains at a voltage [V] over those at an ``other`` one [V]."""
+    rig = helicopter(DiagnosisSettings(), [np.zeros((1, 3))], [np.zeros((1, 2))])
+    here, there = (replace(rig, operating_point=voltage) for voltage in (own, other))
+    return {gain: here.read(plant, gain) / there.read(plant, gain) for gain in GAINS}
+
+
 def windy_halves(
     colour: str, quiet: bool, rate: float, effects: str | None, finer: int, logged: bool, seed: int
 ) -> list[Row]:
@@ -94,10 +106,13 @@ def windy_halves(
     return [half(kind, f"{colour} {seed}", name, windy_logs(rig, name), held_out, rig) for name in "ab"]
 
 
-def measured_halves(rig: str, start: float) -> list[Row]:
-    """Diagnose each half of a measured rig's logs, the other half held out."""
+def measured_halves(rig: str, start: float, deal: int) -> list[Row]:
+    """Diagnose each half of a measured rig's logs, the other half held out, shuffled for a ``deal`` above 0."""
     name, logs = measured_rig(rig, start)
-    return [half("measured", name, "ab"[k], logs[k::2], logs[1 - k :: 2]) for k in (0, 1)]
+    order = np.random.default_rng(deal).permutation(len(logs)) if deal else np.arange(len(logs))
+    halves = [[logs[i] for i in sorted(order[k::2])] for k in (0, 1)]
+    head = f"{name} deal {deal}" if deal else name
+    return [half("measured", head, "ab"[k], halves[k], halves[1 - k]) for k in (0, 1)]
 
 
 def gains_of(rows: pandas.DataFrame) -> pandas.DataFrame:
@@ -177,10 +192,12 @@ def windy(
 
 
 def measured(
-    rigs: Words, start: From = 6.0, workers: int = 1, csv: Path | None = None, download: Path | None = None
-) -> None:
+    rigs: Words, start: From = 6.0, deals: str = "0:1", workers: int = 1, csv: Path | None = None,
+    download: Path | None = None,
+) -> None:  # fmt: skip
     """Diagnose measured rigs; write the errors to the file ``csv``."""
     rigs += map(str, download_logs(download) if download else ())
-    errors = errors_of(diagnosed([partial(measured_halves, rig, start) for rig in rigs], workers))
+    jobs = [partial(measured_halves, rig, start, deal) for rig, deal in product(rigs, span(deals))]
+    errors = errors_of(diagnosed(jobs, workers))
     print("\nErrors on the other half [mrad]\n")
     print_frame(errors, csv)
