@@ -13,7 +13,6 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import lfilter
 
 from fmu_src import TYPES, Variable, field_of, unit_class, with_fields
 from heli_identifier import results
@@ -23,11 +22,9 @@ from heli_identifier.provenance import provenance
 from heli_identifier.records import Log, LogSource, read_logs
 from heli_identifier.results import Check, ParameterSet, PlantSource
 from heli_identifier.tools.linearisation import LinearModel, OperatingPoint
-from heli_identifier.tracing import Outcome, record_start, rms_figures
+from heli_identifier.tracing import Outcome, lag_voltages, record_start, rms_figures
 from heli_plant.control import PidSettings, PidState, pid_step, start_pid
 from heli_plant.effects import AXES
-from heli_plant.laws import motor_time_constant
-from heli_plant.motor import decay_factor
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.state import PlantState
@@ -241,8 +238,7 @@ def _fly_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[li
     zero = np.zeros(log.samples)
     asked_for = np.column_stack([log.references.get(axis, zero) for axis in AXES])
     measured, references = (signals[::every][:count] for signals in (log.angles, asked_for))
-    share, first = decay_factor(period, motor_time_constant(plant)), voltages[0]
-    lagged = lfilter([0.0, 1.0 - share], [1.0, -share], voltages - first, axis=0) + first
+    lagged = lag_voltages(voltages, period, plant)
     length, asked, errors = round(AHEAD / period), np.empty_like(voltages), list[Array]()
     memory = start_controller(settings, *measured[0].tolist())
     for k, (own, wanted) in enumerate(zip(measured.tolist(), references.tolist(), strict=True)):

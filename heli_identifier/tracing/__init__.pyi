@@ -39,6 +39,7 @@ __all__ = [
     "hold_to",
     "identify_plant",
     "instruments",
+    "lag_voltages",
     "log_likelihood",
     "plausible_range",
     "record_start",
@@ -52,7 +53,7 @@ __all__ = [
 from .diagnose import diagnose
 from .fit import Fit, around, fit
 from .held_out import Outcome, hold_to, log_likelihood, rms_figures
-from .helicopter import BASE, Rig, helicopter, plausible_range, record_start
+from .helicopter import BASE, Rig, helicopter, lag_voltages, plausible_range, record_start
 from .identification import Identification, Progress, identify_plant
 from .instruments import instruments
 from .likelihood import Likelihood

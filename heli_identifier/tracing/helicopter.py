@@ -18,7 +18,7 @@ from heli_identifier.chain import local_cubic
 from heli_identifier.online import ModelParameters
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
 from heli_plant.effects import Effect as Law
-from heli_plant.laws import bending_acceleration, input_delay, motor_input, thrust_voltage
+from heli_plant.laws import bending_acceleration, input_delay, motor_input, motor_time_constant, thrust_voltage
 from heli_plant.motor import decay_factor
 from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.simulation import ALONE, run_accelerations, run_alone, run_filter
@@ -129,17 +129,17 @@ def record_start(angles: Array, inputs: Array, step: float) -> Array:
     return np.array(tuple(state), dtype=float)
 
 
-def lagged(record: Record, p: PlantParameters) -> Array:
-    """Voltages (N, 2) [V] behind the motors' lag of eq. (9), settled at the first sample."""
-    share, first = decay_factor(record.step, p.T_m + p.motor_lag_rotors), record.inputs[0]
-    return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], record.inputs - first, axis=0) + first)
+def lag_voltages(voltages: Array, h: float, p: PlantParameters) -> Array:
+    """Give voltages (N, 2) [V], ``h`` [s] apart, behind the motors' lag of eq. (9), settled at the first sample."""
+    share, first = decay_factor(h, motor_time_constant(p)), voltages[0]
+    return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], voltages - first, axis=0) + first)
 
 
 @cache
 def _table_rows() -> Array:
     """Weights (20 n + 1, K) of a table's torques at n = 50 points to a spacing."""
-    alone, s = np.eye(KNOTS).tolist(), np.linspace(0.0, KNOTS - 1.0, 50 * (KNOTS - 1) + 1).tolist()
-    return np.array([[tabulated_torque(at, 0.0, 1.0, tuple(unit)) for unit in alone] for at in s])
+    s = np.linspace(0.0, KNOTS - 1.0, 50 * (KNOTS - 1) + 1).tolist()
+    return np.array([tabulated_torque(at, 0.0, 1.0, np.eye(KNOTS)) for at in s])
 
 
 class Tables:
@@ -159,7 +159,7 @@ class Tables:
     @staticmethod
     def values(record: Record, parameters: PlantParameters, motion: Array) -> Array:
         """Give the variables (n, V) along a motion (n, 6) at every :attr:`~.rig.Record.held`-th sample."""
-        nu = lagged(record, parameters)[:: record.held]
+        nu = lag_voltages(record.inputs, record.step, parameters)[:: record.held]
         return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
 
     @staticmethod
@@ -206,15 +206,15 @@ def _thrust_fields() -> tuple[str, ...]:
 def _thrust(record: Record, p: PlantParameters) -> Array:
     """Sum of the rotors' thrust voltages (N,) [V] along a record; a delay is taken in whole samples."""
     if not input_delay(p) and not any(getattr(p, field) for field in _thrust_fields()):
-        return np.asarray(lagged(record, p).sum(1))
+        return np.asarray(lag_voltages(record.inputs, record.step, p).sum(1))
     late = np.maximum(np.arange(record.samples) - round(input_delay(p) / record.step), 0)
-    driven = replace(record, inputs=np.vectorize(lambda v: motor_input(v, p))(record.inputs[late]))
-    return np.vectorize(lambda nu, t: thrust_voltage(nu, t, p))(lagged(driven, p), record.time[:, None]).sum(1)
+    nu = lag_voltages(np.vectorize(lambda v: motor_input(v, p))(record.inputs[late]), record.step, p)
+    return np.vectorize(lambda own, t: thrust_voltage(own, t, p))(nu, record.time[:, None]).sum(1)
 
 
 def _signals(record: Record, p: PlantParameters) -> Array:
     """Signals (N, 5) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda'."""
-    nu, rate = lagged(record, p), np.gradient(record.angles[:, 2], record.step)
+    nu, rate = lag_voltages(record.inputs, record.step, p), np.gradient(record.angles[:, 2], record.step)
     return np.column_stack((nu.sum(1), nu[:, 0] - nu[:, 1], record.angles[:, :2], rate))
 
 
@@ -248,7 +248,7 @@ def _variable(
 ) -> tuple[str, str, Array]:
     """Name, unit and values of a variable that effects are drawn over."""
     if kind in ("mu_sum", "mu_rate"):
-        total = lagged(record, parameters).sum(1)
+        total = lag_voltages(record.inputs, record.step, parameters).sum(1)
         return (kind, "V", total) if kind == "mu_sum" else (kind, "V/s", np.gradient(total, record.step))
     if kind == "time":
         return "time", "s", record.time
