@@ -1,16 +1,14 @@
 """Generated rigs with truth, diagnosed: the blind battery, and damaged logs of clean rigs.
 
-*blind*: every rig of the battery as a campaign that goes on where it stopped. ``--groups`` of the battery, ``--limit``:
-the most rigs of each of its cases; ``--strength``: a table of told scores and of what is shown. All results are
-computed again after a change to the code of a diagnosis, to the generator or to the measures. A test that is *told*
-which effect to look for has a score [nats], from 8 on it sees the effect.
+*blind*: every rig of the battery as a campaign that goes on where it stopped, unless the code has changed. ``--groups``
+of the battery, ``--limit``: the most rigs of each of its cases; ``--strength``: a table of told scores and of what is
+shown. A test that is *told* which effect to look for has a score [nats], from 8 on it sees the effect.
 
 *damage*: whether a rig is accused, and whether the damage is named. The arguments are words of damages' names. Rigs of
 the generator in open loop, clean (``--open``, a range of seeds) or with one of the battery's effects (``--both``), and
 bare windy rigs under a controller whose references are logged (``--flown``); every damage of :mod:`tests.blind.damage`
-strikes all logs of a rig. Printed is a line for each damage: rigs of which an effect is shown that they do not have;
-rigs whose damage is named or whose logs are refused by its name, where a told test sees it (the simplified model loses
-8 nats by it); the same with an effect, where that has to be named as well.
+strikes all logs of a rig. Printed are for each damage the rigs of which an effect is shown that they do not have; those
+whose damage is named or refused by name, where a told test sees it; and with an effect those that get both names.
 """
 
 from functools import partial

@@ -2,8 +2,7 @@
 
 *closed_loop*: twelve rigs (:mod:`tests.blind.flown`), five logs each, which are combined; ``--single`` takes every
 log as a rig's only one, ``--setting`` one of the settings by its number. *quiet*: hover in which nobody moves the
-joystick. ``--tuning`` takes the rigs that the method's constants were chosen on. Bars: 90 to 98 % of the 95 % intervals
-of determined parameters hold the truth; k_z is .9 to 1.1 of it where determined; in hover nothing is determined.
+joystick, where nothing is to be determined. ``--tuning`` takes the rigs that the method's constants were chosen on.
 
 *rough_air*: `heli identify` on rigs in the air of measured ones (:mod:`tests.blind.windy`) under controllers of
 students, even seeds, odd ones with ``--tuning``; at 100 or 500 Hz, in ou, slow or swirling air, with references that

@@ -1,16 +1,15 @@
 """The following twin on generated rigs that change in flight: noticed, named, how well it predicts afterwards.
 
 The arguments are kinds of change. Every seed from ``--first`` up to, not with, ``--seeds`` is a rig
-(:mod:`tests.blind.flown`), in turn in closed and in open loop, and flies once for every kind of change, which comes
-between 35 and 50 s; the flight ends 90 s after it. ``--tuning`` takes the rigs that the rules and their constants were
-chosen on. The twin begins with values that err as those of a diagnosis do. Kinds with a stream at fault have the change
-of one gain as well. Unchanged rigs fly for 600 s each, ``--hours`` in all, with a stream in order (none) and with every
-fault of it (faulty).
+(:mod:`tests.blind.flown`), in turn in closed and in open loop, with a flight for every kind of change, which comes
+between 35 and 50 s; the flight ends 90 s after it. ``--tuning`` takes the rigs that constants were chosen on. The twin
+begins with values that err as those of a diagnosis do. Kinds with a stream at fault have the change of a gain as well.
+Unchanged rigs fly for 600 s each, ``--hours`` in all, with a stream in order (none) and with all its faults (faulty).
 
 noticed: an alarm within 20 s by the clock (a slow change: before it is over); the bar counts excited flight (below).
 named: the first change put on trial is the true one. error: rms over the three axes of errors 1 s ahead, from 60 to
-90 s after the change; told: that of a twin that was given the change; alone: of the twin that was left as it was. A
-wrong adoption is one after which predictions were worse over the next 60 s than with the values before.
+90 s after the change; told, alone: that of a twin that was given the change, or was left as it was. A wrong adoption
+makes predictions worse over the next 60 s than the values before.
 
 **Excited flight.** A change adds the acceleration g to one axis. An oracle that knows all but whether the change has
 taken place has the Kalman filter of x'' = -a x - b x' + d + g, d' = -d/tau + white noise, y = x + white noise, which

@@ -3,8 +3,8 @@
     python -m benchmarks freeze record FOLDER [--only KIND,...] [--most N]      what is there already is kept
     python -m benchmarks freeze compare OLD NEW
 
-A kind is a folder, an entry a JSON file in it, of which ``--most`` of a kind are recorded. The comparison names for
-each entry what differs, numbers with their relative difference, and ends with 1 if anything does.
+A kind is a folder of at most ``--most`` entries, JSON files. The comparison names for each what differs, numbers with
+their relative difference, and ends with 1 if anything does.
 """
 
 import json

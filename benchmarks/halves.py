@@ -1,19 +1,17 @@
 """Rigs whose logs are dealt into two halves, each diagnosed by itself: against the truth, and against one another.
 
-*windy*: generated rigs in the air of measured ones, by its colour, under students' controllers. The odd seeds report;
-rules are chosen on the even ones, ``--choose``. ``--quiet`` and ``--unlogged`` add rigs whose references are a fifth as
-large, or are not logged; ``--rate`` of the controller is 100 or 500 Hz; ``--effects`` are bare, coupled or those of the
-generator, drawn if not given; ``--finer``: how many times finer the encoders are.
+*windy*: generated rigs in the air of measured ones, by its colour, under students' controllers. Odd seeds report, even
+ones serve to choose rules (``--choose``). ``--quiet`` and ``--unlogged`` add rigs with references a fifth as large, or
+not logged. ``--rate`` is 100 or 500 Hz, ``--effects`` are bare or coupled, ``--finer`` is a factor of the encoders.
 
-*measured*: a folder of logs each, ``RIG:-pitch`` if its pitch counts down; every second log makes a half, or one deal
-of the shuffled logs for each of ``--deals``. ``--download`` first fetches public logs of three rigs into a folder.
+*measured*: folders of logs, ``RIG:-pitch`` if its pitch counts down; every second log makes a half, after a shuffle in
+each of ``--deals`` but 0. ``--download`` first fetches public logs of three rigs into a folder.
 
-Printed is a line for each half, with ``*`` behind a gain that rests on the noise model and ``?`` behind one not
-determined; then for each kind of rig a table of bars. The truth of a gain is the slope at the logs' median voltage. A
-gain is *wrong* outside of its interval and off by more than 15 %. A family of effects is *detectable* if a fit that is
-told the structure gives it more than 8 nats. The Jaccard index of two halves is 1 where neither shows anything. *Lost*
-is the log-likelihood of a second controller's logs under the true plant less that under the delivered one. Of a
-measured rig the gains are slopes at the median voltage of all logs, and the held-out logs are the other half.
+Behind a gain stands ``*`` if it rests on the noise model and ``?`` if it is not determined. Its truth is the slope at
+the logs' median voltage, that of all logs for measured rigs, whose held-out logs are the other half. It is *wrong*
+outside of its interval and off by more than 15 %. A family of effects is *detectable* if a fit that is told the
+structure gives it more than 8 nats. The Jaccard index of two halves is 1 where neither shows anything. *Lost* is the
+log-likelihood of a second controller's logs under the true plant less that under the delivered one.
 """
 
 from collections.abc import Iterator, Sequence
@@ -52,8 +50,7 @@ def half(
 ) -> Row:
     """Diagnose one half, and hold it against the truth where that is known.
 
-    ``gains``: rows of each, over the truth where that is known, with what it rests on; ``told``: the scores [nats] of
-    the families of true effects in a fit that is told the structure.
+    ``gains``: each over the truth, and what it rests on; ``told``: scores [nats] of true families in a told fit.
     """
     row: Row = {"kind": kind, "rig": rig, "half": name, "refused": False}
     try:
@@ -61,14 +58,12 @@ def half(
     except IdentifierError as error:
         return row | {"refused": True, "line": f"{rig} {name}: refused: {error}"}
     shown = {effect.family for effect in found.effects}
-    own, every = (float(np.median([v for log in logs for v in log.voltages.flat]))
-                  for logs in (training, (*training, *held_out)))  # fmt: skip
+    own, every = (float(np.median(np.concatenate(volts))) for volts in
+                  ([log.voltages for log in logs] for logs in (training, (*training, *held_out))))  # fmt: skip
     slopes = truth.truth.slopes(own) if truth else slopes_between(found.plant_after, own, every)
-    words, gains = [], []
-    for gain, report in ((gain, found.parameters[gain]) for gain in GAINS):
-        held = against(report.estimate, slopes[gain])
-        gains.append({"gain": gain, **held, "rests": report.determination.value})
-        words.append(f"{gain} {held['ratio']:.3g}±{held['half_width']:.2g}{MARKS[report.determination]}")
+    gains = [{"gain": gain, **against(found.parameters[gain].estimate, slopes[gain]),
+              "rests": found.parameters[gain].determination} for gain in GAINS]  # fmt: skip
+    words = [f"{own['gain']} {own['ratio']:.3g}±{own['half_width']:.2g}{MARKS[own['rests']]}" for own in gains]
     words.append(f"shown {', '.join(sorted(shown)) or 'nothing'}")
     row |= {"shown": shown, "gains": gains, "nats": found.held_out.gain.value, "axes": found.axes,
             "agreement": found.agreement.expected if found.agreement else np.nan}  # fmt: skip
@@ -111,8 +106,7 @@ def measured_halves(rig: str, start: float, deal: int) -> list[Row]:
     name, logs = measured_rig(rig, start)
     order = np.random.default_rng(deal).permutation(len(logs)) if deal else np.arange(len(logs))
     halves = [[logs[i] for i in sorted(order[k::2])] for k in (0, 1)]
-    head = f"{name} deal {deal}" if deal else name
-    return [half("measured", head, "ab"[k], halves[k], halves[1 - k]) for k in (0, 1)]
+    return [half("measured", name + f" deal {deal}" * bool(deal), "ab"[k], halves[k], halves[1 - k]) for k in (0, 1)]
 
 
 def gains_of(rows: pandas.DataFrame) -> pandas.DataFrame:
@@ -151,8 +145,8 @@ def bars(done: pandas.DataFrame) -> Iterator[Bar]:
                  if score > DETECTABLE]  # fmt: skip
         yield Bar("detectable effects that are shown", shown, least=92.0)
     pairs = [own.shown for _, own in done.groupby("rig") if len(own) == 2]
-    overlaps = [len(a & b) / len(a | b) for a, b in pairs if a | b]
     if pairs:
+        overlaps = [len(a & b) / len(a | b) for a, b in pairs if a | b]
         index = (sum(overlaps) + len(pairs) - len(overlaps)) / len(pairs)
         yield Bar(f"Jaccard index of two halves, {len(pairs)} rigs", index, least=0.8 if known else -np.inf)
         yield Bar("the same, expected from sampling", done.agreement.mean(), index + 0.1)

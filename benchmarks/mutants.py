@@ -1,10 +1,8 @@
 """Mutants: how many wrong laws, signs, numbers, bounds and checks the tests notice.
 
-Each mutant changes one place of the program: a comparison, a sign, a product, a number, min or max, or it drops a
-``raise``. Test files are run in a copy of the tree, those first that name the changed module, until one of them fails.
-``--sample`` mutants are drawn with ``--seed``, only in files ``--below`` a folder if one is named; the tests of one
-mutant get ``--budget`` seconds. With ``--against COMMIT`` the same mutants meet the tests of that commit as well; only
-places are drawn that both have, letter by letter.
+Each mutant changes one comparison, sign, product, number, min or max, or drops a ``raise``. Test files run in a copy of
+the tree, those first that name the changed module, until one fails or ``--budget`` seconds are over. ``--sample``
+mutants are drawn with ``--seed``, in files ``--below`` a folder; ``--against COMMIT`` tries the tests of that as well.
 """
 
 import os

@@ -1,9 +1,8 @@
 """Tools that a laboratory has without this program: the fit alone, and models of other kinds on the same logs.
 
-*fit*: ours beside scipy's least_squares, and the same with CasADi's Jacobian. Four logs of 90 s at 100 Hz of the blind
-generator, the eleven parameters of the simplified model. The general tools minimise the errors of a simulation over
-the whole log, which needs no noise model: they do less. Each starts where our fit starts and ends at its own tolerance.
-Times are of one core, after compilation.
+*fit*: ours beside scipy's least_squares, and the same with CasADi's Jacobian: four logs of 90 s at 100 Hz, eleven
+parameters. The general tools minimise the errors of a simulation over the whole log, without a noise model. Each starts
+where our fit starts and ends at its own tolerance. Times are of one core, after compilation.
 
 *outside*: models of the demonstration rigs, and of measured ones as in ``measured`` (the first half of their logs is
 fitted), judged on the same held-out logs. *ARX*, one model per axis by least squares, with the number of lags n (of
@@ -12,12 +11,11 @@ fitted), judged on the same held-out logs. *ARX*, one model per axis by least sq
     y_k = c + Σ_i a_i y_{k-i} + Σ_i b_i · (V_front, V_rear)_{k-i},  i = 1 ... n
 
 *SINDYc* (pysindy; Brunton, Proctor and Kutz 2016), thresholded least squares on the rates of change of pitch, elevation
-and the three rates, with polynomials of degree 2, sines and cosines; the threshold is the best of `THRESHOLDS` on the
-training logs. Its states are local cubics over .4 s; for .2 s ahead they know the past alone, for 1 s ahead they are
-centred, as those that the plants start from.
+and the three rates, with polynomials of degree 2, sines and cosines and the best of `THRESHOLDS` on the training logs.
+Its states are local cubics over .4 s: of the past for .2 s ahead, centred for 1 s ahead, as those of the plants.
 
-Printed are the errors .2 s and 1 s ahead [mrad], from the same starts on the same logs for all. Where a controller flew
-(measured rigs), its voltages answer the air within 1 s, and the error .2 s ahead is the one that counts.
+Printed are the errors .2 s and 1 s ahead [mrad], from the same starts on the same logs for all. On measured rigs a
+controller flew, its voltages answer the air within 1 s, and the error .2 s ahead counts.
 """
 
 import warnings

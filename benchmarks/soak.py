@@ -40,10 +40,9 @@ CASES: dict[str, dict[str, Any]] = {
         "method": "prediction_error", "adaptation.forgetting": 0.3,
     },
 }  # fmt: skip
-"""Settings of the identifier. The default forgetting of .001 1/s forgets in a quarter of an hour. The adaptation's .1
-is the least that follows on a flight with other excitation and jumps. Prediction errors are weighed by their variance,
-which a jump of this plant without noise raises ten thousandfold, so that ln 1e4 time constants of forgetting pass
-before new samples outweigh old ones; their .3 was found on this flight."""
+"""Settings of the identifier. The adaptation's .1 is the least that follows on a flight with other excitation and
+jumps. A jump of this plant without noise raises the variance by which prediction errors are weighed ten thousandfold:
+new samples outweigh old ones after ln 1e4 time constants of forgetting. Their .3 was found on this flight."""
 
 TRUTH = {"k_x": TABLE_2.k_x, "k_z": TABLE_2.k_z, "a_e": TABLE_2.a_e}
 FACTOR, MASS, STIFFNESS = 1.2, 0.15, 4.0
@@ -183,9 +182,8 @@ def soak() -> str:
         "A day in closed loop",
         bar_table(bars),
         table(("method", "steps", "eigenvalues of Gamma", "memory [MB]", "jumps", "missing after 60 s, worst"), rows),
-        "The loop of four native units at 100 Hz, encoders on, excited for 40 minutes of each hour. In the tenth "
-        "minute the plant jumps: its thrust by a fifth, or the mass by .15 m. Gamma is read from the unit's serialised "
-        "state before and after each stretch without excitation. The last time at which a quarter of a jump is "
-        f"missing, or an estimate of a short memory strays by as much, is {to_digits(late)} s after it.",
+        "Four native units at 100 Hz, encoders on, excited for 40 minutes of each hour. In the tenth minute the plant "
+        "jumps: its thrust by a fifth, or the mass by .15 m. Gamma is that before and after each stretch without "
+        f"excitation. A quarter of a jump is missing, or an estimate strays by as much, until {to_digits(late)} s.",
         packages=("fmpy", "numba"),
     )

@@ -3,8 +3,7 @@
 ``commands``: `heli --help`, `heli diagnose` of four logs cold, nothing compiled is cached, and warm.
 
 ``loop`` (pythonfmu units) and ``native`` (units in C): the contenders run in turn in each round, each in a process of
-its own. Times are those of the fastest round, because their bars are for idle cores; ratios are of medians. That native
-units have the bits of those in Python is tested (tests/test_native_units.py).
+its own. Times are those of the fastest round, because their bars are for idle cores; ratios are of medians.
 
 ``memory``: of a host over 1000 instances of a unit, and 50 processes of the master. ``runs``: closed loops a minute.
 """

@@ -6,23 +6,16 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from scipy.special import expit
 from scipy.stats import chi2
 
 from benchmarks.rigs import likelihood_of, windy_logs
-from heli_identifier.tracing import Verdict, helicopter, log_likelihood
+from heli_identifier.tracing import Verdict, helicopter, log_likelihood, select
 from heli_identifier.tracing.fit import covariance, fit, fit_own_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_times
-from heli_identifier.tracing.select import (
-    fit_delivered,
-    halves_agree,
-    left_out_gain,
-    open_structure,
-    refit,
-    select,
-    stepwise,
-)
+from heli_identifier.tracing.select import fit_delivered, halves_agree, left_out_gain, open_structure, refit, stepwise
 from heli_identifier.tracing.settings import KEPT, UNKNOWN, DiagnosisSettings
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
@@ -100,11 +93,10 @@ def test_a_coupling_is_one_family_on_two_axes_that_makes_left_out_logs_likelier_
 def test_an_interval_holds_what_the_gains_would_be_with_an_effect_that_is_hardly_seen():
     """Of what is not in the plant the strongest moves the gains by a refit as far as is said, to a third of it."""
     selection, _ = searched("clean", 1)
-    around, plant = selection.last, selection.fit
+    plant, scores = selection.fit, selection.scores
+    effect = max(plant.likelihood.rig.candidates, key=lambda own: scores[own.field].score)
     deviation = np.sqrt(sum(moves**2 for _, moves in open_structure(selection, plant)))
-    name, score = max(selection.scores.items(), key=lambda own: own[1].score)
-    p = 1.0 / (1.0 + np.exp(around.entry_score(name) - score.score))
-    other = refit(plant, list(around.effects.values()), [name])
+    p, other = expit(scores[effect.field].score - KEPT), refit(plant, [effect], [effect.field])
     for gain in ("k_x", "k_z", "k_y"):
         shift = abs(other.estimate(gain) - plant.estimate(gain)) / plant.slope(gain)
         assert deviation[plant.fields.index(gain)] > 0.67 * np.sqrt(p * (1.0 - p)) * shift
