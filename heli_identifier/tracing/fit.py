@@ -313,17 +313,17 @@ def fit_own_spread(fitted: Fit) -> Fit:
 
     tau^2 = (nu s^2 + sum_l E (b_l - mean b)^2) / (nu + L - 3) on every axis, with what is known beforehand (nu, s): the
     mean of the scaled inverse chi-squared posterior, as its mode gives too narrow intervals of the gains where logs are
-    few (Gelman et al., Bayesian Data Analysis, 3rd ed., section 2.6). A single log tells nothing of it. What the logs
-    have in common is none of their own, and a plant has to name it.
+    few (Gelman et al., Bayesian Data Analysis, 3rd ed., section 2.6). What the logs have in common is none of their
+    own, and a plant has to name it; all of a single log's torques and zeros is, and nothing is known of its gains.
     """
-    if len(fitted.point.own) == 1:
-        return fitted
     nu, *s = OWN_PRIOR
     a, own, widths = len(fitted.likelihood.rig.axes), fitted.point.own, fitted.likelihood.widths.copy()
     unsure = np.diagonal(fitted.quadratic.covariance, axis1=1, axis2=2).sum(0)
     squares = ((own - own.mean(0)) ** 2).sum(0) + (1.0 - 1.0 / len(own)) * unsure
-    for size, part in zip(s, (slice(0, a), slice(3 * a, 4 * a), slice(4 * a, None)), strict=True):
-        widths[part] = np.sqrt((nu * size**2 + squares[part]) / (nu + len(own) - 3.0))
+    torques, gains, zeros = slice(0, a), slice(3 * a, 4 * a), slice(4 * a, None)
+    for size, part in zip(s, (torques, gains, zeros), strict=True):
+        if len(own) > 1 or part != gains:
+            widths[part] = np.sqrt((nu * size**2 + squares[part]) / max(nu + len(own) - 3.0, 1.0))
     return fit(replace(fitted.likelihood, widths=widths), fitted.names, fitted)
 
 
