@@ -190,12 +190,15 @@ class Scores:
         columns = self.of_field[name]
         return columns[0] if len(columns) == 1 else self.best.get(name, columns[0])
 
-    def minimum(self, selected: Collection[str]) -> tuple[Array, list[int]]:
-        """Step to the minimum of the quadratic form with the selected effects alone, and its columns."""
-        i = self.inside(selected)
+    def minimum(self, selected: Collection[str], off: Collection[str] = ()) -> tuple[Array, list[int]]:
+        """Step to the minimum of the quadratic form with the selected effects alone, and its columns.
+
+        Parameters of the fit that are ``off`` are held at zero.
+        """
+        i = [j for j in self.inside(selected) if j >= self.P or self.coordinates[j].field not in off]
         d = np.zeros(len(self.g))
         for name in self.fitted.names:
-            if name in self.effects and name not in selected:
+            if (name in self.effects and name not in selected) or name in off:
                 j = self.of_field[name][0]
                 d[j] = self.coordinates[j].coordinate(0.0) - self.x[j]
         d[i] = bounded_step(self.H[np.ix_(i, i)], (self.g + self.H @ d)[i], self.low[i], self.high[i])

@@ -319,8 +319,8 @@ def open_structure(selection: Selection, plant: Fit) -> list[tuple[Effect, Array
     return found
 
 
-def left_out_gain(around: Scores, selected: Collection[str], name: str) -> float:
-    """Rise of the log-likelihood of training logs, each left out of search and fit in turn, with an effect [nats].
+def left_out_gain(around: Scores, selected: Sequence[str], name: str = "", table: Collection[str] = ()) -> float:
+    """Rise of the log-likelihood of training logs, each left out in turn, with an effect or a ``table`` [nats].
 
     The model has the ``selected`` beside it. Where the other logs do not ask for the effect, it goes without: the log
     itself has brought it in, and cannot say what it is worth.
@@ -329,11 +329,11 @@ def left_out_gain(around: Scores, selected: Collection[str], name: str) -> float
     gain = 0.0
     for log in range(len(H)):
         rest = around.of_logs([other for other in range(len(H)) if other != log])
-        if rest.scores(selected, among=[name])[name].score < KEPT:
+        if name and rest.scores(selected, among=[name])[name].score < KEPT:
             continue
-        for model, sign in ((selected, 1.0), ((*selected, name), -1.0)):
-            s = rest.minimum(model)[0]
-            gain += sign * float(g[log] @ s + 0.5 * s @ H[log] @ s)
+        models = (rest.minimum(selected, table), rest.minimum([*selected, name] if name else selected))
+        without, beside = (float(g[log] @ s + 0.5 * s @ H[log] @ s) for s, _ in models)
+        gain += without - beside
     return gain
 
 

@@ -11,7 +11,8 @@ periodogram of the innovations stands out.
 
 The best are fitted, with the air, and the catalogue is selected anew beside them: what stood in their place leaves. One
 stays if the likelihood of named effects and rigid-body mechanics alone lacks :data:`.settings.UNKNOWN`, and more than
-comes from no law being exact. A curve is then part of the plant; a period is not, as every log has its own phase.
+comes from no law being exact; a curve only if logs that are left out get likelier with it, as a manoeuvre that every
+log repeats bends any curve. It is then part of the plant; a period is not, as every log has its own phase.
 
 Sources: Cox and Hinkley, Theoretical Statistics, section 9.3; Hastie and Tibshirani, Generalized Additive Models,
 section 3.5 (degrees of freedom); Quinn and Hannan, The Estimation and Tracking of Frequency, chapter 2.
@@ -27,7 +28,7 @@ from .fit import Fit, covariance, fit
 from .helicopter import Tables
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 from .rig import Array, Coordinate, Effect, means
-from .select import Selection, select
+from .select import Selection, left_out_gain, select
 from .sensitivity import linearise
 from .settings import OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
 
@@ -170,10 +171,18 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
         fall = selection.whole.value - after.whole.value
         weighed = _weighed(after, fall, replace(u, freedom=max(u.freedom + more, 1.0)))
         named = sum(f.score.score for f in after.findings if f.effect.axis in (u.axis, "rotors"))
-        if weighed.score > max(UNKNOWN, UNKNOWN_SHARE * named):
+        if weighed.score > max(UNKNOWN, UNKNOWN_SHARE * named) and _helps_others(after, u):
             selection, found = after, [*found, weighed]
             tried = scan(selection.fit)[:2]
     return selection, tuple(_describe(selection.fit, u) for u in found)
+
+
+def _helps_others(after: Selection, u: Unknown) -> bool:
+    """Whether training logs that are left out get likelier with a curve; a period and a single log cannot tell."""
+    rig, chosen = after.fit.likelihood.rig, [finding.effect.field for finding in after.findings]
+    if u.variable == TIME or len(after.fit.likelihood.records) == 1:
+        return True
+    return left_out_gain(after.last, chosen, table=rig.tables.fields(u.axis, u.variable)) > 0.0
 
 
 def _fit_torque(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit, Unknown]:
