@@ -2,7 +2,8 @@
 
 *windy*: generated rigs in the air of measured ones, by its colour, under students' controllers. Odd seeds report, even
 ones serve to choose rules (``--choose``). ``--quiet`` and ``--unlogged`` add rigs with references a fifth as large, or
-not logged. ``--rate`` is 100 or 500 Hz, ``--effects`` are bare or coupled, ``--finer`` is a factor of the encoders.
+not logged. ``--rate`` is 100 or 500 Hz, ``--effects`` are bare, coupled or those of the generator, drawn if not given,
+``--finer`` is how many times finer the encoders are.
 
 *measured*: folders of logs, ``RIG:-pitch`` if its pitch counts down; every second log makes a half, after a shuffle in
 each of ``--deals`` but 0. ``--download`` first fetches public logs of three rigs into a folder.
@@ -29,12 +30,11 @@ from benchmarks.rigs import DETECTABLE, against, told_scores, windy_logs, windy_
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import GAINS
 from heli_identifier.records import Log
-from heli_identifier.tracing import Determination, diagnose
+from heli_identifier.tracing import Determination, Diagnosis, diagnose
 from heli_identifier.tracing.held_out import log_likelihood
 from heli_identifier.tracing.helicopter import LAG_FIELD, family_of, helicopter
 from heli_identifier.tracing.settings import DiagnosisSettings
 from heli_plant.effects import AXES
-from heli_plant.parameters import PlantParameters
 from tests.blind.air import COLOURS
 from tests.blind.windy import WindyRig, windy_rig
 
@@ -58,9 +58,8 @@ def half(
     except IdentifierError as error:
         return row | {"refused": True, "line": f"{rig} {name}: refused: {error}"}
     shown = {effect.family for effect in found.effects}
-    own, every = (float(np.median(np.concatenate(volts))) for volts in
-                  ([log.voltages for log in logs] for logs in (training, (*training, *held_out))))  # fmt: skip
-    slopes = truth.truth.slopes(own) if truth else slopes_between(found.plant_after, own, every)
+    stated = found.settings["operating_point"]
+    slopes = truth.truth.slopes(stated) if truth else slopes_between(found, (*training, *held_out))
     gains = [{"gain": gain, **against(found.parameters[gain].estimate, slopes[gain]),
               "rests": found.parameters[gain].determination} for gain in GAINS]  # fmt: skip
     words = [f"{own['gain']} {own['ratio']:.3g}±{own['half_width']:.2g}{MARKS[own['rests']]}" for own in gains]
@@ -81,11 +80,11 @@ def half(
     return row | {"line": f"{rig} {name}: {'; '.join(words)}; held out {row['nats']:.0f} nats"}
 
 
-def slopes_between(plant: PlantParameters, own: float, other: float) -> dict[str, float]:
-    """Give the slopes of a plant's gains at a voltage [V] over those at an ``other`` one [V]."""
-    rig = helicopter(DiagnosisSettings(), [np.zeros((1, 3))], [np.zeros((1, 2))])
-    here, there = (replace(rig, operating_point=voltage) for voltage in (own, other))
-    return {gain: here.read(plant, gain) / there.read(plant, gain) for gain in GAINS}
+def slopes_between(found: Diagnosis, logs: Sequence[Log]) -> dict[str, float]:
+    """Give the slopes of the gains where a diagnosis states them over those at the median voltage of ``logs``."""
+    there = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
+    here = replace(there, operating_point=found.settings["operating_point"])
+    return {gain: here.read(found.plant_after, gain) / there.read(found.plant_after, gain) for gain in GAINS}
 
 
 def windy_halves(

@@ -86,7 +86,7 @@ def test_a_coupling_is_one_family_on_two_axes_that_makes_left_out_logs_likelier_
     assert len({f.effect.family for f in selection.findings if f.established}) == 1
     others = ["gyroscopic_coupling_elevation"]
     assert left_out_gain(selection.last, others, "gyroscopic_coupling_pitch") > 50.0
-    agreement = halves_agree(selection.last, [*others, "gyroscopic_coupling_pitch"])
+    agreement = halves_agree(selection.last)
     assert agreement.observed == agreement.expected == 1.0
 
 

@@ -118,7 +118,7 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
         return None
     around = selection.last.without_parameter(fitted.fields.index(LAG_FIELD))
     rivals = [e for e in around.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
-    scores = around.scores([f.effect.field for f in selection.findings], among=[e.field for e in rivals])
+    scores = around.scores(around.selected, among=[e.field for e in rivals])
     alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > own.score - KEPT)
     return found_effect(Finding(effects[LAG_FIELD], own, own.score, alternatives), fitted, C)
 
@@ -184,17 +184,16 @@ def _bound(effect: Effect, estimate: Estimate) -> float:
 def correlation(selection: Selection, among: Collection[str]) -> tuple[tuple[tuple[str, str], ...], Array]:
     """Correlations between the signatures of the catalogue beside what is in the model."""
     around = selection.last
-    selected = [f.effect.field for f in selection.findings]
     names = [name for name in around.effects if name in among and name in selection.scores]
     columns = [selection.scores[name].column for name in names]
-    G = around.signatures(columns, selected)
+    G = around.signatures(columns, around.selected)
     scale = np.sqrt(np.maximum(np.diag(G), 1e-12))
     labels = tuple((around.effects[name].name, around.effects[name].axis) for name in names)
     return labels, np.clip(G / scale / scale[:, None], -1.0, 1.0)
 
 
 def parameter_reports(
-    fitted: Fit, C: Array, outside: InstrumentEstimates | None, structure: Sequence[tuple[Effect, Array]] = ()
+    fitted: Fit, C: Array, outside: InstrumentEstimates | None, structure: Sequence[tuple[Effect, Array]]
 ) -> dict[str, ParameterReport]:
     """State of every base parameter of a fit what its value rests on.
 

@@ -335,8 +335,8 @@ def covariance(fitted: Fit) -> Array:
     with the dispersions V and V_L of :attr:`.Fit.dispersion`. A coordinate at a bound moves nothing else, and its
     variance is that without the bound. The correlations are those of H.
     """
-    inverse, *dispersions = fitted.dispersion
-    P, D = len(fitted.fields), np.sqrt(np.maximum(1.0, np.maximum(*dispersions)))
+    (inverse, V, V_L), P = fitted.dispersion, len(fitted.fields)
+    D = np.sqrt(np.maximum(1.0, np.maximum(V, V_L)))
     found = np.asarray((D[:, None] * inverse * D)[:P, :P])
     bound = np.flatnonzero(fitted.at_bound[:P])
     found[bound, bound] = np.diag(np.linalg.inv(fitted.quadratic.total[0]))[bound]

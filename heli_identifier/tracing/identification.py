@@ -130,10 +130,9 @@ def identify_plant(
     tell("asking the references", 0.6)
     references = find_references(training)
     outside = _outside(plant, training, references)
-    chosen = [finding.effect.field for finding in selection.findings]
     return Identification(
         training, kept, left_out, selection, unknown, defects, prompt, plant, C, gains, references, outside,
-        parameter_reports(plant, C, outside, structure), events, halves_agree(selection.last, chosen),
+        parameter_reports(plant, C, outside, structure), events, halves_agree(selection.last),
         (*slips, *notes),
     )  # fmt: skip
 

@@ -254,7 +254,8 @@ def _weigh_effect(
     family = own.score
     if len(relatives) > 1:
         rest = [other for other in selected if other not in relatives]
-        family = (_fall(around, around.minimum(selected)[0]) - _fall(around, around.minimum(rest)[0])) / phi
+        all_of_them, others = (_fall(around.H, around.g, around.minimum(model)[0]) for model in (selected, rest))
+        family = (all_of_them - others) / phi
         family -= KEPT * (len(relatives) - 1)
     leads = all(scores[other].score <= scores[name].score for other in relatives)
     at_end = any(bound[names.index(shape)] for shape in effect.shapes if shape in names)
@@ -279,8 +280,8 @@ def _alternatives(around: Scores, name: str, selected: Sequence[str], own: Score
     return found
 
 
-def _fall(around: Scores, d: Array) -> float:
-    return -float(around.g @ d + 0.5 * d @ around.H @ d)
+def _fall(H: Array, g: Array, d: Array) -> float:
+    return -float(g @ d + 0.5 * d @ H @ d)
 
 
 def open_structure(selection: Selection, plant: Fit) -> list[tuple[Effect, Array]]:
@@ -294,7 +295,7 @@ def open_structure(selection: Selection, plant: Fit) -> list[tuple[Effect, Array
     Hoeting, Madigan, Raftery and Volinsky, Statistical Science 14 (1999) 382, eq. (3) (Bayesian model averaging), the
     effects apart.
     """
-    around, chosen = selection.last, [finding.effect.field for finding in selection.findings]
+    around, chosen = selection.last, selection.last.selected
     here, found = around.minimum(chosen)[0], list[tuple[Effect, Array]]()
     columns = [around.fitted.names.index(name) if name in around.fitted.names else None for name in plant.fields]
 
@@ -332,19 +333,19 @@ def left_out_gain(around: Scores, selected: Sequence[str], name: str = "", table
         if name and rest.scores(selected, among=[name])[name].score < KEPT:
             continue
         models = (rest.minimum(selected, table), rest.minimum([*selected, name] if name else selected))
-        without, beside = (float(g[log] @ s + 0.5 * s @ H[log] @ s) for s, _ in models)
-        gain += without - beside
+        without, beside = (_fall(H[log], g[log], s) for s, _ in models)
+        gain += beside - without
     return gain
 
 
-def halves_agree(around: Scores, selected: Sequence[str]) -> Agreement | None:
-    """Compare what disjoint halves of the logs establish, ``selected`` being the truth; None for a single log."""
+def halves_agree(around: Scores) -> Agreement | None:
+    """Compare what disjoint halves of the logs establish, the selected set being the truth; None for a single log."""
     count = len(around.quadratic.H)
     if count < 2:
         return None
     splits = [half for half in combinations(range(count), count // 2) if 2 * len(half) < count or 0 in half]
     splits = [splits[i] for i in np.linspace(0, len(splits) - 1, min(len(splits), HALVES_SPLITS)).astype(int)]
-    truth, rng = around.minimum(selected)[0], np.random.default_rng(0)
+    truth, rng = around.minimum(around.selected)[0], np.random.default_rng(0)
     observed = float(np.mean([_index(around, half) for half in splits]))
     expected = np.mean([
         [_index(around.redraw(truth, rng), half) for half in splits[: max(1, HALVES_SPLITS // 3)]]

@@ -179,10 +179,10 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
 
 def _helps_others(after: Selection, u: Unknown) -> bool:
     """Whether training logs that are left out get likelier with a curve; a period and a single log cannot tell."""
-    rig, chosen = after.fit.likelihood.rig, [finding.effect.field for finding in after.findings]
-    if u.variable == TIME or len(after.fit.likelihood.records) == 1:
+    likelihood, around = after.fit.likelihood, after.last
+    if u.variable == TIME or len(likelihood.records) == 1:
         return True
-    return left_out_gain(after.last, chosen, table=rig.tables.fields(u.axis, u.variable)) > 0.0
+    return left_out_gain(around, around.selected, table=likelihood.rig.tables.fields(u.axis, u.variable)) > 0.0
 
 
 def _fit_torque(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit, Unknown]:
