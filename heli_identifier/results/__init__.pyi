@@ -1,98 +1,55 @@
-__all__ = [
-    "AHEAD",
-    "angle_text",
-    "COLOURS",
-    "Axes",
-    "NATIVE_PLANT",
-    "PLANT",
-    "RESULTS",
-    "Check",
-    "Comparison",
-    "Look",
-    "ParameterSet",
-    "PlantSource",
-    "Simulation",
-    "Table",
-    "Tabular",
-    "build",
-    "check",
-    "compare",
-    "corrected_parameters",
-    "diagnosis_lines",
-    "diagnosis_summary",
-    "diagnosis_tables",
-    "document_text",
-    "draw_values",
-    "effect_name",
-    "figure",
-    "figure_file",
-    "label_with_unit",
-    "law_text",
-    "join_words",
-    "look",
-    "meaning",
-    "meaning_of",
-    "notebook_view",
-    "p_text",
-    "play_log",
-    "to_plain",
-    "plant_of",
-    "plant_values",
-    "read_document",
-    "read_parameters",
-    "typeset_notes",
-    "render",
-    "run_figure",
-    "to_digits",
-    "simulate",
-    "start_of",
-    "thin_line",
-    "typeset",
-    "unit_text",
-    "uses_text",
-    "verdict_line",
-    "whole_folder",
-    "with_interval",
-    "write_files",
-    "write_results",
-]
-
-from .checking import Check, check
-from .comparing import Comparison, compare
-from .documents import document_text, read_document, to_plain, whole_folder, write_files
-from .looking import Look, diagnosis_lines, look
-from .parameters import (
-    PLANT,
-    ParameterSet,
-    corrected_parameters,
-    draw_values,
-    plant_values,
-)
-from .report import NATIVE_PLANT, RESULTS, notebook_view, render, write_results
-from .running import Simulation, build, play_log, simulate, start_of
-from .sources import PlantSource, plant_of, read_parameters
-from .svg import COLOURS, Axes, figure, figure_file, run_figure, thin_line
-from .tables import (
-    Table,
-    Tabular,
-    diagnosis_summary,
-    diagnosis_tables,
-)
-from .words import (
-    AHEAD,
-    angle_text,
-    effect_name,
-    join_words,
-    label_with_unit,
-    law_text,
-    meaning,
-    meaning_of,
-    p_text,
-    to_digits,
-    typeset,
-    typeset_notes,
-    unit_text,
-    uses_text,
-    verdict_line,
-    with_interval,
-)
+from .checking import Check as Check
+from .checking import check as check
+from .comparing import Comparison as Comparison
+from .comparing import compare as compare
+from .documents import document_text as document_text
+from .documents import read_document as read_document
+from .documents import to_plain as to_plain
+from .documents import whole_folder as whole_folder
+from .documents import write_files as write_files
+from .looking import Look as Look
+from .looking import diagnosis_lines as diagnosis_lines
+from .looking import look as look
+from .parameters import PLANT as PLANT
+from .parameters import ParameterSet as ParameterSet
+from .parameters import corrected_parameters as corrected_parameters
+from .parameters import draw_values as draw_values
+from .parameters import plant_values as plant_values
+from .report import NATIVE_PLANT as NATIVE_PLANT
+from .report import RESULTS as RESULTS
+from .report import notebook_view as notebook_view
+from .report import render as render
+from .report import write_results as write_results
+from .running import Simulation as Simulation
+from .running import build as build
+from .running import play_log as play_log
+from .running import simulate as simulate
+from .running import start_of as start_of
+from .sources import PlantSource as PlantSource
+from .sources import plant_of as plant_of
+from .sources import read_parameters as read_parameters
+from .svg import COLOURS as COLOURS
+from .svg import Axes as Axes
+from .svg import figure as figure
+from .svg import figure_file as figure_file
+from .svg import run_figure as run_figure
+from .svg import thin_line as thin_line
+from .tables import Table as Table
+from .tables import Tabular as Tabular
+from .tables import diagnosis_summary as diagnosis_summary
+from .tables import diagnosis_tables as diagnosis_tables
+from .words import AHEAD as AHEAD
+from .words import angle_text as angle_text
+from .words import effect_name as effect_name
+from .words import join_words as join_words
+from .words import label_with_unit as label_with_unit
+from .words import law_text as law_text
+from .words import meaning as meaning
+from .words import meaning_of as meaning_of
+from .words import to_digits as to_digits
+from .words import typeset as typeset
+from .words import typeset_notes as typeset_notes
+from .words import unit_text as unit_text
+from .words import uses_text as uses_text
+from .words import verdict_line as verdict_line
+from .words import with_interval as with_interval
