@@ -25,7 +25,6 @@ def show_screen(title: str) -> Iterator[Show]:
     """Show the twin on the error stream while the block runs; what is seen last stays there."""
     console = Console(stderr=True, highlight=False)
     with Live(Text(title), console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False) as live:
-
         yield lambda view: live.update(draw_screen(title, view), refresh=True)
 
 

@@ -37,11 +37,6 @@ from heli_plant.motor import saturate
 
 from ..errors import ConfigurationError, require_positive, require_range
 
-__all__ = [
-    "Channel", "Excitation", "Multisine", "SquareChirp", "check_bounds", "combine", "multisine_components",
-    "multisine_value", "paper_channels", "paper_excitation", "phases", "voltages",
-]  # fmt: skip
-
 Channel = Literal["difference", "total", "both"]
 
 _DETUNING = 0.77  # period of the difference over that of the sum when both are driven; not a ratio of small integers

@@ -153,7 +153,7 @@ BANDWIDTH_PRIOR, CORNER_PRIOR = 1.0, 0.7
 of 2."""
 
 _HOLD_RADIANS = 10.0  # omega_f times the time for which the adaptation rests
-_PREDICTION_HOLD = 2.0  # time for which prediction errors rest [s]: omega_o begins at 7 rad/s
+_PREDICTION_HOLD = 2.0  # time for which prediction errors rest [s]: omega_o begins at 10 rad/s
 _PREDICTION_PERIOD = 0.01  # least time between two innovations [s]: read faster, encoders do not err independently
 _MOMENT_SPACING = 0.2  # omega_f times the time between samples of the moments: filtered signals change little in it
 

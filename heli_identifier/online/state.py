@@ -41,10 +41,6 @@ class Lag(NamedTuple):
     standard_error: float
 
 
-Gains = tuple[float, float, float]
-"""k_x, k_z, k_y, or their standard errors [rad/s^2/V]."""
-
-
 class IdentifierOutput(NamedTuple):
     """What is known after a sample; triples are of pitch, elevation, travel."""
 
@@ -54,8 +50,8 @@ class IdentifierOutput(NamedTuple):
     excitation: tuple[float, float, float]  # level [1]
     feedback: tuple[float, float, float]  # score of a closed loop [1]
     lag: Lag
-    instruments: Gains  # what references say of the gains, 0 where none has moved
-    instrument_errors: Gains  # their standard errors
+    instruments: tuple[float, float, float]  # k_x, k_z, k_y by the references [rad/s^2/V], 0 where none has moved
+    instrument_errors: tuple[float, float, float]  # their standard errors
     contradicted: bool  # whether they exclude an estimate
     adapting: bool  # false while the adaptation rests
 

@@ -11,7 +11,7 @@ from heli_identifier.online import GAINS
 from heli_identifier.records import Log, LogSource, RigConfiguration, common_configuration, read_logs
 from heli_identifier.results.documents import to_plain
 from heli_identifier.results.report import ranked_experiments
-from heli_identifier.results.tables import Table, Tabular, gain_cells
+from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells
 from heli_identifier.results.words import join_words, to_digits, typeset_notes
 from heli_identifier.signatures import check_types
 from heli_plant.effects import AXES
@@ -36,7 +36,7 @@ class Look(Tabular):
     def gains(self) -> dict[str, tracing.ParameterReport]:
         """Gains of the plant as slopes at the logs' median voltage [rad/s^2/V], by the paper's symbols."""
         reports = self.identification.parameters
-        return {name: reports[name] for name in self.identification.plant.likelihood.rig.gains if name in reports}
+        return {name: reports[name] for name in GAINS if name in reports}
 
     @property
     def effects(self) -> tuple[tuple[str, str, float, bool], ...]:
@@ -49,10 +49,9 @@ class Look(Tabular):
     @property
     def table(self) -> Table:
         """Who flew, and one row an axis; intervals are of 95 %."""
-        rig = self.identification.plant.likelihood.rig
         rows = [
-            (axis, f"{to_digits(self.movement[axis], 2)} counts", name, *gain_cells(self.gains.get(name)))
-            for axis, name in zip(rig.axes, rig.gains, strict=True)
+            (axis, f"{to_digits(counts, 2)} counts", GAIN_OF[axis], *gain_cells(self.gains.get(GAIN_OF[axis])))
+            for axis, counts in self.movement.items()
         ]
         columns = ("axis", "moves by", "gain", "likelihood", "references alone", "it is")
         return Table(self.lines[0].rstrip("."), columns, rows)

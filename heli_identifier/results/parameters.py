@@ -154,15 +154,11 @@ class ParameterSet(Tabular):
         missing = ", ".join(axis for axis in AXES if axis not in self.expected)
         wanted = "so nothing can be held to it; take the parameters.json of a diagnosis."
         refuse(bool(missing), f"these parameters state no expected error of {missing}, {wanted}")
-        found = {
-            axis: factor * (
-                max(expected.prediction_1s_rad.value, expected.noise_floor_rad)
-                if self.judged == "prediction_1s"
-                else expected.ahead_200ms_rad or 0.0
-            )
-            for axis, expected in self.expected.items()
-            if expected.use is not Use.NOTHING
-        }
+        found = {}
+        for axis, own in self.expected.items():
+            far, near = max(own.prediction_1s_rad.value, own.noise_floor_rad), own.ahead_200ms_rad or 0.0
+            if own.use is not Use.NOTHING:
+                found[axis] = factor * (far if self.judged == "prediction_1s" else near)
         refuse(not found, "the diagnosis calls no axis of these parameters usable: nothing is held to it.")
         return found
 

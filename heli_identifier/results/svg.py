@@ -191,7 +191,7 @@ def ticks(low: float, high: float, count: int, logarithmic: bool = False) -> lis
     """Give some ``count`` round values between two ends, and how each is written."""
     if logarithmic:
         powers = range(ceil(log10(low) - 1e-9), floor(log10(high) + 1e-9) + 1)
-        return [(10.0**n, power_text(10.0**n)) for n in powers][:: max(1, len(powers) // count)]
+        return [(10.0**n, power_text(n)) for n in powers][:: max(1, len(powers) // count)]
     rough = (high - low) / count
     unit = 10.0 ** floor(log10(rough))
     step = min((unit * n for n in (1, 2, 5, 10)), key=lambda own: abs(log10(own / rough)))

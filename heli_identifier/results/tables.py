@@ -38,10 +38,7 @@ class Table(NamedTuple):
         return "\n".join("  ".join(cells).rstrip() for cells in padded)
 
     def __html__(self) -> str:
-        return self.html()
-
-    def html(self) -> str:
-        """Give a ``<table>`` element.
+        """Give a ``<table>`` element, as pages show it.
 
         Every cell says which column it is in, so that a narrow screen can show a row as a list.
         """
@@ -88,7 +85,7 @@ class Tabular(ABC):
     def _repr_html_(self) -> str:
         """Show the table in a notebook."""
         remarks = "".join(f"<p>{escape(words.typeset(remark))}</p>" for remark in (*self.remarks, *self.warnings))
-        return f"<p>{escape(self.table.title)}</p>{self.table.html()}{remarks}"
+        return f"<p>{escape(self.table.title)}</p>{self.table.__html__()}{remarks}"
 
 
 _AHEAD = (("ahead_100ms", ".1 s ahead"), ("ahead_200ms", ".2 s ahead"))

@@ -43,9 +43,9 @@ def label_with_unit(text: str, unit: str) -> str:
     return f"{text} [{unit_text(unit) or '1'}]"
 
 
-def power_text(value: float) -> str:
+def power_text(exponent: int) -> str:
     """Give a power of ten as 10⁻³, for the ticks of a logarithmic axis."""
-    return "10" + str(round(log10(value))).translate(_SUPERSCRIPTS) if value > 0.0 else ""
+    return "10" + str(exponent).translate(_SUPERSCRIPTS)
 
 
 def to_digits(value: float, digits: int = 3) -> str:
