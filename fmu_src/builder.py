@@ -24,7 +24,6 @@ from .errors import BuildError
 from .slave_base import SlaveBase
 from .variables import TYPES, Value, Variable, problem_with
 from .vendoring import content_guid, python_unit
-from .wiring import Scenario
 
 UNITS: dict[str, str] = {
     "HelicopterPlant": "fmu_src.units.helicopter_plant",
@@ -158,20 +157,6 @@ def build(
 def build_all(directory: str | Path) -> dict[str, Path]:
     """Build every unit with its default parameters; return the FMUs by unit."""
     return {name: build(name, directory) for name in UNITS}
-
-
-def scenario_fmus(
-    wiring: Scenario,
-    fmus: Mapping[str, str | Path],
-    directory: str | Path,
-    native: bool = False,
-) -> dict[str, Path]:
-    """Return the FMU of every unit of a scenario: the given file, or one that is built into ``directory``.
-
-    WiringError and BuildError as of :meth:`.wiring.Scenario.given_files`.
-    """
-    given = wiring.given_files(fmus)
-    return {name: given.get(name) or build(unit, directory, native=native) for name, unit in wiring.units}
 
 
 def _from_pythonfmu(identifier: str) -> dict[str, bytes]:

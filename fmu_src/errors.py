@@ -16,13 +16,6 @@ class BuildError(FmuError):
 class Untranslatable(BuildError):
     """A function of the step path uses a form that has no translation to C: file, line, reason."""
 
-    def __init__(self, file: str, line: int, reason: str) -> None:
-        super().__init__(file, line, reason)  # as it passes from one process to another
-        self.file, self.line, self.reason = file, line, reason
-
-    def __str__(self) -> str:
-        return f"{self.file}, line {self.line}: {self.reason}"
-
 
 class WiringError(FmuError):
     """A scenario, unit or variable is not in the wiring table, or a run does not fit it."""

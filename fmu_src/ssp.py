@@ -15,7 +15,7 @@ from xml.etree.ElementTree import register_namespace
 
 from heli_identifier.files import draft_folder, write_atomically
 
-from .builder import check_start_values, scenario_fmus, unit_class, variables_of, zip_bytes
+from .builder import check_start_values, unit_class, variables_of, zip_bytes
 from .description import base_units, render_xml
 from .errors import BuildError
 from .slave_base import SlaveBase
@@ -67,7 +67,7 @@ def write_ssp(
     for name, kind in wiring.units:
         entries[f"resources/{name}.ssv"] = parameter_set(unit_class(kind), by_unit[name])
     with draft_folder() as folder:
-        for name, file in scenario_fmus(wiring, fmus or {}, folder, native).items():
+        for name, file in wiring.unit_files(fmus or {}, folder, native).items():
             entries[f"resources/{name}.fmu"] = file.read_bytes()
     return write_atomically(Path(path), zip_bytes(entries))
 

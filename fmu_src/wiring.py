@@ -90,19 +90,24 @@ class Scenario:
             by_unit[unit][name] = value
         return by_unit
 
-    def given_files(self, fmus: Mapping[str, str | Path]) -> dict[str, Path]:
-        """Return the FMUs that are given for units.
+    def unit_files(self, fmus: Mapping[str, str | Path], folder: str | Path, native: bool = False) -> dict[str, Path]:
+        """Return the FMU of every unit: the given file, or one that is built into ``folder``, in C if ``native``.
 
         WiringError says which name is no unit of the scenario, BuildError which file does not exist.
         """
+        units = dict(self.units)
         for name, file in fmus.items():
-            if name not in dict(self.units):
-                there = ", ".join(dict(self.units))
+            if name not in units:
+                there = ", ".join(units)
                 raise WiringError(f"an FMU is given for {name!r}; scenario {self.name} has the units {there}")
             if not Path(file).is_file():
                 there = "is no file" if Path(file).exists() else "is missing"  # a folder or a pipe
                 raise BuildError(f"the FMU of {name} {there}: {file}")
-        return {name: Path(fmus[name]) for name, _ in self.units if name in fmus}
+        if units.keys() - fmus.keys():
+            from .builder import build  # who has all FMUs need not load it
+        return {
+            name: Path(fmus[name]) if name in fmus else build(unit, folder, native=native) for name, unit in self.units
+        }
 
 
 def _wires(source: str, target: str, names: Iterable[str], out: str = "{}", into: str = "{}") -> tuple[Connection, ...]:

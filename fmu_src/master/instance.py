@@ -112,6 +112,7 @@ class Instance:
             "load", 0.0, FMU2Slave, instanceName=self.name, guid=self.description.guid, unzipDirectory=self.folder,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
         )  # fmt: skip
+        self.play = getattr(self.slave.dll, "heli_play", None)  # the loop in C, of units in C of this project
         if Path(self.folder, "resources", "slavemodule.txt").is_file():
             self._give_resources_as_they_are()
         self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=id(self))
@@ -215,11 +216,6 @@ class Instance:
         """Get the connected outputs at ``time`` [s]."""
         self.check("getReal", time, self._get(*self._to_get))
 
-    @property
-    def is_native(self) -> bool:
-        """Whether the unit is C code of this project: it refuses by its status, and needs no interpreter."""
-        return str(self.description.generationTool).startswith("heli-twin")
-
     def close(self) -> None:
         """Free the instance and its folder."""
         try:
@@ -230,4 +226,3 @@ class Instance:
         finally:
             del _HEARD[id(self)]
             shutil.rmtree(self.folder, ignore_errors=True)
-

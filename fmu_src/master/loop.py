@@ -85,7 +85,7 @@ def run(
     steps, parameters = whole_steps(duration, step), parameters or {}
     given = wiring.parameters_by_unit(parameters)
     with instantiate_units(wiring, fmus or {}, native or bool(variations)) as units:
-        in_python = [name for name, unit in units.items() if not unit.is_native]
+        in_python = [name for name, unit in units.items() if unit.play is None]
         if variations and in_python:
             raise MasterError(f"many runs need native units; {in_python[0]} is none, build it with --native")
         wired = Wired(wiring, units, step, record, inputs or {})
@@ -131,13 +131,9 @@ def _run_bands(kept: Array, refused: tuple[str, ...]) -> Bands:
 @contextmanager
 def instantiate_units(wiring: Scenario, fmus: Mapping[str, str | Path], native: bool) -> Iterator[dict[str, Instance]]:
     """Instantiate every unit of a scenario; free them all at the end."""
-    units, files = dict[str, Instance](), wiring.given_files(fmus)
+    units = dict[str, Instance]()
     with draft_folder() as folder, ExitStack() as loaded:
-        if len(files) < len(wiring.units):
-            from ..builder import scenario_fmus  # who runs built units alone need not load it
-
-            files = scenario_fmus(wiring, fmus, folder, native)
-        for name, file in files.items():
+        for name, file in wiring.unit_files(fmus, folder, native).items():
             units[name] = Instance(name, file, folder / f"{name}.unpacked")
             loaded.callback(units[name].close)
         yield units
@@ -177,8 +173,8 @@ class Wired:
             unit.connect([full.partition(".")[2] for full in targets[k]], fed[k], read[k], shown[k])
         each = zip(units.values(), read, strict=True)
         self.physical_units = tuple(unit.variable(output).unit or "1" for unit, own in each for output in own)
-        loops = [getattr(unit.slave.dll, "heli_play", None) for unit in units.values()]
-        self._loop = loops[0] if all(loops) and not inputs else None  # units in Python have none
+        loops = [unit.play for unit in units.values()]
+        self._loop = loops[0] if all(loops) and not inputs else None
         self._rows = np.array([unit.row for unit in units.values()], dtype=np.uintp)
 
     def start(self, given: Mapping[str, Mapping[str, Value]], stop: float) -> Array:

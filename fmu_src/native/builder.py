@@ -84,7 +84,7 @@ def _sources(
 ) -> dict[str, str]:
     """Return every source of a unit by its file name, but for that of its token."""
     definition = DEFINITIONS[unit.__name__]
-    own = [*RUNTIME, f"fmi{fmi}.c", definition.adapter, *definition.files, *([exchange.adapter] if exchange else [])]
+    own = [*RUNTIME, f"fmi{fmi}.c", *definition.files, *([exchange.file] if exchange else [])]
     found = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in own}
     found |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}
     found["model.h"], found["model.c"] = _model(unit.__name__, exchange is not None)

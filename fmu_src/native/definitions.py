@@ -19,7 +19,7 @@ from ..variables import Variable
 class Exchange:
     """What Model Exchange adds to a unit."""
 
-    adapter: str  # file in C that connects the translated functions with states, rates and slopes
+    file: str  # in C; it connects the translated functions with states, rates and slopes
     entries: tuple[Any, ...]  # functions that it calls, as those of Definition
     differentiated: Mapping[Callable[..., Any], tuple[str, ...]]  # for dual numbers as well; the parameters that are
     states: tuple[tuple[str, str, float], ...]  # name, unit and nominal value of each continuous state
@@ -41,12 +41,11 @@ class Exchange:
 class Definition:
     """The native twin of a unit."""
 
-    adapter: str  # file in C that connects the translated functions with the unit's variables
+    files: tuple[str, ...]  # in C; the first connects the translated functions with the unit's variables
     entries: tuple[Any, ...] = ()  # functions that it calls; in a tuple with types for parameters without annotation
     settings: type | None = None  # struct that is filled from the variables that name a field of it
     memory: Any = type(None)  # annotation of what the unit remembers between steps
     externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)  # names of functions written in C
-    files: tuple[str, ...] = ()  # further files in C that the adapter needs
     exchange: Exchange | None = None
 
 
@@ -66,18 +65,17 @@ _PLANT_EXCHANGE = Exchange(
 
 DEFINITIONS = {
     "HelicopterPlant": Definition(
-        "plant.c",
+        ("plant.c", "plant.h"),
         (
             communication.start_memory, communication.communicate, communication.is_finite, communication.read_sensors,
             state.start_state, (laws.motor_time_constant, PlantParameters), (laws.input_delay, PlantParameters),
         ),
         PlantParameters,
         communication.PlantMemory,
-        files=("plant.h",),
         exchange=_PLANT_EXCHANGE,
     ),
     "AdaptiveIdentifier": Definition(
-        "identifier.c",
+        ("identifier.c",),
         (
             online.prepare, online.is_due, online.take_sample, online.begin_sampling, online.before_samples,
             online.default_settings, online.is_closed, adaptive_identifier.output_values,
@@ -87,26 +85,25 @@ DEFINITIONS = {
         online.Sampled | None,
     ),
     "PidController": Definition(
-        "pid.c",
+        ("pid.c",),
         (control.pid_step, control.start_pid, control.step_references, motor.saturate),
         control.PidSettings,
         control.PidState | None,
     ),
     "StateFeedback": Definition(
-        "state_feedback.c",
+        ("state_feedback.c",),
         (state_feedback.sample_and_hold, state_feedback.start_holding, control.step_references, motor.saturate),
         state_feedback.FeedbackSettings,
         state_feedback.Held | None,
     ),
     "Exciter": Definition(
-        "exciter.c",
+        ("exciter.c", "mersenne.c"),
         (
             (excitation.SquareChirp.at, excitation.SquareChirp), excitation.paper_channels,
             excitation.multisine_components, excitation.multisine_value, excitation.check_bounds, excitation.combine,
         ),
         externals={excitation.phases: "phases"},
-        files=("mersenne.c",),
     ),
-    "LogPlayer": Definition("player.c"),  # its file is read in C
+    "LogPlayer": Definition(("player.c",)),  # its file is read in C
 }  # fmt: skip
 """By the unit's name."""

@@ -73,7 +73,7 @@ class Body:
         """Refuse a form of Python."""
         code = self.function.__code__
         line = code.co_firstlineno - 1 + getattr(node, "lineno", 1)
-        raise Untranslatable("/".join(Path(code.co_filename).parts[-3:]), line, reason)
+        raise Untranslatable(f"{'/'.join(Path(code.co_filename).parts[-3:])}, line {line}: {reason}")
 
     # Variables of C
 
