@@ -22,6 +22,7 @@
 
 #if defined(__GNUC__) /* what Python names and never reads */
 #pragma GCC diagnostic ignored "-Wunused-variable"
+#pragma GCC diagnostic ignored "-Wunused-but-set-variable"
 #endif
 
 #if defined(__FAST_MATH__)
