@@ -12,14 +12,12 @@ import zipfile
 from collections.abc import Mapping
 from importlib import import_module
 from importlib.metadata import distribution
-from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
 
-from .description import model_description, render
+from .description import describe
 from .errors import BuildError
 from .slave_base import SlaveBase
 from .variables import TYPES, Value, Variable, problem_with
@@ -138,20 +136,15 @@ def build(
     """
     kind = unit_class(unit)
     start_values = check_start_values(kind, parameters or {})
-    variables, page, described = variables_of(kind, start_values), dict[str, Any](host="python.html"), dict[str, Any]()
+    variables = variables_of(kind, start_values)
     if native:
         from .native.builder import native_unit  # the translator loads what units in Python need not
 
-        parts = native_unit(kind, variables, fmi, all_platforms, model_exchange)
-        entries, token, variables, page, described = parts
+        entries, said = native_unit(kind, variables, fmi, all_platforms, model_exchange)
     else:
         entries = python_unit(kind, start_values) | _from_pythonfmu(unit)
-        token = content_guid(entries)
-    icon = "terminalsAndIcons/icon.png" if native and fmi == 3 else "model.png"
-    entries[icon] = files(__package__).joinpath("templates", "icon.png").read_bytes()
-    entries["documentation/index.html"] = render(f"{unit}.html", unit=kind, variables=variables, **page).encode()
-    entries["modelDescription.xml"] = model_description(kind, variables, token, remark=remark, **described)
-    return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
+        said = {"variables": variables, "token": content_guid(entries)}
+    return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries | describe(kind, remark=remark, **said)))
 
 
 def build_all(directory: str | Path) -> dict[str, Path]:

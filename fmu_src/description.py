@@ -1,4 +1,4 @@
-"""modelDescription.xml of a unit, from its list of variables and a template; units of measure.
+"""What an FMU says of its unit: modelDescription.xml, from its list of variables, and a page; units of measure.
 
 FMI 2.0 and 3.0 have the same names, references and start values; in FMI 3.0 the time is a variable behind them. In the
 name of a unit of measure ``/`` divides by everything up to the next ``/``, a dot or a blank multiplies, and ``^n`` is a
@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from functools import cache
+from importlib.resources import files
 from math import pi
 from typing import Any
 from xml.etree.ElementTree import fromstring, indent, tostring
@@ -43,30 +44,39 @@ _TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean", "String":
 """Type in FMI 3.0 of each type of FMI 2.0."""
 
 
-def model_description(
+def describe(
     unit: type[SlaveBase],
     variables: Sequence[Variable],
     token: str,
+    remark: str = "",
     fmi: int = 2,
     tool: str = f"PythonFMU {PYTHONFMU}",
+    platforms: str = "",
     sources: Collection[str] = (),
     states: int = 0,
-    remark: str = "",
-) -> bytes:
-    """Return modelDescription.xml of a unit class in FMI 2.0 or 3.0; ``token`` is the GUID of its content.
+) -> dict[str, bytes]:
+    """Return model description, page and icon of a unit class in FMI 2.0 or 3.0, by their paths in the FMU.
 
-    ``tool`` is what made the FMU. By the files ``sources`` an importer can compile it. The last ``variables`` are the
-    ``states`` of Model Exchange and behind them their derivatives. The ``remark`` stands behind the unit's summary.
+    ``token`` is the GUID of its content, ``tool`` what made it. The ``remark`` stands behind the unit's summary.
+    A unit in C has binaries for ``platforms``, and by the files ``sources`` an importer can compile it. The last
+    ``variables`` are the ``states`` of Model Exchange and behind them their derivatives.
     """
     first = 1 if fmi == 2 else 0  # FMI 2.0 counts variables from 1, FMI 3.0 has their references
     place = {variable.name: k for k, variable in enumerate(variables, first)}
-    return render_xml(
+    description = render_xml(
         "modelDescription.xml", unit=unit, name=unit.__name__, token=token, fmi=fmi, tool=tool, sources=sources,
         remark=f". {remark}" if remark else "",
         saves=value_text(unit.saves_state, "Boolean"), variables=variables, states=states, types=_TYPES, first=first,
         references=lambda names: [place[name] for name in names], display=DISPLAY,
         units=base_units([variable.unit for variable in variables] + (["s"] if fmi == 3 else [])),
     )  # fmt: skip
+    page = render(f"{unit.__name__}.html", unit=unit, variables=variables, platforms=platforms, states=states)
+    icon = files(__package__).joinpath("templates", "icon.png").read_bytes()
+    return {
+        "modelDescription.xml": description,
+        "documentation/index.html": page.encode(),
+        "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": icon,
+    }
 
 
 def base_exponents(name: str) -> dict[str, int]:

@@ -98,7 +98,7 @@ class Instance:
         self.worst = np.zeros(1, dtype=np.int64)  # the worst status of a message
         self.description = unpack(name, fmu, folder)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
-        self.outputs = [name for name, v in self.variables.items() if v.causality == "output" and v.type == "Real"]
+        self.outputs = [v for v in self.variables.values() if v.causality == "output" and v.type == "Real"]
         _HEARD[id(self)] = self
         try:
             self._instantiate()
@@ -187,9 +187,9 @@ class Instance:
         self._call("reset", 0.0, self.slave.reset)
 
     def connect(self, inputs: list[str], fed: Array, outputs: list[str], shown: Array) -> None:
-        """Let these inputs take their values from the array ``fed``, and these outputs put theirs into ``shown``."""
+        """Let inputs, by ``unit.variable``, take their values from ``fed``, and outputs put theirs into ``shown``."""
         ins, outs = (
-            np.array([self.variable(name, causality).valueReference for name in names], dtype=np.uint32)
+            np.array([self.variable(name.partition(".")[2], causality).valueReference for name in names], np.uint32)
             for names, causality in ((inputs, "input"), (outputs, "output"))
         )
         self._arrays = ins, fed, outs, shown, self.worst  # they have to live as long as their addresses are known

@@ -153,26 +153,25 @@ class Wired:
         inputs: Mapping[str, Array] = {},
     ) -> None:  # fmt: skip
         self.units, self.step, self.inputs = units, step, np.array([*inputs.values()], dtype=np.float64).T
-        every = [f"{name}.{output}" for name, unit in units.items() for output in unit.outputs]
-        feeding = {f"{wire.source_unit}.{wire.source}" for wire in wiring.connections}
+        every = {f"{name}.{output.name}": output for name, unit in units.items() for output in unit.outputs}
+        wires = {f"{own.target_unit}.{own.target}": f"{own.source_unit}.{own.source}" for own in wiring.connections}
+        feeding = set(wires.values())
         for name in (*sorted(feeding), *(record or ())):
             if name not in every:
                 raise WiringError(f"scenario {wiring.name} has no output {name!r}{did_you_mean(name, every)}")
-        wanted = set(every) if record is None else {*record, *feeding}
+        wanted = every.keys() if record is None else {*record, *feeding}
         self.names = tuple(name for name in every if name in wanted)
+        self.physical_units = tuple(every[name].unit or "1" for name in self.names)
         place = {name: k for k, name in enumerate((*self.names, *inputs))}
-        wires = {f"{own.target_unit}.{own.target}": f"{own.source_unit}.{own.source}" for own in wiring.connections}
         wires |= {name: name for name in inputs}
         targets = [[full for full in wires if full.partition(".")[0] == name] for name in units]
-        read = [[output for output in unit.outputs if f"{name}.{output}" in place] for name, unit in units.items()]
+        read = [[full for full in self.names if full.partition(".")[0] == name] for name in units]
         self.sources = np.array([place[wires[full]] for own in targets for full in own], dtype=np.intp)
         self.values, self.fed = np.zeros(len(place)), np.zeros(len(self.sources))
         self.shown, self.told = np.split(self.values, [len(self.names)])
         fed, shown = (np.split(x, np.cumsum([*map(len, own)])) for x, own in ((self.fed, targets), (self.shown, read)))
         for k, unit in enumerate(units.values()):
-            unit.connect([full.partition(".")[2] for full in targets[k]], fed[k], read[k], shown[k])
-        each = zip(units.values(), read, strict=True)
-        self.physical_units = tuple(unit.variable(output).unit or "1" for unit, own in each for output in own)
+            unit.connect(targets[k], fed[k], read[k], shown[k])
         loops = [unit.play for unit in units.values()]
         self._loop = loops[0] if all(loops) and not inputs else None
         self._rows = np.array([unit.row for unit in units.values()], dtype=np.uintp)

@@ -37,10 +37,10 @@ HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
 
 def native_unit(
     kind: type[SlaveBase], variables: tuple[Variable, ...], fmi: int, all_platforms: bool, model_exchange: bool
-) -> tuple[dict[str, bytes], str, tuple[Variable, ...], dict[str, Any], dict[str, Any]]:
-    """Return what an FMU holds of a unit with these start values: entries, token, variables, words for its pages.
+) -> tuple[dict[str, bytes], dict[str, Any]]:
+    """Return what an FMU holds of a unit with these start values, and what :func:`.description.describe` has to say.
 
-    The last are for its page and for its model description. The arguments are those of :func:`fmu_src.build`.
+    The arguments are those of :func:`fmu_src.build`.
     """
     unit = kind.__name__
     if unit not in DEFINITIONS:
@@ -59,9 +59,9 @@ def native_unit(
     entries = built | {f"sources/{name}": text.encode() for name, text in sources.items()}
     entries["sources/buildDescription.xml"] = render_xml("buildDescription.xml", identifier=unit, compiled=compiled)
     platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
-    page = {"host": "native.html", "platforms": platforms, "exchange": model_exchange}
     states = len(exchange.states) if exchange else 0
-    return entries, token, variables, page, {"fmi": fmi, "tool": TOOL, "sources": compiled, "states": states}
+    said = {"fmi": fmi, "tool": TOOL, "platforms": platforms, "sources": compiled, "states": states}
+    return entries, {"variables": variables, "token": token, **said}
 
 
 @cache

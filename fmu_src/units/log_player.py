@@ -12,7 +12,6 @@ import os
 import re
 from bisect import bisect_right
 from math import isfinite, nan, radians
-from stat import S_ISREG
 from typing import ClassVar, NamedTuple
 
 from ..errors import Refusal
@@ -104,9 +103,9 @@ def _contents(path: str) -> str:
     """Return the bytes of a file as characters; only ASCII counts."""
     if not path:
         raise Refusal("log.path is empty: set it to a CSV log before initialisation ends")
+    if os.path.exists(path) and not os.path.isfile(path):  # a pipe or a device may never end
+        raise Refusal(f"the log {path} is no file")
     try:
-        if not S_ISREG(os.stat(path).st_mode):  # a pipe or a device may never end
-            raise Refusal(f"the log {path} is no file")
         with open(path, "rb") as file:
             text = file.read().decode("latin-1")
     except (OSError, ValueError) as problem:

@@ -110,7 +110,7 @@ class Body:
     def store(self, name: str, value: Any) -> None:
         """Set a variable; one of which an element is changed, or to which one is appended, gets a list of its own."""
         if name in self.stored:
-            kind = c.as_list(type_of(value))
+            kind = type_of(value)
             value = self.declare(kind, name, self.as_type(value, kind).bare)
         self.env[name] = self.name_value(value, name)
 

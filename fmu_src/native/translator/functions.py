@@ -159,7 +159,6 @@ STAGED: dict[Any, Callable[..., Any]] = {
     ),
     tuple: _tuple,
     list: lambda body, over: body.make_display((True, over)),
-    slice: lambda body, *bounds: slice(*bounds),
     dataclasses.replace: Body.replace_fields,
 }
 """What stands in the place of a function of Python's own; the first argument is the function in translation."""

@@ -104,11 +104,6 @@ def element_type(sequence: Row | Listing) -> CType:
     return sequence.item if isinstance(sequence, Listing) else reduce(join_types, sequence.items, start)
 
 
-def as_list(kind: CType) -> CType:
-    """Return the type as a list, its elements as lists as well."""
-    return Listing(as_list(element_type(kind))) if isinstance(kind, Row | Listing) else kind
-
-
 def parts_of(kind: CType) -> list[tuple[str, CType]]:
     """Return the members of a type in C: name and type; of a list its elements."""
     if isinstance(kind, Struct):
