@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperArgument, TyperGroup, TyperOption
 
 import fmu_src
 import heli_identifier as hi
@@ -74,26 +74,13 @@ SPREAD = "--validate"
 """Option that takes several values in a row."""
 
 
-def without_types(parameters: list[Any]) -> list[Any]:
-    """Let the help show what parameters are called, not their types in Python."""
-    for own in parameters:
-        if own.param_type_name == "argument" or own.metavar is None:
-            own.display_type_rich = lambda ctx: ""
-    return parameters
+# The help shows what parameters are called, not their types in Python.
+TyperArgument.display_type_rich = lambda self, ctx: ""  # type: ignore[method-assign]
+TyperOption.display_type_rich = lambda self, ctx: self.metavar or ""  # type: ignore[method-assign]
 
 
 class Group(TyperGroup):
     """The commands by their names."""
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        """Give the options before the command."""
-        return without_types(super().get_params(ctx))
-
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Give a command by its name."""
-        command = super().get_command(ctx, cmd_name)
-        without_types(command.get_params(ctx) if command else [])
-        return command
 
     def main(self, args: Sequence[str] | None = None, *more: Any, **options: Any) -> Any:
         """Run the command that the words name, guarded, and end with its code; without any word the help is shown."""

@@ -21,11 +21,9 @@ from heli_identifier.files import KEPT, is_kept
 from heli_identifier.processes import handled_here, memory_limits
 from heli_plant.errors import PlantError
 
-BAD_INPUT = 2
-"""Exit code of bad usage and of data that cannot be used."""
-
-MISTAKE = 70
-"""Exit code of a programming error: EX_SOFTWARE of sysexits.h."""
+FAILED, BAD_INPUT, MISTAKE, INTERRUPTED = 1, 2, 70, 130
+"""Exit codes: the model no longer explains a log, or a rig could not be diagnosed; bad usage, or data that cannot be
+used; a programming error (EX_SOFTWARE of sysexits.h); Ctrl-C, as every command that it ends gives it."""
 
 LEAST_MEMORY = 1000
 """Megabytes of address space below which no command begins: `heli design` takes 760, most others 130 to 510."""

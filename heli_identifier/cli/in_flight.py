@@ -9,15 +9,13 @@ import typer
 
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import argument, flag, option
+from heli_identifier.cli.guard import INTERRUPTED
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import refuse
 from heli_identifier.processes import undo_at_end
 
 SERVED_AT = "127.0.0.1:8042"
 """Where the page is shown by default."""
-
-INTERRUPTED = 130
-"""Exit code after Ctrl-C, as that of every other command."""
 
 AT_START = "parameters.json of the twin at the start."
 UNUSED = "Folder of the flight; without an earlier one in it."

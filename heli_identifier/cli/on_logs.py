@@ -11,12 +11,10 @@ from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, flag, option
+from heli_identifier.cli.guard import FAILED
 from heli_identifier.cli.terminal import note, print_notes, progress_bar
 from heli_identifier.errors import ConfigurationError, refuse, require_positive
 from heli_identifier.files import write_atomically
-
-FAILED = 1
-"""Exit code where the model no longer explains a log, or a rig could not be diagnosed."""
 
 HELD_OUT = "Held-out logs; by default the last log, or the last third of a single one."
 

@@ -13,7 +13,8 @@ from heli_identifier import records, results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
-from heli_identifier.cli.on_logs import FAILED, diagnose_paths
+from heli_identifier.cli.guard import FAILED
+from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, print_answer, print_notes, progress_bar, warn
 from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError, refuse
 
@@ -80,7 +81,7 @@ def campaign(
     """
     file = args.configuration_file(config)
     sources = _sources(folder, file, generator, rigs)
-    settings = hi.DiagnosisSettings.from_rig(hi.read_configuration(file) if file else hi.RigConfiguration())
+    settings = hi.DiagnosisSettings.from_rig(args.find_configuration(file))
     with progress_bar(lines=True) as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
     summary = tools.summarise_rows(rows)
@@ -94,12 +95,12 @@ def _sources(folder: Path | None, config: Path | None, generator: str, rigs: int
     refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
     if folder is not None:
         refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
-        return [*tools.find_rigs(folder, config)]
+        return tools.find_rigs(folder, config)
     if rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
     sys.path.insert(0, os.getcwd())
-    return [*tools.generate_rigs(generator, rigs)]
+    return tools.generate_rigs(generator, rigs)
 
 
 # --- to begin with ---------------------------------------------------------------------------------------------------

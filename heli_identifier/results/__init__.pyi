@@ -34,6 +34,7 @@ from .svg import figure as figure
 from .svg import figure_file as figure_file
 from .svg import run_figure as run_figure
 from .svg import thin_line as thin_line
+from .tables import GAIN_OF as GAIN_OF
 from .tables import Table as Table
 from .tables import Tabular as Tabular
 from .tables import diagnosis_summary as diagnosis_summary

@@ -1,77 +1,41 @@
-__all__ = [
-    "CONSOLIDATED",
-    "CONTROLLER",
-    "Design",
-    "Finding",
-    "Identification",
-    "Limits",
-    "Rig",
-    "Row",
-    "SHORTEST_TO_SPLIT",
-    "Source",
-    "campaign_tables",
-    "check_closed_loop",
-    "control_advice",
-    "controller_parameters",
-    "controller_settings",
-    "controller_html",
-    "controller_m",
-    "corrected_init",
-    "course_values",
-    "design_controller",
-    "design_table",
-    "design_pid",
-    "rank_proposals",
-    "diagnose_rigs",
-    "diagnose_source",
-    "find_effects",
-    "experiment_table",
-    "fleet_html",
-    "combine_rigs",
-    "fleet_sentence",
-    "fleet_tables",
-    "flight_outlooks",
-    "flight_table",
-    "generate_rigs",
-    "identify",
-    "linearise",
-    "margin_table",
-    "rig_folders",
-    "find_rigs",
-    "run_campaign",
-    "source_digest",
-    "split_logs",
-    "step_figure",
-    "summarise_rows",
-    "write_voltages",
-]
-
-from .campaign import CONSOLIDATED, Row, campaign_tables, diagnose_source, run_campaign, summarise_rows
-from .controller import control_advice, design_controller, design_pid
-from .design_files import (
-    controller_html,
-    controller_m,
-    corrected_init,
-    course_values,
-    design_table,
-    margin_table,
-    step_figure,
-)
-from .experiment import Limits, experiment_table, find_effects, rank_proposals, write_voltages
-from .fleet import Finding, combine_rigs, diagnose_rigs
-from .fleet_page import fleet_html, fleet_sentence, fleet_tables
-from .flight import flight_outlooks, flight_table
-from .identification import Identification, identify
-from .judging import Design
-from .linearisation import linearise
-from .loop import CONTROLLER, check_closed_loop, controller_parameters, controller_settings
-from .rigs import (
-    SHORTEST_TO_SPLIT,
-    Rig,
-    Source,
-    find_rigs,
-    generate_rigs,
-    rig_folders,
-    source_digest,
-    split_logs,
-)
+from .campaign import CONSOLIDATED as CONSOLIDATED
+from .campaign import campaign_tables as campaign_tables
+from .campaign import diagnose_source as diagnose_source
+from .campaign import run_campaign as run_campaign
+from .campaign import summarise_rows as summarise_rows
+from .controller import control_advice as control_advice
+from .controller import design_controller as design_controller
+from .controller import design_pid as design_pid
+from .design_files import controller_html as controller_html
+from .design_files import controller_m as controller_m
+from .design_files import corrected_init as corrected_init
+from .design_files import course_values as course_values
+from .design_files import design_table as design_table
+from .design_files import margin_table as margin_table
+from .design_files import step_figure as step_figure
+from .experiment import Limits as Limits
+from .experiment import experiment_table as experiment_table
+from .experiment import find_effects as find_effects
+from .experiment import rank_proposals as rank_proposals
+from .experiment import write_voltages as write_voltages
+from .fleet import Finding as Finding
+from .fleet import combine_rigs as combine_rigs
+from .fleet import diagnose_rigs as diagnose_rigs
+from .fleet_page import fleet_html as fleet_html
+from .fleet_page import fleet_sentence as fleet_sentence
+from .fleet_page import fleet_tables as fleet_tables
+from .flight import flight_outlooks as flight_outlooks
+from .flight import flight_table as flight_table
+from .judging import Design as Design
+from .loop import CONTROLLER as CONTROLLER
+from .loop import check_closed_loop as check_closed_loop
+from .loop import controller_parameters as controller_parameters
+from .loop import controller_settings as controller_settings
+from .rigs import SHORTEST_TO_SPLIT as SHORTEST_TO_SPLIT
+from .rigs import Rig as Rig
+from .rigs import Source as Source
+from .rigs import find_rigs as find_rigs
+from .rigs import generate_rigs as generate_rigs
+from .rigs import rig_folders as rig_folders
+from .rigs import source_digest as source_digest
+from .rigs import split_logs as split_logs

@@ -16,14 +16,14 @@ import numpy as np
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration
-from heli_identifier.results import PLANT, ParameterSet, plant_values, to_plain
+from heli_identifier.results import GAIN_OF, PLANT, ParameterSet, plant_values, to_plain
 from heli_identifier.tools import margins
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge_controller
 from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD
 from heli_identifier.tools.loop import CONTROLLER, controller_parameters
 from heli_identifier.tools.margins import LOOPS, Plants, allowed_plants
 from heli_identifier.tools.synthesis import PEAK, design_feedback, retune_pid
-from heli_identifier.tracing import DiagnosisSettings, Progress, Use, helicopter, sign_notes
+from heli_identifier.tracing import Progress, Rig, Use, sign_notes
 from heli_plant.control import PidSettings
 from heli_plant.parameters import BY_FIELD, BY_NAME, PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
@@ -37,14 +37,11 @@ DEARER, DEAREST = 1.5, 24  # factor by which the voltages become dearer, and how
 LEAST_LIFT = 0.3
 """Sum of the thrust voltages [V] below which the travel cannot be controlled: a lean has no lateral force."""
 
-_GAINS = {"pitch": "k_x", "elevation": "k_z", "travel": "k_y"}
-
 
 def _check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use) -> None:
     """Refuse a plant of whose axes the diagnosis says one of these uses, and say what to fly."""
     if unfit := [axis for axis in axes if axis in parameters.axes_for(*unfit_for)]:
-        fly = helicopter(DiagnosisSettings(), [np.zeros((1, 3))], [np.zeros((1, 2))]).fly
-        flights = " ".join(f"For the {axis}: {fly[_GAINS[axis]]}" for axis in unfit)
+        flights = " ".join(f"For the {axis}: {Rig.fly[GAIN_OF[axis]]}" for axis in unfit)
         raise ConfigurationError(
             f"the diagnosis does not call the {' and the '.join(unfit)} of these parameters fit for control. {flights}"
         )
@@ -52,7 +49,7 @@ def _check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use
 
 def _wrong_signs(parameters: ParameterSet) -> tuple[str, ...]:
     """Say which gains have a sign that no rig has."""
-    return sign_notes({gain: parameters.values[f"{axis}.gain"] for axis, gain in _GAINS.items()})
+    return sign_notes({gain: parameters.values[f"{axis}.gain"] for axis, gain in GAIN_OF.items()})
 
 
 def design_controller(

@@ -226,9 +226,7 @@ def _is_determined(estimate: Estimate) -> bool:
 def _classify_effect(name: str, axis: str, rigs: list[RigEstimate], mean: Pooled | None, is_refuted: bool) -> Finding:
     """Find out of an effect, once it is known whether it is refuted that no rig has it."""
     entry, named = effect(name, axis), sum(own.named for own in rigs)
-    if mean is not None and (
-        named >= 2 or (is_refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper)
-    ):
+    if mean is not None and (named >= 2 or (is_refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper)):
         if not mean.alike:
             return Finding.DIFFERS
         return Finding.REPEATS if is_refuted else Finding.UNCONFIRMED

@@ -59,23 +59,19 @@ def controller_system(settings: Settings, period: float) -> StateSpace:
     else:
         free = settings._replace(voltage_limit=_UNLIMITED, point=Angles(), hover=Rotors(), period=period)
     empty = start_controller(free, 0.0, 0.0, 0.0)
-    size = n = len(_flatten(empty))
+    size = n = sum(np.ravel(part).size for part in empty)
     if isinstance(free, FeedbackSettings):
         n -= 2 * (MOST_DELAY - free.delay)  # older voltages are kept, but never looked at
 
     def after(row: list[float]) -> Array:
         memory = _fill_numbers(empty, [*row[:n], *[0.0] * (size - n)])
         memory, voltages = step_controller(free, memory, row[n : n + 3], row[n + 3 :], period)
-        return np.array([*_flatten(memory)[:n], *voltages])
+        numbers = np.hstack([np.ravel(part) for part in memory])
+        return np.concatenate((numbers[:n], voltages))
 
     base = after([0.0] * (n + 6))
     slope = np.column_stack([after(row) - base for row in np.eye(n + 6).tolist()])
     return ss(slope[:n, :n], slope[:n, n:], slope[n:, :n], slope[n:, n:], period)
-
-
-def _flatten(value: Any) -> list[float]:
-    """Numbers in tuples of tuples, in order."""
-    return [number for part in value for number in _flatten(part)] if isinstance(value, tuple) else [value]
 
 
 def _fill_numbers(like: Any, numbers: list[float]) -> Any:
