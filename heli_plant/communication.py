@@ -38,17 +38,6 @@ def quantise(angle: float, counts: int) -> float:
     return floor(angle / width + 0.5) * width
 
 
-class Shown(NamedTuple):
-    """Angles [rad] as the encoders read them, and rates [rad/s]."""
-
-    pitch: float
-    elevation: float
-    travel: float
-    pitch_rate: float
-    elevation_rate: float
-    travel_rate: float
-
-
 def start_memory(first: PlantState, p: PlantParameters) -> PlantMemory:
     """Return the memory at the start; the elevation of ``first`` is what the encoder reads."""
     return PlantMemory(rigid_start(first, p), [], [])
@@ -81,14 +70,7 @@ def is_finite(state: PlantState) -> bool:
     return isfinite(th + ep + la + w1 + w2 + w3 + nu_front + nu_rear + q + w + x + rest)
 
 
-def read_sensors(state: PlantState, counts: EncoderCounts) -> Shown:
-    """Return what encoders and rates show of the state; ``counts`` of 0 round nothing."""
-    pitch, elevation, travel = measured_angles(state)
-    return Shown(
-        quantise(pitch, counts.pitch),
-        quantise(elevation, counts.elevation),
-        quantise(travel, counts.travel),
-        state.pitch_rate,
-        state.elevation_rate + state.bending_rate,
-        state.travel_rate,
-    )
+def read_sensors(state: PlantState, counts: EncoderCounts) -> tuple[float, float, float, float, float, float]:
+    """Return the angles [rad] as the encoders read them, and the rates [rad/s]; ``counts`` of 0 round nothing."""
+    pitch, elevation, travel = [quantise(angle, n) for angle, n in zip(measured_angles(state), counts, strict=True)]
+    return pitch, elevation, travel, state.pitch_rate, state.elevation_rate + state.bending_rate, state.travel_rate

@@ -4,8 +4,8 @@
 
 void plant_publish(const Model *model, Unit *unit)
 {
-    const Shown shown = communication_read_sensors(&model->memory.state, &model->counts);
-    unit_show(unit, REF_pitch, &shown.pitch, sizeof shown / sizeof shown.pitch);
+    const Row6 shown = communication_read_sensors(&model->memory.state, &model->counts);
+    unit_show(unit, REF_pitch, &shown.x0, sizeof shown / sizeof shown.x0);
 }
 
 static void take_parameters(Model *model, Unit *unit)
