@@ -24,7 +24,7 @@ from typing import NamedTuple
 from .motor import saturate
 from .parameters import BY_FIELD, PlantParameters
 from .plant import measured_angles
-from .state import PlantState
+from .state import PlantState, shift_motion
 
 CORNER = 1.0  # gamma [rad/s]
 TRAVEL_BANDWIDTH = 1.26
@@ -73,9 +73,8 @@ def observer_gains(bandwidth: float, h: float) -> ObserverGains:
 
 def predict_state(state: PlantState, torque: Torque, h: float, g: ObserverGains) -> tuple[PlantState, Torque]:
     """Return what the plant's step has led to in ``h`` [s], with the unmodelled accelerations added and faded."""
-    angles = [x + 0.5 * h * h * d for x, d in zip(state[:3], torque, strict=True)]
-    rates = [w + h * d for w, d in zip(state[3:6], torque, strict=True)]
-    return PlantState._make((*angles, *rates, *state[6:])), Torque(*(g.kept * d for d in torque))
+    moved = shift_motion(state, [0.5 * h * h * d for d in torque], [h * d for d in torque])
+    return moved, Torque(*(g.kept * d for d in torque))
 
 
 def correct_state(
@@ -83,10 +82,8 @@ def correct_state(
 ) -> tuple[PlantState, Torque]:
     """Return state and unmodelled accelerations after a sample of the three angles [rad]; ``gains`` of each axis."""
     errors = [(y - x, g) for y, x, g in zip(angles, measured_angles(state), gains, strict=True)]
-    turned = [x + g.angle * e for x, (e, g) in zip(state[:3], errors, strict=True)]
-    rates = [w + g.rate * e for w, (e, g) in zip(state[3:6], errors, strict=True)]
     torques = [d + g.torque * e for d, (e, g) in zip(torque, errors, strict=True)]
-    return PlantState._make((*turned, *rates, *state[6:])), Torque(*torques)
+    return shift_motion(state, [g.angle * e for e, g in errors], [g.rate * e for e, g in errors]), Torque(*torques)
 
 
 GAINS, DAMPINGS = ("k_x", "k_z", "k_y"), ("a_wx", "a_wz", "a_wy")

@@ -24,21 +24,12 @@ from .laws import motor_input, motor_time_constant, switched_on, thrust_voltages
 from .motor import approach, decay_factor
 from .parameters import PlantParameters
 from .plant import accelerations, advance, delayed_input, measured_angles, rigid_start
-from .state import PlantState
+from .state import PlantState, shift_motion
 
 Array = NDArray[np.float64]
 
 STATES = len(PlantState._fields)
 ALONE = np.zeros((3, 14))  # gains of a filter that corrects nothing, in calm air
-
-
-def _shift_motion(state: PlantState, angles: Any, rates: Any) -> PlantState:
-    """Return ``state`` with numbers added to its angles [rad] and rates [rad/s], three of each."""
-    return PlantState(
-        state.pitch + angles[0], state.elevation + angles[1], state.travel + angles[2],
-        state.pitch_rate + rates[0], state.elevation_rate + rates[1], state.travel_rate + rates[2],
-        state.nu_front, state.nu_rear, state.bending, state.bending_rate, state.mass_position, state.cable_rest,
-    )  # fmt: skip
 
 
 def _filter(
@@ -63,7 +54,7 @@ def _filter(
             x[a], w[a] = gains[a, 0] * e[a], gains[a, 1] * e[a]
             d[a], c[a] = d[a] + gains[a, 2] * e[a], c[a] + gains[a, 3] * e[a]
             b[a] = local[row, a]
-        state = _shift_motion(state, x, w)
+        state = shift_motion(state, x, w)
         if i < len(motion):
             for j in range(motion.shape[1]):
                 motion[i, j] = state[j]
@@ -76,7 +67,7 @@ def _filter(
             w[a] = gains[a, 12] * d[a] + gains[a, 13] * c[a] + h * b[a]
             d[a], c[a] = gains[a, 4] * d[a] + gains[a, 5] * c[a], gains[a, 6] * d[a] + gains[a, 7] * c[a]
             n[a] = gains[a, 9] * (n[a] + gains[a, 8] * e[a])
-        state = _shift_motion(state, x, w)
+        state = shift_motion(state, x, w)
     for i in range(STATES):
         carry[i] = state[i]
 

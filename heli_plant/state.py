@@ -1,7 +1,7 @@
 """State of the plant: angles, rates, motors, bending mode, ADO."""
 
 from math import cos
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from .parameters import PlantParameters
 
@@ -21,6 +21,15 @@ class PlantState(NamedTuple):
     bending_rate: float = 0.0  # [rad/s]
     mass_position: float = 0.0  # of the ADO [m]
     cable_rest: float = 0.0  # travel at which the cable is slack [rad]
+
+
+def shift_motion(state: PlantState, angles: Any, rates: Any) -> PlantState:
+    """Return ``state`` with numbers added to its angles [rad] and rates [rad/s], three of each."""
+    return PlantState(
+        state.pitch + angles[0], state.elevation + angles[1], state.travel + angles[2],
+        state.pitch_rate + rates[0], state.elevation_rate + rates[1], state.travel_rate + rates[2],
+        state.nu_front, state.nu_rear, state.bending, state.bending_rate, state.mass_position, state.cable_rest,
+    )  # fmt: skip
 
 
 def start_state(
