@@ -68,8 +68,16 @@ _PLAIN: dict[Any, Any] = {
 
 @cache
 def _entry(function: Any, is_plain: bool) -> Any:
-    """Dispatcher of a function that Python calls."""
-    return keep_on_disk(_jit(function, is_plain))
+    """Dispatcher of a function that Python calls; it keeps its machine code in :func:`cache_folder`."""
+    dispatcher, folder = _jit(function, is_plain), cache_folder()
+    if folder is not None and hasattr(dispatcher, "py_func"):  # it is a plain function under NUMBA_DISABLE_JIT
+        version = _sources_digest(function.__module__.partition(".")[0])
+        config: Any = numba.config
+        before, config.CACHE_DIR = config.CACHE_DIR, str(folder / f"numba-{version}")
+        with suppress(RuntimeError):  # a function that was composed has no file; it is compiled by each process
+            dispatcher._cache = _PatientCache(dispatcher.py_func)  # looks for its folder now
+        config.CACHE_DIR = before
+    return dispatcher
 
 
 @cache
@@ -92,19 +100,6 @@ def _jit(function: Any, is_plain: bool, **options: Any) -> Any:
     # numba names files and machine code by this and by a count of its own
     twin.__qualname__ = f"{function.__qualname__}{'_plain' * is_plain}"
     return numba.njit(nogil=True, error_model="numpy", **options)(twin)
-
-
-def keep_on_disk(dispatcher: Any) -> Any:
-    """Return a function of numba, made without ``cache=True``, that keeps its machine code in :func:`cache_folder`."""
-    folder = cache_folder()
-    if folder is not None and hasattr(dispatcher, "py_func"):  # it is a plain function under NUMBA_DISABLE_JIT
-        version = _sources_digest(dispatcher.py_func.__module__.partition(".")[0])
-        config: Any = numba.config
-        before, config.CACHE_DIR = config.CACHE_DIR, str(folder / f"numba-{version}")
-        with suppress(RuntimeError):  # a function that was composed has no file; it is compiled by each process
-            dispatcher._cache = _PatientCache(dispatcher.py_func)  # looks for its folder now
-        config.CACHE_DIR = before
-    return dispatcher
 
 
 @cache

@@ -94,18 +94,15 @@ def _outputs(state: PidState, angles: Three, references: Three, settings: PidSet
     An excess has the sign of the errors that would make it grow, and is zero within the limits.
     """
     pitch, elevation, travel = angles
-    tau = settings.rate_time_constant
+    rates = [(angle - xi) / settings.rate_time_constant for angle, xi in zip(angles, state[3:], strict=True)]
     pitch_reference, excess_travel = references[0], 0.0
     if settings.travel_enabled:
         # k_y < 0: a positive pitch drives the travel backwards, hence the plus sign on the travel error
-        rate = (travel - state.filtered_travel) / tau
-        wanted = _sum_pid_terms(settings.travel, travel - references[2], state.integral_travel, rate)
+        wanted = _sum_pid_terms(settings.travel, travel - references[2], state.integral_travel, rates[2])
         pitch_reference = clip(wanted, settings.pitch_limit)
         excess_travel = wanted - pitch_reference
-    rate = (pitch - state.filtered_pitch) / tau
-    difference = -_sum_pid_terms(settings.pitch, pitch - pitch_reference, state.integral_pitch, rate)
-    rate = (elevation - state.filtered_elevation) / tau
-    correction = _sum_pid_terms(settings.elevation, elevation - references[1], state.integral_elevation, rate)
+    difference = -_sum_pid_terms(settings.pitch, pitch - pitch_reference, state.integral_pitch, rates[0])
+    correction = _sum_pid_terms(settings.elevation, elevation - references[1], state.integral_elevation, rates[1])
     total = settings.trim - correction
     wanted_front, wanted_rear = 0.5 * (total + difference), 0.5 * (total - difference)
     v_front, v_rear = clip(wanted_front, settings.voltage_limit), clip(wanted_rear, settings.voltage_limit)

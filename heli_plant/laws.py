@@ -110,15 +110,8 @@ _BENDING = effects_at(BENDING, "elevation")
 bending_acceleration = _compose("bending_acceleration", "total = 0.0", _BENDING, ("bending", "bending_rate", "mu_sum"))
 bends = _make_function("bends", ("p",), [f"return {_any_on(_BENDING)}"])
 _stepping = [(entry.field, shape.field) for entry in CATALOGUE for shape in entry.shapes if shape.start == STEP_TIMES]
-next_step_time = _make_function(
-    "next_step_time",
-    ("time", "p"),
-    [
-        "found = inf",
-        *(f"if p.{field} != 0.0 and time < p.{at_time} < found: found = p.{at_time}" for field, at_time in _stepping),
-        "return found",
-    ],
-)
+_steps = [f"if p.{field} != 0.0 and time < p.{at} < found: found = p.{at}" for field, at in _stepping]
+next_step_time = _make_function("next_step_time", ("time", "p"), ["found = inf", *_steps, "return found"])
 
 
 def thrust_voltages(nu_front: float, nu_rear: float, time: float, p: Any) -> tuple[float, float]:
