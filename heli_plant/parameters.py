@@ -153,12 +153,12 @@ def check_parameters(parameters: PlantParameters) -> PlantParameters:
     return parameters
 
 
-def from_names(values: Mapping[str, float], start: PlantParameters = TABLE_2) -> PlantParameters:
-    """Return ``start`` with the parameters of structured names ``values`` set, checked.
+def from_names(values: Mapping[str, float]) -> PlantParameters:
+    """Return Table 2 with the parameters of structured names ``values`` set, checked.
 
     ParameterError: a name does not exist (the nearest one is proposed) or a value is out of its range.
     """
     for name in values:
         if name not in BY_NAME:
             raise ParameterError(f"unknown plant parameter {name!r}{did_you_mean(name, BY_NAME)}")
-    return check_parameters(start._replace(**{BY_NAME[name].field: float(value) for name, value in values.items()}))
+    return check_parameters(TABLE_2._replace(**{BY_NAME[name].field: float(value) for name, value in values.items()}))

@@ -175,4 +175,4 @@ def test_parameters_survive_the_way_through_structured_names(data):
     if p.T_m + p.motor_lag_rotors < 0.0:
         return  # refused, see above
     names = {row.name: getattr(p, row.field) for row in PARAMETERS}
-    assert from_names(names, start=TABLE_2._replace(k_x=1.0)) == p
+    assert from_names(names) == p
