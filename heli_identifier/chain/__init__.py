@@ -5,27 +5,8 @@ as the effects and undone in the log; it never becomes part of a plant. What a l
 such as columns that are alike, is found by the functions of :mod:`.inspection`.
 """
 
+# ruff: noqa: F401 - this is the door
 from .answers import controller_samples, undo_delays
 from .events import SETTLING, Event, event_notes, find_events, is_counted, local_cubic, passages, undo_slips
 from .faults import FAULTS, Fault, undo_faults
 from .inspection import BENDING, TIMING, Defect, inspect_logs
-
-__all__ = [
-    "BENDING",
-    "Defect",
-    "Event",
-    "FAULTS",
-    "Fault",
-    "SETTLING",
-    "TIMING",
-    "controller_samples",
-    "is_counted",
-    "event_notes",
-    "find_events",
-    "inspect_logs",
-    "local_cubic",
-    "undo_delays",
-    "passages",
-    "undo_faults",
-    "undo_slips",
-]

@@ -18,7 +18,7 @@ Sources: Huber 1964; Savitzky and Golay 1964.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +89,7 @@ def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
     """
     records = [_reduce_log(log, voltage_limit) for log in logs]
     regressions = [_regress_axes(record) for record in records]
-    ends = np.cumsum([len(own[0].y) for own in regressions])[:-1]
+    ends = np.cumsum([len(acceleration) for (_, acceleration, _), *_ in regressions])[:-1]
     found = [[np.split(part, ends) for part in _standardise(own)] for own in zip(*regressions, strict=True)]
     events = []
     for i, (log, record, slips) in enumerate(zip(logs, records, _find_slips(records), strict=True)):
@@ -175,16 +175,11 @@ def _grid(step: float) -> tuple[int, int]:
     return _window_length(step) // 2 + 1, max(1, round(EVALUATED_STEP / step))
 
 
-class _Regression(NamedTuple):
-    X: Array  # regressors (n, k)
-    y: Array  # acceleration (n,) [rad/s^2]
-    change: Array  # of the thrust that drives the axis (n,) [V/s]
-
-
-def _regress_axes(record: Log) -> list[_Regression]:
+def _regress_axes(record: Log) -> list[tuple[Array, Array, Array]]:
     """Regression of each axis of a log, from smoothed signals.
 
-    The thrusts are linear twice, behind a fast lag and a slow one, then of second and third degree.
+    Gives the regressors (n, k), the acceleration (n,) [rad/s^2], and the change of the thrust that drives the axis (n,)
+    [V/s]. The thrusts are linear twice, behind a fast lag and a slow one, then of second and third degree.
     """
     h, length, (edge, stride) = record.step, _window_length(record.step), _grid(record.step)
     voltages, angles, inner = record.voltages, record.angles, slice(edge, record.samples - edge, stride)
@@ -222,11 +217,11 @@ def _regress_axes(record: Log) -> list[_Regression]:
         one, wy, travel, *(nu * sine for nu in sums), total * cosine, turned_y, wy * abs(wy), wz * wy,
         wz * wy * elevation, wy * total, diff, wx * wz, wx, sine, wx * total,
     )  # fmt: skip
-    regressors = (np.column_stack(X) for X in (of_pitch, of_elevation, of_travel))
-    return [_Regression(*own) for own in zip(regressors, y, widest, strict=True)]
+    regressors = [np.column_stack(X) for X in (of_pitch, of_elevation, of_travel)]
+    return [*zip(regressors, y, widest, strict=True)]
 
 
-def _standardise(logs: Sequence[_Regression]) -> tuple[Array, Array]:
+def _standardise(logs: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array]:
     """Residuals of one axis (n,) [rad/s^2] in all logs, and the same over their scale at like motion."""
     X, y, change = (np.concatenate(parts) for parts in zip(*logs, strict=True))
     if len(y) < FEWEST_SAMPLES * X.shape[1]:
