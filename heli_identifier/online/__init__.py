@@ -32,12 +32,12 @@ from .settings import (
     is_determined,
     prepare,
 )
-from .state import IdentifierOutput, IdentifierState, Lag, output_of
+from .state import IdentifierOutput, IdentifierState, output_of
 from .whitening import Noise
 
 __all__ = [
     "ADAPTATION", "CLOSED", "CONTRADICTION", "GAINS", "METHODS", "PREDICTION_ERROR", "Estimate", "IdentifierOutput",
-    "IdentifierSettings", "IdentifierState", "Lag", "ModelParameters", "Noise", "Plan", "Sampled", "before_samples",
+    "IdentifierSettings", "IdentifierState", "ModelParameters", "Noise", "Plan", "Sampled", "before_samples",
     "begin_sampling", "combinations", "default_settings", "is_determined", "gain_matrix", "is_closed", "is_due",
     "noise_of", "output_of", "prepare", "shares", "start", "step", "take_sample", "take_samples", "total",
 ]  # fmt: skip

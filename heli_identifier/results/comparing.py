@@ -127,7 +127,8 @@ def compare(
         for one, two in (map(of, documents) for of in (_slopes, _in_plant))
     )
     judged = "ahead_200ms" if any(own.closed_loop for own in documents) else "prediction_1s"
-    outcomes = (hold_to(own.plant(), dict.fromkeys(AXES, inf), read_logs(logs), judged) for own in plants if logs)
+    used, free = read_logs(logs), dict.fromkeys(AXES, inf)
+    outcomes = (hold_to(own.plant(), free, used, judged) for own in plants if used)
     errors = [(one.log, one.axis, one.error, two.error) for one, two in zip(*outcomes, strict=True)]
     voltages = [f"{own.settings['operating_point']:.3g} V" for own in documents]
     notes = [
