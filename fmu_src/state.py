@@ -7,6 +7,8 @@ by which it comes back.
 from functools import cache
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
+_hints = cache(get_type_hints)
+
 
 def freeze_state(state: Any) -> Any:
     """Return a copy of a state as lists."""
@@ -27,8 +29,3 @@ def thaw_state(saved: Any, kind: Any) -> Any:
     if len(kinds) < 2 or kinds[1] is Ellipsis:
         kinds = kinds[:1] * len(saved)
     return get_origin(kind)(thaw_state(one, own) for one, own in zip(saved, kinds, strict=True))
-
-
-@cache
-def _hints(kind: Any) -> dict[str, Any]:
-    return get_type_hints(kind)

@@ -78,13 +78,12 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
         if etree.parse(folder / "modelDescription.xml", etree.XMLParser(resolve_entities=False)).docinfo.doctype:
             raise ValueError("its XML has a document type, which may define entities; take it out")
         description = fmpy.read_model_description(str(folder))
+        if description.fmiVersion != "2.0" or description.coSimulation is None:
+            kind = "model exchange" if description.coSimulation is None else "co-simulation"
+            raise ValueError(f"it is for FMI {description.fmiVersion} {kind}, FMI 2.0 co-simulation is needed")
     except Exception as error:  # fmpy raises whatever its parsers raise on damaged archives and descriptions
         said = " ".join(str(error).split()) or type(error).__name__
         raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {said[:300]}") from error
-    if description.fmiVersion != "2.0" or description.coSimulation is None:
-        kind = f"{description.fmiVersion} {'model exchange' if description.coSimulation is None else 'co-simulation'}"
-        said = f"it is for FMI {kind}, FMI 2.0 co-simulation is needed"
-        raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {said}")
     return description
 
 
@@ -101,23 +100,19 @@ class Instance:
         self.outputs = [v for v in self.variables.values() if v.causality == "output" and v.type == "Real"]
         _HEARD[id(self)] = self
         try:
-            self._instantiate()
+            self.slave = self._call(
+                "load", 0.0, FMU2Slave, instanceName=name, guid=self.description.guid, unzipDirectory=self.folder,
+                modelIdentifier=self.description.coSimulation.modelIdentifier,
+            )  # fmt: skip
+            self.play = getattr(self.slave.dll, "heli_play", None)  # the loop in C, of units in C of this project
+            if (folder / "resources" / "slavemodule.txt").is_file():
+                self._give_resources_as_they_are()
+            self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=id(self))
+            addLoggerProxy(byref(self._callbacks))
+            self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
         except BaseException:
             self.close()
             raise
-
-    def _instantiate(self) -> None:
-        """Load the unit's library and instantiate the unit."""
-        self.slave = self._call(
-            "load", 0.0, FMU2Slave, instanceName=self.name, guid=self.description.guid, unzipDirectory=self.folder,
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-        )  # fmt: skip
-        self.play = getattr(self.slave.dll, "heli_play", None)  # the loop in C, of units in C of this project
-        if Path(self.folder, "resources", "slavemodule.txt").is_file():
-            self._give_resources_as_they_are()
-        self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=id(self))
-        addLoggerProxy(byref(self._callbacks))
-        self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
 
     def _give_resources_as_they_are(self) -> None:
         """Give a unit of pythonfmu its folder as it is: it would undo %20 alone of a URI, and crash on ü or #."""
@@ -199,10 +194,8 @@ class Instance:
         step, put, get = (cast(call, c_void_p).value for call in (self._step, self._set, self._get))
         self.row = self.slave.component, step, put, at[0], len(ins), at[1], get, at[2], len(outs), at[3], at[4]
         self._component = c_void_p(self.slave.component)
-        self._to_set, self._to_get = (
-            (self._component, c_void_p(at[k]), c_size_t(len(references)), c_void_p(at[k + 1]))
-            for k, references in ((0, ins), (2, outs))
-        )
+        self._to_set = self._component, c_void_p(at[0]), c_size_t(len(ins)), c_void_p(at[1])
+        self._to_get = self._component, c_void_p(at[2]), c_size_t(len(outs)), c_void_p(at[3])
 
     def put_inputs(self, time: float) -> None:
         """Set the connected inputs at ``time`` [s]."""

@@ -38,7 +38,7 @@ def evaluate(body: Any, node: ast.expr | None) -> Any:
         case ast.Constant(value):
             return value
         case ast.Name(name):
-            return _look_up(body, name)
+            return body.env[name] if name in body.env else _stage_value(body, eval(name, body.function.__globals__))
         case ast.Attribute(owner, name):
             whole = of(owner)
             return _stage_value(body, getattr(whole, name)) if isinstance(whole, ModuleType) else getattr(whole, name)
@@ -87,10 +87,6 @@ def assign(body: Any, target: ast.expr, value: Any) -> None:
             body.set_item(evaluate(body, owner), evaluate(body, place), value)
         case _:
             raise NoType(f"{ast.unparse(target)} cannot be changed; NamedTuples have _replace")
-
-
-def _look_up(body: Any, name: str) -> Any:
-    return body.env[name] if name in body.env else _stage_value(body, eval(name, body.function.__globals__))
 
 
 def _stage_value(body: Any, value: Any) -> Any:
