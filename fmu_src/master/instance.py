@@ -19,13 +19,7 @@ from urllib.parse import unquote_to_bytes
 import fmpy
 import numpy as np
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import (
-    FMU2Slave,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-)
+from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.logging import addLoggerProxy
 from lxml import etree
 from numpy.typing import NDArray
@@ -55,9 +49,6 @@ def _hear(environment: int | None, _name: bytes, status: int, _category: bytes, 
 
 
 _LOGGER = fmi2CallbackLoggerTYPE(_hear)
-_ALLOCATE = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-_FREE = fmi2CallbackFreeMemoryTYPE(fmpy.free)
-
 
 WATCHES: list[Callable[[], object]] = []  # called whenever the units have answered, for those who wait for that
 
@@ -107,9 +98,10 @@ class Instance:
             self.play = getattr(self.slave.dll, "heli_play", None)  # the loop in C, of units in C of this project
             if (folder / "resources" / "slavemodule.txt").is_file():
                 self._give_resources_as_they_are()
-            self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=id(self))
-            addLoggerProxy(byref(self._callbacks))
-            self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
+            usual = defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
+            callbacks = fmi2CallbackFunctions(_LOGGER, *usual, componentEnvironment=id(self))
+            addLoggerProxy(byref(callbacks))
+            self._call("instantiate", 0.0, self.slave.instantiate, callbacks=callbacks, loggingOn=True)
         except BaseException:
             self.close()
             raise
@@ -120,11 +112,9 @@ class Instance:
             said = f"{self.name} cannot be unpacked into {self.folder}: its library takes %20 in a path for a blank"
             raise MasterError(f"{said}; set TMPDIR to another folder")
         call = self.slave.fmi2Instantiate
-
-        def instantiate(name: bytes, kind: int, guid: bytes, resources: bytes, *rest: Any) -> Any:
-            return call(name, kind, guid, unquote_to_bytes(resources), *rest)
-
-        self.slave.fmi2Instantiate = instantiate
+        self.slave.fmi2Instantiate = lambda name, kind, guid, resources, *rest: call(
+            name, kind, guid, unquote_to_bytes(resources), *rest
+        )
 
     def check(self, call: str, time: float, status: int = 0) -> None:
         """Raise MasterError if the answer to ``call`` at ``time`` [s], or one in the log, is worse than a warning."""
