@@ -3,7 +3,7 @@
 :func:`prepare` makes of them, once, the coefficients that a step computes with.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import cos, inf, log, pi, sin
 from typing import NamedTuple
 
@@ -106,7 +106,7 @@ class IdentifierSettings:
     voltage_limit: float = 5.0  # saturation of both voltages [V]
     excitation_window: float = 20.0  # time constant over which the excitation level is taken [s]
     report_interval: float = 5.0  # between two evaluations of standard errors and levels [s]
-    initial: ModelParameters = field(default_factory=ModelParameters)  # Omega(0); theta0 where it is estimated
+    initial: ModelParameters = ModelParameters()  # Omega(0); theta0 where it is estimated
     method: str = ADAPTATION  # the paper's, or prediction_error, which stays right in closed loop
     lag_known: bool = False  # else prediction errors estimate the lag along from motor_time_constant
     noise: tuple[Noise, Noise, Noise] = (ANY_ROOM, ANY_ROOM, ANY_ROOM)  # where the noise models of the axes begin

@@ -8,7 +8,6 @@ translating the function again until none widens any more.
 from __future__ import annotations
 
 import ast
-import dataclasses
 import inspect
 import re
 from collections.abc import Callable, Collection, Iterator
@@ -284,9 +283,6 @@ class Body:
     def make_struct(self, kind: type, *given: Any, **named: Any) -> Expr:
         """Make a struct: ``PlantState(...)``."""
         bound = inspect.signature(kind).bind(*given, **named)
-        for field in dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ():
-            if field.default_factory is not dataclasses.MISSING:
-                bound.arguments.setdefault(field.name, field.default_factory())
         bound.apply_defaults()
         inner = [f".{name} = {self.as_type(bound.arguments[name], own).bare}" for name, own in c.fields(kind).items()]
         made = self.declare(c.Struct(kind), kind.__name__.lower(), f"{{{', '.join(inner)}}}")

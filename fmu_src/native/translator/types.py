@@ -118,11 +118,8 @@ def parts_of(kind: CType) -> list[tuple[str, CType]]:
 @cache
 def fields(kind: type) -> dict[str, CType]:
     """Return the types of the fields of a NamedTuple or dataclass, in order."""
-    own = dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()
-    names, hints = tuple(field.name for field in own) or kind._fields, get_type_hints(kind)  # type: ignore[attr-defined]
-    if not any(name in hints for name in names):  # PlantParameters: a flat set of floats
-        return dict.fromkeys(names, FLOAT)
-    return {name: annotation_type(hints[name]) for name in names}
+    hints = get_type_hints(kind)  # PlantParameters has none: they are all floats
+    return {name: annotation_type(hints.get(name, float)) for name in inspect.signature(kind).parameters}
 
 
 PLAIN: dict[Any, CType] = {float: FLOAT, int: INT, bool: BOOL, str: TEXT, type(None): NOTHING}
@@ -154,9 +151,7 @@ def parameter_types(function: types.FunctionType) -> dict[str, CType | None]:
 
 def annotation(function: types.FunctionType, name: str) -> CType | None:
     """Return the type of a parameter, or of ``return``, as its annotation says it; None where it says none."""
-    hint = function.__annotations__.get(name, inspect.Parameter.empty)
     try:
-        hint = eval(hint, function.__globals__) if isinstance(hint, str) else hint  # our own source
-        return None if hint is inspect.Parameter.empty else annotation_type(hint)
-    except (NameError, NoType):
+        return annotation_type(get_type_hints(function)[name])
+    except (KeyError, NoType):
         return None
