@@ -21,8 +21,7 @@ from heli_plant.control import AxisGains, PidSettings
 from heli_plant.effects import CATALOGUE
 from heli_plant.errors import did_you_mean
 
-from . import configuration
-from .configuration import CONTRACT, RigConfiguration
+from .configuration import CONTRACT, ControllerConfiguration, Geometry, LogFormat, RigConfiguration, Weights
 from .units import ANGLES
 
 if TYPE_CHECKING:
@@ -100,19 +99,17 @@ def _make_configuration(content: dict[str, dict[str, Any]]) -> RigConfiguration:
     rig, log, controller, geometry = (content[name] for name in ("rig", "log", "controller", "geometry"))
     limit, counts = rig.pop("voltage_limit", CONTRACT.voltage_limit), rig.pop("encoder_counts", {})
     encoders = tuple(counts.get(axis, CONTRACT.counts_per_turn(axis)) for axis in ANGLES)
-    format = configuration.LogFormat(**log, voltage_limit=limit, encoder_counts=encoders)
+    format = LogFormat(**log, voltage_limit=limit, encoder_counts=encoders)
     units, effects = {effect.field: effect.unit for effect in CATALOGUE}, {}
     for name, (coefficient, deviation) in rig.pop("effects", {}).items():  # the name is checked where the value is
         effects[name] = Estimate(coefficient, deviation, units.get(name, ""))
     for name, value in geometry.items():
         unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
         require_range(f"geometry.{name}", value, unit, 1e-3, most)
-    controller["weights"] = configuration.Weights(**controller.get("weights", {}))
+    controller["weights"] = Weights(**controller.get("weights", {}))
     controller["pid"] = _read_pid(controller.get("pid", {}), limit)
-    aim = configuration.ControllerConfiguration(**controller)
-    return RigConfiguration(
-        **rig, effects=effects, format=format, controller=aim, geometry=configuration.Geometry(**geometry)
-    )
+    aim = ControllerConfiguration(**controller)
+    return RigConfiguration(**rig, effects=effects, format=format, controller=aim, geometry=Geometry(**geometry))
 
 
 def _read_pid(given: dict[str, Any], voltage_limit: float) -> PidSettings | None:
