@@ -42,9 +42,6 @@ from .whitening import settled_memory, whiten
 _PITCH, _ELEVATION, _TRAVEL = 0, 1, 2  # step of a report interval in which an axis is evaluated: none pays for three
 _EARLY = 1e-6  # share of its period by which a sample is due early: communication points k H are rounded
 
-Rows = tuple[tuple[float, ...], ...]
-"""Combinations of the Omega of one axis."""
-
 
 def start(plan: Plan, now: Sample, references: Angles = NO_REFERENCES) -> IdentifierState:
     """Return the state at sample 0, which is ``now``, filters and motors settled at it; references [rad]."""
@@ -154,11 +151,11 @@ def _advance_axis(
 _NOTHING = 1e-100  # a gain or torque that has been forgotten: the square of a smaller one may be zero
 
 
-def combinations(which: int, axis: AxisState, plan: Plan) -> Rows:
+def combinations(which: int, axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
     """Return the rows j whose j^T Omega are what is reported of pitch (0), elevation or travel, to first order."""
     own = plan.axes[which]
     n = own.gain + 1
-    rows: Rows = tuple([tuple(unit_vector(i, n)) for i in range(n)])
+    rows: tuple[tuple[float, ...], ...] = tuple([tuple(unit_vector(i, n)) for i in range(n)])
     if which == _PITCH and plan.settings.rest_angle is None:
         p, q = axis.omega[1], axis.omega[2]
         a = hypotenuse(p, q)

@@ -22,8 +22,6 @@ from heli_identifier.signatures import check_types
 from heli_identifier.tracing import Diagnosis, DiagnosisFile, ErrorFigure, hold_to
 from heli_plant.effects import AXES
 
-NOT_IN_PLANT = "not in the plant"
-
 
 @dataclass(frozen=True)
 class Compared:
@@ -79,7 +77,7 @@ class Comparison(Tabular):
         count = len(self.parameters) + len(self.effects)
         title = f"{len(self.moved)} of {count} parameters and effects differ between {' and '.join(self.names)}"
         found: list[Sequence[str]] = []
-        for group, absent in ((self.parameters, "–"), (self.effects, NOT_IN_PLANT)):
+        for group, absent in ((self.parameters, "–"), (self.effects, "not in the plant")):
             for one in group:
                 shown = (with_interval(e) if e else absent for e in (one.first, one.second))
                 found.append((one.name, *shown, one.outcome))

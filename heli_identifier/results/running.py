@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 SIGNALS = ("v_front", "v_rear", "pitch", "elevation", "travel")
 """Columns of a simulation: voltages [V], angles [rad]."""
 
-STATES = PlantState._fields
-
 SAME = 1e-9
 """Difference [rad] up to which the unit's free-run error is the reported one."""
 
@@ -62,7 +60,7 @@ class Simulation(Tabular):
         import pandas
 
         table = np.column_stack((self.voltages, self.angles, self.states[:, 3:]))
-        return pandas.DataFrame(table, pandas.Index(self.time, name="time"), [*SIGNALS, *STATES[3:]])
+        return pandas.DataFrame(table, pandas.Index(self.time, name="time"), [*SIGNALS, *PlantState._fields[3:]])
 
     def to_dict(self) -> dict[str, Any]:
         """Give time [s], voltages [V] and angles [rad] as lists of numbers by name; null for what is not finite."""
