@@ -80,13 +80,12 @@ class Scenario:
 
         WiringError names a unit that the scenario does not have.
         """
-        names = tuple(name for name, _ in self.units)
-        by_unit: dict[str, dict[str, Value]] = {name: {} for name in names}
+        by_unit: dict[str, dict[str, Value]] = {name: {} for name, _ in self.units}
         for full, value in {**dict(self.parameters), **parameters}.items():
             unit, _, name = full.partition(".")
             if unit not in by_unit:
-                said = f"scenario {self.name} has no unit {unit!r}{did_you_mean(unit, names)}"
-                raise WiringError(f"parameter {full!r}: {said}; its units are {', '.join(names)}")
+                said = f"scenario {self.name} has no unit {unit!r}{did_you_mean(unit, by_unit)}"
+                raise WiringError(f"parameter {full!r}: {said}; its units are {', '.join(by_unit)}")
             by_unit[unit][name] = value
         return by_unit
 

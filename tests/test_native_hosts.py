@@ -18,7 +18,8 @@ import pytest
 from fmpy import extract
 
 from fmu_src import build
-from fmu_src.native import NATIVE_UNITS, Untranslatable
+from fmu_src.errors import Untranslatable
+from fmu_src.native import NATIVE_UNITS
 from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, find_compiler
 from fmu_src.native.translator.program import Translation
 from tests.commands import ran

@@ -6,8 +6,7 @@
 of a unit, its memory, the functions of FMI, and for each unit which variable goes where.
 """
 
-from ..errors import Untranslatable
 from .builder import NATIVE_UNITS, controller_sources
 from .toolchain import missing_compilers, runs_here
 
-__all__ = ["NATIVE_UNITS", "Untranslatable", "controller_sources", "runs_here", "missing_compilers"]
+__all__ = ["NATIVE_UNITS", "controller_sources", "runs_here", "missing_compilers"]

@@ -151,8 +151,7 @@ class Body:
         if have in (c.BOOL, c.INT, c.FLOAT, c.TEXT) and not isinstance(value, Expr) and have in (wanted, c.BOOL, c.INT):
             return Expr(self, wanted, literal(float(value) if wanted == c.FLOAT else value))
         if wanted in (c.INT, c.FLOAT) and have in (c.BOOL, c.INT):
-            before = value.as_float if wanted == c.FLOAT else ""
-            return Expr(self, wanted, before or f"({wanted.name}){value.code}")
+            return Expr(self, wanted, value.as_float or f"({wanted.name}){value.code}")
         items = known_items(value)
         if items is not None and isinstance(wanted, c.Row) and len(items) == len(wanted.items):
             inner = ", ".join(self.as_type(one, kind).bare for one, kind in zip(items, wanted.items, strict=True))
@@ -160,8 +159,7 @@ class Body:
         if isinstance(wanted, c.Listing) and (items == [] or have == c.Listing(c.UNKNOWN)):
             return Expr(self, wanted, f"({wanted.name}){{0}}")
         if isinstance(wanted, c.Listing) and isinstance(have, c.Listing | c.Row):
-            kind = wanted if wanted.item != c.UNKNOWN else c.Listing(c.element_type(have))
-            made = self.new_list(kind, str(len(items or ())))
+            made = self.new_list(wanted, str(len(items or ())))
             self.for_each(value, lambda one: self.append_item(made, one))
             return made
         if items is not None and have == wanted and isinstance(wanted, c.Struct):
