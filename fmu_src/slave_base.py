@@ -67,7 +67,7 @@ class SlaveBase(Fmi2Slave):
     """Value references of the variables of each type."""
     _first_output: ClassVar[int] = 0
     real_inputs: ClassVar[dict[int, tuple[float, float]]] = {}
-    """Bounds of the Real inputs by reference."""
+    """Bounds of the inputs by reference; all of them are Real."""
     hidden: ClassVar[Mapping[str, Any]] = {}
     """Type of each attribute, or None in its place, that a step sets and a later one reads (:mod:`fmu_src.state`)."""
     summary: ClassVar[str] = ""
@@ -81,8 +81,7 @@ class SlaveBase(Fmi2Slave):
         cls.references = {variable.name: reference for reference, variable in enumerate(cls.variables)}
         cls.of_type = {kind: frozenset(k for k, v in enumerate(cls.variables) if v.type == kind) for kind in TYPES}
         cls._first_output = next((k for k, v in enumerate(cls.variables) if v.causality == "output"), 0)
-        inputs = {k: v for k, v in enumerate(cls.variables) if v.causality == "input" and v.type == "Real"}
-        cls.real_inputs = {k: v.bounds for k, v in inputs.items()}
+        cls.real_inputs = {k: v.bounds for k, v in enumerate(cls.variables) if v.causality == "input"}
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -179,8 +178,7 @@ class SlaveBase(Fmi2Slave):
 
     def _initial_conditions(self) -> list[Any]:
         """Start time and fixed parameters: all that ``initialise`` reads and ``advance`` does not read again."""
-        pairs = zip(self.values, self.variables, strict=True)
-        fixed = (value for value, v in pairs if v.causality == "parameter" and v.variability == "fixed")
+        fixed = (value for value, v in zip(self.values, self.variables, strict=True) if v.variability == "fixed")
         return [self.start_time, *fixed]
 
     # Every step
