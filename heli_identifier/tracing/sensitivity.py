@@ -39,13 +39,13 @@ from .noise import (
     slope_of_colour,
     start_memory,
 )
-from .rig import Array, Coordinate, Record
+from .rig import Array, Coordinate, Parameters, Record
 from .settings import DIFFERENCE, HUBER, OWN
 
 Rows = tuple[NDArray[np.intp], Array]
 """Coordinates (k,), and derivatives by them (k, n)."""
 
-CHUNK = 30000
+CHUNK = 8000
 """Samples that are read at a time."""
 
 
@@ -181,21 +181,7 @@ class Sensitivities:
         pushing = [j for j, m in enumerate(moves) if not m.in_reading and m.faults is None and m.torque is None]
         acting = [L.of_log(i, point, p) for p in (point.parameters, *(moves[j].parameters for j in pushing))]
         widths = np.array([move.step for move in moves])[:, None]
-        changes = list[tuple[int, Array, Callable[[AxisFilter], tuple[Array, Array]]]]()
-        read = [dict[int, Array]() for _ in axes]
-        if bent := [j for j, move in enumerate(moves) if move.in_reading]:
-            first, *others = rig.readings(record, [point.parameters, *(moves[j].parameters for j in bent)])
-            changes += [(j, first - own, reading_dynamics) for j, own in zip(bent, others, strict=True)]
-        for j, faults in ((j, move.faults) for j, move in enumerate(moves) if move.faults is not None):
-            other = without(faults, L.logged[i] if L.faults else record)
-            changes.append((j, other.angles - record.angles, reading_dynamics))
-            if (other.inputs != record.inputs).any():
-                along = np.repeat(motion, held, axis=0)[: record.samples]
-                there, here = (rig.accelerations(own, acting[:1], along)[0][:, 0].T for own in (other, record))
-                changes.append((j, there - here, error_dynamics))
-        for j, change, dynamics in changes:
-            for k in np.flatnonzero(change.any(0)).tolist():
-                read[k][j] = lfilter(*dynamics(axes[k].own), change[:, k] / moves[j].step)
+        read = self._of_reading(i, motion, acting[:1])
         gone = [behind(axis.own, e[:, k]) for k, axis in enumerate(axes)]
         lagging = None
         turn, zeroed = DIFFERENCE * OWN[4], np.array(rig.zeroed)
@@ -227,6 +213,30 @@ class Sensitivities:
                 coloured = axis.slopes.T @ past(*gone[k], rows)
                 fast.append((named, np.vstack((coloured, *(change[rows] for change in read[k].values())))))
             yield rows, fast, slow
+
+    def _of_reading(self, i: int, motion: Array, plant: Sequence[Parameters]) -> list[dict[int, Array]]:
+        """Give by axis and coordinate the derivatives (N,) by a bending of the arm and by faults of the log."""
+        L, moves, record = self.likelihood, self.moves, self.likelihood.records[i]
+        axes = self._of_rate(record)
+        found = [dict[int, Array]() for _ in axes]
+
+        def pass_on(j: int, change: Array, dynamics: Callable[[AxisFilter], tuple[Array, Array]]) -> None:
+            for k in np.flatnonzero(change.any(0)).tolist():
+                found[k][j] = lfilter(*dynamics(axes[k].own), change[:, k] / moves[j].step)
+
+        if bent := [j for j, move in enumerate(moves) if move.in_reading]:
+            plants = [self.point.parameters, *(moves[j].parameters for j in bent)]
+            first, *others = L.rig.readings(record, plants)
+            for j, own in zip(bent, others, strict=True):
+                pass_on(j, first - own, reading_dynamics)
+        for j, faults in ((j, move.faults) for j, move in enumerate(moves) if move.faults is not None):
+            other = without(faults, L.logged[i] if L.faults else record)
+            pass_on(j, other.angles - record.angles, reading_dynamics)
+            if (other.inputs != record.inputs).any():
+                along = np.repeat(motion, record.held, axis=0)[: record.samples]
+                there, here = (L.rig.accelerations(own, plant, along)[0][:, 0].T for own in (other, record))
+                pass_on(j, there - here, error_dynamics)
+        return found
 
     def volume(self, i: int, sigma: Array) -> Array:
         """Give the derivatives (count,) of what integrating over the torques of record ``i`` adds to F."""

@@ -65,12 +65,12 @@ class Unknown:
 
 Torques = tuple[str, float, float, float, Sequence[Array]]
 """Variable, ``first`` and ``spacing`` as of :class:`Unknown`, width of the prior [rad/s^2], and of every record the
-torques (n_i, k) at every :attr:`~.rig.Record.held`-th sample, for weights of 1."""
+torques (n_i, k) [rad/s^2] at every :attr:`~.rig.Record.held`-th sample, for weights of that width."""
 
 
 def _weigh_torques(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unknown]:
     """Weigh groups of torques of axis ``a``, each apart, beside the plant that is fitted."""
-    columns = [Coordinate("", 0.0, width, step=1.0, torque=(a, [width * own[:, j] for own in torques]))
+    columns = [Coordinate("", 0.0, width, step=1.0, torque=(a, [own[:, j] for own in torques]))
                for *_, width, torques in groups for j in range(torques[0].shape[1])]  # fmt: skip
     P, all_x = len(fitted.x), np.concatenate((fitted.x, np.zeros(len(columns))))
     H, g = linearise(
@@ -107,7 +107,7 @@ def _curves(fitted: Fit, a: int) -> Iterator[Torques]:
         if variable in tables.turning:
             low, high = 0.0, 2.0 * np.pi
         spacing = max(high - low, 1e-6) / (tables.knots - 1)
-        torques = [_basis(tables, variable, low, spacing, own[:, column]) for own in x]
+        torques = [OWN[0] * _basis(tables, variable, low, spacing, own[:, column]) for own in x]
         yield variable, low, spacing, OWN[0], torques
 
 
@@ -132,8 +132,9 @@ def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
     frequency = float(f[power.argmax()])
     turns = [np.exp(2j * np.pi * frequency * means(r.time[:, None], r.held)[:, 0]) for r in records]
     both = [np.column_stack((turn.imag, turn.real)) for turn in turns]
-    of_logs = [np.kron(own, two) for own, two in zip(np.eye(len(both)), both, strict=True)]
-    return TIME, 0.0, frequency, 10.0 * OWN[0], of_logs
+    width = 10.0 * OWN[0]
+    of_logs = [np.kron(own, width * two) for own, two in zip(np.eye(len(both)), both, strict=True)]
+    return TIME, 0.0, frequency, width, of_logs
 
 
 def _basis(tables: type[Tables], variable: str, first: float, spacing: float, x: Array) -> Array:
