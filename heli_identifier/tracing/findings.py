@@ -116,7 +116,7 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
         return None
     if own.score <= NAMED or abs(own.value) < TIMED:
         return None
-    around = selection.last.without_parameter(fitted.fields.index(LAG_FIELD))
+    around = selection.last.without([LAG_FIELD])
     rivals = [e for e in around.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
     scores = around.scores(around.selected, among=[e.field for e in rivals])
     alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > own.score - KEPT)

@@ -18,6 +18,7 @@ from collections.abc import Collection, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
@@ -114,44 +115,35 @@ class Scores:
         catalogue = {name for effect in candidates for name in effect.parameters}
         self.nuisance = [j for j, c in enumerate(inside) if c.field not in catalogue]
         self.nuisance += range(P, len(self.g))
-        self.best: dict[str, int] = {}
-        """Column by effect that :meth:`scores` found best last."""
+        self.off: frozenset[str] = frozenset()
 
     @property
     def selected(self) -> list[str]:
         """Effects and faults that are in the fit."""
         return [name for name in self.fitted.names if name in self.effects]
 
-    def _copy(self) -> "Scores":
-        """Give a copy that chooses its own columns."""
+    def _with(self, **changed: Any) -> "Scores":
+        """Give a copy with other attributes, which chooses columns of its own."""
         part = copy(self)
-        part.best = {}
+        vars(part).pop("chosen", None)
+        vars(part).update(changed)
         return part
 
     def of_logs(self, logs: Sequence[int]) -> "Scores":
         """Give the same for some of the logs."""
-        part = self._copy()
-        part.H = self.quadratic.H[list(logs)].sum(0) + np.eye(len(self.g))
-        part.g = self.quadratic.g[list(logs)].sum(0) + self.quadratic.prior
-        return part
+        H, g = self.quadratic.H[list(logs)].sum(0), self.quadratic.g[list(logs)].sum(0)
+        return self._with(H=H + np.eye(len(g)), g=g + self.quadratic.prior)
 
-    def without_parameter(self, column: int) -> "Scores":
-        """Give the same with a parameter of the nuisance held at zero."""
-        part = self._copy()
-        part.nuisance = [j for j in self.nuisance if j != column]
-        d = np.zeros(len(self.g))
-        d[column] = -self.x[column]
-        part.g = self.g + self.H @ d
-        return part
+    def without(self, fields: Collection[str]) -> "Scores":
+        """Give the same with some parameters of the fit held at zero."""
+        return self._with(off=frozenset(fields))
 
     def redraw(self, truth: Array, rng: np.random.Generator) -> "Scores":
         """Give the same with gradients drawn around a step ``truth`` (n,), as other flights of that plant have them."""
         spread = np.sqrt(np.outer(self.dispersion, self.dispersion))
         g = np.array([rng.multivariate_normal(-H @ truth, spread * H, check_valid="ignore", method="eigh")
                       for H in self.quadratic.H])  # fmt: skip
-        drawn = self._copy()
-        drawn.quadratic = replace(self.quadratic, g=g)
-        return drawn
+        return self._with(quadratic=replace(self.quadratic, g=g))
 
     @cached_property
     def dispersion(self) -> Array:
@@ -172,12 +164,11 @@ class Scores:
 
     def inside(self, selected: Collection[str]) -> list[int]:
         """Columns of a model: the nuisance, the selected effects and their shapes where these were fitted."""
-        chosen = list(self.nuisance)
+        inside = [j for j in self.nuisance if j >= self.P or self.coordinates[j].field not in self.off]
         for name in selected:
-            chosen.append(self.chosen_column(name))
-            if name in self.fitted.names:
-                chosen += [j for shape in self.effects[name].parameters[1:] for j in self.of_field[shape]]
-        return sorted(set(chosen))
+            fitted = self.effects[name].parameters if name in self.fitted.names else ()
+            inside += [self.of_field[field][0] for field in fitted] or [self.chosen[name]]
+        return sorted(set(inside))
 
     def signatures(self, columns: Sequence[int], selected: Collection[str]) -> Array:
         """Information (n, n) of some columns beside what is in a model."""
@@ -185,20 +176,19 @@ class Scores:
         across = self.H[np.ix_(i, columns)]
         return np.asarray(self.H[np.ix_(columns, columns)] - across.T @ np.linalg.solve(self.H[np.ix_(i, i)], across))
 
-    def chosen_column(self, name: str) -> int:
-        """Column of an effect; of several shapes the one with the best score where it was entered."""
-        columns = self.of_field[name]
-        return columns[0] if len(columns) == 1 else self.best.get(name, columns[0])
+    @cached_property
+    def chosen(self) -> dict[str, int]:
+        """Column of every effect: of several shapes the one that explains most beside what the fit has."""
+        columns = {name: self.of_field[name] for name in self.effects}
+        several = {name: own for name, own in columns.items() if len(own) > 1}
+        best = {name: own.column for name, own in self._added(self.selected, several).items()}
+        return {name: own[0] for name, own in columns.items()} | best
 
-    def minimum(self, selected: Collection[str], off: Collection[str] = ()) -> tuple[Array, list[int]]:
-        """Step to the minimum of the quadratic form with the selected effects alone, and its columns.
-
-        Parameters of the fit that are ``off`` are held at zero.
-        """
-        i = [j for j in self.inside(selected) if j >= self.P or self.coordinates[j].field not in off]
-        d = np.zeros(len(self.g))
+    def minimum(self, selected: Collection[str]) -> tuple[Array, list[int]]:
+        """Step to the minimum of the quadratic form with the selected effects alone, and its columns."""
+        i, d = self.inside(selected), np.zeros(len(self.g))
         for name in self.fitted.names:
-            if (name in self.effects and name not in selected) or name in off:
+            if (name in self.effects and name not in selected) or name in self.off:
                 j = self.of_field[name][0]
                 d[j] = self.coordinates[j].coordinate(0.0) - self.x[j]
         d[i] = bounded_step(self.H[np.ix_(i, i)], (self.g + self.H @ d)[i], self.low[i], self.high[i])
@@ -217,17 +207,18 @@ class Scores:
     def scores(self, selected: Collection[str], among: Collection[str] | None = None) -> dict[str, Score]:
         """Score every candidate: outside of ``selected`` what it would add, inside what would be lost without it."""
         wanted = [name for name in self.effects if among is None or name in among]
-        found = self._added(selected, [name for name in wanted if name not in selected])
+        found = self._added(selected, {name: [self.chosen[name]] for name in wanted if name not in selected})
         for name in selected:
             if name in wanted:
-                found |= self._added([other for other in selected if other != name], [name])
+                found |= self._added([other for other in selected if other != name], {name: [self.chosen[name]]})
         return found
 
-    def _added(self, selected: Collection[str], names: Sequence[str]) -> dict[str, Score]:
-        if not names:
+    def _added(self, selected: Collection[str], tried: Mapping[str, Sequence[int]]) -> dict[str, Score]:
+        """Score candidates outside of ``selected`` by the best of the columns that are ``tried``."""
+        if not tried:
             return {}
         d, i = self.minimum(selected)
-        columns = np.array([j for name in names for j in self.of_field[name]])
+        columns = np.array([j for own in tried.values() for j in own])
         inside = np.array(i)
         a = np.linalg.solve(self.H[np.ix_(inside, inside)], self.H[np.ix_(inside, columns)])
         g = self.g + self.H @ d
@@ -248,6 +239,4 @@ class Scores:
                     c.field, float(S), c.value(float(x)), float(width * np.sqrt(phi[k] / information[k])),
                     float(min(information[k] / seen[j], 1.0)) if seen[j] > 0.0 else 0.0, c.beside, int(j),
                 )  # fmt: skip
-                if c.field not in selected:
-                    self.best[c.field] = int(j)
         return found

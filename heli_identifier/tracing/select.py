@@ -127,7 +127,7 @@ def _fit_entered(around: Scores, chosen: Sequence[str]) -> Fit:
     new = wrong[:1] if new and new[0] in wrong else [name for name in new if name not in wrong]
     shapes: dict[str, float] = {}
     for name in new:
-        shapes |= dict(around.coordinates[around.chosen_column(name)].beside)
+        shapes |= dict(around.coordinates[around.chosen[name]].beside)
     kept = [name for name in chosen if name in around.selected]
     other = around.point([*kept, *new])
     return refit(around.fitted, list(around.effects.values()), [*kept, *new], shapes, other=other)
@@ -332,7 +332,7 @@ def left_out_gain(around: Scores, selected: Sequence[str], name: str = "", table
         rest = around.of_logs([other for other in range(len(H)) if other != log])
         if name and rest.scores(selected, among=[name])[name].score < KEPT:
             continue
-        models = (rest.minimum(selected, table), rest.minimum([*selected, name] if name else selected))
+        models = (rest.without(table).minimum(selected), rest.minimum([*selected, name] if name else selected))
         without, beside = (_fall(H[log], g[log], s) for s, _ in models)
         gain += beside - without
     return gain
