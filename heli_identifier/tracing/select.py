@@ -99,21 +99,26 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
         left |= gone
         if set(chosen) == set(selected) and (chosen := _simpler(around, selected, barred)) == selected:
             findings = _weighed(around, null, lost)
-            needless = [name for f in findings if f.stated < around.entry_score(name := f.effect.field)]
+            needless = _needless(around, findings)
             if not needless:
                 break
             barred.update(needless)
             chosen = [name for name in selected if name not in needless]
         fitted = _fit_entered(around, chosen)
-    else:
+    else:  # the set swings: what is not worth its place leaves once more
         around = Scores(fitted, candidates)
         findings = _weighed(around, null, lost)
-        if any(f.effect.fault and not f.established for f in findings):  # what is no fault is not undone
-            kept = [name for name in around.selected if around.effects[name].fault is None]
+        if needless := _needless(around, findings):
+            kept = [name for name in around.selected if name not in needless]
             around = Scores(refit(fitted, candidates, kept), candidates)
             findings = _weighed(around, null, lost)
     findings.sort(key=lambda f: -f.stated)
     return Selection(null, around.fitted, tuple(findings), around.scores(around.selected), around)
+
+
+def _needless(around: Scores, findings: Sequence[Finding]) -> list[str]:
+    """Effects of the set that a refit shows to be worth less than their entry."""
+    return [name for f in findings if f.stated < around.entry_score(name := f.effect.field)]
 
 
 def _fit_entered(around: Scores, chosen: Sequence[str]) -> Fit:
