@@ -32,9 +32,9 @@ from heli_identifier.online import GAINS
 from heli_identifier.records import Log
 from heli_identifier.tracing import Determination, Diagnosis, diagnose
 from heli_identifier.tracing.held_out import log_likelihood
-from heli_identifier.tracing.helicopter import LAG_FIELD, family_of, helicopter
+from heli_identifier.tracing.helicopter import LAG_FIELD, helicopter
 from heli_identifier.tracing.settings import DiagnosisSettings
-from heli_plant.effects import AXES
+from heli_plant.effects import AXES, effect_of
 from tests.blind.air import COLOURS
 from tests.blind.windy import WindyRig, windy_rig
 
@@ -69,8 +69,9 @@ def half(
     if truth:
         fields, told = [effect.replace("/", "_") for effect in truth.truth.effects], dict[str, float]()
         for field, score in told_scores(training, fields).items():
-            told[family_of(field)] = max(score, told.get(family_of(field), score))
-        true = {*map(family_of, (*fields, LAG_FIELD))}  # the motors of every rig have a lag of their own
+            family = effect_of(field).family
+            told[family] = max(score, told.get(family, score))
+        true = {effect_of(field).family for field in (*fields, LAG_FIELD)}  # every rig's motors have a lag of their own
         false, other = shown - true, windy_logs(truth, "c")
         loss = log_likelihood(windy_plant(truth), other) - log_likelihood(found.plant_after, other)
         row |= {"told": told, "false": bool(false), "loss": loss}

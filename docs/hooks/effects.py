@@ -24,15 +24,17 @@ def _cell(text: str) -> str:
 
 def effects() -> Iterator[str]:
     """One row per effect, or per axis where each has a law of its own."""
-    yield "| effect | axis | law | range of c | what it is, source, how to see it |"
-    yield "|---|---|---|---|---|"
+    yield "| effect | axis | family | law | range of c | source, how to see it |"
+    yield "|---|---|---|---|---|---|"
     for _, group in groupby(CATALOGUE, lambda e: (e.name, e.law)):
         e, *others = group
         shapes = "".join(f"<br>`{shape.name}` {shape.symbol} [{shape.unit}]" for shape in e.shapes)
         bounds = f"{e.lower:g} to {e.upper:g} {e.unit if e.unit != '1' else ''}".strip()
-        about = f"{e.family}; {e.source}. {e.experiment}"
+        about = f"{e.source}. {e.experiment}"
         axes = ", ".join(own.axis for own in (e, *others))
-        yield f"| {' | '.join(map(_cell, (f'`{e.name}`', axes, f'`{e.law}`{shapes}', bounds, about)))} |"
+        families = ", ".join(dict.fromkeys(own.family for own in (e, *others)))
+        cells = f"`{e.name}`", axes, families, f"`{e.law}`{shapes}", bounds, about
+        yield f"| {' | '.join(map(_cell, cells))} |"
 
 
 def vocabulary() -> Iterator[str]:

@@ -25,7 +25,7 @@ from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.results import PlantSource, plant_of
 from heli_identifier.signatures import check_types
 from heli_plant.dual import seed_duals, slopes, with_duals
-from heli_plant.effects import AXES, CATALOGUE, FRICTION
+from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltages
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import accelerations, measured_angles, rates_of_change, rigid_start, step
@@ -36,8 +36,8 @@ BENDING = ("bending", "bending_rate")
 INPUTS = ("v_front", "v_rear")
 PERIOD = 0.01  # control period [s]
 
-NOT_LINEAR = tuple(effect.field for effect in CATALOGUE if effect.family == FRICTION)
-"""Coefficients that a linear model leaves out."""
+NOT_LINEAR = tuple(e.field for e in CATALOGUE if e.name in ("dry_friction", "breakaway_friction"))
+"""Coefficients that a linear model leaves out: their slope at rest is that of the smoothing."""
 
 BALANCED = 1e-9  # largest acceleration [rad/s^2] at which a point counts as an equilibrium
 

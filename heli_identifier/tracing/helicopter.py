@@ -72,21 +72,6 @@ _FULL_THRUST: Mapping[str, float] = {"k_x": 3.0, "k_z": 1.0, "k_y": 1.0}
 """Accelerations [rad/s^2] at the voltage limit: half of it on both rotors lifts a balanced arm with about 1 rad/s^2,
 the travel turns the same mass, the body's smaller inertia makes the pitch some three times faster."""
 
-_FAMILIES: tuple[tuple[str, tuple[str, ...]], ...] = (
-    *((f"friction of the {axis}", tuple(f"{law}_{axis}" for law in
-       ("dry_friction", "breakaway_friction", "quadratic_drag"))) for axis in AXES),
-    ("torque on the pitch", ("constant_torque_pitch", "rotor_mismatch_pitch")),
-    ("torque on the travel", ("constant_torque_travel", "rotor_drag_torque_travel", "cable_stiffness_travel",
-                              "thrust_tilt_travel")),
-    ("curve of the thrust", ("quadratic_thrust_rotors", "dead_zone_rotors", "reverse_thrust_loss_rotors")),
-    ("lag or delay of the rotors", ("motor_lag_rotors", "input_delay_rotors")),
-    ("thrust lost by airspeed", ("airspeed_thrust_loss_pitch", "airspeed_thrust_loss_elevation")),
-    ("gyroscopic coupling", ("gyroscopic_coupling_pitch", "gyroscopic_coupling_elevation")),
-    ("inertial coupling", ("inertial_coupling_elevation", "inertial_coupling_travel")),
-)  # fmt: skip
-"""Effects that logs of a bench helicopter hardly tell apart, fixed beforehand from mechanics."""
-
-
 def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
     """Give the range that holds 95 % of the prior of a parameter of Table 2, in its unit; a gain has either sign."""
     if field in _FULL_THRUST:
@@ -94,15 +79,6 @@ def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
         return -highest, highest
     width, lower = _LINEAR[field]
     return max(lower, -2.0 * width), 2.0 * width
-
-
-def family_of(field: str) -> str:
-    """Name of the family of an effect, by its field."""
-    for name, members in _FAMILIES:
-        if field in members:
-            return name
-    entry = effect_of(field)
-    return f"{entry.name.replace('_', ' ')} of the {entry.axis}"
 
 
 _FLY: Mapping[str, str] = {
@@ -269,7 +245,7 @@ def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
         values = (lowest - GROUND_CLEARANCE,) if shape.start == "lowest elevation" else shape.grid or (shape.default,)
         starts = tuple({**start, shape.field: value} for start in starts for value in values)
     return Effect(
-        entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, family_of(entry.field),
+        entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, entry.family,
         tuple(s.field for s in estimated), starts, entry.experiment,
         next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain, entry.drawn_against or "",
         {shape.field: shape.name for shape in entry.shapes},

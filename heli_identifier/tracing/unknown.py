@@ -133,7 +133,7 @@ def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
     turns = [np.exp(2j * np.pi * frequency * means(r.time[:, None], r.held)[:, 0]) for r in records]
     both = [np.column_stack((turn.imag, turn.real)) for turn in turns]
     width = 10.0 * OWN[0]
-    of_logs = [np.kron(own, width * two) for own, two in zip(np.eye(len(both)), both, strict=True)]
+    of_logs = [np.kron(own, width * two).astype(float) for own, two in zip(np.eye(len(both)), both, strict=True)]
     return TIME, 0.0, frequency, width, of_logs
 
 

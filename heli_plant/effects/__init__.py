@@ -13,7 +13,6 @@ from .definition import (
     BENDING,
     DECLARED,
     DELAY,
-    FRICTION,
     LAG,
     ROTORS,
     STEP_TIMES,

@@ -8,7 +8,7 @@ from .definition import BENDING, LOWEST_ELEVATION, PAPER_NEGLECTS, SISTER_RIGS, 
 
 @declared(
     "-c (lambda - lambda(0))", "travel", unit="1/s^2", bounds=(0.0, 1.0),
-    source=SISTER_RIGS, family="pull of the cable", drawn_against="travel",
+    source=SISTER_RIGS, family="torque on the travel", drawn_against="travel",
     experiment="Turn the arm slowly by several turns either way and let it come to rest.",
 )  # fmt: skip
 def cable_stiffness(travel: float, travel_rest: float, c: float) -> float:
@@ -45,7 +45,7 @@ def inertial_coupling_travel(horizontal_elevation: float, elevation_rate: float,
 
 @declared(
     "c (a_e eps + a_1 - a_e sin(eps_h) - (a_1 - a_e eps_0) cos(eps_h))", "elevation", unit="1", bounds=(0.0, 1.0),
-    source="paper, small-angle step", family="gravity at large angles",
+    source="paper, small-angle step",
     drawn_against="elevation", certain=True,
     experiment="Let the elevation visit angles above .5 rad on either side.",
 )  # fmt: skip
@@ -67,7 +67,7 @@ def large_angle_gravity(
 
 @declared(
     "c a_th sin(theta - theta0) (1 - cos(eps_h))", "pitch", unit="1", bounds=(0.0, 1.0),
-    source="paper, eq. (1)", family="gravity at large angles", drawn_against="elevation",
+    source="paper, eq. (1)", drawn_against="elevation",
     experiment="Swing the pitch at elevations above .5 rad and at zero.",
 )  # fmt: skip
 def pitch_gravity_coupling(pitch: float, horizontal_elevation: float, a_th: float, theta0: float, c: float) -> float:
@@ -77,7 +77,7 @@ def pitch_gravity_coupling(pitch: float, horizontal_elevation: float, a_th: floa
 
 @declared(
     "c lambda'", "pitch", unit="1/s", bounds=(-2.0, 2.0),
-    source="Padfield, Helicopter Flight Dynamics (M_u)", family="speed stability", drawn_against="travel_rate",
+    source="Padfield, Helicopter Flight Dynamics (M_u)", drawn_against="travel_rate",
     experiment="Let the arm travel fast either way at a constant sum of the voltages, the pitch near rest.",
 )  # fmt: skip
 def speed_stability(travel_rate: float, c: float) -> float:
@@ -91,7 +91,7 @@ def speed_stability(travel_rate: float, c: float) -> float:
 
 @declared(
     "c k_z mu_s cos(theta) exp(-(eps - eps_ground)/eps_g)", "elevation", unit="1", bounds=(0.0, 5.0),
-    source=PAPER_NEGLECTS, family="ground effect", drawn_against="elevation",
+    source=PAPER_NEGLECTS, drawn_against="elevation",
     experiment="Hover at several heights just above the table.",
     shapes=(
         Shape("ground_elevation", "ground_elevation", "eps_ground", "rad", -0.5, -1.5, 1.0,
@@ -113,7 +113,7 @@ def ground_effect(
 @declared(
     "encoder reads rigid + q, q'' + 2 zeta w_b q' + w_b^2 q = c w_b^2 mu_s", "elevation",
     unit="rad/V", bounds=(-0.2, 0.2),
-    source="paper, section 2.3 (bending)", family="bending of the arm", place=BENDING,
+    source="paper, section 2.3 (bending)", place=BENDING,
     experiment="Excite the voltage sum with a chirp from 1 to 6 Hz.",
     shapes=(
         Shape("frequency", "bending_frequency", "f_b", "Hz", 3.0, 0.8, 8.0, "w_b / (2 pi)",
@@ -134,7 +134,7 @@ def arm_bending(
 
 @declared(
     "t >= t_1: -c", "elevation", unit="rad/s^2", bounds=(-1.0, 1.0),
-    source="ADO, paper", family="moving mass", drawn_against="time",
+    source="ADO, paper", drawn_against="time",
     experiment="Note when the mass moves, and hold everything else still for 10 s before and after.",
     shapes=(
         Shape("step_time", "moving_mass_time", "t_1", "s", 0.0, 0.0, 1e6, "time of the step", start=STEP_TIMES,

@@ -47,9 +47,6 @@ STEP_TIMES, LOWEST_ELEVATION = "step times", "lowest elevation"
 """Where a search takes a shape's first values from, if not from its grid: the times at which a step of the axis's
 torque would explain most; the lowest elevation in the logs."""
 
-FRICTION = "friction of a bearing"
-"""Family of the laws that a linear model leaves out: their slope at rest is that of the smoothing."""
-
 PAPER_NEGLECTS = "paper, section 2.3 (neglected)"
 SISTER_RIGS = "reports on sister rigs"
 THRUST_MAP = "LAAS report 18040, thrust map"
@@ -85,7 +82,7 @@ class Effect:
     lower: float  # what is plausible, the sign rule among it
     upper: float
     source: str
-    family: str  # the mechanism that it is a law of
+    family: str  # effects that ordinary logs of a bench hardly tell apart: one finding
     experiment: str  # what to measure to see it
     drawn_against: str | None = None  # variable of its curve; "other_rate": of the axis that it couples with
     place: str = ACCELERATION
@@ -111,18 +108,22 @@ DECLARED: list[Effect] = []
 
 
 def declared(
-    published: str, *axes: str, bounds: tuple[float, float], shapes: tuple[Shape, ...] = (), **others: Any
-) -> Callable[[Law], Law]:
+    published: str, *axes: str, bounds: tuple[float, float], shapes: tuple[Shape, ...] = (), family: str = "",
+    **others: Any,
+) -> Callable[[Law], Law]:  # fmt: skip
     """Enter the law below into the catalogue, on each of ``axes``, or on :data:`ROTORS`; ``bounds`` are those of c.
 
-    ``{axis}`` in the field of a shape becomes the axis. ``others`` are further fields of :class:`Effect`.
+    ``{axis}`` in a family and in the field of a shape becomes the axis; an effect that names no family is one by
+    itself. ``others`` are further fields of :class:`Effect`.
     """
 
     def enter(law: Law) -> Law:
         for axis in axes:
             name = law.__name__.removesuffix(f"_{axis}")
             own = tuple(replace(shape, field=shape.field.format(axis=axis)) for shape in shapes)
-            DECLARED.append(Effect(name, axis, law, published, lower=bounds[0], upper=bounds[1], shapes=own, **others))
+            one = (family or f"{name.replace('_', ' ')} of the {axis}").format(axis=axis)
+            DECLARED.append(Effect(name, axis, law, published, lower=bounds[0], upper=bounds[1], shapes=own, family=one,
+                                   **others))  # fmt: skip
         return law
 
     return enter

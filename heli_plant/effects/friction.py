@@ -2,14 +2,14 @@
 
 from math import exp, tanh
 
-from .definition import AXES, FRICTION, PAPER_NEGLECTS, SISTER_RIGS, Shape, declared
+from .definition import AXES, PAPER_NEGLECTS, SISTER_RIGS, Shape, declared
 
 SMOOTHING_RATE = 0.005  # w_0 [rad/s]: three encoder counts of 4096 per turn in a second
 
 
 @declared(
     "-c sign(w)", *AXES, unit="rad/s^2", bounds=(0.0, 1.0),
-    source=PAPER_NEGLECTS, family=FRICTION, drawn_against="rate",
+    source=PAPER_NEGLECTS, family="friction of the {axis}", drawn_against="rate",
     experiment="Let the axis swing out freely from a large angle, and move it slowly back and forth through rest.",
 )  # fmt: skip
 def dry_friction(rate: float, c: float) -> float:
@@ -23,7 +23,7 @@ def dry_friction(rate: float, c: float) -> float:
 
 @declared(
     "-c sign(w) exp(-(w/w_s)^2)", *AXES, unit="rad/s^2", bounds=(0.0, 1.0),
-    source="Stribeck 1902; Armstrong-Helouvry 1994", family=FRICTION, drawn_against="rate",
+    source="Stribeck 1902; Armstrong-Helouvry 1994", family="friction of the {axis}", drawn_against="rate",
     experiment="Let the axis start from rest many times: small square waves that just make it move.",
     shapes=(
         Shape("stribeck_rate", "stribeck_rate_{axis}", "w_s", "rad/s", 0.05, 0.02, 1.0,
@@ -38,7 +38,7 @@ def breakaway_friction(rate: float, c: float, stribeck_rate: float) -> float:
 
 @declared(
     "-c w abs(w)", *AXES, unit="1/rad", bounds=(0.0, 10.0),
-    source=PAPER_NEGLECTS, family="drag of the air", drawn_against="rate",
+    source=PAPER_NEGLECTS, family="friction of the {axis}", drawn_against="rate",
     experiment="Swing the axis at twice the amplitude and half of it, so that drag and damping part.",
 )  # fmt: skip
 def quadratic_drag(rate: float, c: float) -> float:
@@ -48,7 +48,7 @@ def quadratic_drag(rate: float, c: float) -> float:
 
 @declared(
     "c", "pitch", "travel", unit="rad/s^2", bounds=(-1.0, 1.0),
-    source=SISTER_RIGS, family="constant torque", drawn_against="time",
+    source=SISTER_RIGS, family="torque on the {axis}", drawn_against="time",
     experiment="Hold several steady pitch angles on either side of rest, with the rotors at several sums.",
 )  # fmt: skip
 def constant_torque(c: float) -> float:

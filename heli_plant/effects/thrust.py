@@ -7,7 +7,7 @@ from .definition import PAPER_NEGLECTS, declared
 
 _airspeed = partial(
     declared, unit="1/(V s)", bounds=(0.0, 1.0),
-    source=PAPER_NEGLECTS, family="thrust against airspeed", drawn_against="rate",
+    source=PAPER_NEGLECTS, family="thrust lost by airspeed", drawn_against="rate",
     experiment="Swing the axis at a large voltage sum and at a small one.",
 )  # fmt: skip
 
@@ -26,7 +26,7 @@ def airspeed_thrust_loss_elevation(mu_sum: float, pitch: float, elevation_rate: 
 
 _gyroscopic = partial(
     declared, unit="1/(V s)", bounds=(-1.0, 1.0),
-    source=PAPER_NEGLECTS, family="gyroscopic torque", drawn_against="other_rate",
+    source=PAPER_NEGLECTS, family="gyroscopic coupling", drawn_against="other_rate",
     experiment="Swing pitch and elevation at different frequencies under a large voltage sum.",
 )  # fmt: skip
 
@@ -45,7 +45,7 @@ def gyroscopic_coupling_elevation(mu_sum: float, pitch_rate: float, c: float) ->
 
 @declared(
     "c mu_s cos(theta) cos(eps_h)", "travel", unit="rad/s^2/V", bounds=(-0.5, 0.5),
-    source="LAAS report 18040, k_gf", family="drag torque of the rotors", drawn_against="mu_sum",
+    source="LAAS report 18040, k_gf", family="torque on the travel", drawn_against="mu_sum",
     experiment="Change the voltage sum in steps while the pitch rests at zero.",
 )  # fmt: skip
 def rotor_drag_torque(mu_sum: float, pitch: float, horizontal_elevation: float, c: float) -> float:
@@ -55,7 +55,7 @@ def rotor_drag_torque(mu_sum: float, pitch: float, horizontal_elevation: float, 
 
 @declared(
     "c mu_s sin(theta)", "elevation", unit="rad/s^2/V", bounds=(-0.1, 0.1),
-    source="paper, eq. (10) with rotors that lean", family="tilt of the thrust", drawn_against="pitch",
+    source="paper, eq. (10) with rotors that lean", drawn_against="pitch",
     experiment="Hold the pitch at +20 and at -20 degrees at the same sum of the voltages.",
 )  # fmt: skip
 def thrust_tilt(mu_sum: float, pitch: float, c: float) -> float:
@@ -69,7 +69,7 @@ def thrust_tilt(mu_sum: float, pitch: float, c: float) -> float:
 
 @declared(
     "c mu_s lambda'^2 cos(theta)", "elevation", unit="1/(V rad)", bounds=(0.0, 0.1),
-    source="Padfield, Helicopter Flight Dynamics (induced inflow in forward flight)", family="translational lift",
+    source="Padfield, Helicopter Flight Dynamics (induced inflow in forward flight)",
     drawn_against="travel_rate",
     experiment="Let the arm travel fast at a constant sum of the voltages, then stop it.",
 )  # fmt: skip
