@@ -12,6 +12,7 @@ from math import atan2, copysign, exp, hypot, inf, pi
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
 from heli_identifier.chain import local_cubic
@@ -111,13 +112,6 @@ def lag_voltages(voltages: Array, h: float, p: PlantParameters) -> Array:
     return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], voltages - first, axis=0) + first)
 
 
-@cache
-def _table_rows() -> Array:
-    """Weights (20 n + 1, K) of a table's torques at n = 50 points to a spacing."""
-    s = np.linspace(0.0, KNOTS - 1.0, 50 * (KNOTS - 1) + 1).tolist()
-    return np.array([tabulated_torque(at, 0.0, 1.0, np.eye(KNOTS)) for at in s])
-
-
 class Tables:
     """Torques over one variable of the motion, one table an axis, that the plant can take without knowing a law."""
 
@@ -139,9 +133,16 @@ class Tables:
         return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
 
     @staticmethod
-    def basis(s: Array) -> Array:
-        """Weights (n, K) of a table's torques ``s`` (n,) spacings behind its first value."""
-        return _table_rows()[np.clip(np.rint(50.0 * s), 0, 50 * (KNOTS - 1)).astype(int)]
+    @cache
+    def basis() -> Array:
+        """Weights (m, K) of a table's torques at points 1/50 of a spacing apart."""
+        s = np.linspace(0.0, KNOTS - 1.0, 50 * (KNOTS - 1) + 1).tolist()
+        return np.array([tabulated_torque(at, 0.0, 1.0, np.eye(KNOTS)) for at in s])
+
+    @staticmethod
+    def points(s: Array) -> NDArray[np.intp]:
+        """Give the nearest of these points to ``s`` (n,) spacings behind the first one."""
+        return np.clip(np.rint(50.0 * s), 0, 50 * (KNOTS - 1)).astype(np.intp)
 
     @staticmethod
     def fields(axis: str, variable: str) -> tuple[str, ...]:

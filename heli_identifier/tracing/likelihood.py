@@ -24,6 +24,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heli_identifier.chain import Fault, undo_faults
 
@@ -58,7 +59,7 @@ class Move(NamedTuple):
     step: float
     in_reading: bool
     faults: Mapping[Fault, float] | None = None
-    torque: tuple[int, Sequence[Array]] | None = None
+    torque: tuple[int, Array, Sequence[NDArray[np.intp]]] | None = None
 
 
 @dataclass(frozen=True, eq=False)

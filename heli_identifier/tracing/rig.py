@@ -67,9 +67,9 @@ class Coordinate:
     """Another parameter that always has the same value: the end of a curve that closes; empty if there is none."""
     fault: Fault | None = None
     """Of a fault of the log, whose size it is; no parameter of the plant then."""
-    torque: tuple[int, Sequence[Array]] | None = None
-    """An axis, and what acts on it at every :attr:`Record.held`-th sample of each record [rad/s^2], for a coordinate of
-    1: no parameter of the plant then either."""
+    torque: tuple[int, Array, Sequence[NDArray[np.intp]]] | None = None
+    """An axis, torques [rad/s^2] for a coordinate of 1, and which of these acts at every :attr:`Record.held`-th sample
+    of each record: no parameter of the plant then either."""
 
     @classmethod
     def of_fault(cls, fault: Fault) -> "Coordinate":

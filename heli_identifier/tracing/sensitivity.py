@@ -202,7 +202,8 @@ class Sensitivities:
             torques[:, P] = 1.0
             for j, move in enumerate(moves):
                 if move.torque is not None:
-                    torques[move.torque[0], j] = move.torque[1][i][blocks]
+                    axis_of, values, which = move.torque
+                    torques[axis_of, j] = values[which[i][blocks]]
             fast, slow = [], []
             for k, axis in enumerate(axes):
                 passed = torques[k].any(1) | memory[k].any(1)

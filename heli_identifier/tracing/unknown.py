@@ -22,6 +22,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
 from scipy.special import chdtrc, chdtri, gammaln
 
 from .fit import Fit, covariance, fit
@@ -63,22 +65,22 @@ class Unknown:
         return float(depth - 0.5 * np.log(depth) - gammaln(0.5))
 
 
-Torques = tuple[str, float, float, float, Sequence[Array]]
-"""Variable, ``first`` and ``spacing`` as of :class:`Unknown`, width of the prior [rad/s^2], and of every record the
-torques (n_i, k) [rad/s^2] at every :attr:`~.rig.Record.held`-th sample, for weights of that width."""
+Torques = tuple[str, float, float, float, Array, Sequence[NDArray[np.intp]]]
+"""Variable, ``first`` and ``spacing`` as of :class:`Unknown`, width of the prior [rad/s^2], torques (m, k) [rad/s^2]
+for weights of that width, and of every record which of the m acts at every :attr:`~.rig.Record.held`-th sample."""
 
 
 def _weigh_torques(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unknown]:
     """Weigh groups of torques of axis ``a``, each apart, beside the plant that is fitted."""
-    columns = [Coordinate("", 0.0, width, step=1.0, torque=(a, [own[:, j] for own in torques]))
-               for *_, width, torques in groups for j in range(torques[0].shape[1])]  # fmt: skip
+    columns = [Coordinate("", 0.0, width, step=1.0, torque=(a, torque, which))
+               for *_, width, torques, which in groups for torque in torques.T]  # fmt: skip
     P, all_x = len(fitted.x), np.concatenate((fitted.x, np.zeros(len(columns))))
     H, g = linearise(
         fitted.likelihood, fitted.point, (*fitted.coordinates, *columns), all_x, fitted.sigma, (fitted.e, fitted.motion)
     ).total
     beside, found, last = np.linalg.solve(H[:P, :P], H[:P]), list[Unknown](), P
-    for variable, head, spacing, width, torques in groups:
-        J = slice(last, last := last + torques[0].shape[1])
+    for variable, head, spacing, width, torques, _ in groups:
+        J = slice(last, last := last + torques.shape[1])
         C = np.asarray(np.linalg.inv(H[J, J] - H[J, :P] @ beside[:, J]), dtype=float)
         u = beside[:, J].T @ g[:P] - g[J]
         S, k = float(0.5 * u @ C @ u), float(len(C) - np.trace(C)) + (variable == TIME)  # its frequency is chosen
@@ -107,8 +109,8 @@ def _curves(fitted: Fit, a: int) -> Iterator[Torques]:
         if variable in tables.turning:
             low, high = 0.0, 2.0 * np.pi
         spacing = max(high - low, 1e-6) / (tables.knots - 1)
-        torques = [OWN[0] * _basis(tables, variable, low, spacing, own[:, column]) for own in x]
-        yield variable, low, spacing, OWN[0], torques
+        basis, which = _basis(tables, variable, low, spacing, [own[:, column] for own in x])
+        yield variable, low, spacing, OWN[0], OWN[0] * basis, which
 
 
 def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
@@ -132,18 +134,19 @@ def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
     frequency = float(f[power.argmax()])
     turns = [np.exp(2j * np.pi * frequency * means(r.time[:, None], r.held)[:, 0]) for r in records]
     both = [np.column_stack((turn.imag, turn.real)) for turn in turns]
-    width = 10.0 * OWN[0]
-    of_logs = [np.kron(own, width * two).astype(float) for own, two in zip(np.eye(len(both)), both, strict=True)]
-    return TIME, 0.0, frequency, width, of_logs
+    width, ends = 10.0 * OWN[0], np.cumsum([len(two) for two in both])
+    return TIME, 0.0, frequency, width, width * block_diag(*both), np.split(np.arange(ends[-1]), ends[:-1])
 
 
-def _basis(tables: type[Tables], variable: str, first: float, spacing: float, x: Array) -> Array:
-    """Weights (n, k) of a curve's torques where its variable is ``x`` (n,)."""
+def _basis(
+    tables: type[Tables], variable: str, first: float, spacing: float, x: Sequence[Array]
+) -> tuple[Array, list[NDArray[np.intp]]]:
+    """Weights (m, k) of a curve's torques at the points of its table, and which of these are nearest to some ``x``."""
+    basis = tables.basis()
     if variable not in tables.turning:
-        return tables.basis((x - first) / spacing)
-    B = tables.basis(np.mod(x - first, 2.0 * np.pi) / spacing)
-    B[:, 0] += B[:, -1]
-    return B[:, :-1]
+        return basis, [tables.points((own - first) / spacing) for own in x]
+    closed = np.column_stack((basis[:, 0] + basis[:, -1], basis[:, 1:-1]))
+    return closed, [tables.points(np.mod(own - first, 2.0 * np.pi) / spacing) for own in x]
 
 
 def scan(fitted: Fit) -> list[Unknown]:
@@ -244,7 +247,8 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     values = first + np.mod(values - first, 2.0 * np.pi) if turning else np.clip(values, x[0], x[-1])
     visits = np.sqrt(np.histogram(values, np.append(x, x[-1]) - 0.5 * (x[1] - x[0]))[0])
     visits[[0, -1]] = visits[[0, -1]].max()  # half a bin each, and of a turn the same angle
-    B = _basis(tables, u.variable, first, u.spacing, x)
+    basis, (which,) = _basis(tables, u.variable, first, u.spacing, [x])
+    B = basis[which]
     trend = np.column_stack((np.ones(POINTS), x - x.mean())[: 1 + ((u.axis, u.variable) in tables.held)])
     B = B - trend @ np.linalg.lstsq(trend * visits[:, None], B * visits[:, None], rcond=None)[0]
     at = [fitted.fields.index(name) for name in tables.fields(u.axis, u.variable)]
