@@ -31,8 +31,7 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.plant import accelerations, measured_angles, rates_of_change, rigid_start, step
 from heli_plant.state import PlantState, start_state
 
-STATES = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate", "nu_front", "nu_rear")
-BENDING = ("bending", "bending_rate")
+STATES = PlantState._fields[:8]  # of a rigid arm; the next two are those of one that bends
 INPUTS = ("v_front", "v_rear")
 PERIOD = 0.01  # control period [s]
 
@@ -163,15 +162,14 @@ def linear_system(parameters: PlantParameters, point: OperatingPoint, period: fl
     no_lag = motor_time_constant(parameters) <= 0.0
     refuse(no_lag, "motor.time_constant with its effect motor_lag is 0 s; a linear model needs a positive lag.")
     smooth = parameters._replace(**dict.fromkeys(NOT_LINEAR, 0.0))
-    states = STATES + (BENDING if smooth.arm_bending_elevation != 0.0 else ())
-    n = len(states)
+    n = len(STATES) + (2 if smooth.arm_bending_elevation != 0.0 else 0)
     centre = rigid_start(point.state(smooth), smooth)
-    numbers = seed_duals([*(getattr(centre, name) for name in states), point.v_front, point.v_rear])
-    state: Any = centre._replace(**dict[str, Any](zip(states, numbers, strict=False)))
+    numbers: list[Any] = seed_duals([*centre[:n], point.v_front, point.v_rear])
+    state = PlantState(*numbers[:n], *centre[n:])
     if period is None:
         after = with_duals(rates_of_change)(0.0, *state[:-2], *numbers[n:], 0.0, state.cable_rest, smooth)
     else:
         after = with_duals(step)(state, *numbers[n:], 0.0, 0.0, period, smooth)
     rates, C = slopes(after[:n], n + 2), slopes(measured_angles(state), n + 2)[:, :n]
-    names = {"states": list(states), "inputs": list(INPUTS), "outputs": list(AXES)}
+    names = {"states": list(PlantState._fields[:n]), "inputs": list(INPUTS), "outputs": list(AXES)}
     return ss(rates[:, :n], rates[:, n:], C, np.zeros((len(AXES), len(INPUTS))), period or 0, **names)

@@ -47,8 +47,7 @@ AHEAD = 3.0  # length [s] of the stretches of a flight that are flown again
 def controller_settings(default: Controller, values: Mapping[str, float]) -> Controller:
     """Return a controller from parameters of its unit; what is missing is as in ``default``."""
     fields = {own.field: TYPES[own.type](values[own.name]) for own in _parameters(default) if own.name in values}
-    found: Controller = with_fields(default, fields)
-    return found
+    return with_fields(default, fields)
 
 
 def controller_parameters(settings: Settings, point: OperatingPoint) -> ParameterSet:
