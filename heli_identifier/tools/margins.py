@@ -37,7 +37,7 @@ from heli_identifier.tools.linearisation import LinearModel, linear_model
 from heli_identifier.tools.loop import Array, Settings, start_controller, step_controller
 from heli_identifier.tracing import Progress
 from heli_plant.control import PidSettings
-from heli_plant.parameters import BY_NAME, PlantParameters
+from heli_plant.parameters import PlantParameters, from_names
 from heli_plant.state_feedback import MOST_DELAY, Angles, FeedbackSettings, Rotors
 
 Responses = NDArray[Any]  # frequency responses, complex
@@ -213,8 +213,7 @@ class Plants:
 
 def draw_plants(parameters: ParameterSet, count: int) -> list[PlantParameters]:
     """Draw plants that the data allow (:func:`heli_identifier.results.parameters.draw_values`)."""
-    plant, draws = parameters.plant(), draw_values(parameters, count)
-    return [plant._replace(**{BY_NAME[name].field: value for name, value in drawn.items()}) for drawn in draws]
+    return [from_names(parameters.start_values | drawn) for drawn in draw_values(parameters, count)]
 
 
 def allowed_plants(
