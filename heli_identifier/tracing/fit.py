@@ -194,9 +194,9 @@ class Fit:
 
     def scan_air(self) -> "Fit | None":
         """Move the air of every axis to the best of a coarse grid; None if F does not fall by enough to go on."""
-        z, e = self.point.z, self.e[: len(self.likelihood.beginning(COARSE))]
+        z = self.point.z
         airs = [z, *(np.clip(z + np.array(move)[:, None], -FARTHEST, FARTHEST) for move in AIR_SCAN)]
-        best = self.likelihood.in_airs(self.point, e, airs).argmin(0)
+        best = self.likelihood.in_airs(self.point, self.e, airs).argmin(0)
         if not best.any():
             return None
         chosen = np.choose(best, airs)

@@ -31,7 +31,7 @@ from heli_identifier.chain import Fault, undo_faults
 from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, physical, recolour
 from .rig import Array, Coordinate, Parameters, Record
-from .settings import HUBER, OWN
+from .settings import COARSE, HUBER, OWN
 
 NO_HARMONICS = np.empty((0, 4))
 
@@ -89,9 +89,10 @@ class Likelihood:
         return [e for e, _ in runs], [motion for _, motion in runs]
 
     def beginning(self, seconds: float) -> tuple[Record, ...]:
-        """Give the first records that hold so much flight [s]."""
-        lengths = np.cumsum([record.time[-1] for record in self.records])
-        return self.records[: 1 + int(np.searchsorted(lengths, seconds))]
+        """Give the first records that hold so much flight [s]; of a longer one its beginning."""
+        ends = np.cumsum([record.time[-1] for record in self.records])
+        first = self.records[: 1 + int(np.searchsorted(ends, seconds))]
+        return tuple(record.until(seconds) for record in first)
 
     def of_axes(self, e: Sequence[Array], records: Sequence[Record] | None = None) -> tuple[Array, Array]:
         """Give the data's part of F (a,) [nats], and the scales sigma (a,) [rad] that minimise it.
@@ -117,14 +118,14 @@ class Likelihood:
         return F, scales
 
     def in_airs(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> Array:
-        """Give what some ``airs`` (5, a) add to F (J, a) [nats] on the first records: data, volume and prior.
+        """Give what some ``airs`` (5, a) add to F (J, a) [nats] at the beginning: data, volume and prior.
 
-        ``e`` (N_i, a) [rad] are the innovations of these records in the air of the point.
+        ``e`` (N_i, a) [rad] are the innovations in the air of the point.
         """
-        few, under = self.records[: len(e)], list[Array]()
-        for record, own in zip(few, e, strict=True):
+        few, under = self.beginning(COARSE), list[Array]()
+        for record, own in zip(few, e, strict=False):
             old, new = self.filters(record, point), self.filters(record, point, airs)
-            columns = [recolour(own[:, i], axis, new[i :: len(old)]) for i, axis in enumerate(old)]
+            columns = [recolour(own[: record.samples, i], axis, new[i :: len(old)]) for i, axis in enumerate(old)]
             under.append(np.stack(columns, axis=2))
         F, sigma = map(np.array, zip(*(self.of_axes(own, few) for own in zip(*under, strict=True)), strict=True))
         return np.asarray(F + self.volume(point, sigma, few, airs) + 0.5 * (np.array(airs) ** 2).sum(1))

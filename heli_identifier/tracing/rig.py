@@ -187,6 +187,11 @@ class Record:
         """Samples of a block of :data:`.settings.BLOCK` s, a multiple of :attr:`held`."""
         return self.held * max(1, round(BLOCK / (self.held * self.step)))
 
+    def until(self, seconds: float) -> "Record":
+        """Give the record up to an instant [s]."""
+        n = slice(round(seconds / self.step))
+        return replace(self, time=self.time[n], inputs=self.inputs[n], angles=self.angles[n], weights=self.weights[n])
+
     @cached_property
     def slower(self) -> "Record":
         """The record at the rate of sensitivities to torques, its inputs averaged."""
