@@ -115,6 +115,13 @@ def spread_options(words: Iterable[str]) -> list[str]:
     return out
 
 
+def refuse_idle(context: typer.Context, why: str, *names: str) -> None:
+    """Refuse the parameters of these names if they were given: beside the others they say nothing."""
+    for own in context.command.params:
+        source = context.get_parameter_source(str(own.name))
+        refuse(own.name in names and source is not None and source.name == "COMMANDLINE", f"{own.opts[0]} {why}.")
+
+
 # --- logs and configuration ------------------------------------------------------------------------------------------
 
 

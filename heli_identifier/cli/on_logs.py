@@ -127,6 +127,7 @@ FLOWN = "controller.json of what flew; by default controller.pid of heli.toml."
 
 
 def check(
+    context: typer.Context,
     logs: list[Path] = args.LOGS,
     parameters: Path = args.PLANT_OPTION,
     factor: float = option(1.3, "Error allowed, as a multiple of the expected one.", "FACTOR"),
@@ -150,6 +151,7 @@ def check(
     recorded, configuration = args.logs_of(logs, config, start, end)
     if limit is not None:
         require_positive("--limit", limit, "mrad")
+        args.refuse_idle(context, "multiplies the error of a prediction; --limit holds the closed loop's", "factor")
         if (flown := controller or configuration.controller.pid) is None:
             raise ConfigurationError("--limit needs --controller FILE, or [controller.pid] of heli.toml.")
         outcome = tools.check_closed_loop(recorded, expected, flown, 1e-3 * limit)
@@ -170,6 +172,7 @@ PREDICTED = "Log on which both plants are to predict; may be repeated."
 
 
 def compare(
+    context: typer.Context,
     first: Path = argument(..., "Folder that `heli diagnose` wrote.", "FIRST"),
     second: Path = argument(..., "Another one, of this rig or of another.", "SECOND"),
     log: list[Path] = option([], PREDICTED, "LOG", show_default=False),
@@ -184,5 +187,7 @@ def compare(
     A plant is better on a log where the interval of its error 1 s ahead (.2 s where a controller flew) lies below the
     other's.
     """
+    if not log:
+        args.refuse_idle(context, "says how logs are read; name one with --log", "start", "end", "config")
     recorded = args.logs_of(log, config, start, end)[0] if log else ()
     terminal.show(hi.compare(first, second, recorded), json, verbose)

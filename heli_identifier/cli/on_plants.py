@@ -5,6 +5,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
 from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import flag, option
@@ -43,6 +45,7 @@ DEFAULT_GAINS = "no --controller given: the PID of the units flies with its defa
 
 
 def design(
+    context: typer.Context,
     separate: tuple[str, str] | None = option(None, "Two effects to separate, each NAME or NAME:AXIS.", "A B"),
     show: str | None = option(None, "One effect to make visible, NAME or NAME:AXIS.", "A"),
     parameters: Path | None = args.PARAMETERS,
@@ -67,8 +70,11 @@ def design(
     refuse(not one, "give one of --separate A B, --show A, and --closed-loop.")
     foreign = not closed_loop and (controller is not None or bool(settings))
     refuse(foreign, "--controller and --set are the controller's; give them with --closed-loop.")
+    if not closed_loop:
+        args.refuse_idle(context, "is the hover of a flight; give it with --closed-loop", "hover")
     no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
     if closed_loop:
+        args.refuse_idle(context, "is that of an open loop; here the plant's voltages saturate", "voltage_limit")
         refuse(output is not None, "--output writes voltages of an open loop; with --closed-loop there are none.")
         plant = _read_plant(parameters)
         pid = args.controller_of(PidSettings(voltage_limit=plant.v_max), controller, settings)

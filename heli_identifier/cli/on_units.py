@@ -94,6 +94,7 @@ RUNS = "With --native: N more runs, the plant's parameters drawn by the standard
 
 
 def simulate(
+    context: typer.Context,
     scenario: str = args.scenario_name("open_loop"),
     duration: float | None = option(None, "Length; by default the log's, or 60 s.", "SECONDS", "--duration", "-d"),
     step: float | None = option(None, "Communication step; by default the log's, or 0.01 s.", "SECONDS"),
@@ -117,6 +118,8 @@ def simulate(
     no_svg = plot is not None and plot.suffix.lower() != ".svg"
     refuse(no_svg, f"--plot {plot} must end in .svg; a browser prints that as PDF.")
     refuse(runs is not None and not native, "--runs needs units in C; add --native.")
+    if runs is None:
+        args.refuse_idle(context, "is that of the draws of --runs", "seed")
     files = args.parse_assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
     values = args.values_by_unit(scenario, controller, ()) | args.values_by_unit(scenario, parameters, settings, files)
     with _play_log(scenario, log, start, end, config) as (recorded, played):
