@@ -85,26 +85,30 @@ class Fit:
         return H
 
     @cached_property
-    def dispersion(self) -> tuple[Array, Array, Array]:
-        r"""Inverse Hessian (n, n) of F with coordinates at a bound held, and over its variances those of the scores.
-
-            V = [H^-1 V H^-1]_jj / [H^-1]_jj
-
-        V is the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s and V_L that of whole logs, (n,)
-        each: what differs from log to log beyond what logs have of their own (a cable that lies otherwise, a drift of
-        the air) is no noise of a block. V_L of L logs is known badly: the blocks' V counts in it as one log more; a
-        single log tells nothing of it. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
-        """
+    def inverse(self) -> Array:
+        """Inverse Hessian (n, n) of F with coordinates at a bound held."""
         H, _ = self.quadratic.total
         free = np.concatenate((~self.at_bound, np.ones(len(H) - len(self.x), dtype=bool)))
-        inverse = np.zeros_like(H)
-        inverse[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
-        model, of_blocks = np.maximum(np.diag(inverse), 1e-300), [own.sum(1) for own in self.quadratic.blocks]
+        found = np.zeros_like(H)
+        found[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
+        return found
+
+    @cached_property
+    def dispersion(self) -> tuple[Array, Array]:
+        r"""Variances of the scores over those of the model, [H^-1 V H^-1]_jj / [H^-1]_jj, shape (n,) each.
+
+        V is the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s, and V_L that of whole logs: what
+        differs from log to log beyond what logs have of their own (a cable that lies otherwise, a drift of the air) is
+        no noise of a block. V_L of L logs is known badly: the blocks' V counts in it as one log more; a single log
+        tells nothing of it. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
+        """
+        inverse, of_blocks = self.inverse, [own.sum(1) for own in self.quadratic.blocks]
+        model = np.maximum(np.diag(inverse), 1e-300)
         V = np.asarray(((inverse @ np.concatenate(of_blocks).T) ** 2).sum(1) / model)
         if (logs := len(of_blocks)) == 1:
-            return inverse, V, V
+            return V, V
         squares = ((inverse @ np.array([own.sum(0) for own in of_blocks]).T) ** 2).sum(1) / model
-        return inverse, V, np.asarray((squares * logs / (logs - 1) * logs + V) / (logs + 1))
+        return V, np.asarray((squares * logs / (logs - 1) * logs + V) / (logs + 1))
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -328,16 +332,11 @@ def fit_own_spread(fitted: Fit) -> Fit:
 
 
 def covariance(fitted: Fit) -> Array:
-    r"""Covariance D H^-1 D (P, P) of the plant's coordinates, which holds where the model of the noise does not quite.
+    """Covariance (P, P) of the plant's coordinates.
 
-        D^2 = max(1, V, V_L)
-
-    with the dispersions V and V_L of :attr:`.Fit.dispersion`. A coordinate at a bound moves nothing else, and its
-    variance is that without the bound. The correlations are those of H.
+    A coordinate at a bound moves nothing else, and its variance is that without the bound.
     """
-    (inverse, V, V_L), P = fitted.dispersion, len(fitted.fields)
-    D = np.sqrt(np.maximum(1.0, np.maximum(V, V_L)))
-    found = np.asarray((D[:, None] * inverse * D)[:P, :P])
-    bound = np.flatnonzero(fitted.at_bound[:P])
+    P = len(fitted.fields)
+    found, bound = fitted.inverse[:P, :P].copy(), np.flatnonzero(fitted.at_bound[:P])
     found[bound, bound] = np.diag(np.linalg.inv(fitted.quadratic.total[0]))[bound]
     return found

@@ -253,7 +253,7 @@ def _weigh_effect(
     names, bound = around.fitted.names, around.fitted.at_bound
     phi = float(around.dispersion[own.column])
     if name in names and len(relatives) == 1:  # members of a family differ from log to log in how they share its torque
-        V, V_L = (float(of_all[names.index(name)]) for of_all in around.fitted.dispersion[1:])
+        V, V_L = (float(of_all[names.index(name)]) for of_all in around.fitted.dispersion)
         across = max(1.0, V / phi, V_L / phi)
         phi, own = phi * across, replace(own, score=own.score / across)
     family = own.score
