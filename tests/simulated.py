@@ -91,9 +91,7 @@ def changing(seconds, after=TABLE_2, change=np.inf, seed=0, before=TABLE_2, fron
     waves = [np.sin(2 * np.pi * lines * t + rng.uniform(0, 2 * np.pi, (6, 1))).sum(0) for _ in range(2)]
     total, apart = 4.5 + lift * 0.35 * waves[0], 0.31 + 0.15 * waves[1]
     voltages, torque = np.column_stack([total + apart, total - apart]) / 2, process_noise(len(t), seed, 0.012)
-    _, angles = pushed(
-        before, voltages, torque, changed=lambda k: (after, front) if k * H >= change else (before, 1.0)
-    )
+    _, angles = pushed(before, voltages, torque, changed=lambda k: (after, front) if k * H >= change else (before, 1.0))
     counts = angles / COUNT + 0.25 * rng.standard_normal(angles.shape)
     return np.hstack([voltages, COUNT * np.round(counts)]).tolist()
 

@@ -142,8 +142,7 @@ def test_a_log_at_500_hz_is_taken_every_10_ms_with_the_mean_of_its_voltages():
 
 
 def test_a_forgotten_gain_is_no_divisor():
-    """An hour at rest with a memory of ten seconds: exp(-360) of the gain, whose square no floating-point number holds.
-    """
+    """An hour at rest with a memory of ten seconds: exp(-360) of the gain, whose square no double holds."""
     plan = online.prepare(online.IdentifierSettings(method=online.PREDICTION_ERROR, forgetting=0.1))
     state = online.start(plan, (0.5, 0.5, -0.1, 0.1, 0.0))
     pitch, *others = state.axes

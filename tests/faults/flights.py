@@ -1,6 +1,5 @@
 """Faults of `heli follow` and `heli stream`: addresses, layouts, and folders that hold an earlier flight."""
 
-
 from tests.faults.case import Fault
 from tests.faults.material import good, parameters
 from tests.faults.outputs import beside, inside
@@ -11,7 +10,6 @@ PLAY = f"{INTO} log.csv --speed 0"
 LISTEN = f"{INTO} --listen 127.0.0.1:0"
 STREAM = "heli stream log.csv --to 127.0.0.1:9"
 MANY = "- " * 10_000 + "time v_front v_rear pitch elevation travel"
-
 
 
 FLIGHTS = (
