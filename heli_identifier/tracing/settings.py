@@ -41,9 +41,10 @@ lines through its first .3 s, in the roughest air; the logarithm of its gains ov
 new belt: 1.5 to 6 % on measured rigs); the zero of its encoders [rad]: a rig that is switched on anew comes to rest
 within half a degree."""
 
-OWN_PRIOR = (2.0, 0.007, 0.015, 0.002)
+OWN_PRIOR = (2.0, 0.007, 0.007, 0.002)
 """Degrees of freedom, and sizes of what is known beforehand of the spread of the logs' torques [rad/s^2], gains and
-zeros [rad]: the least of measured rigs, and an encoder that stays switched on repeats itself to a count."""
+zeros [rad]: a good supply repeats itself to half of the least spread on measured rigs, an encoder that stays switched
+on to a count."""
 
 REST_COUNTS, REST_TIME = 1.5, 0.5
 """An axis that stays within so many encoder counts for so long [s] says nothing about torques: it rests or sticks."""
