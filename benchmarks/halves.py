@@ -6,7 +6,7 @@ not logged. ``--rate`` is 100 or 500 Hz, ``--effects`` are bare, coupled or thos
 ``--finer`` is how many times finer the encoders are.
 
 *measured*: folders of logs, ``RIG:-pitch`` if its pitch counts down; every second log makes a half, after a shuffle in
-each of ``--deals`` but 0. ``--download`` first fetches public logs of three rigs into a folder.
+each of ``--deals`` but 0, with ``--few`` logs at most. ``--download`` first fetches logs of three rigs into a folder.
 
 Behind a gain stands ``*`` if it rests on the noise model and ``?`` if it is not determined. Its truth is the slope at
 the logs' median voltage, that of all logs for measured rigs, whose held-out logs are the other half. It is *wrong*
@@ -101,11 +101,11 @@ def windy_halves(
     return [half(kind, f"{colour} {seed}", name, windy_logs(rig, name), held_out, rig) for name in "ab"]
 
 
-def measured_halves(rig: str, start: float, deal: int) -> list[Row]:
+def measured_halves(rig: str, start: float, few: int | None, deal: int) -> list[Row]:
     """Diagnose each half of a measured rig's logs, the other half held out, shuffled for a ``deal`` above 0."""
     name, logs = measured_rig(rig, start)
     order = np.random.default_rng(deal).permutation(len(logs)) if deal else np.arange(len(logs))
-    halves = [[logs[i] for i in sorted(order[k::2])] for k in (0, 1)]
+    halves = [[logs[i] for i in sorted(order[k::2][:few])] for k in (0, 1)]
     return [half("measured", name + f" deal {deal}" * bool(deal), "ab"[k], halves[k], halves[1 - k]) for k in (0, 1)]
 
 
@@ -186,12 +186,12 @@ def windy(
 
 
 def measured(
-    rigs: Words, start: From = 6.0, deals: str = "0:1", workers: int = 1, csv: Path | None = None,
-    download: Path | None = None,
+    rigs: Words, start: From = 6.0, deals: str = "0:1", few: int | None = None, workers: int = 1,
+    csv: Path | None = None, download: Path | None = None,
 ) -> None:  # fmt: skip
     """Diagnose measured rigs; write the errors to the file ``csv``."""
     rigs += map(str, download_logs(download) if download else ())
-    jobs = [partial(measured_halves, rig, start, deal) for rig, deal in product(rigs, span(deals))]
+    jobs = [partial(measured_halves, rig, start, few, deal) for rig, deal in product(rigs, span(deals))]
     errors = errors_of(diagnosed(jobs, workers))
     print("\nErrors on the other half [mrad]\n")
     print_frame(errors, csv)
