@@ -89,13 +89,12 @@ def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
     """
     records = [_reduce_log(log, voltage_limit) for log in logs]
     regressions = [_regress_axes(record) for record in records]
-    ends = np.cumsum([len(acceleration) for (_, acceleration, _), *_ in regressions])[:-1]
-    found = [[np.split(part, ends) for part in _standardise(own)] for own in zip(*regressions, strict=True)]
+    found = [_standardise(own) for own in zip(*regressions, strict=True)]
     events = []
     for i, (log, record, slips) in enumerate(zip(logs, records, _find_slips(records), strict=True)):
         for axis, name in enumerate(ANGLES):
             own: list[tuple[float, float, EventKind, float]] = [(at, at, "slip", size) for at, size in slips[axis]]
-            for start, end, size in _find_forces(record.step, found[axis][0][i], found[axis][1][i]):
+            for start, end, size in _find_forces(record.step, *found[axis][i]):
                 if not any(start - WINDOW <= at <= end + WINDOW for at, _ in slips[axis]):
                     own.append((start, end, "force", size))
             events += [Event(log.name, name, start, end, log.start + start, log.start + end, kind, size)
@@ -221,11 +220,11 @@ def _regress_axes(record: Log) -> list[tuple[Array, Array, Array]]:
     return [*zip(regressors, y, widest, strict=True)]
 
 
-def _standardise(logs: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array]:
-    """Residuals of one axis (n,) [rad/s^2] in all logs, and the same over their scale at like motion."""
+def _standardise(logs: Sequence[tuple[Array, Array, Array]]) -> list[tuple[Array, Array]]:
+    """Residuals of one axis (n,) [rad/s^2] in each log, and the same over the scale of all logs at like motion."""
     X, y, change = (np.concatenate(parts) for parts in zip(*logs, strict=True))
     if len(y) < FEWEST_SAMPLES * X.shape[1]:
-        return np.zeros_like(y), np.zeros_like(y)
+        return [(np.zeros_like(own), np.zeros_like(own)) for _, own, _ in logs]
     r = huber_residuals(X, y)
     s = max(float(np.quantile(abs(r), share)) / float(ndtri(0.5 + 0.5 * share)) for share in (CORE, TAIL))
     fastest = (change >= np.quantile(change, 1.0 - FAST_SHARE)) & (change > 0.0)
@@ -233,7 +232,9 @@ def _standardise(logs: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Arr
     if fastest.any():
         squares = (r[fastest] / ndtri(0.75)) ** 2  # their median is the variance
         tau_squared = max(float(np.median((squares - s**2) / change[fastest] ** 2)), 0.0)
-    return r, r / np.sqrt(s**2 + tau_squared * change**2 + np.finfo(float).tiny)
+    standardised = r / np.sqrt(s**2 + tau_squared * change**2 + np.finfo(float).tiny)
+    ends = np.cumsum([len(own) for _, own, _ in logs])[:-1]
+    return list(zip(np.split(r, ends), np.split(standardised, ends), strict=True))
 
 
 def huber_residuals(X: Array, y: Array) -> Array:

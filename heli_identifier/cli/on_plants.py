@@ -70,8 +70,6 @@ def design(
     refuse(not one, "give one of --separate A B, --show A, and --closed-loop.")
     foreign = not closed_loop and (controller is not None or bool(settings))
     refuse(foreign, "--controller and --set are the controller's; give them with --closed-loop.")
-    if not closed_loop:
-        args.refuse_idle(context, "is the hover of a flight; give it with --closed-loop", "hover")
     no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
     if closed_loop:
         args.refuse_idle(context, "is that of an open loop; here the plant's voltages saturate", "voltage_limit")
@@ -85,6 +83,7 @@ def design(
         gains = [] if controller or settings else [DEFAULT_GAINS]
         print_answer(json, results.to_plain(outlooks), [tools.flight_table(outlooks)], gains)
         return
+    args.refuse_idle(context, "is the hover of a flight; give it with --closed-loop", "hover")
     entries = tools.find_effects(separate if separate is not None else (show or "",))
     plant, limits = _read_plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
     with progress_bar() as progress:

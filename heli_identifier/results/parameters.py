@@ -102,9 +102,13 @@ class ParameterSet(Tabular):
         except ParameterError as error:
             raise ConfigurationError(f"{error}.") from error
 
-    def check_unit(self, unit: str, where: str = "") -> None:
-        """Refuse parameters of another unit, or of a plant that lack some of :data:`REQUIRED`: a ConfigurationError."""
+    def check_unit(self, unit: str) -> None:
+        """Refuse parameters of another unit, or of a plant that lack some: a ConfigurationError."""
         refuse(self.unit != unit, f"these are parameters of the {self.unit}, those of the {unit} are needed.")
+        self.check_complete()
+
+    def check_complete(self, where: str = "") -> None:
+        """Refuse a plant some of whose :data:`REQUIRED` parameters would be defaults: a ConfigurationError."""
         missing = ", ".join(name for name in REQUIRED if name not in self.values) if self.unit == PLANT else ""
         said = f"{where}the plant's parameters lack {missing}; values of another rig are not taken for them."
         refuse(bool(missing), said)

@@ -91,4 +91,4 @@ def _check_unit(file: Path, found: ParameterSet) -> None:
         refuse((value.unit or "1") != unit, f"{file}: {stated}; convert value and standard error.")
         if problem := problem_with(own[name], value.value):
             raise ConfigurationError(f"{file}: {problem}.")
-    found.check_unit(found.unit, f"{file}: ")
+    found.check_complete(f"{file}: ")

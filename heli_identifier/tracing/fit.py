@@ -25,7 +25,6 @@ from .sensitivity import Quadratic, linearise
 from .settings import (
     AIR_SCAN,
     AIRS,
-    COARSE,
     CONVERGED,
     FARTHEST,
     ITERATIONS,
@@ -95,7 +94,7 @@ class Fit:
 
     @cached_property
     def dispersion(self) -> tuple[Array, Array]:
-        r"""Variances of the scores over those of the model, [H^-1 V H^-1]_jj / [H^-1]_jj, shape (n,) each.
+        """Variances of the scores over those of the model, [H^-1 V H^-1]_jj / [H^-1]_jj, shape (n,) each.
 
         V is the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s, and V_L that of whole logs: what
         differs from log to log beyond what logs have of their own (a cable that lies otherwise, a drift of the air) is
@@ -233,7 +232,7 @@ def fit(
         coordinates, x = _coordinates_of(likelihood, fields, rig.estimate(likelihood.records))
         within = np.clip(x, -FARTHEST, FARTHEST).tolist()  # a step is at most some widths of a prior
         first = rig.assign(rig.parameters, {c.field: c.value(v) for c, v in zip(coordinates, within, strict=True)})
-        some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
+        some, count, a = likelihood.beginning, len(likelihood.records), len(rig.axes)
         beginning = replace(likelihood, records=some)
         airs = (np.repeat(np.array(air)[:, None], a, axis=1) for air in AIRS)
         start = _join_airs([_descend(beginning, fields, [beginning.resting(first, z)], ROUGHLY, False) for z in airs])

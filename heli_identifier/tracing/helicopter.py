@@ -73,6 +73,7 @@ _FULL_THRUST: Mapping[str, float] = {"k_x": 3.0, "k_z": 1.0, "k_y": 1.0}
 """Accelerations [rad/s^2] at the voltage limit: half of it on both rotors lifts a balanced arm with about 1 rad/s^2,
 the travel turns the same mass, the body's smaller inertia makes the pitch some three times faster."""
 
+
 def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
     """Give the range that holds 95 % of the prior of a parameter of Table 2, in its unit; a gain has either sign."""
     if field in _FULL_THRUST:

@@ -21,6 +21,7 @@ Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 196
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -88,11 +89,12 @@ class Likelihood:
         runs = [self.run(i, point) for i in range(len(self.records))]
         return [e for e, _ in runs], [motion for _, motion in runs]
 
-    def beginning(self, seconds: float) -> tuple[Record, ...]:
-        """Give the first records that hold so much flight [s]; of a longer one its beginning."""
+    @cached_property
+    def beginning(self) -> tuple[Record, ...]:
+        """The first records that hold :data:`.settings.COARSE` s of flight; of a longer one its beginning."""
         ends = np.cumsum([record.time[-1] for record in self.records])
-        first = self.records[: 1 + int(np.searchsorted(ends, seconds))]
-        return tuple(record.until(seconds) for record in first)
+        first = self.records[: 1 + int(np.searchsorted(ends, COARSE))]
+        return tuple(record.until(COARSE) for record in first)
 
     def of_axes(self, e: Sequence[Array], records: Sequence[Record] | None = None) -> tuple[Array, Array]:
         """Give the data's part of F (a,) [nats], and the scales sigma (a,) [rad] that minimise it.
@@ -122,8 +124,8 @@ class Likelihood:
 
         ``e`` (N_i, a) [rad] are the innovations in the air of the point.
         """
-        few, under = self.beginning(COARSE), list[Array]()
-        for record, own in zip(few, e, strict=False):
+        few, under = self.beginning, list[Array]()
+        for record, own in zip(few, e[: len(few)], strict=True):
             old, new = self.filters(record, point), self.filters(record, point, airs)
             columns = [recolour(own[: record.samples, i], axis, new[i :: len(old)]) for i, axis in enumerate(old)]
             under.append(np.stack(columns, axis=2))

@@ -116,6 +116,7 @@ class Scores:
         self.nuisance = [j for j, c in enumerate(inside) if c.field not in catalogue]
         self.nuisance += range(P, len(self.g))
         self.off: frozenset[str] = frozenset()
+        """Parameters of the fit that are held at zero."""
 
     @property
     def selected(self) -> list[str]:

@@ -181,7 +181,7 @@ class Sensitivities:
         pushing = [j for j, m in enumerate(moves) if not m.in_reading and m.faults is None and m.torque is None]
         acting = [L.of_log(i, point, p) for p in (point.parameters, *(moves[j].parameters for j in pushing))]
         widths = np.array([move.step for move in moves])[:, None]
-        read = self._of_reading(i, motion, acting[:1])
+        read = self._of_reading(i, motion, acting[0])
         gone = [behind(axis.own, e[:, k]) for k, axis in enumerate(axes)]
         lagging = None
         turn, zeroed = DIFFERENCE * OWN[4], np.array(rig.zeroed)
@@ -215,7 +215,7 @@ class Sensitivities:
                 fast.append((named, np.vstack((coloured, *(change[rows] for change in read[k].values())))))
             yield rows, fast, slow
 
-    def _of_reading(self, i: int, motion: Array, plant: Sequence[Parameters]) -> list[dict[int, Array]]:
+    def _of_reading(self, i: int, motion: Array, plant: Parameters) -> list[dict[int, Array]]:
         """Give by axis and coordinate the derivatives (N,) by a bending of the arm and by faults of the log."""
         L, moves, record = self.likelihood, self.moves, self.likelihood.records[i]
         axes = self._of_rate(record)
@@ -235,7 +235,7 @@ class Sensitivities:
             pass_on(j, other.angles - record.angles, reading_dynamics)
             if (other.inputs != record.inputs).any():
                 along = np.repeat(motion, record.held, axis=0)[: record.samples]
-                there, here = (L.rig.accelerations(own, plant, along)[0][:, 0].T for own in (other, record))
+                there, here = (L.rig.accelerations(own, [plant], along)[0][:, 0].T for own in (other, record))
                 pass_on(j, there - here, error_dynamics)
         return found
 
