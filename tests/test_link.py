@@ -138,7 +138,7 @@ def test_a_co_simulation_that_is_not_paced_stays_within_the_maximum_age(step, le
         clock.tick(step * k, sent([k]))
         assert abs(clock.lead) <= clock.maximum_age + 1e-9 or step < H
         assert clock.lead >= -clock.maximum_age - 1e-9
-    assert least < clock.set_anew < most and len(clock.order.waiting) < 30
+    assert least < clock.resynchronised < most and len(clock.order.waiting) < 30
 
 
 def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_instant():
@@ -209,7 +209,7 @@ def test_a_stopped_stream_trips_the_watchdog_and_no_step_waits(linked):
     for k in range(550, 600):
         rig.send(sample(k))
         stepped(unit, k)
-    assert got(unit, "watchdog", "fresh", "lost", "set_anew") == [0.0, 1.0, 500.0, 0.0]
+    assert got(unit, "watchdog", "fresh", "lost", "resynchronised") == [0.0, 1.0, 500.0, 0.0]
     # a rig that does not send is said where it is waited for, and no state is saved
     unit = created(wait=0.05)
     assert unit.log_queue[0].msg.endswith("no sample of the rig came in within link.wait = 0.05 s")

@@ -35,7 +35,7 @@ class RigLink(SlaveBase):
         output("stray", "1", "samples more than 1 s from the others that no second one continued; not shown"),
         output("refused", "1", "datagrams that hold no sample: a wrong length, a value that no rig reaches"),
         output("foreign", "1", "datagrams of other senders; not read"),
-        output("set_anew", "1", "times that the rig's clock was set anew"),
+        output("resynchronised", "1", "times that the rig's clock was set again"),
         output("port", "1", "port on which datagrams come in", ("link.address", "link.port")),
         parameter("link.address", "127.0.0.1", "numeric address of this machine on which datagrams come in"),
         parameter("link.port", 25000, "port on which they come in; 0: a free one, see port", None, 0, 65535),
@@ -114,7 +114,7 @@ class RigLink(SlaveBase):
             *(self.values[:5] if latest is None else latest.signals),
             clock.fresh, old, clock.age, clock.lead, len(clock.order.waiting),
             *(counts[name] for name in ("received", "lost", "reordered", "late", "duplicated", "stray")),
-            port.refused, port.foreign, clock.set_anew, port.address[1],
+            port.refused, port.foreign, clock.resynchronised, port.address[1],
         )  # fmt: skip
         self.show(map(float, shown))
         if port.reason and not self.said:  # one is enough; the output ``refused`` counts them

@@ -146,7 +146,7 @@ class Clock:
     def __init__(self, delay: float, maximum_age: float, sample_time: float) -> None:
         self.delay, self.maximum_age, self.order = delay, maximum_age, Order(sample_time)
         self.offset: float | None = None
-        self.set_anew, self.fresh, self.age, self.lead = 0, False, 0.0, 0.0
+        self.resynchronised, self.fresh, self.age, self.lead = 0, False, 0.0, 0.0
 
     def tick(self, time: float, samples: Iterable[Datagram]) -> None:
         """Go to simulated ``time`` [s], ``samples`` having come in."""
@@ -160,7 +160,7 @@ class Clock:
         # Ahead: only a new sample shows where the rig's clock is; while none comes, the data grow old.
         apart = self.lead < -self.maximum_age or (self.lead > self.maximum_age and order.newest is not newest)
         if self.offset is None or apart or order.counts["restarted"] > restarted:
-            self.set_anew += self.offset is not None
+            self.resynchronised += self.offset is not None
             self.offset, self.lead = begin, 0.0
         released = order.release(time + self.offset + EARLY)
         self.age = 0.0 if order.last is None else max(time + self.offset - order.last.time, 0.0)

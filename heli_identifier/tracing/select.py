@@ -1,7 +1,7 @@
 """Names: which effects the plant lacks, by forward and backward steps on the quadratic form and exact refits.
 
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
-set stands, the model is refitted and the catalogue is scored around it anew, until the set stands there as well. What
+set stands, the model is refitted and the catalogue is scored again around it, until the set stands there as well. What
 is in the fit leaves before others enter, or a round later: two laws that bend one curve, a dead zone and a quadratic
 thrust, seem to replace each other until both are fitted. Of laws of one family that the data do not tell apart the one
 with the fewest shapes is taken. What scores :data:`.settings.NAMED` is established, if a refit without it loses as

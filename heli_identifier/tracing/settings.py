@@ -38,7 +38,7 @@ OWN = (0.1, 0.003, 0.05, 0.03, 0.01)
 """Standard deviations of what a log has of its own before any log is seen: its constant torque [rad/s^2] (tape, cables,
 a day's zero), as far as the torques of an unknown curve reach, too; angle [rad] and rate [rad/s] at its start off the
 lines through its first .3 s, in the roughest air; the logarithm of its gains over the plant's (supply, warm motors, a
-new belt: 1.5 to 6 % on measured rigs); the zero of its encoders [rad]: a rig that is switched on anew comes to rest
+new belt: 1.5 to 6 % on measured rigs); the zero of its encoders [rad]: a rig that is switched on again comes to rest
 within half a degree."""
 
 OWN_PRIOR = (2.0, 0.007, 0.007, 0.002)

@@ -9,7 +9,7 @@ with D and H_xx without the prior; k are their degrees of freedom beside the fit
 are those of the plant's own table; of a period sine and cosine in every log apart, at the frequency where the
 periodogram of the innovations stands out.
 
-The best are fitted, with the air, and the catalogue is selected anew beside them: what stood in their place leaves. One
+The best are fitted, with the air, and the catalogue is searched again beside them: what stood for them leaves. One
 stays if the likelihood of named effects and rigid-body mechanics alone lacks :data:`.settings.UNKNOWN`, and more than
 comes from no law being exact; a curve only if logs that are left out get likelier with it, as a manoeuvre that every
 log repeats bends any curve. It is then part of the plant; a period is not, as every log has its own phase.

@@ -8,7 +8,7 @@ how a controller answers it comes out wrong. A windy rig is flown as rigs of a l
   and elevation, rates filtered well or hardly, with or without a loop about the travel or its rate; a second one has
   other structure and half the gains;
 * references of a stick or in steps, a fifth as large on quiet rigs; logged or not;
-* gains that drift by 1.5 % from log to log, encoders zeroed anew, motors with a lag of their own.
+* gains that drift by 1.5 % from log to log, encoders zeroed for each log, motors with a lag of their own.
 
 At 100 Hz it is the paper's rig, at 500 Hz one with the pitch balanced and a heavy arm. Seeds, not colour or loudness,
 decide on parameters, effects, levels of the air and controllers.
