@@ -33,7 +33,6 @@ from heli_identifier.records import Log
 from heli_identifier.tracing import Determination, Diagnosis, diagnose
 from heli_identifier.tracing.held_out import log_likelihood
 from heli_identifier.tracing.helicopter import LAG_FIELD, helicopter
-from heli_identifier.tracing.settings import DiagnosisSettings
 from heli_plant.effects import AXES, effect_of
 from tests.blind.air import COLOURS
 from tests.blind.windy import WindyRig, windy_rig
@@ -83,7 +82,7 @@ def half(
 
 def slopes_between(found: Diagnosis, logs: Sequence[Log]) -> dict[str, float]:
     """Give the slopes of the gains where a diagnosis states them over those at the median voltage of ``logs``."""
-    there = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
+    there = helicopter(logs)
     here = replace(there, operating_point=found.settings["operating_point"])
     return {gain: here.read(found.plant_after, gain) / there.read(found.plant_after, gain) for gain in GAINS}
 

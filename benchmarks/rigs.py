@@ -14,7 +14,7 @@ from benchmarks.harness import Row
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.records import Log
 from heli_identifier.tools import Rig
-from heli_identifier.tracing import DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
+from heli_identifier.tracing import Likelihood, Scores, fit, helicopter
 from heli_plant.parameters import PlantParameters
 from tests.blind.damage import DAMAGES
 from tests.blind.generator import Case
@@ -76,8 +76,7 @@ def against(estimate: Estimate, truth: float) -> Row:
 
 def likelihood_of(logs: Sequence[Log]) -> Likelihood:
     """Give the tracer's likelihood of some logs, nothing fitted."""
-    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
-    return Likelihood(rig, records_of(logs, rig, {}))
+    return Likelihood.of(logs, helicopter(logs))
 
 
 def told_scores(training: Sequence[Log], fields: Iterable[str]) -> dict[str, float]:

@@ -16,7 +16,7 @@ from heli_identifier.tracing.held_out import _thin, compare, hold_to, likelihood
 from heli_identifier.tracing.prediction import HORIZONS, Model, Run, simulate_record
 from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.rig import record_of
-from heli_identifier.tracing.settings import NOISE_CENTRE, NOISE_WIDTH, OWN, DiagnosisSettings
+from heli_identifier.tracing.settings import NOISE_CENTRE, NOISE_WIDTH, OWN
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
@@ -29,7 +29,7 @@ NOISE = np.array([0.0006, 0.0006, 0.0003])
 PROCESS = simulated.process_noise
 ALL = tuple(HORIZONS)
 VOLTAGES = drive(60.0, 2)
-RIG = helicopter(DiagnosisSettings(), [np.zeros((10, 3))], [VOLTAGES])
+RIG = helicopter([Log("at rest", 100.0, VOLTAGES, np.zeros((len(VOLTAGES), 3)))])
 
 
 def torque(count, seed):

@@ -14,7 +14,7 @@ from heli_identifier.tracing import helicopter, sensitivity
 from heli_identifier.tracing import noise as filters
 from heli_identifier.tracing.fit import Fit, around, bounded_step, covariance, fit, fit_own_spread
 from heli_identifier.tracing.rig import block_samples, record_of, records_of
-from heli_identifier.tracing.settings import COLOURED, HUBER, OWN_PRIOR, DiagnosisSettings
+from heli_identifier.tracing.settings import COLOURED, HUBER, OWN_PRIOR
 from tests.blind.generator import Case
 from tests.blind.windy import windy_rig
 
@@ -152,7 +152,7 @@ def test_a_resting_axis_counts_nowhere_nor_a_passage_that_is_left_out_until_the_
     angles = log.angles.copy()
     angles[:, 1] = 0.2
     still = Log("still", 100.0, log.voltages, angles)
-    rig = helicopter(DiagnosisSettings(), [angles], [log.voltages])
+    rig = helicopter([still])
     weights = record_of(still, rig).weights
     assert weights[:, 1].sum() == 0.0 and weights[:, 0].mean() > 0.9
     assert records_of((still,), rig, {})[0].weights[:, 1].sum() == 0.0
@@ -174,12 +174,12 @@ def test_a_fast_log_is_averaged_from_the_middle_of_a_block_to_the_next(clean):
         ramp = (time - middle)[:, None] * np.array([0.3, -0.2])  # held over a sample: on average half a sample later
         fast = Log("fast", n * log.rate_hz, ramp, np.column_stack((time, 2.0 * time, -time)))
         assert block_samples(fast) == n and block_samples(log) == 1
-        record = record_of(fast, helicopter(DiagnosisSettings(), [fast.angles], [fast.voltages]))
+        record = record_of(fast, helicopter([fast]))
         ends = (record.angles[1:, 0], record.angles[:-1, 0])
         np.testing.assert_allclose(ends[0] - ends[1], record.step, rtol=1e-9)
         held = (0.5 * (ends[0] + ends[1]) - 0.5 / fast.rate_hz - middle)[:, None] * np.array([0.3, -0.2])
         np.testing.assert_allclose(record.inputs[:-1], held, atol=1e-12)
-    record = record_of(log, helicopter(DiagnosisSettings(), [log.angles], [log.voltages]))
+    record = record_of(log, helicopter([log]))
     np.testing.assert_array_equal(record.angles, log.angles)
     np.testing.assert_array_equal(record.inputs, log.voltages)
 

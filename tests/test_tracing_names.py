@@ -16,7 +16,7 @@ from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_times
 from heli_identifier.tracing.select import fit_delivered, halves_agree, left_out_gain, open_structure, refit, stepwise
-from heli_identifier.tracing.settings import KEPT, UNKNOWN, DiagnosisSettings
+from heli_identifier.tracing.settings import KEPT, UNKNOWN
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
 from heli_plant.tabulated_torque import KNOTS, tabulated_torque
@@ -140,7 +140,7 @@ def test_a_law_is_drawn_as_smooth_as_its_data():
     """A delay acts where voltages jump: were its law smoothed less than the data, these would lie on half its slope."""
     plant = TABLE_2._replace(input_delay_rotors=0.06)
     log = noisy(plant, drive(60.0, 3), 3, name="late")
-    rig = helicopter(DiagnosisSettings(), [log.angles], [log.voltages])
+    rig = helicopter([log])
     effect = next(own for own in rig.effects if own.name == "input_delay")
     *_, residual, law = rig.partial_residual(record_of(log, rig), plant, TABLE_2, effect)
     assert float(law @ residual / (law @ law)) == pytest.approx(1.0, abs=0.1)  # air and encoder add some .02

@@ -18,6 +18,7 @@ from heli_identifier import tracing
 from heli_identifier.errors import ConfigurationError, refuse, require_positive
 from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
+from heli_identifier.records import Log
 from heli_identifier.results.documents import document_text
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import join_words, unit_text, uses_text, with_interval
@@ -246,8 +247,7 @@ def draw_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dic
         errors = {name: e.standard_error for name, e in parameters.values.items() if e.standard_error}
         moves = random.standard_normal((count, len(errors))) * list(errors.values())
         return [_clip({n: parameters.values[n].value + d for n, d in zip(errors, move, strict=True)}) for move in moves]
-    at = np.full((1, 2), known.operating_point_v)
-    rig = tracing.helicopter(tracing.DiagnosisSettings(), [np.zeros((1, 3))], [at])
+    rig = tracing.helicopter([Log("hover", 1.0, np.full((2, 2), known.operating_point_v), np.zeros((2, 3)))])
     variances, axes = np.linalg.eigh(known.matrix)
     moves = random.standard_normal((count, len(known.names))) @ (axes * np.sqrt(np.maximum(variances, 0.0))).T
     now = {name: rig.read(plant, BY_NAME[name].field) for name in known.names}

@@ -9,7 +9,7 @@ inverse standard error of its coefficient. With rho the correlation of two signa
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, product
 from pathlib import Path
 from typing import NamedTuple
@@ -174,9 +174,9 @@ def fly_proposal(
         return None
     # the quadratic form of the likelihood around the plant without the effects in question
     log = Log("rehearsal", 1.0 / STEP, signal, angles)
-    rig = tracing.helicopter(tracing.DiagnosisSettings(), [angles], [np.full((1, 2), TYPICAL)])
+    rig = replace(tracing.helicopter([log]), operating_point=TYPICAL)
     rounding = rig.resolution / np.sqrt(12.0)
-    likelihood = tracing.Likelihood(rig, tracing.records_of((log,), rig, {}))
+    likelihood = tracing.Likelihood.of([log], rig)
     off = parameters._replace(**dict.fromkeys(fields, 0.0))
     air = tracing.coordinates_of(AIR / rounding, np.full(len(rig.axes), 1.0 / AIR_TIME))
     model = tracing.Model(rig, off, air, rounding, likelihood.widths)

@@ -43,7 +43,6 @@ __all__ = [
     "log_likelihood",
     "plausible_range",
     "record_start",
-    "records_of",
     "rms_figures",
     "select",
     "sign_notes",
@@ -84,7 +83,6 @@ from .result import (
     Verdict,
     variable_name,
 )
-from .rig import records_of
 from .score import Scores
 from .select import select
 from .settings import DiagnosisSettings

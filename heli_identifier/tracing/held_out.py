@@ -54,7 +54,7 @@ from .result import (
     Use,
 )  # fmt: skip
 from .rig import NOTHING, Array, LeftOut, Parameters, Record, record_of, records_of
-from .settings import BLOCK, CONVERGED, DRAWS, FLOWN, HUBER, ROUNDS, SETTLING, SPACING, WHITE_TIME, DiagnosisSettings
+from .settings import BLOCK, CONVERGED, DRAWS, FLOWN, HUBER, ROUNDS, SETTLING, SPACING, WHITE_TIME
 
 
 def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]] | None = None) -> tuple[Run, Array]:
@@ -386,7 +386,7 @@ def hold_to(
     ``figure`` is one of :data:`.prediction.HORIZONS`; from the filter's state it is larger than that of a fit, which
     knows the air.
     """
-    rig, outcomes = helicopter(DiagnosisSettings(), [own.angles for own in logs], [own.voltages for own in logs]), []
+    rig, outcomes = helicopter(logs), []
     for own in logs:
         run = Run.along(Model.alone(rig, parameters), record_of(own, rig), np.zeros(len(rig.axes)))
         said = f"log {own.name}, error over {HORIZONS[figure]:g} s"
@@ -397,6 +397,4 @@ def hold_to(
 
 def log_likelihood(plant: Parameters, logs: Sequence[Log]) -> float:
     """Give ln p of ``logs`` [nats] under a plant; the air, and what each log has of its own, are fitted to them."""
-    rig = helicopter(DiagnosisSettings(), [own.angles for own in logs], [own.voltages for own in logs])
-    rig = replace(rig, parameters=plant)
-    return -fit(Likelihood(rig, records_of(logs, rig, {})), ()).value
+    return -fit(Likelihood.of(logs, replace(helicopter(logs), parameters=plant)), ()).value

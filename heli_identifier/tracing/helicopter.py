@@ -17,6 +17,7 @@ from scipy.signal import cont2discrete, lfilter
 
 from heli_identifier.chain import local_cubic
 from heli_identifier.online import ModelParameters
+from heli_identifier.records import Log
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
 from heli_plant.effects import Effect as Law
 from heli_plant.laws import bending_acceleration, input_delay, motor_input, motor_time_constant, thrust_voltage
@@ -447,14 +448,14 @@ class Rig:
         ], [_signals(record, parameters) for record in records]
 
 
-def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Sequence[Array]) -> Rig:
-    """Build the rig for logs of one bench helicopter, angles (N_i, 3) and inputs (N_i, 2).
+def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -> Rig:
+    """Build the rig for logs of one bench helicopter, with what is given of it.
 
     The operating point is their median voltage: near hover, however long a log stays at a limit.
     """
+    settings, voltages = settings or DiagnosisSettings(), np.concatenate([log.voltages for log in logs])
     given = {name: (value.value, value.standard_error or 0.0) for name, value in settings.effects.items()}
-    largest = max(float(abs(v).max()) for v in inputs)
-    lowest = min(float(a[:, 1].min()) for a in angles)
+    largest, lowest = float(abs(voltages).max()), min(float(log.angles[:, 1].min()) for log in logs)
     parameters = PlantParameters(
         **{
             "T_m": settings.motor_time_constant, "v_max": max(settings.voltage_limit, largest),
@@ -466,5 +467,5 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
         tuple(field for field in BASE if field not in settings.given) + tuple(given), parameters,
         2.0 * pi / np.array(settings.counts, dtype=float),
         tuple(_effect(law, lowest, settings) for law in CATALOGUE if law.field not in given),
-        float(np.median(np.concatenate(inputs))), given | settings.geometry.priors(),
+        float(np.median(voltages)), given | settings.geometry.priors(),
     )  # fmt: skip

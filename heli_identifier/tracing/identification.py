@@ -21,7 +21,7 @@ from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .references import References, find_references
 from .result import Agreement, FoundEffect, ParameterReport
-from .rig import Effect, LeftOut, average_blocks, records_of
+from .rig import Effect, LeftOut, average_blocks
 from .select import Selection, fit_delivered, halves_agree, left_out_gain, open_structure, select
 from .settings import SETTLING, UNKNOWN, DiagnosisSettings
 from .strangers import align_zeros
@@ -110,9 +110,9 @@ def identify_plant(
     left_out = {} if given.keep_events else passages(events)
     used, slips = undo_slips(used, () if given.keep_events else events)
     tell("fitting the model", 0.1)
-    rig = helicopter(given, [log.angles for log in used[:count]], [log.voltages for log in used[:count]])
+    rig = helicopter(used[:count], given)
     null, training, kept, notes = align_zeros(
-        used[:count], used[count:], lambda own: _null(Likelihood(rig, records_of(own, rig, left_out))), left_out
+        used[:count], used[count:], lambda own: _null(Likelihood.of(own, rig, left_out)), left_out
     )
     _refuse_scaled(null, defects)
     tell("searching the catalogue", 0.3)

@@ -28,10 +28,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.chain import Fault, undo_faults
+from heli_identifier.records import Log
 
 from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, physical, recolour
-from .rig import Array, Coordinate, Parameters, Record
+from .rig import NOTHING, Array, Coordinate, LeftOut, Parameters, Record, records_of
 from .settings import COARSE, HUBER, OWN
 
 NO_HARMONICS = np.empty((0, 4))
@@ -75,6 +76,11 @@ class Likelihood:
     """Sizes of the faults of the logs that are undone in the records."""
     logged: tuple[Record, ...] = ()
     """The records as they were logged; empty where nothing is undone."""
+
+    @classmethod
+    def of(cls, logs: Sequence[Log], rig: Rig, left_out: LeftOut = NOTHING) -> "Likelihood":
+        """Give the likelihood of logs, the passages ``left_out`` of which do not count."""
+        return cls(rig, records_of(logs, rig, left_out))
 
     def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
         """Give the point of a plant in the air of any rig, or in ``z`` (5, a), whose logs have nothing of their own."""
