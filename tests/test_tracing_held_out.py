@@ -39,8 +39,10 @@ def torque(count, seed):
 
 def model(parameters=TABLE_2, noise=NOISE):
     """A plant with the true noise: f far above c makes the torque Ornstein and Uhlenbeck's."""
-    air = np.array([np.log(LEVEL / noise), [np.log(RATE)] * 3, [np.log(3000.0)] * 3, [0.0] * 3, [np.log(3000.0)] * 3])
-    return Model(RIG, parameters, (air - NOISE_CENTRE) / NOISE_WIDTH[:, None], noise, np.repeat((0.02, *OWN[1:]), 3))
+    rho = LEVEL / noise / RIG.air(np.zeros((5, 3)))[0]
+    air = np.array([np.log(rho), [np.log(RATE)] * 3, [np.log(3000.0)] * 3, [0.0] * 3, [np.log(3000.0)] * 3])
+    z = (air - NOISE_CENTRE[:, None]) / NOISE_WIDTH[:, None]
+    return Model(RIG, parameters, z, noise, np.repeat((0.02, *OWN[1:]), 3))
 
 
 def recorded(parameters, v, seed, air):

@@ -178,7 +178,8 @@ def fly_proposal(
     rounding = rig.resolution / np.sqrt(12.0)
     likelihood = tracing.Likelihood.of([log], rig)
     off = parameters._replace(**dict.fromkeys(fields, 0.0))
-    air = tracing.coordinates_of(AIR / rounding, np.full(len(rig.axes), 1.0 / AIR_TIME))
+    usual = rig.air(np.zeros((5, len(rig.axes))))[0]
+    air = tracing.coordinates_of(AIR / rounding, np.full_like(usual, 1.0 / AIR_TIME), usual)
     model = tracing.Model(rig, off, air, rounding, likelihood.widths)
     base = [name for name in rig.base if name not in fields]
     known = tracing.around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))

@@ -19,7 +19,7 @@ from scipy.optimize import lsq_linear
 from heli_identifier.chain import FAULTS
 
 from .likelihood import Likelihood, Point
-from .noise import SHAPES, physical
+from .noise import SHAPES
 from .rig import Array, Coordinate, Parameters
 from .sensitivity import Quadratic, linearise
 from .settings import (
@@ -79,7 +79,7 @@ class Fit:
         """Hessian of F (n, n) for a step: innovations are about linear in exp(-k h) of an encoder, and not in ln k."""
         H, g = self.quadratic.total[0].copy(), self.quadratic.g.sum(0)
         k = np.arange(len(H))[-len(self.sigma) :]
-        kh = physical(self.point.z)[-1] * self.likelihood.records[0].step
+        kh = self.likelihood.rig.air(self.point.z)[-1] * self.likelihood.records[0].step
         H[k, k] += np.maximum(0.0, NOISE_WIDTH[-1] * (1.0 - kh) * g[k])
         return H
 
@@ -163,7 +163,7 @@ class Fit:
 
         The level is the standard deviation of what lasts 1/:data:`.settings.SEEN_AT`: what is shorter moves no bench.
         """
-        found, record = physical(self.point.z), self.likelihood.records[0]
+        found, record = self.likelihood.rig.air(self.point.z), self.likelihood.records[0]
         own = self.likelihood.filters(record, self.point)
         lasting = [max(np.linalg.matrix_power(axis.F, record.held)[0, 0], 0.0) for axis in own]
         return np.vstack((found[0] * self.encoder_noise() * np.sqrt(lasting), found[1:]))

@@ -40,7 +40,7 @@ from heli_identifier.records import Log
 from .fit import Fit, around, fit
 from .helicopter import helicopter
 from .likelihood import Likelihood, without
-from .noise import filters, physical, recolour
+from .noise import filters, recolour
 from .prediction import HORIZONS, Model, Run, simulate_record
 from .references import CHANNELS, controllers_of
 from .result import (
@@ -262,7 +262,7 @@ def _draw_stretches(record: Record, firsts: Sequence[int], errors: Array) -> Arr
 def _standardise(run: Run, model: Model) -> Array:
     """Innovations (N, a) of a run under the air and over the scales of another model."""
     step, own = run.record.step, run.model
-    old, new = (filters(step, own.rig.linear(own.parameters), physical(z)) for z in (own.z, model.z))
+    old, new = (filters(step, own.rig.linear(own.parameters), own.rig.air(z)) for z in (own.z, model.z))
     columns = [recolour(e, was, [now])[0] for e, was, now in zip(run.innovations.T, old, new, strict=True)]
     return np.column_stack(columns) / model.scales(step)
 

@@ -2,7 +2,7 @@
 
 The only module of this room that imports the plant. The likelihood, the search and the instruments work with any plant
 of this form: axes with one angle and one acceleration each, inputs that are held over a sample, and parameters that
-enter the accelerations.
+enter the accelerations. docs/howto/another-rig.md brings one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,6 +28,7 @@ from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
 from .instruments import Regression, Term
+from .noise import physical
 from .rig import Array, Coordinate, Effect, Record
 from .settings import (
     CATALOGUE_WIDTHS,
@@ -83,6 +84,10 @@ def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
     width, lower = _LINEAR[field]
     return max(lower, -2.0 * width), 2.0 * width
 
+
+_USUAL_AIR = np.array([150.0, 60.0, 30.0])
+"""Usual level of the air over the encoder's noise on pitch, elevation and travel [1/s^2]: measured rigs have torques of
+.1, .03, .01 rad/s^2 over .5 to .7 mrad."""
 
 _FLY: Mapping[str, str] = {
     "k_x": "Step the pitch by 10 degrees every 5 s for a minute; under a controller step and log its reference.",
@@ -287,6 +292,11 @@ class Rig:
     accelerations = staticmethod(run_accelerations)
     simulate = staticmethod(run_alone)
     begin = staticmethod(record_start)
+
+    @staticmethod
+    def air(z: Array) -> Array:
+        """Give what :func:`.noise.physical` does of the axes' air at its coordinates z (5, 3)."""
+        return physical(z, _USUAL_AIR)
 
     @staticmethod
     def readings(record: Record, plants: Sequence[PlantParameters]) -> Array:

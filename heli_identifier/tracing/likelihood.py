@@ -31,7 +31,7 @@ from heli_identifier.chain import Fault, undo_faults
 from heli_identifier.records import Log
 
 from .helicopter import Rig
-from .noise import SHAPES, AxisFilter, filters, gains, physical, recolour
+from .noise import SHAPES, AxisFilter, filters, gains, recolour
 from .rig import NOTHING, Array, Coordinate, LeftOut, Parameters, Record, records_of
 from .settings import COARSE, HUBER, OWN
 
@@ -70,7 +70,7 @@ class Likelihood:
 
     rig: Rig
     records: tuple[Record, ...]
-    widths: Array = field(default_factory=lambda: np.repeat(OWN, 3))
+    widths: Array
     """Standard deviations tau of what a log has of its own, as in :class:`Point`, shape (5a,)."""
     faults: Mapping[Fault, float] = field(default_factory=dict)
     """Sizes of the faults of the logs that are undone in the records."""
@@ -80,7 +80,7 @@ class Likelihood:
     @classmethod
     def of(cls, logs: Sequence[Log], rig: Rig, left_out: LeftOut = NOTHING) -> "Likelihood":
         """Give the likelihood of logs, the passages ``left_out`` of which do not count."""
-        return cls(rig, records_of(logs, rig, left_out))
+        return cls(rig, records_of(logs, rig, left_out), np.repeat(OWN, len(rig.axes)))
 
     def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
         """Give the point of a plant in the air of any rig, or in ``z`` (5, a), whose logs have nothing of their own."""
@@ -152,8 +152,8 @@ class Likelihood:
 
     def filters(self, record: Record, point: Point, airs: Sequence[Array] = ()) -> list[AxisFilter]:
         """Give the axes' filters at a point, or in other ``airs`` (5, a), one air after the other."""
-        some = airs or (point.z,)
-        return filters(record.step, self.rig.linear(point.parameters) * len(some), np.hstack(list(map(physical, some))))
+        some, linear = [self.rig.air(z) for z in airs or (point.z,)], self.rig.linear(point.parameters)
+        return filters(record.step, linear * len(some), np.hstack(some))
 
     def priors(self, x: Array, point: Point) -> float:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""

@@ -77,19 +77,23 @@ C = np.array([1.0, 0.0, 0.0, 0.0, 1.0])
 """Angle and error of the encoder are measured together."""
 
 
-def physical(z: Array) -> Array:
-    """Give (rho, c, f, psi, k), shape (5, a), of the coordinates z (5, a), standard normal before any log is seen."""
-    found = NOISE_CENTRE + NOISE_WIDTH[:, None] * z
+def physical(z: Array, usual: Array) -> Array:
+    """Give (rho, c, f, psi, k), shape (5, a), of the coordinates z (5, a), standard normal before any log is seen.
+
+    ``usual`` (a,) [1/s^2] is the level rho that the axes' air mostly has.
+    """
+    found = NOISE_CENTRE[:, None] + NOISE_WIDTH[:, None] * z
     found[[0, 1, 2, 4]] = np.exp(found[[0, 1, 2, 4]])
+    found[0] *= usual
     found[2] += 4.0 * LEAST_DAMPING**2 * found[1]
     found[3] = 0.5 * np.pi * np.tanh(found[3])
     return np.asarray(found)
 
 
-def coordinates_of(rho: Array, c: Array) -> Array:
+def coordinates_of(rho: Array, c: Array, usual: Array) -> Array:
     """Coordinates z (5, a) of an Ornstein-Uhlenbeck torque of level rho (a,) [1/s^2] and rate c (a,) [1/s]."""
     z = np.zeros((SHAPES, len(rho)))
-    for row, values in enumerate((rho, c)):
+    for row, values in enumerate((rho / usual, c)):
         z[row] = (np.log(values) - NOISE_CENTRE[row]) / NOISE_WIDTH[row]
     return z
 

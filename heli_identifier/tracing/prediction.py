@@ -24,7 +24,7 @@ from heli_identifier.chain import local_cubic
 
 from .fit import Fit, fit
 from .helicopter import Rig
-from .noise import SHAPES, AxisFilter, filters, gains, physical
+from .noise import SHAPES, AxisFilter, filters, gains
 from .references import CHANNELS, Controller
 from .rig import Array, Parameters, Record
 from .settings import BLOCK, OWN, ROUND, SETTLED, SETTLING, SMOOTHING, SPACING
@@ -69,7 +69,7 @@ class Model:
 
     def filters(self, step: float) -> list[AxisFilter]:
         """Give the axes' filters at a sampling interval [s]."""
-        return filters(step, self.rig.linear(self.parameters), physical(self.z))
+        return filters(step, self.rig.linear(self.parameters), self.rig.air(self.z))
 
     def scales(self, step: float) -> Array:
         """Give the standard deviations (a,) [rad] of the innovations at a sampling interval [s]."""
@@ -81,7 +81,7 @@ class Model:
         The torque x+ = F x + w is stationary from its first sample.
         """
         random, own, columns = np.random.default_rng(seed), self.filters(record.step), []
-        for axis, level in zip(own, physical(self.z)[0] * self.encoder_noise, strict=True):
+        for axis, level in zip(own, self.rig.air(self.z)[0] * self.encoder_noise, strict=True):
             F = axis.F
             values, vectors = np.linalg.eigh(np.eye(2) - F @ F.T)
             w = random.standard_normal((record.samples, 2))

@@ -34,7 +34,6 @@ from .noise import (
     error_dynamics,
     filters,
     past,
-    physical,
     reading_dynamics,
     slope_of_colour,
     start_memory,
@@ -184,7 +183,7 @@ class Sensitivities:
         read = self._of_reading(i, motion, acting[0])
         gone = [behind(axis.own, e[:, k]) for k, axis in enumerate(axes)]
         lagging = None
-        turn, zeroed = DIFFERENCE * OWN[4], np.array(rig.zeroed)
+        turn, zeroed = DIFFERENCE * OWN[4], np.array(rig.zeroed, dtype=int)
         memory = np.zeros((a, P + 3 + len(zeroed), 5))
         memory[:, P + 1 : P + 3] = [start_memory(axis.own, held) for axis in axes]
         chunk = record.block * max(1, CHUNK // record.block)
@@ -264,14 +263,14 @@ class Sensitivities:
         Moves of the air's parameters change them, and moves of plant parameters that the gains follow.
         """
         rig, point, moves = self.likelihood.rig, self.point, self.moves
-        a, linear, air = len(rig.axes), rig.linear(point.parameters), physical(point.z)
+        a, linear, air = len(rig.axes), rig.linear(point.parameters), rig.air(point.z)
         changed = [
             (i, j, own, air[:, i], move.step)
             for j, move in enumerate(moves) if not move.in_reading
             for i, own in enumerate(rig.linear(move.parameters)) if own != linear[i]
         ]  # fmt: skip
         for k in range(SHAPES):
-            moved = physical(point.z + DIFFERENCE * (np.arange(SHAPES) == k)[:, None])
+            moved = rig.air(point.z + DIFFERENCE * (np.arange(SHAPES) == k)[:, None])
             changed += [(i, len(moves) + a * k + i, linear[i], moved[:, i], DIFFERENCE) for i in range(a)]
         solved = filters(h, [own[2] for own in changed], np.column_stack([own[3] for own in changed]))
         found: list[dict[int, tuple[AxisFilter, float]]] = [{} for _ in linear]

@@ -11,12 +11,10 @@ from heli_identifier.records import GivenRig, RigConfiguration
 
 # --- the noise of the likelihood (noise.py) ---
 
-NOISE_CENTRE = np.array(
-    [[log(150.0), log(60.0), log(30.0)], [log(2.5)] * 3, [log(300.0)] * 3, [0.0] * 3, [log(300.0)] * 3]
-)
-"""Centres of ln rho [1/s^2], ln c, ln f [1/s], artanh(2 psi/pi), ln k [1/s] for pitch, elevation, travel: measured rigs
-have torques of .1, .03, .01 rad/s^2 over an encoder's noise of .5 to .7 mrad, correlated over .4 s, and no edge that
-logs resolve; an encoder that turns by ten counts in .1 s errs almost like white noise."""
+NOISE_CENTRE = np.array([0.0, log(2.5), log(300.0), 0.0, log(300.0)])
+"""Centres of ln rho over what is usual on an axis, ln c, ln f [1/s], artanh(2 psi/pi), ln k [1/s]: measured rigs have
+torques that are correlated over .4 s, and no edge that logs resolve; an encoder that turns by ten counts in .1 s errs
+almost like white noise."""
 
 NOISE_WIDTH = np.array([1.5, 0.7, 2.5, 0.8, 1.0])
 """Their widths: a factor of 4.5 in level, of 2 in rate, of 12 in smoothness; all directions psi are about as likely;
