@@ -10,13 +10,13 @@ from benchmarks.rigs import likelihood_of as nothing_fitted
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
-from heli_identifier.tracing import Determination, ParameterReport, Use, fit, helicopter
+from heli_identifier.tracing import Determination, ParameterReport, Use, coordinates_of, fit, helicopter
 from heli_identifier.tracing.findings import _rests_on
 from heli_identifier.tracing.held_out import _thin, compare, hold_to, likelihood_of, rms_figures, use_of
 from heli_identifier.tracing.prediction import HORIZONS, Model, Run, simulate_record
 from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.rig import record_of
-from heli_identifier.tracing.settings import NOISE_CENTRE, NOISE_WIDTH, OWN
+from heli_identifier.tracing.settings import NOISE_WIDTH, OWN
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
@@ -26,22 +26,20 @@ from tests.simulated import UNSTABLE, H, drive, rest
 LEVEL, RATE = np.array([0.1, 0.04, 0.015]), 2.5
 """Torque of windy air [rad/s^2] and its rate [1/s]."""
 NOISE = np.array([0.0006, 0.0006, 0.0003])
-PROCESS = simulated.process_noise
 ALL = tuple(HORIZONS)
 VOLTAGES = drive(60.0, 2)
 RIG = helicopter([Log("at rest", 100.0, VOLTAGES, np.zeros((len(VOLTAGES), 3)))])
 
 
 def torque(count, seed):
-    columns = [PROCESS(count, 10 * seed + i, s, 1.0 / RATE)[:, i] for i, s in enumerate(LEVEL)]
+    columns = [simulated.process_noise(count, 10 * seed + i, s, 1.0 / RATE)[:, i] for i, s in enumerate(LEVEL)]
     return np.column_stack(columns)
 
 
 def model(parameters=TABLE_2, noise=NOISE):
     """A plant with the true noise: f far above c makes the torque Ornstein and Uhlenbeck's."""
-    rho = LEVEL / noise / RIG.air(np.zeros((5, 3)))[0]
-    air = np.array([np.log(rho), [np.log(RATE)] * 3, [np.log(3000.0)] * 3, [0.0] * 3, [np.log(3000.0)] * 3])
-    z = (air - NOISE_CENTRE[:, None]) / NOISE_WIDTH[:, None]
+    z = coordinates_of(LEVEL / noise, np.full(3, RATE), RIG.air(np.zeros((5, 3)))[0])
+    z[[2, 4]] = np.log(10.0) / NOISE_WIDTH[[2, 4], None]
     return Model(RIG, parameters, z, noise, np.repeat((0.02, *OWN[1:]), 3))
 
 
