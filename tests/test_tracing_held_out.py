@@ -26,13 +26,13 @@ from tests.simulated import UNSTABLE, H, drive, rest
 LEVEL, RATE = np.array([0.1, 0.04, 0.015]), 2.5
 """Torque of windy air [rad/s^2] and its rate [1/s]."""
 NOISE = np.array([0.0006, 0.0006, 0.0003])
-ALL = tuple(HORIZONS)
+PROCESS = simulated.process_noise  # tests put another one in its place
 VOLTAGES = drive(60.0, 2)
 RIG = helicopter([Log("at rest", 100.0, VOLTAGES, np.zeros((len(VOLTAGES), 3)))])
 
 
 def torque(count, seed):
-    columns = [simulated.process_noise(count, 10 * seed + i, s, 1.0 / RATE)[:, i] for i, s in enumerate(LEVEL)]
+    columns = [PROCESS(count, 10 * seed + i, s, 1.0 / RATE)[:, i] for i, s in enumerate(LEVEL)]
     return np.column_stack(columns)
 
 
@@ -145,7 +145,7 @@ def test_the_noise_floor_is_the_true_plants_own_error():
     runs = [Run.along(model(), record_of(windy(seed), RIG), np.zeros(3)) for seed in (11, 12)]
     made = [simulate_record(run, seed) for seed, run in enumerate(runs)]
     own, floor = ([run.errors() for run in of] for of in (runs, made))
-    for name in ALL:
+    for name in HORIZONS:
         figures = [rms_figures([e[name] for e in errors], 0.25) for errors in (own, floor)]
         for mine, least in zip(*figures, strict=True):
             # two draws of the same noise over two minutes: their 95 % intervals overlap, all but one pair in a hundred
