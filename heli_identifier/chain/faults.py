@@ -45,7 +45,7 @@ class Fault:
     channel: str
     """`voltages`, `v_front` or an angle."""
     law: str
-    """What the log holds, in the letters of its file."""
+    """What is wrong, in a clause, with the ``size``."""
     unit: str
     """Of the size."""
     lower: float
@@ -141,21 +141,22 @@ def _play_operator(x: Array, gap: float) -> Array:
 
 
 FAULTS: tuple[Fault, ...] = (
-    *(Fault("late", axis, "x(t - size)", "s", 0.0, 0.1, SHIFT, _undo_late_angle,
+    *(Fault("late", axis, f"the {axis} is logged {{size}} late", "s", 0.0, 0.1, SHIFT, _undo_late_angle,
             f"Look for a filter or a buffer between the {axis}'s encoder and the file; log all channels in one task.")
       for axis in ANGLES),
-    Fault("late", "voltages", "v(t - size)", "s", 0.0, 0.1, SHIFT, _undo_late_voltage,
+    Fault("late", "voltages", "the voltages are logged {size} late", "s", 0.0, 0.1, SHIFT, _undo_late_voltage,
           "Log the voltages behind the controller in the step in which they are sent, not in the next one."),
-    Fault("low pass", "voltages", "y, size y' = v - y", "s", 0.0, 0.2, 0.005, _undo_low_pass,
+    Fault("low pass", "voltages", "the voltages are logged behind a filter with a time constant of {size}", "s",
+          0.0, 0.2, 0.005, _undo_low_pass,
           "Log the voltages that are sent to the amplifiers, ahead of any filter."),
-    *(Fault("drift", axis, "x + size t", "rad/s", -1e-3, 1e-3, 1e-5, _undo_drift,
+    *(Fault("drift", axis, f"the reading of the {axis} drifts by {{size}}", "rad/s", -1e-3, 1e-3, 1e-5, _undo_drift,
             f"Fasten the coupling of the {axis}'s encoder; if it measures by a gyroscope or a camera, "
             "remove its drift.")
       for axis in ("pitch", "elevation")),
-    *(Fault("backlash", axis, "play of x, gap = size", "rad", 0.0, 0.06, 0.002, _undo_backlash,
+    *(Fault("backlash", axis, f"the {axis}'s encoder has a play of {{size}}", "rad", 0.0, 0.06, 0.002, _undo_backlash,
             f"Turn the {axis} by hand to and fro: the encoder has to follow at once. Tighten its gear or coupling.")
       for axis in ANGLES),
-    Fault("scale", "v_front", "v / (1 + size)", "1", -0.5, 0.5, 0.02, _undo_scale,
+    Fault("scale", "v_front", "v_front is 1 + {size} times what is logged", "1", -0.5, 0.5, 0.02, _undo_scale,
           "Measure both voltages at the motors with a meter while the log runs, and mend the factor of the column."),
 )  # fmt: skip
 """The catalogue of faults that are searched in the likelihood."""

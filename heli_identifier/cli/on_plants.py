@@ -109,19 +109,23 @@ def linearise(
     parameters: Path = args.PLANT,
     pitch: float = option(0.0, "Pitch of the operating point.", "RAD"),
     elevation: float = option(0.0, "Elevation of the operating point.", "RAD"),
+    config: Path | None = args.CONFIG,
     output: Path = args.folder("control"),
     json: bool = args.JSON,
 ) -> None:
     """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
 
+    The PID is the one of heli.toml, [controller.pid]; without that entry it has the default gains of the units.
+
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
     from scipy.io import savemat
 
+    pid = args.find_configuration(config).controller.pid
     with results.whole_folder(output) as draft:
         given = args.read_with_doubts(parameters)
         with progress_bar() as progress:
-            made = tools.design_pid(given, pitch, elevation, progress=progress)
+            made = tools.design_pid(given, pitch, elevation, pid, progress=progress)
         document, matlab = made.linear_document(), BytesIO()
         savemat(matlab, made.matrices)
         files = {

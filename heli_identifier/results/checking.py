@@ -49,9 +49,11 @@ class Check(Tabular):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """How far the controller is from the one that flew."""
+        """What the error starts from, or how far the controller is from the one that flew."""
         asks = "along the measured angles the controller asks for other voltages than the logged ones, by"
-        return tuple(f"{log}: {asks} {to_digits(own, 2)} V" for log, own in self.voltages.items())
+        flown = tuple(f"{log}: {asks} {to_digits(own, 2)} V" for log, own in self.voltages.items())
+        unknown = "nothing is known of the air of a new log: the error is larger than the one that a diagnosis reports"
+        return (*flown, *([unknown] if self.judged == "ahead_200ms" else []))
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -10,9 +10,9 @@ from heli_identifier import tracing
 from heli_identifier.online import GAINS
 from heli_identifier.records import Log, LogSource, RigConfiguration, common_configuration, read_logs
 from heli_identifier.results.documents import to_plain
-from heli_identifier.results.report import ranked_experiments
+from heli_identifier.results.report import rank_experiments, ranked_experiments
 from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells
-from heli_identifier.results.words import join_words, to_digits, typeset_notes
+from heli_identifier.results.words import effect_words, join_words, to_digits, typeset_notes
 from heli_identifier.signatures import check_types
 from heli_plant.effects import AXES
 
@@ -39,12 +39,10 @@ class Look(Tabular):
         return {name: reports[name] for name in GAINS if name in reports}
 
     @property
-    def effects(self) -> tuple[tuple[str, str, float, bool], ...]:
-        """Effects that the likelihood favours: name, axis, score [nats], whether it is established."""
-        return tuple(
-            (finding.effect.name, finding.effect.axis, finding.score.score, finding.established)
-            for finding in self.identification.selection.findings
-        )
+    def effects(self) -> tuple[tracing.FoundEffect, ...]:
+        """Effects as a diagnosis states them: what is established, then what is possible."""
+        established, possible = self.identification.effects
+        return (*established, *possible)
 
     @property
     def table(self) -> Table:
@@ -58,26 +56,31 @@ class Look(Tabular):
 
     @property
     def lines(self) -> tuple[str, str, str]:
-        """Give :func:`look_lines` of these logs; to fly next is what the gain needs that least came from outside."""
-        references = self.identification.references
-        wanting = [report for report in self.gains.values() if report.experiment]
-        worst = min(wanting, key=lambda report: report.outside_share or 0.0, default=None)
-        names = join_words(references.names)
-        return look_lines(references.closed_loop, names, self.movement, self.gains, worst.experiment if worst else "")
+        """Give :func:`look_lines` of these logs; to fly next is what a diagnosis would say."""
+        found, references = self.identification, self.identification.references
+        ranked = rank_experiments(found.parameters, self.effects, found.catalogue)
+        names, experiment = join_words(references.names), next((text for _, text in ranked), "")
+        return look_lines(references.closed_loop, names, self.movement, self.gains, experiment)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Reasons, what is established, what was accepted as a reference, and what to fly."""
         lines = [f"{name}: {report.determination}; {report.why}" for name, report in self.gains.items()]
-        for word, wanted in (("established", True), ("possible, no finding", False)):
-            named = [f"{n.replace('_', ' ')} ({a}, {s:.0f} nats)" for n, a, s, yes in self.effects if yes is wanted]
+        for word, own in zip(("established", "possible, no finding"), self.identification.effects, strict=True):
+            named = [f"{effect_words(effect)} ({effect.score:.0f} nats, {effect.verdict})" for effect in own]
             lines += [f"{word}: {', '.join(named)}"] if named else []
         of_logs = [
-            f"{e.log}: left out {e.start:.1f} to {e.end:.1f} s, something other than the plant acts on the {e.axis}"
+            f"{e.log}: left out {e.start_in_file:.2f} to {e.end_in_file:.2f} s of the file, something other than the "
+            f"plant acts on the {e.axis}"
             for e in self.identification.events
         ]
         of_logs += self.identification.references.notes
         return (*lines, *typeset_notes(of_logs), self.lines[2].partition("; ")[2])
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What puts the gains in doubt."""
+        return tuple(typeset_notes(self.identification.notes))
 
     def to_dict(self) -> dict[str, Any]:
         """Give the same as values for JSON, the gains as `parameters` in diagnosis.json."""
@@ -89,8 +92,11 @@ class Look(Tabular):
                 "movement_counts": self.movement,
                 "operating_point_v": self.identification.plant.likelihood.rig.operating_point,
                 "gains": self.gains,
-                "effects": [dict(zip(("name", "axis", "score", "established"), e, strict=True)) for e in self.effects],
-                "notes": references.notes,
+                "effects": [
+                    {"name": own.name, "axis": own.axis, "score": own.score, "verdict": own.verdict}
+                    for own in self.effects
+                ],
+                "notes": (*references.notes, *self.identification.notes),
             }
         )
 

@@ -6,7 +6,7 @@ error with what is expected, and what draws plants draws them with the covarianc
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import exp, inf
+from math import exp
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -44,7 +44,8 @@ class Expectation:
     use: Use | None = None
     """What the axis may be used for, as in diagnosis.json; None where no diagnosis says it."""
     ahead_200ms_rad: float | None = None
-    """Where a controller flew, so that 1 s ahead decides nothing: largest error .2 s ahead, the air not known."""
+    """Where a controller flew, so that 1 s ahead decides nothing: largest error .2 s ahead on one log, training logs
+    included, in air of which nothing is known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +149,8 @@ class ParameterSet(Tabular):
     def limits(self, factor: float) -> dict[str, float]:
         """Give the largest error [rad] of the prediction :attr:`judged` that every usable axis may have.
 
-        It is ``factor`` times the error on the held-out logs, or 1 s ahead times the noise floor if that is larger.
+        It is ``factor`` times the error on the held-out logs, or 1 s ahead times the noise floor if that is larger;
+        .2 s ahead times the largest error on any log of the diagnosis.
         ConfigurationError if an axis has no such error, or no axis is usable.
         """
         require_positive("factor", factor, "1")
@@ -203,15 +205,10 @@ def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate])
 def corrected_parameters(diagnosis: Diagnosis) -> ParameterSet:
     """Give the parameters after a diagnosis, with the errors that its held-out logs found."""
     estimates = {**diagnosis.parameters_after, **diagnosis.effects_after}
-    near: dict[str, float] = {}
-    if diagnosis.closed_loop:
-        logs, free = [series.log for series in diagnosis.series], dict.fromkeys(AXES, inf)
-        for own in tracing.hold_to(diagnosis.plant_after, free, logs, "ahead_200ms"):
-            near[own.axis] = max(own.error.value, near.get(own.axis, 0.0))
-    expected = {
-        axis: Expectation(own.after.prediction_1s, own.noise_floor.prediction_1s.value, own.use, near.get(axis))
-        for axis, own in diagnosis.axes.items()
-    }
+    near, expected = diagnosis.ahead_200ms, {}
+    for axis, own in diagnosis.axes.items():
+        far, floor = own.after.prediction_1s, own.noise_floor.prediction_1s.value
+        expected[axis] = Expectation(far, floor, own.use, near.get(axis))
     values = plant_values(diagnosis.plant_after, estimates)
     return ParameterSet(PLANT, values, expected, diagnosis.provenance, _covariance(diagnosis, values))
 

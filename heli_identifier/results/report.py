@@ -4,7 +4,7 @@ First the verdict, a card per axis, measured and predicted motion, what is in th
 experiment that would settle most. The same parts, without their page, are what a notebook shows.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -196,23 +196,35 @@ def _law_figure(curve: tracing.EffectCurve, title: str) -> str:
 
 
 def ranked_experiments(diagnosis: tracing.Diagnosis) -> list[tuple[list[str], str]]:
-    """Give every experiment that would help with what it would settle, the most valuable first."""
+    """Give the experiments of a diagnosis as :func:`rank_experiments` does."""
+    unusable = [tables.GAIN_OF[axis] for axis, own in diagnosis.axes.items() if own.use is tracing.Use.NOTHING]
+    effects = (*diagnosis.effects, *diagnosis.possible)
+    return rank_experiments(diagnosis.parameters, effects, diagnosis.catalogue, unusable)
+
+
+def rank_experiments(
+    parameters: Mapping[str, tracing.ParameterReport], effects: Sequence[tracing.FoundEffect],
+    catalogue: Sequence[tracing.CatalogueVerdict], unusable: Sequence[str] = (),
+) -> list[tuple[list[str], str]]:  # fmt: skip
+    """Give every experiment that would help with what it would settle, the most valuable first.
+
+    ``unusable`` are the gains of axes that the plant cannot be used on.
+    """
     worth: dict[str, int] = {}
     settles: dict[str, list[str]] = {}
-    unusable = [tables.GAIN_OF[axis] for axis, own in diagnosis.axes.items() if own.use is tracing.Use.NOTHING]
 
     def ask(experiment: str, kind: str, what: str) -> None:
         if experiment:
             worth[experiment] = worth.get(experiment, 0) + WEIGHTS[kind]
             settles.setdefault(experiment, []).append(what)
 
-    for name, report in diagnosis.parameters.items():
+    for name, report in parameters.items():
         if report.determination is not tracing.Determination.OUTSIDE:
             kind = "unusable" if name in unusable else "gain" if name in tables.GAIN_OF.values() else "effect"
             ask(report.experiment, kind, words.meaning(name))
-    for effect in (*diagnosis.effects, *diagnosis.possible):
+    for effect in effects:
         ask(effect.experiment, "effect", words.effect_words(effect))
-    for entry in diagnosis.catalogue:
+    for entry in catalogue:
         if entry.verdict == tracing.Verdict.NOT_TESTABLE:
             ask(entry.experiment, "bound", words.effect_name(entry.name, entry.axis))
     return [(settles[text], text) for text in sorted(worth, key=lambda text: -worth[text])]

@@ -191,15 +191,16 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
         for entry in diagnosis.catalogue
     ]
     share = "visibility: share of an effect's signature that no change of the fitted parameters could imitate"
-    return Table("Every effect of the catalogue", columns, rows, [share, *list_untestable(diagnosis)])
+    return Table("Every effect of the catalogue", columns, rows, [share, *list_reasons(diagnosis)])
 
 
-def list_untestable(diagnosis: Diagnosis) -> list[str]:
-    """Say of every effect that could not be tested why."""
+def list_reasons(diagnosis: Diagnosis) -> list[str]:
+    """Say why an effect could not be tested, or is not shown for all its score."""
+    needed = diagnosis.settings["score_needed_certain"]
     return [
         f"{words.effect_name(entry.name, entry.axis)}: {entry.why}"
         for entry in diagnosis.catalogue
-        if entry.verdict == Verdict.NOT_TESTABLE
+        if entry.verdict == Verdict.NOT_TESTABLE or (entry.verdict == Verdict.NOT_SHOWN and entry.score > needed)
     ]
 
 
@@ -255,6 +256,7 @@ def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterator
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
     """Give the verdict, the gains, the errors, and what has to be kept in mind, as plain text."""
+    effects = [effect_table(diagnosis).text()] if diagnosis.effects or diagnosis.possible else []
     gains, errors = gain_table(diagnosis).text(), error_table(diagnosis).text()
-    said = (words.verdict_line(diagnosis), gains, words.held_out_sentence(diagnosis), errors)
+    said = (words.verdict_line(diagnosis), *effects, gains, words.held_out_sentence(diagnosis), errors)
     return "\n".join([*said, *words.typeset_notes(diagnosis.notes)])

@@ -7,7 +7,7 @@ from typing import Any
 
 from heli_identifier import tracing
 from heli_identifier.online import Estimate
-from heli_plant.effects import CATALOGUE
+from heli_plant.effects import CATALOGUE, STEP_TIMES
 from heli_plant.parameters import BY_FIELD
 
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
@@ -255,9 +255,13 @@ def possible_sentence(effect: tracing.FoundEffect, settings: Mapping[str, Any]) 
     if effect.in_plant and (gain or 0.0) <= 0.0:
         place += ", as every rig has it and these logs do not contradict it"
     elif gain is not None:
-        place += f", as left-out logs {'gain' if gain > 0.0 else 'lose'} {to_digits(abs(gain), 2)} nats with it"
+        nats = "nothing" if abs(gain) < 0.05 else f"{to_digits(abs(gain), 2)} nats"
+        place += f", as left-out logs {'lose' if gain <= -0.05 else 'gain'} {nats} with it"
     elif not effect.in_plant:
-        place += ", as no step at one instant and no law whose shape is at the end of its range is of a rig"
+        shapes = (s for own in CATALOGUE if (own.name, own.axis) == (effect.name, effect.axis) for s in own.shapes)
+        steps = any(shape.start == STEP_TIMES for shape in shapes)
+        end = "a shape of its law is at the end of what is plausible: something else is more likely"
+        place += f", as {'its instant repeats in no other flight' if steps else end}"
     return f"{effect_title(effect)}: possible, {score_text(effect, settings)}; {place}."
 
 

@@ -88,8 +88,7 @@ def design_controller(
     )
     progress("designing", 0.6)
     if kind == "pid":
-        present = PidSettings(voltage_limit=model.plant.v_max, travel_enabled=travels)
-        made = _retune_pid(plants, present, axes, progress)
+        made = _retune_pid(plants, aim.pid, travels, axes, progress)
     else:
         nominal, continuous = (design_feedback(model, aim, other, kind == "lqi", 1.0, held) for held in (True, False))
         robust, reached = _find_robust(plants, nominal, aim, other, kind == "lqi")
@@ -113,11 +112,14 @@ def design_controller(
     return replace(made, notes=(*notes, *made.notes))
 
 
-def _retune_pid(plants: Plants, present: PidSettings, axes: tuple[str, ...], progress: Progress) -> Design:
+def _retune_pid(
+    plants: Plants, given: PidSettings | None, travels: bool, axes: tuple[str, ...], progress: Progress
+) -> Design:
     """Retune a PID for the estimated plant and some of the drawn ones, and judge it beside the present one.
 
-    The notes say what of it is not to be flown.
+    That is by default the one of the units. The notes say what of it is not to be flown.
     """
+    present = (given or PidSettings(voltage_limit=plants.model.plant.v_max))._replace(travel_enabled=travels)
     new = retune_pid(plants.model, present, plants.drawn[:ROBUST])
     progress("judging", 0.8)
     before, after = (judge_controller(plants, pid, axes) for pid in (present, new))
@@ -132,6 +134,10 @@ def _retune_pid(plants: Plants, present: PidSettings, axes: tuple[str, ...], pro
     ]
     if not after.is_stable:
         notes = [f"do not fly the retuned PID: the loop is not stable with it. {kept}; {others}"]
+    if given is None:
+        notes.append("no [controller.pid] of heli.toml is known: the present PID has the default gains of the units")
+    if not before.is_stable:
+        notes.append("the loop is not stable with the present PID, so its margins and steps mean nothing")
     present_gains: dict[str, Any] = {axis: getattr(present, axis) for axis in refused}
     return Design("pid", axes, plants, before, after, new._replace(**present_gains), tuple(notes))
 
@@ -173,9 +179,8 @@ def design_pid(
     _check_usable(parameters, LOOPS, Use.NOTHING)
     plants = allowed_plants(parameters, pitch, elevation, PERIOD, draws, progress)
     plant = plants.model.plant
-    present = (settings or PidSettings(voltage_limit=plant.v_max))._replace(travel_enabled=False)
     progress("retuning", 0.6)
-    made = _retune_pid(plants, present, LOOPS, progress)
+    made = _retune_pid(plants, settings, False, LOOPS, progress)
     notes = [
         f"the linear model leaves out {BY_FIELD[field].name}: friction that sticks has no slope at rest"
         for field in NOT_LINEAR

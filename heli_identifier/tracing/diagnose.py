@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from heli_identifier.chain import BENDING, TIMING, event_notes
+from heli_identifier.chain import event_notes
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import (
@@ -24,16 +24,15 @@ from heli_identifier.records import (
 )
 from heli_identifier.signatures import check_types
 
-from .findings import catalogue_verdicts, correlation, draw_curves, estimates, found_effect, lag_effect, log_faults
+from .findings import correlation, draw_curves, estimates, log_faults
 from .fit import Fit, covariance, fit
-from .held_out import compare
+from .held_out import compare, hold_to
 from .helicopter import LAG_FIELD
-from .identification import FAULT_EFFECTS, Identification, Progress, identify_plant
+from .identification import Identification, Progress, identify_plant
 from .result import DataEntry, Determination, Diagnosis, ErrorFigure, FoundEffect, RigVerdict, Verdict
 from .rig import Array, Parameters
-from .select import Finding
-from .settings import KEPT, NAMED, REFITTED, SETTLING, SURE, DiagnosisSettings
-from .strangers import sign_notes, stranger_notes
+from .settings import NAMED, REFITTED, SETTLING, SURE, DiagnosisSettings
+from .strangers import stranger_notes
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
@@ -77,12 +76,17 @@ def diagnose(
     found = identify_plant(training, settings, kept, progress)
     after, null, rig = found.plant, found.selection.null, found.plant.likelihood.rig
     before = fit(null.likelihood, [n for n in null.fields if n != LAG_FIELD], null, {LAG_FIELD: 0.0})
-    effects, possible = _effects(found)
+    effects, possible = found.effects
     faults = log_faults(found.selection, found.defects)
     tell("comparing before and after", 0.7)
     axes, nats, series = compare(
         before, after, found.beside, found.left_out, found.parameters, found.events, found.references.closed_loop
     )
+    plant, ahead = _plant(after, effects), dict[str, float]()
+    if found.references.closed_loop:
+        free = dict.fromkeys(rig.axes, inf)
+        for own in hold_to(plant, free, (*found.logs, *found.beside), "ahead_200ms", found.left_out):
+            ahead[own.axis] = max(own.error.value, ahead.get(own.axis, 0.0))
     chi2 = {name: judged for name, own in (("before", before), ("after", after)) if (judged := _judged(found, own))}
     stated = {(own.name, own.axis) for own in (*effects, *possible) if own.in_plant}
     named = {effect.field for effect in rig.effects if (effect.name, effect.axis) in stated}
@@ -95,7 +99,7 @@ def diagnose(
         faults=faults,
         effects=effects,
         possible=possible,
-        catalogue=catalogue_verdicts(found.selection, effects, possible),
+        catalogue=found.catalogue,
         parameters_before=before_values,
         parameters_after=after_values,
         effects_after=estimates(
@@ -105,7 +109,8 @@ def diagnose(
         covariance=joint,
         covariance_fields=after.fields,
         plant_before=before.parameters,
-        plant_after=_plant(after, effects),
+        plant_after=plant,
+        ahead_200ms=ahead,
         axes=axes,
         held_out=replace(nats, chi2=chi2),
         closed_loop=found.references.closed_loop,
@@ -131,7 +136,6 @@ def diagnose(
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
             *event_notes((*training, *kept), () if settings.keep_events else found.events),
             *found.notes,
-            *sign_notes(before_values),
             *stranger_notes(after, (*found.logs, *found.beside), found.left_out),
             *found.references.notes,
             *_plant_notes(found, settings.effects),
@@ -171,43 +175,6 @@ def _judged(found: Identification, fitted: Fit) -> tuple[float, int] | None:
     measured = [rig.measured(record, fitted.parameters)[0] for record in records]
     judged = found.outside.judge(measured)
     return sum(own.chi2 for own in judged), sum(own.freedom for own in judged)
-
-
-def _effects(found: Identification) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:
-    """Give what is established and what is possible, strongest first."""
-    after, C = found.plant, found.covariance
-    chosen = {own.effect.field for own in found.selection.findings}
-    beside = [  # in the plant as rigid-body mechanics has it
-        Finding(effect, own := found.selection.scores[effect.field], 0.0, (), exact=min(own.score, KEPT))
-        for effect in after.likelihood.rig.candidates if effect.field in set(after.fields) - chosen
-    ]  # fmt: skip
-    named = [
-        found_effect(_with_rivals(own, found), after, C, found.left_out_gains.get(own.effect.field))
-        for own in (*found.selection.findings, *beside) if own.effect.fault is None
-    ]  # fmt: skip
-    late = found.defects or any(fault.channel == "voltages" for fault in after.likelihood.faults)
-    lag = None if late else lag_effect(found.selection, after, C)  # a lag and voltages that are late trade off
-    stated = sorted((*named, *found.unknown, *((lag,) if lag else ())), key=lambda effect: -effect.score)
-    return (
-        tuple(own for own in stated if own.verdict is not Verdict.POSSIBLE),
-        tuple(own for own in stated if own.verdict is Verdict.POSSIBLE),
-    )
-
-
-def _with_rivals(finding: Finding, found: Identification) -> Finding:
-    """Name beside a bending of the arm, or a delay of the rotors, an angle that is late, where a controller flew.
-
-    Its voltages answer the angle before such a log has it, so every law that reads the voltages tells the log: the
-    likelihood does not decide between the two. The answers themselves do where they are seen, but an encoder with
-    backlash reads late whatever is answered.
-    """
-    axes = {BENDING: ("elevation",), TIMING: ("pitch", "elevation")}.get((finding.effect.family,), ())
-    if not axes or not found.references.closed_loop or not finding.established:
-        return finding
-    undone = found.selection.fit.likelihood.faults
-    late = [e for e in FAULT_EFFECTS if e.name == "late" and e.axis in axes and e.axis not in found.on_time]
-    late += [e for e in FAULT_EFFECTS if e.name == "backlash" and e.axis in axes and e.fault in undone]
-    return replace(finding, alternatives=(*finding.alternatives, *late))
 
 
 def _verdict(effects: Sequence[FoundEffect]) -> RigVerdict:
@@ -252,11 +219,11 @@ def _plant_notes(found: Identification, expected: Mapping[str, Estimate]) -> Ite
         )
     at_bound = dict(zip(plant.names, plant.at_bound, strict=True))
     for effect in plant.likelihood.rig.candidates:
-        if at_bound.get(effect.field) and plant.estimate(effect.field) and not effect.certain:
+        if at_bound.get(effect.field) and not effect.certain:
             yield (
                 f"the {effect.name.replace('_', ' ')} of the {effect.axis} comes out at "
-                f"{plant.estimate(effect.field):.3g}, the end of what is plausible: something else that this law "
-                "imitates is more likely"
+                f"{plant.estimate(effect.field):.3g}, the end of what is plausible, and these logs ask for more of it: "
+                "its law describes them, but need not be what acts on the rig"
             )
     for field, given in expected.items():
         value = float(getattr(plant.parameters, field))

@@ -97,10 +97,8 @@ def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFaul
     for finding in selection.findings:
         if (fault := finding.effect.fault) is not None and fault.family not in imitated:
             size = Estimate(selection.fit.likelihood.faults[fault], finding.score.standard_error, fault.unit)
-            words = (
-                f"In your log, not in your rig: {fault.channel} {fault.name}. The log has {fault.law}, with a size of "
-                f"{size.value:.3g} {fault.unit}; this was undone before the search for effects"
-            )
+            law = fault.law.format(size=f"{size.value:.3g}{_behind(fault.unit)}")
+            words = f"In your log, not in your rig: {law}; this was undone before the search for effects"
             others = tuple((other.name, other.axis) for other in finding.alternatives)
             found.append(LogFault(fault.name, fault.channel, words, size, finding.stated, others, fault.advice))
     return tuple(sorted(found, key=lambda own: -(own.score or 0.0)))
@@ -148,13 +146,12 @@ def _verdict(effect: Effect, found: Score | None, stated: FoundEffect | None) ->
         verdict, estimate, experiment = stated.verdict, stated.coefficient or estimate, stated.experiment
         score, why = stated.score, f"score {stated.score:.1f} nats"
     elif score > effect.shown_from:
-        why = f"score {score:.1f} nats beside what is in the plant, of which a fit with it keeps too little"
+        why = f"{score:.1f} nats by the quadratic form, but a fit with it is hardly likelier than one without"
     elif 0.5 * (largest / max(error, 1e-300)) ** 2 < NAMED:
         verdict, experiment = Verdict.NOT_TESTABLE, effect.experiment
-        why = (
-            f"its standard error of {error:.2g}{unit} could not show even {largest:g}{unit}: {left:.2g} % of its "
-            "signature is left beside the fitted parameters"
-        )
+        little = f"{left:.2g} % of its signature is left beside the fitted parameters"
+        because = "these logs hardly excite it" if left > 50.0 else little
+        why = f"its standard error of {error:.2g}{unit} could not show even {largest:g}{unit}: {because}"
     else:
         why = f"score {score:.1f} nats, {effect.shown_from:.3g} needed"
     bound, share = None if verdict is Verdict.NOT_TESTABLE else _bound(effect, estimate), found.visibility

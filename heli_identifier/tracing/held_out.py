@@ -120,7 +120,8 @@ def compare(
         own, weights = errors["after"][i], [record.weights[:, i] for record in records]
         bare = stays[i].value if closed_loop else min(angle_stays[i].value, rate_stays[i].value)
         gain = rig.gains[i]
-        use, why = use_of(gain, reports.get(gain), getattr(own, judged).value, bare, HORIZONS[judged])
+        error = getattr(own, judged).value
+        use, why = use_of(gain, reports.get(gain), error, bare, HORIZONS[judged], gain in rig.lifting)
         p = {name: _ljung_box_p([z[:, i] for z in one], weights, records[0].step) for name, one in white.items()}
         axes[axis] = AxisReport(
             errors["before"][i], own, floor[i], angle_stays[i], rate_stays[i], p, float(air[0, i]), float(air[1, i]),
@@ -346,19 +347,23 @@ def _bootstrap(
     return [ErrorFigure(*map(float, column)) for column in after(found).T]
 
 
-def use_of(gain: str, report: ParameterReport | None, error: float, least: float, ahead: float) -> tuple[Use, str]:
+def use_of(
+    gain: str, report: ParameterReport | None, error: float, least: float, ahead: float, lifts: bool = False
+) -> tuple[Use, str]:
     """Decide what an axis of the plant may be used for, and say why in a clause.
 
-    Nothing, if over ``ahead`` [s] a prediction without a model, which errs by ``least`` [rad], does as well. Prediction
-    only, if the logs do not determine the axis's gain or references contradict it: a controller multiplies a wrong
-    gain, a prediction of similar flights hardly shows it. Else control as well. ``report`` is None for a gain that was
-    given.
+    Nothing, if over ``ahead`` [s] a prediction without a model, which errs by ``least`` [rad], does as well, or if the
+    gain ``lifts`` and is negative, as on no rig whose signs and rotors are right. Prediction only, if the logs do not
+    determine the axis's gain or references contradict it: a controller multiplies a wrong gain, a prediction of similar
+    flights hardly shows it. Else control as well. ``report`` is None for a gain that was given.
     """
     if not error < least:
         bare = f"a prediction without a model by {1e3 * least:.1f} mrad"
         return Use.NOTHING, f"it errs by {1e3 * error:.1f} mrad over {ahead:g} s, {bare}"
     if report is None:
         return Use.CONTROL, f"{gain} was given"
+    if lifts and report.estimate.interval[1] < 0.0:
+        return Use.NOTHING, f"{gain} is negative, so a sign is wrong or the rotors are exchanged"
     unsure = report.contradicted or report.determination is Determination.NOT_DETERMINED
     return Use.PREDICTION if unsure else Use.CONTROL, f"{gain}: {report.determination}; {report.why}"
 
@@ -379,16 +384,19 @@ class Outcome:
 
 
 def hold_to(
-    parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log], figure: str = "prediction_1s"
-) -> list[Outcome]:
+    parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log], figure: str = "prediction_1s",
+    left_out: LeftOut = NOTHING,
+) -> list[Outcome]:  # fmt: skip
     """Predict ``logs`` ahead with ``parameters`` alone, and hold every axis named in ``limits`` [rad] to its limit.
 
     ``figure`` is one of :data:`.prediction.HORIZONS`; from the filter's state it is larger than that of a fit, which
-    knows the air.
+    knows the air. Passages ``left_out`` do not count.
     """
     rig, outcomes = helicopter(logs), []
     for own in logs:
-        run = Run.along(Model.alone(rig, parameters), record_of(own, rig), np.zeros(len(rig.axes)))
+        record = record_of(own, rig)
+        clear = _clear(record, left_out.get(own.name, ()))
+        run = Run.along(Model.alone(rig, parameters), record, np.zeros(len(rig.axes)), clear)
         said = f"log {own.name}, error over {HORIZONS[figure]:g} s"
         figures = rms_figures([run.errors()[figure]], SPACING, said)
         outcomes += [Outcome(own.name, axis, figures[rig.axes.index(axis)], limit) for axis, limit in limits.items()]

@@ -5,26 +5,38 @@ The order of its steps stands in docs/explanation/tracing.md, "The algorithm".
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from heli_identifier.chain import FAULTS, Defect, Event, find_events, inspect_logs, passages, undo_delays, undo_slips
+from heli_identifier.chain import (
+    BENDING,
+    FAULTS,
+    TIMING,
+    Defect,
+    Event,
+    find_events,
+    inspect_logs,
+    passages,
+    undo_delays,
+    undo_slips,
+)
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log, check_excitation, check_moving, read_logs
 
-from .findings import parameter_reports
+from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
 from .fit import Fit, covariance, fit, fit_own_spread
 from .helicopter import helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .references import References, find_references
-from .result import Agreement, FoundEffect, ParameterReport
+from .result import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .rig import Effect, LeftOut, average_blocks
-from .select import Selection, fit_delivered, halves_agree, left_out_gain, open_structure, select
-from .settings import SETTLING, UNKNOWN, DiagnosisSettings
-from .strangers import align_zeros
+from .select import Finding, Selection, fit_delivered, halves_agree, left_out_gain, open_structure, select
+from .settings import KEPT, SETTLING, UNKNOWN, DiagnosisSettings
+from .strangers import align_zeros, sign_notes
 from .unknown import search_unknown
 
 Progress = Callable[[str, float], None]
@@ -69,6 +81,47 @@ class Identification:
     agreement: Agreement | None
     """Of disjoint halves of the logs; None for a single log."""
     notes: tuple[str, ...]
+
+    @cached_property
+    def effects(self) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:
+        """What is established and what is possible, strongest first."""
+        after, C, findings = self.plant, self.covariance, self.selection.findings
+        chosen = {own.effect.field for own in findings}
+        beside = [  # in the plant as rigid-body mechanics has it
+            Finding(effect, own := self.selection.scores[effect.field], 0.0, (), exact=min(own.score, KEPT))
+            for effect in after.likelihood.rig.candidates if effect.field in set(after.fields) - chosen
+        ]  # fmt: skip
+        named = [
+            found_effect(self._with_rivals(own), after, C, self.left_out_gains.get(own.effect.field))
+            for own in (*findings, *beside) if own.effect.fault is None
+        ]  # fmt: skip
+        late = self.defects or any(fault.channel == "voltages" for fault in after.likelihood.faults)
+        lag = None if late else lag_effect(self.selection, after, C)  # a lag and voltages that are late trade off
+        stated = sorted((*named, *self.unknown, *((lag,) if lag else ())), key=lambda effect: -effect.score)
+        return (
+            tuple(own for own in stated if own.verdict is not Verdict.POSSIBLE),
+            tuple(own for own in stated if own.verdict is Verdict.POSSIBLE),
+        )
+
+    @cached_property
+    def catalogue(self) -> tuple[CatalogueVerdict, ...]:
+        """The verdict on every entry of the catalogue, those of the plant first."""
+        return catalogue_verdicts(self.selection, *self.effects)
+
+    def _with_rivals(self, finding: Finding) -> Finding:
+        """Name beside a bending of the arm, or a delay of the rotors, an angle that is late, where a controller flew.
+
+        Its voltages answer the angle before such a log has it, so every law that reads the voltages tells the log: the
+        likelihood does not decide between the two. The answers themselves do where they are seen, but an encoder with
+        backlash reads late whatever is answered.
+        """
+        axes = {BENDING: ("elevation",), TIMING: ("pitch", "elevation")}.get((finding.effect.family,), ())
+        if not axes or not self.references.closed_loop or not finding.established:
+            return finding
+        undone = self.selection.fit.likelihood.faults
+        late = [e for e in FAULT_EFFECTS if e.name == "late" and e.axis in axes and e.axis not in self.on_time]
+        late += [e for e in FAULT_EFFECTS if e.name == "backlash" and e.axis in axes and e.fault in undone]
+        return replace(finding, alternatives=(*finding.alternatives, *late))
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
@@ -125,6 +178,10 @@ def identify_plant(
         selection, unknown = search_unknown(selection, left)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
+    if idle := _idle(plant, selection):
+        acting = tuple(own for own in selection.findings if own.effect.field not in idle)
+        selection = replace(selection, findings=acting)
+        plant = fit_delivered(selection, [*dropped, *idle])
     structure = open_structure(selection, plant)
     C = covariance(plant) + sum(np.outer(moves, moves) for _, moves in structure)
     tell("asking the references", 0.6)
@@ -133,7 +190,7 @@ def identify_plant(
     return Identification(
         training, kept, left_out, selection, unknown, defects, prompt, plant, C, gains, references, outside,
         parameter_reports(plant, C, outside, structure), events, halves_agree(selection.last),
-        (*slips, *notes),
+        (*slips, *notes, *sign_notes(estimates(null, covariance(null), rig.gains))),
     )  # fmt: skip
 
 
@@ -188,6 +245,12 @@ def _weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
             gains[field] = left_out_gain(selection.last, kept, field)
         (kept if gains.get(field, 0.0) > 0.0 else dropped).append(field)
     return gains, dropped
+
+
+def _idle(plant: Fit, selection: Selection) -> list[str]:
+    """Effects of the search whose coefficient is zero in the delivered plant: what else is in it explains the same."""
+    found = (own.effect.field for own in selection.findings if own.effect.fault is None)
+    return [field for field in found if field in plant.fields and not plant.estimate(field)]
 
 
 def _outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:

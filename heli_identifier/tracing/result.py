@@ -417,6 +417,9 @@ class Diagnosis(DiagnosisFile):
     covariance_fields: tuple[str, ...]
     series: tuple[HeldOutSeries, ...]
     curves: tuple[EffectCurve, ...]
+    ahead_200ms: Mapping[str, float] = field(default_factory=dict)
+    """Where a controller flew: by axis the corrected plant's largest error .2 s ahead [rad] on one log, training logs
+    included, in air of which nothing is known."""
     correlation_labels: tuple[tuple[str, str], ...]
     """Entries of the catalogue in the order of the rows of ``correlation``."""
     correlation: Array
