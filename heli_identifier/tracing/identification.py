@@ -24,7 +24,7 @@ from heli_identifier.chain import (
     undo_slips,
 )
 from heli_identifier.errors import LogError
-from heli_identifier.records import Log, check_excitation, check_moving, read_logs
+from heli_identifier.records import ANGLES, Log, check_excitation, check_moving, read_logs
 
 from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
 from .fit import Fit, covariance, fit, fit_own_spread
@@ -155,6 +155,9 @@ def identify_plant(
     given, tell = settings or DiagnosisSettings(), progress or (lambda what, share: None)
     tell("looking for what is wrong with the logs", 0.02)
     defects = inspect_logs(used, given.counts, given.voltage_limit)
+    steps = {defect.channel: defect.ratio for defect in defects}  # an axis rests by the counts that its log shows
+    pitch, elevation, travel = (round(n / steps.get(a, 1.0)) for n, a in zip(given.counts, ANGLES, strict=True))
+    given = replace(given, counts=(pitch, elevation, travel))
     imitated = {family for defect in defects for family in defect.imitates}
     used, late, prompt = undo_delays(used)
     defects = (*defects, *late)
@@ -167,11 +170,11 @@ def identify_plant(
     null, training, kept, notes = align_zeros(
         used[:count], used[count:], lambda own: _null(Likelihood.of(own, rig, left_out)), left_out
     )
-    _refuse_scaled(null, defects)
     tell("searching the catalogue", 0.3)
     faults = (e for e in FAULT_EFFECTS if e.name != "late" or e.axis not in prompt)
     candidates = (*(e for e in rig.candidates if e.family not in imitated), *faults)
     selection, unknown = select(null, candidates), tuple[FoundEffect, ...]()
+    _refuse_scaled(selection.fit, defects)
     if not imitated:  # an error of the voltages that cannot be undone bends every curve
         undone = {fault.field for fault in selection.fit.likelihood.faults}
         left = [effect for effect in candidates if effect.fault is None or effect.field in undone]
@@ -204,27 +207,29 @@ def _null(likelihood: Likelihood) -> Fit:
     return fit_own_spread(found)
 
 
-def _refuse_scaled(null: Fit, defects: Sequence[Defect]) -> None:
+def _refuse_scaled(found: Fit, defects: Sequence[Defect]) -> None:
     """Refuse logs whose angle is as many times too large as its steps are: gravity and thrust turn with the true one.
+
+    ``found`` is the fit with the effects that are found: a torque that the model lacks may look like a scale.
 
     Raises
     ------
     LogError
         Divided by that, the logs are likelier by more than :data:`.settings.UNKNOWN` nats, the change of unit allowed.
     """
-    axes = null.likelihood.rig.axes
+    likelihood, axes = found.likelihood, found.likelihood.rig.axes
     for defect in defects:
         if defect.name != "counts":
             continue
         scale = np.where(np.array(axes) == defect.channel, 1.0 / defect.ratio, 1.0)
-        begin, scaled = null.likelihood.rig.begin, [own.angles * scale for own in null.likelihood.records]
+        begin, scaled = likelihood.rig.begin, [own.angles * scale for own in likelihood.records]
         records = tuple(
             replace(own, angles=angles, start=begin(angles, own.inputs, own.step))
-            for own, angles in zip(null.likelihood.records, scaled, strict=True)
+            for own, angles in zip(likelihood.records, scaled, strict=True)
         )
         counted = sum(float(own.weights[:, axes.index(defect.channel)].sum()) for own in records)
-        other = fit(replace(null.likelihood, records=records), null.fields, null)
-        if other.value + counted * np.log(defect.ratio) < null.value - UNKNOWN:
+        other = fit(replace(likelihood, records=records), found.fields, found)
+        if other.value + counted * np.log(defect.ratio) < found.value - UNKNOWN:
             raise LogError(
                 f"the {defect.channel} is {defect.ratio:.3g} times too large: its steps say so, and so do the other "
                 "axes. Mend its unit or its factor."
