@@ -202,7 +202,7 @@ def parameter_reports(
         name: (Estimate(float(value), float(half) / 1.96, rig.units[name]), float(share))
         for axis in (outside.axes if outside else ())
         for name, value, half, share in zip(axis.parameters, axis.values, axis.half_widths, axis.shares, strict=True)
-        if np.isfinite(value)
+        if np.isfinite(value) and name in rig.units
     }
     for i, (name, coordinate) in enumerate(zip(fitted.fields, fitted.coordinates, strict=False)):
         if name not in rig.base:

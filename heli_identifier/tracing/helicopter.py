@@ -447,15 +447,18 @@ class Rig:
     ) -> tuple[list[Regression], list[Array]]:
         """Equations of motion for instruments, and their signals (N, 5) of every record.
 
-        What effects and tables of the plant add to the model before counts as known.
+        What effects and tables of the plant add to the model before counts as known. The motors' lag is the one that
+        was given, and what it is off by is one more parameter of every axis, k (mu - delta mu'): instruments that took
+        it from the likelihood would confirm a gain that is wrong because of it.
         """
+        terms = [(*own, replace(own[-1], name=f"{own[-1].name} late", order=1)) for own in _terms(parameters.theta0)]
         off = dict.fromkeys((law.field for law in CATALOGUE if law.field not in self.base), 0.0)
         bare = self.assign(parameters, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
         known = [own - without for own, without in (self.measured(r, parameters, bare) for r in records)]
         return [
             Regression(axis, [record.angles[:, i] for record in records], own, [added[:, i] for added in known])
-            for i, (axis, own) in enumerate(zip(AXES, _terms(parameters.theta0), strict=True))
-        ], [_signals(record, parameters) for record in records]
+            for i, (axis, own) in enumerate(zip(AXES, terms, strict=True))
+        ], [_signals(record, self.parameters) for record in records]
 
 
 def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -> Rig:

@@ -262,7 +262,9 @@ def _outside(plant: Fit, logs: Sequence[Log], references: References) -> Instrum
     """Estimate by instruments what came from outside; None where nothing did."""
     if not references.names:
         return None
-    rig, records = plant.likelihood.rig, plant.likelihood.records
+    rig, faults = plant.likelihood.rig, plant.likelihood.faults
+    untimed = {fault: size for fault, size in faults.items() if fault.family != "timing of voltages"}
+    records = plant.likelihood.undo_faults(untimed).records if untimed != faults else plant.likelihood.records
     regressions, signals = rig.regressions(records, plant.parameters)
     moved = [average_blocks(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
     keep = [(record.weights > 0.0).any(1) | (record.time <= SETTLING) for record in records]
