@@ -144,11 +144,12 @@ FAULTS: tuple[Fault, ...] = (
     *(Fault("late", axis, f"the {axis} is logged {{size}} late", "s", 0.0, 0.1, SHIFT, _undo_late_angle,
             f"Look for a filter or a buffer between the {axis}'s encoder and the file; log all channels in one task.")
       for axis in ANGLES),
-    Fault("late", "voltages", "the voltages are logged {size} late", "s", 0.0, 0.1, SHIFT, _undo_late_voltage,
-          "Log the voltages behind the controller in the step in which they are sent, not in the next one."),
-    Fault("low pass", "voltages", "the voltages are logged behind a filter with a time constant of {size}", "s",
-          0.0, 0.2, 0.005, _undo_low_pass,
-          "Log the voltages that are sent to the amplifiers, ahead of any filter."),
+    Fault("late", "voltages", "the voltages are logged {size} late, or change between the rows of the log", "s",
+          0.0, 0.1, SHIFT, _undo_late_voltage,
+          "Log the voltages in the step in which they are sent, not in the next one, and every row of the controller."),
+    Fault("low pass", "voltages", "the voltages are logged behind a filter with a time constant of {size}, or change "
+          "between the rows of the log", "s", 0.0, 0.2, 0.005, _undo_low_pass,
+          "Log the voltages that are sent to the amplifiers, ahead of any filter, and every row of the controller."),
     *(Fault("drift", axis, f"the reading of the {axis} drifts by {{size}}", "rad/s", -1e-3, 1e-3, 1e-5, _undo_drift,
             f"Fasten the coupling of the {axis}'s encoder; if it measures by a gyroscope or a camera, "
             "remove its drift.")

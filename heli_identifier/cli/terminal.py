@@ -99,7 +99,7 @@ def print_notes(logs: "Sequence[hi.Log]") -> None:
             note(f"{log.path}: {results.typeset('; '.join(log.notes))}")
     for log in logs:
         for text in records.suspicions(log):
-            warn(f"{log.path}: {text}")
+            warn(f"{log.path}: {text}: `heli init LOG` writes a heli.toml with the columns and signs that fit")
 
 
 _INTERVAL = re.compile(r" ± [^ ]+| \([^()]* to [^()]*\)| \(±[^()]*\)")

@@ -59,7 +59,8 @@ _BOTH = 0.05  # by which front and rear are preferred to sum and difference wher
 _IN_STEPS = 0.3  # by which an angle that an encoder measured is preferred
 _MIRRORED = (
     "which rotor is the front one cannot be seen where no column is called so: its mirror image, with the rotors "
-    "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well: compare with the rig"
+    "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well; and a file may hold "
+    "several combinations of the voltages: compare with the rig and with the program that wrote the log"
 )
 
 
@@ -194,7 +195,11 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     found = filter_columns(values, step)
     taken = derivatives(found) | {*known.values()}
     free = [i for i, extent in enumerate(np.ptp(values, axis=0)) if extent > 0.0 and i not in taken]
-    options = {signal: [known[signal]] if signal in known else free for signal in (*VOLTAGES, *COMBINED, *ANGLES)}
+    in_steps = [_IN_STEPS * (encoder_step(column) is not None) for column in columns.T]
+    measured = [i for i in free if in_steps[i]]  # by encoders; a reference or an estimate of an angle is smooth
+    options = {signal: free for signal in (*VOLTAGES, *COMBINED)}
+    options |= dict.fromkeys(ANGLES, measured if len(measured) >= len(ANGLES) else free)
+    options |= {signal: [place] for signal, place in known.items() if signal in options}
     count = {kind: sum(signal in known for signal in kind) for kind in (VOLTAGES, COMBINED)}
     kinds = [kind for kind in count if count[kind] == max(count.values())]
     pairs = [(kind, i, j) for kind in kinds for i in options[kind[0]] for j in options[kind[1]] if i != j]
@@ -205,7 +210,6 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     v, w = values[:, first], values[:, second]
     total, difference = np.where(both, v + w, v), np.where(both, v - w, w)
     by_total, by_difference = filter_columns(total, step).value, filter_columns(difference, step).value
-    in_steps = [_IN_STEPS * (encoder_step(column) is not None) for column in columns.T]
     elevations, travels = (np.array(options[angle])[:, None] for angle in ANGLES[1:])
     of_elevation = np.stack([fit_gains(found, e, by_total).share + in_steps[e] for e in options["elevation"]])
     best, chosen = -np.inf, dict[str, int]()

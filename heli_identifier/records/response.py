@@ -117,5 +117,4 @@ def suspicions(log: Log) -> tuple[str, ...]:
     if not said and max(pitch, elevation) < _SHOWN:
         unseen = "neither the pitch nor the elevation is seen to follow the voltages"
         said.append(f"{unseen}: these are not the voltages of this log, or it is too calm to show it")
-    advice = "`heli init LOG` looks into a log and writes a heli.toml with the columns and signs that fit"
-    return tuple(f"{text}: {advice}" for text in said)
+    return tuple(said)
