@@ -130,6 +130,7 @@ def test_an_angle_that_is_twice_too_large_is_refused_and_a_coarse_encoder_is_not
         identify_plant(logs_of("pitch twice as large", 2))
     found = identify_plant(logs_of("pitch of 2048 counts", 2))
     assert [(d.name, d.channel) for d in found.defects] == [("counts", "pitch")]
+    assert found.plant.likelihood.rig.resolution[0] == pytest.approx(2.0 * np.pi / 2048)  # it rests by these
 
 
 @pytest.mark.parametrize("axis", ["pitch", "elevation"])

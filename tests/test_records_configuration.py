@@ -97,6 +97,10 @@ LAYOUTS = {
     "nine rows, the difference the other way round": (
         [*angles(), -DIFFERENCE, SUM], COMBINED, "rad", {"v_difference": -1}, False,
     ),
+    "smooth estimates of the angles behind the measured ones": (
+        [*angles(), FRONT, REAR, *(np.convolve(angle, np.ones(20) / 20, "same") for angle in TRUE.angles.T)], BOTH,
+        "rad", {}, False,
+    ),
     "the rear rotor before the front one": ([*angles(), REAR, FRONT], BOTH, "rad", {}, True),
     "pitch and elevation that count the other way": (
         [*angles()[:2], *(-column for column in angles()[2:]), FRONT, REAR], BOTH, "rad",

@@ -1,12 +1,10 @@
 """diagnosis.json keeps its contract and is strict JSON; no sentence of a result contradicts its figures."""
 
 import json
-import os
 import re
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import partial
 from html import unescape
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -36,9 +34,6 @@ CARD = {
 
 NEVER = (r"little", r"\+-", r"[a-z]\^-?\d", r"R2", r"\bnan\b", r"\bNone\b", r"[-−]0(\.0*)?(?![.\d])", r" - ")
 """What no person is told: a judgement without a figure, signs of typewriters, a value that is none, a negative zero."""
-
-DIAGNOSES = os.environ.get("HELI_DIAGNOSES", "")
-"""Folder with a folder for each diagnosis of a measured rig, which are held to the rules as well."""
 
 
 def diagnosis_of(seed):
@@ -157,17 +152,8 @@ def test_no_sentence_of_a_diagnosed_rig_contradicts_its_document(logs):
     found = hi.diagnose(training, held_out=held_out)
     check_rules(found)
     if logs is windy:
-        judged = hi.check(held_out, found, 1.0)
+        judged = hi.check((*training, *held_out), found, 1.0)  # of no log of the diagnosis is it news
         assert judged.passed and judged.table.title.startswith("Error .2 s ahead")
-
-
-@pytest.mark.skipif(not DIAGNOSES, reason="HELI_DIAGNOSES names no folder of diagnoses")
-def test_no_sentence_of_a_measured_rig_contradicts_its_document():
-    """A page of its document, on the example's logs: what is drawn is not told."""
-    for path in sorted(Path(DIAGNOSES).glob("*/diagnosis.json")):
-        read = read_document(path, DiagnosisFile)
-        own = {field.name: getattr(read, field.name) for field in fields(DiagnosisFile) if field.name != "schema"}
-        check_rules(replace(EXAMPLE, curves=(), **own))
 
 
 def test_an_effect_has_coefficient_error_unit_and_shape_and_a_number_that_is_not_finite_is_null():

@@ -9,13 +9,17 @@ from scipy.linalg import expm
 from scipy.signal import lfilter
 from scipy.stats import binom
 
+from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
+from heli_identifier.tracing.fit import fit
+from heli_identifier.tracing.identification import _outside
 from heli_identifier.tracing.instruments import Regression, Term, instruments
 from heli_identifier.tracing.references import controllers_of, feedback, find_references, refusal
 from tests.blind.coefficients import Coefficients
 from tests.blind.plant import Control, fly, room_torque
 from tests.blind.signals import multisines
+from tests.blind.windy import windy_rig
 
 TRUTH = np.array([0.3, 1.0, 0.4])  # damping [1/s], stiffness [1/s2], gain [rad/s2/V]
 RATE, LOGS, SEEDS, SECONDS = 50.0, 4, 40, 40
@@ -218,3 +222,14 @@ def test_open_loop_is_told_from_closed_loop_and_its_voltages_are_the_references(
     assert found.origin == "none"
     assert found.signals[0].shape == (len(log.angles), 0)
     assert any("at the limit of 1.20 V" in note for note in found.notes)
+
+
+def test_what_comes_from_outside_does_not_take_the_timing_of_the_voltages_from_the_likelihood():
+    """It could not contradict a gain that a wrong lag has bent."""
+    logs = windy_logs(windy_rig(8, "ou", counts={"a": 2}), "a")
+    likelihood, references = likelihood_of(logs), find_references(logs)
+    plant = fit(likelihood, likelihood.rig.base)
+    late = replace(plant, point=replace(plant.point, parameters=plant.parameters._replace(motor_lag_rotors=0.1)))
+    first, second = (_outside(own, logs, references) for own in (plant, late))
+    for one, other in zip(first.axes, second.axes, strict=True):
+        np.testing.assert_array_equal(one.values, other.values)

@@ -131,10 +131,10 @@ def split_logs(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[tuple[
     count, parts = ceil(TRAINING_SHARE * last.samples), list[Log]()
     for first, stop in ((0, count), (count, last.samples)):
         begin, end = (last.start + k * last.step for k in (first, stop - 1))
-        note = f"kept {begin:g} s to {end:g} s of the file ({stop - first} of {last.samples} rows)"
+        note = f"here {begin:g} s to {end:g} s of it ({stop - first} of {last.samples} rows)"
         own: dict[str, Any] = {name: getattr(last, name)[first:stop] for name in ("voltages", "angles")}
         asked = {axis: values[first:stop] for axis, values in last.references.items()}
-        parts.append(replace(last, **own, references=asked, start=begin, notes=(note, *last.notes)))
+        parts.append(replace(last, **own, references=asked, start=begin, notes=(*last.notes, note)))
     training_part, rest = parts
     rest = replace(rest, name=f"{last.name} from {rest.start:.4g} s")
     return (training_part,), (rest,), f"held out: the last third of {last.path}, from {rest.start:.4g} s on"

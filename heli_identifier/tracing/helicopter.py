@@ -197,13 +197,18 @@ def _thrust(record: Record, p: PlantParameters) -> Array:
 
 
 def _signals(record: Record, p: PlantParameters) -> Array:
-    """Signals (N, 5) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda'."""
+    """Signals (N, 7) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda', and -d/dT of the nu.
+
+    With the lag T of the motors, -dnu/dT = p nu/(1 + T p).
+    """
     nu, rate = lag_voltages(record.inputs, record.step, p), np.gradient(record.angles[:, 2], record.step)
-    return np.column_stack((nu.sum(1), nu[:, 0] - nu[:, 1], record.angles[:, :2], rate))
+    slope = (nu - lag_voltages(nu, record.step, p)) / max(motor_time_constant(p), TIMED)
+    both = [column for own in (nu, slope) for column in (own.sum(1), own[:, 0] - own[:, 1])]
+    return np.column_stack((*both[:2], record.angles[:, :2], rate, *both[2:]))
 
 
 def _terms(theta0: float) -> tuple[tuple[Term, ...], ...]:
-    """Equations of motion of the axes in these signals, but for constants."""
+    """Equations of motion of the axes in these signals, but for constants and for the slopes of the lag."""
     return (
         (Term("a_wx", lambda s: -s[:, 2], 1, DAMPING), Term("a_th", lambda s: -np.sin(s[:, 2] - theta0)),
          Term("k_x", lambda s: s[:, 1])),
@@ -212,6 +217,12 @@ def _terms(theta0: float) -> tuple[tuple[Term, ...], ...]:
         (Term("a_wy", lambda s: -s[:, 4], 0, DAMPING), Term("k_y", lambda s: s[:, 0] * np.sin(s[:, 2]))),
     )  # fmt: skip
 
+
+_LATE = (
+    Term("k_x late", lambda s: s[:, 6]), Term("k_z late", lambda s: s[:, 5] * np.cos(s[:, 2])),
+    Term("k_y late", lambda s: s[:, 5] * np.sin(s[:, 2])),
+)  # fmt: skip
+"""What a longer lag adds to each axis, with minus the gain times what it is longer by."""
 
 _CONSTANTS = ((Term("theta0", lambda s: np.cos(s[:, 2])),), (Term("a_1", lambda s: -np.ones(len(s))),), ())
 """What the first estimate has beside them: a_th sin theta_0 cos theta, and a_1."""
@@ -445,13 +456,13 @@ class Rig:
     def regressions(
         self, records: Sequence[Record], parameters: PlantParameters
     ) -> tuple[list[Regression], list[Array]]:
-        """Equations of motion for instruments, and their signals (N, 5) of every record.
+        """Equations of motion for instruments, and their signals (N, 7) of every record.
 
         What effects and tables of the plant add to the model before counts as known. The motors' lag is the one that
-        was given, and what it is off by is one more parameter of every axis, k (mu - delta mu'): instruments that took
-        it from the likelihood would confirm a gain that is wrong because of it.
+        was given, and what it is off by is one more parameter of every axis: instruments that took it from the
+        likelihood would confirm a gain that is wrong because of it.
         """
-        terms = [(*own, replace(own[-1], name=f"{own[-1].name} late", order=1)) for own in _terms(parameters.theta0)]
+        terms = [(*own, late) for own, late in zip(_terms(parameters.theta0), _LATE, strict=True)]
         off = dict.fromkeys((law.field for law in CATALOGUE if law.field not in self.base), 0.0)
         bare = self.assign(parameters, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
         known = [own - without for own, without in (self.measured(r, parameters, bare) for r in records)]
