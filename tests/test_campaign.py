@@ -115,10 +115,8 @@ def stand_in(module, tmp_path):
 
     def run(seeds, seconds=0.0, first=None, **options):
         """Rigs that take some seconds, the first time as many as ``first`` says of a seed."""
-        sources = [
-            tools.Source(f"rig {seed}", partial(tuple, (seed, marks, seconds, (first or {}).get(seed, seconds))), str)
-            for seed in seeds
-        ]
+        rigs = [(seed, marks, seconds, (first or {}).get(seed, seconds)) for seed in seeds]
+        sources = [tools.Source(f"rig {own[0]}", partial(tuple, own), str) for own in rigs]
         return tools.run_campaign(sources, folder, work=work, **options)
 
     def noted(event):
@@ -134,8 +132,7 @@ def test_killed_worker_costs_no_result_and_doubles_none_and_a_restart_makes_only
 
     def kill_the_one_at_work(what, share):
         if what == "3 of 8 rigs done":
-            # Rig 0 was given out first and is at work for a minute, if it is the first time.
-            ((_, process),) = {(seed, by) for seed, by in stand_in.noted("began") if seed == 0}
+            ((_, process),) = {own for own in stand_in.noted("began") if own[0] == 0}  # it takes a minute at first
             killed.append(process)
             os.kill(process, signal.SIGKILL)
 
@@ -153,7 +150,7 @@ def test_killed_worker_costs_no_result_and_doubles_none_and_a_restart_makes_only
     assert [row["rig"] for row in again[:8]] == [row["rig"] for row in rows] and again[2:8] == rows[2:]
     assert Counter(seed for seed, _ in stand_in.noted("ended")) == Counter([1, *range(9)])
     assert told == ["7 of 9 rigs done", "8 of 9 rigs done", "9 of 9 rigs done"]
-    # With nothing left to do no cluster is started: this call would fail on the scheduler that is not there.
+    # with nothing left to do no cluster is started: this scheduler is not there
     assert stand_in.run(range(9), scheduler="tcp://127.0.0.1:1") == again
 
 

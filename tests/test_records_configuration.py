@@ -98,8 +98,7 @@ LAYOUTS = {
         [*angles(), -DIFFERENCE, SUM], COMBINED, "rad", {"v_difference": -1}, False,
     ),
     "smooth estimates of the angles behind the measured ones": (
-        [*angles(), FRONT, REAR, *(np.convolve(angle, np.ones(20) / 20, "same") for angle in TRUE.angles.T)], BOTH,
-        "rad", {}, False,
+        [*angles(), FRONT, REAR, *(np.convolve(x, np.ones(9) / 9) for x in TRUE.angles[:-8].T)], BOTH, "rad", {}, False,
     ),
     "the rear rotor before the front one": ([*angles(), REAR, FRONT], BOTH, "rad", {}, True),
     "pitch and elevation that count the other way": (

@@ -225,16 +225,15 @@ def test_a_gate_passes_what_keeps_its_limit_and_names_what_does_not(compared, fi
 
 
 def test_use_follows_from_the_gain_and_from_predictions_and_what_a_gain_rests_on_from_both_intervals():
-    def used(determination, error):
-        estimate = Estimate(1.0, 0.1, "rad/s^2/V")
+    def used(determination, error, gain=1.0):
+        estimate = Estimate(gain, 0.1, "rad/s^2/V")
         report = determination and ParameterReport(estimate, determination, 0.3, None, False, (0.1, 5.0), "it is wide")
-        return use_of("k_x", report, error, 0.02, 1.0)[0]
+        return use_of("k_x", report, error, 0.02, 1.0, True)[0]
 
     assert [used(own, 0.01) for own in (Determination.OUTSIDE, Determination.NOISE_MODEL, None)] == [Use.CONTROL] * 3
     assert used(Determination.NOT_DETERMINED, 0.01) is Use.PREDICTION
     assert used(Determination.OUTSIDE, 0.03) is Use.NOTHING
-    fallen = ParameterReport(Estimate(-1.0, 0.1, "1"), Determination.OUTSIDE, 0.3, None, False, (-5.0, 5.0), "")
-    assert use_of("k_x", fallen, 0.01, 0.02, 1.0, True)[0] is Use.NOTHING  # the rotors are exchanged
+    assert used(Determination.OUTSIDE, 0.01, -1.0) is Use.NOTHING  # the rotors are exchanged
     # both intervals hold what either allows: a gain whose wide interval meets that of references is not contradicted
     gain, beside = Estimate(0.20, 0.14, "rad/s^2/V"), Estimate(-0.12, 0.10, "rad/s^2/V")
     word, why, contradicted = _rests_on(gain, beside, 0.1, 0.07, True)
