@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from heli_identifier.online import Estimate
 from heli_identifier.results import words
-from heli_identifier.results.report import ranked_experiments, report_page
+from heli_identifier.results.report import experiments_of, report_page
 from heli_identifier.results.svg import Axes, figure, thin_line, ticks
 from heli_identifier.results.tables import effect_table, error_table, gain_table
 from heli_identifier.tracing import AxisError, Determination, ErrorFigure, LogFault
@@ -93,11 +93,11 @@ def test_what_is_not_in_the_plant_faults_of_logs_a_second_log_and_a_noise_floor_
 
 def test_the_first_experiment_is_the_one_that_settles_most():
     whole = example()
-    (gain, first), *others = ranked_experiments(whole)
+    (gain, first), *others = experiments_of(whole)
     assert gain == ["travel gain"] and first.startswith("Lean the pitch")
     assert any("Turn the travel fast." in text and len(names) == 2 for names, text in others)
     settled = replace(adequate(), parameters={}, catalogue=())
-    assert ranked_experiments(settled) == []
+    assert experiments_of(settled) == []
     assert "These logs leave no question open" in report_page(settled, "rig")
 
 

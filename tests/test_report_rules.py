@@ -16,7 +16,7 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import DEMO_RIGS
 from heli_identifier.results import corrected_parameters, document_text, read_document, read_parameters, to_plain
-from heli_identifier.results.report import ranked_experiments, report_page
+from heli_identifier.results.report import experiments_of, report_page
 from heli_identifier.results.words import effect_name, leading_error, typeset_notes, verdict_line
 from heli_identifier.tracing import DiagnosisFile, ErrorFigure, RigVerdict, Use, Verdict
 from heli_plant.tabulated_torque import KNOTS
@@ -118,7 +118,7 @@ def check_rules(diagnosis):
     # what an axis needs that cannot be used is flown first
     gains = dict(zip(("pitch", "elevation", "travel"), ("k_x", "k_z", "k_y"), strict=True))
     needed = [document["parameters"].get(gains[axis], {}).get("experiment") for axis in gains if axis not in usable]
-    assert not any(needed) or ranked_experiments(diagnosis)[0][1] in needed
+    assert not any(needed) or experiments_of(diagnosis)[0][1] in needed
     # nothing is told twice, one line a log, and no letter of a typewriter
     told = re.findall(r"<li>(.*?)</li>", written.partition('<ul class="remarks">')[2].partition("</ul>")[0])
     assert len(told) == len({text.rstrip(".") for text in told})

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from math import inf
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -163,12 +162,11 @@ def _drawbacks(
     for name, own in diagnosis.parameters.items():
         if name in online.GAINS and own.determination is tracing.Determination.NOT_DETERMINED:
             yield f"it does not determine {name} ({own.why})"
-    limits = dict.fromkeys(better.expected, inf)
-    both = (tracing.hold_to(own.plant(), limits, logs, better.judged) for own in (twin, better))
-    for old, new in zip(*both, strict=True):
-        if new.error.value > old.error.high:
-            worse, than = (results.angle_text(own.error) for own in (new, old))
-            yield f"its error {results.AHEAD[better.judged]} on the {new.axis} is {worse} mrad, the twin's {than} mrad"
+    both = (tracing.errors_ahead(own.plant(), logs, better.judged) for own in (twin, better))
+    for (_, axis, old), (_, _, new) in zip(*both, strict=True):
+        if new.value > old.high:
+            worse, than = (results.angle_text(own) for own in (new, old))
+            yield f"its error {results.AHEAD[better.judged]} on the {axis} is {worse} mrad, the twin's {than} mrad"
 
 
 def choose_part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:

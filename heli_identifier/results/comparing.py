@@ -6,7 +6,7 @@ A parameter has moved where the difference d of two estimates is more than its 9
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot, inf
+from math import hypot
 from os import PathLike
 from pathlib import Path
 
@@ -19,8 +19,7 @@ from heli_identifier.results.sources import read_parameters
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, effect_name, join_words, with_interval
 from heli_identifier.signatures import check_types
-from heli_identifier.tracing import Diagnosis, DiagnosisFile, ErrorFigure, hold_to
-from heli_plant.effects import AXES
+from heli_identifier.tracing import Diagnosis, DiagnosisFile, ErrorFigure, errors_ahead
 
 
 @dataclass(frozen=True)
@@ -125,9 +124,9 @@ def compare(
         for one, two in (map(of, documents) for of in (_slopes, _in_plant))
     )
     judged = "ahead_200ms" if any(own.closed_loop for own in documents) else "prediction_1s"
-    used, free = read_logs(logs), dict.fromkeys(AXES, inf)
-    outcomes = (hold_to(own.plant(), free, used, judged) for own in plants if used)
-    errors = [(one.log, one.axis, one.error, two.error) for one, two in zip(*outcomes, strict=True)]
+    used = read_logs(logs)
+    both = (errors_ahead(own.plant(), used, judged) for own in plants if used)
+    errors = [(log, axis, one, two) for (log, axis, one), (_, _, two) in zip(*both, strict=True)]
     voltages = [f"{own.settings['operating_point']:.3g} V" for own in documents]
     notes = [
         "Of twenty estimates that are alike, one moves by more than its interval by chance.",

@@ -10,7 +10,7 @@ from heli_identifier import tracing
 from heli_identifier.online import GAINS
 from heli_identifier.records import Log, LogSource, RigConfiguration, common_configuration, read_logs
 from heli_identifier.results.documents import to_plain
-from heli_identifier.results.report import rank_experiments, ranked_experiments
+from heli_identifier.results.report import experiments_of, rank_experiments
 from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells
 from heli_identifier.results.words import effect_words, join_words, to_digits, typeset_notes
 from heli_identifier.signatures import check_types
@@ -126,7 +126,7 @@ def diagnosis_lines(diagnosis: tracing.Diagnosis, training: Sequence[Log]) -> tu
     counts = np.array(diagnosis.settings["counts"], dtype=float)
     gains = {name: diagnosis.parameters[name] for name in GAINS if name in diagnosis.parameters}
     origins = join_words([_ORIGINS[part] for part in diagnosis.references.split(" and ") if part in _ORIGINS])
-    experiment = next((text for _, text in ranked_experiments(diagnosis)), "")
+    experiment = next((text for _, text in experiments_of(diagnosis)), "")
     return look_lines(diagnosis.closed_loop, origins, _rms_movement(training, 2.0 * np.pi / counts), gains, experiment)
 
 

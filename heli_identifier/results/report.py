@@ -97,7 +97,7 @@ def _parts(diagnosis: tracing.Diagnosis) -> dict[str, Any]:
         "overlay": _draw_overlay(diagnosis),
         "found": [_effect_facts(diagnosis, number) for number, own in enumerate(diagnosis.effects) if own.in_plant],
         "experiments": [
-            f"{text} It would settle: {words.join_words(what)}." for what, text in ranked_experiments(diagnosis)
+            f"{text} It would settle: {words.join_words(what)}." for what, text in experiments_of(diagnosis)
         ],
     }
 
@@ -195,7 +195,7 @@ def _law_figure(curve: tracing.EffectCurve, title: str) -> str:
     return figure([own], label, f"{title}: the law with its band over what the training logs show")
 
 
-def ranked_experiments(diagnosis: tracing.Diagnosis) -> list[tuple[list[str], str]]:
+def experiments_of(diagnosis: tracing.Diagnosis) -> list[tuple[list[str], str]]:
     """Give the experiments of a diagnosis as :func:`rank_experiments` does."""
     unusable = [tables.GAIN_OF[axis] for axis, own in diagnosis.axes.items() if own.use is tracing.Use.NOTHING]
     effects = (*diagnosis.effects, *diagnosis.possible)

@@ -33,6 +33,7 @@ __all__ = [
     "around",
     "coordinates_of",
     "diagnose",
+    "errors_ahead",
     "find_references",
     "fit",
     "helicopter",
@@ -51,7 +52,7 @@ __all__ = [
 
 from .diagnose import diagnose
 from .fit import Fit, around, fit
-from .held_out import Outcome, hold_to, log_likelihood, rms_figures
+from .held_out import Outcome, errors_ahead, hold_to, log_likelihood, rms_figures
 from .helicopter import BASE, Rig, helicopter, lag_voltages, plausible_range, record_start
 from .identification import Identification, Progress, identify_plant
 from .instruments import instruments

@@ -26,7 +26,7 @@ from heli_identifier.signatures import check_types
 
 from .findings import correlation, draw_curves, estimates, log_faults
 from .fit import Fit, covariance, fit
-from .held_out import compare, hold_to
+from .held_out import compare, errors_ahead
 from .helicopter import LAG_FIELD
 from .identification import Identification, Progress, identify_plant
 from .result import DataEntry, Determination, Diagnosis, ErrorFigure, FoundEffect, RigVerdict, Verdict
@@ -84,9 +84,8 @@ def diagnose(
     )
     plant, ahead = _plant(after, effects), dict[str, float]()
     if found.references.closed_loop:
-        free = dict.fromkeys(rig.axes, inf)
-        for own in hold_to(plant, free, (*found.logs, *found.beside), "ahead_200ms", found.left_out):
-            ahead[own.axis] = max(own.error.value, ahead.get(own.axis, 0.0))
+        for _, axis, error in errors_ahead(plant, (*found.logs, *found.beside), "ahead_200ms", found.left_out):
+            ahead[axis] = max(error.value, ahead.get(axis, 0.0))
     chi2 = {name: judged for name, own in (("before", before), ("after", after)) if (judged := _judged(found, own))}
     stated = {(own.name, own.axis) for own in (*effects, *possible) if own.in_plant}
     named = {effect.field for effect in rig.effects if (effect.name, effect.axis) in stated}

@@ -216,7 +216,7 @@ def parameter_reports(
         instrument, share = by_instruments.get(name, (None, None))
         allowed = DETERMINED * (abs(estimate.value) if is_gain else 0.5 * (high - low))
         word, why, contradicted = _rests_on(estimate, instrument, share, allowed, is_gain)
-        if name == LAG_FIELD and any(fault.channel == "voltages" for fault in fitted.likelihood.faults):
+        if name == LAG_FIELD and fitted.likelihood.voltages_shifted:
             word, why = Determination.NOT_DETERMINED, "it trades off against the timing of the voltages in the log"
         fly = "" if word is Determination.OUTSIDE else rig.fly.get(name, "")
         if word is Determination.NOT_DETERMINED and not contradicted:

@@ -348,7 +348,7 @@ def _bootstrap(
 
 
 def use_of(
-    gain: str, report: ParameterReport | None, error: float, least: float, ahead: float, lifts: bool = False
+    gain: str, report: ParameterReport | None, error: float, least: float, ahead: float, lifts: bool
 ) -> tuple[Use, str]:
     """Decide what an axis of the plant may be used for, and say why in a clause.
 
@@ -383,24 +383,31 @@ class Outcome:
         return self.error.value <= self.limit
 
 
-def hold_to(
-    parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log], figure: str = "prediction_1s",
-    left_out: LeftOut = NOTHING,
-) -> list[Outcome]:  # fmt: skip
-    """Predict ``logs`` ahead with ``parameters`` alone, and hold every axis named in ``limits`` [rad] to its limit.
+def errors_ahead(
+    parameters: Parameters, logs: Sequence[Log], figure: str = "prediction_1s", left_out: LeftOut = NOTHING
+) -> list[tuple[str, str, ErrorFigure]]:
+    """Predict ``logs`` ahead with ``parameters`` alone, and give log, axis and error [rad], log by log.
 
     ``figure`` is one of :data:`.prediction.HORIZONS`; from the filter's state it is larger than that of a fit, which
     knows the air. Passages ``left_out`` do not count.
     """
-    rig, outcomes = helicopter(logs), []
+    rig, errors = helicopter(logs), list[tuple[str, str, ErrorFigure]]()
     for own in logs:
         record = record_of(own, rig)
         clear = _clear(record, left_out.get(own.name, ()))
         run = Run.along(Model.alone(rig, parameters), record, np.zeros(len(rig.axes)), clear)
         said = f"log {own.name}, error over {HORIZONS[figure]:g} s"
         figures = rms_figures([run.errors()[figure]], SPACING, said)
-        outcomes += [Outcome(own.name, axis, figures[rig.axes.index(axis)], limit) for axis, limit in limits.items()]
-    return outcomes
+        errors += [(own.name, axis, error) for axis, error in zip(rig.axes, figures, strict=True)]
+    return errors
+
+
+def hold_to(
+    parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log], figure: str = "prediction_1s"
+) -> list[Outcome]:
+    """Hold the :func:`errors_ahead` of every axis named in ``limits`` [rad] to its limit."""
+    errors = errors_ahead(parameters, logs, figure)
+    return [Outcome(log, axis, error, limits[axis]) for log, axis, error in errors if axis in limits]
 
 
 def log_likelihood(plant: Parameters, logs: Sequence[Log]) -> float:

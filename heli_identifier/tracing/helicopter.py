@@ -75,6 +75,10 @@ _FULL_THRUST: Mapping[str, float] = {"k_x": 3.0, "k_z": 1.0, "k_y": 1.0}
 """Accelerations [rad/s^2] at the voltage limit: half of it on both rotors lifts a balanced arm with about 1 rad/s^2,
 the travel turns the same mass, the body's smaller inertia makes the pitch some three times faster."""
 
+_USUAL_AIR = np.array([150.0, 60.0, 30.0])
+"""Usual level of the air over the encoder's noise on pitch, elevation and travel [1/s^2]: measured rigs have torques of
+.1, .03, .01 rad/s^2 over .5 to .7 mrad."""
+
 
 def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
     """Give the range that holds 95 % of the prior of a parameter of Table 2, in its unit; a gain has either sign."""
@@ -84,10 +88,6 @@ def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
     width, lower = _LINEAR[field]
     return max(lower, -2.0 * width), 2.0 * width
 
-
-_USUAL_AIR = np.array([150.0, 60.0, 30.0])
-"""Usual level of the air over the encoder's noise on pitch, elevation and travel [1/s^2]: measured rigs have torques of
-.1, .03, .01 rad/s^2 over .5 to .7 mrad."""
 
 _FLY: Mapping[str, str] = {
     "k_x": "Step the pitch by 10 degrees every 5 s for a minute; under a controller step and log its reference.",

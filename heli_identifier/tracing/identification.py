@@ -95,7 +95,7 @@ class Identification:
             found_effect(self._with_rivals(own), after, C, self.left_out_gains.get(own.effect.field))
             for own in (*findings, *beside) if own.effect.fault is None
         ]  # fmt: skip
-        late = self.defects or any(fault.channel == "voltages" for fault in after.likelihood.faults)
+        late = self.defects or after.likelihood.voltages_shifted
         lag = None if late else lag_effect(self.selection, after, C)  # a lag and voltages that are late trade off
         stated = sorted((*named, *self.unknown, *((lag,) if lag else ())), key=lambda effect: -effect.score)
         return (
@@ -259,12 +259,11 @@ def _idle(plant: Fit, selection: Selection) -> list[str]:
 
 
 def _outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:
-    """Estimate by instruments what came from outside; None where nothing did."""
+    """Estimate by instruments what came from outside, voltages as they were logged; None where nothing did."""
     if not references.names:
         return None
     rig, faults = plant.likelihood.rig, plant.likelihood.faults
-    untimed = {fault: size for fault, size in faults.items() if fault.family != "timing of voltages"}
-    records = plant.likelihood.undo_faults(untimed).records if untimed != faults else plant.likelihood.records
+    records = plant.likelihood.undo_faults({own: x for own, x in faults.items() if own.channel != "voltages"}).records
     regressions, signals = rig.regressions(records, plant.parameters)
     moved = [average_blocks(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
     keep = [(record.weights > 0.0).any(1) | (record.time <= SETTLING) for record in records]

@@ -159,6 +159,11 @@ class Likelihood:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
         return float(0.5 * (x @ x + (point.z**2).sum() + ((point.own / self.widths) ** 2).sum()))
 
+    @property
+    def voltages_shifted(self) -> bool:
+        """Whether voltages that were logged late are undone: a lag of the motors trades off against that."""
+        return any(fault.channel == "voltages" for fault in self.faults)
+
     def undo_faults(self, faults: Mapping[Fault, float]) -> "Likelihood":
         """Give the likelihood of the logs with faults undone."""
         logged = self.logged or self.records
