@@ -7,6 +7,6 @@ such as columns that are alike, is found by the functions of :mod:`.inspection`.
 
 # ruff: noqa: F401 - this is the door
 from .answers import controller_samples, undo_delays
-from .events import SETTLING, Event, event_notes, find_events, is_counted, local_cubic, passages, undo_slips
+from .events import MARGIN, SETTLING, Event, event_notes, find_slips, is_counted, local_cubic, passages, undo_slips
 from .faults import FAULTS, Fault, undo_faults
 from .inspection import BENDING, TIMING, Defect, inspect_logs

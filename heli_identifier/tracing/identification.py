@@ -17,7 +17,7 @@ from heli_identifier.chain import (
     TIMING,
     Defect,
     Event,
-    find_events,
+    find_slips,
     inspect_logs,
     passages,
     undo_delays,
@@ -31,12 +31,13 @@ from .fit import Fit, covariance, fit, fit_own_spread
 from .helicopter import helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
+from .pushes import find_pushes
 from .references import References, find_references
 from .result import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .rig import Effect, LeftOut, average_blocks
 from .select import Finding, Selection, fit_delivered, halves_agree, left_out_gain, open_structure, select
 from .settings import KEPT, SETTLING, UNKNOWN, DiagnosisSettings
-from .strangers import align_zeros, sign_notes
+from .strangers import find_zeros, refuse_mirrored, shift_zeros, sign_notes
 from .unknown import search_unknown
 
 Progress = Callable[[str, float], None]
@@ -54,7 +55,7 @@ class Identification:
 
     logs: tuple[Log, ...]
     beside: tuple[Log, ...]
-    """logs, beside: As they were used: zeros aligned."""
+    """logs, beside: As they were used: late angles and slips undone, zeros aligned."""
     left_out: LeftOut
     selection: Selection
     """The search; its ``null`` is the fit of the simplified model."""
@@ -161,24 +162,27 @@ def identify_plant(
     imitated = {family for defect in defects for family in defect.imitates}
     used, late, prompt = undo_delays(used)
     defects = (*defects, *late)
-    tell("looking for passages in which something else acts", 0.05)
-    events = find_events(used, given.voltage_limit)
-    left_out = {} if given.keep_events else passages(events)
+    events = find_slips(used)
     used, slips = undo_slips(used, () if given.keep_events else events)
-    tell("fitting the model", 0.1)
     rig = helicopter(used[:count], given)
-    null, training, kept, notes = align_zeros(
-        used[:count], used[count:], lambda own: _null(Likelihood.of(own, rig, left_out)), left_out
-    )
-    tell("searching the catalogue", 0.3)
     faults = (e for e in FAULT_EFFECTS if e.name != "late" or e.axis not in prompt)
     candidates = (*(e for e in rig.candidates if e.family not in imitated), *faults)
-    selection, unknown = select(null, candidates), tuple[FoundEffect, ...]()
-    _refuse_scaled(selection.fit, defects)
-    if not imitated:  # an error of the voltages that cannot be undone bends every curve
-        undone = {fault.field for fault in selection.fit.likelihood.faults}
-        left = [effect for effect in candidates if effect.fault is None or effect.field in undone]
-        selection, unknown = search_unknown(selection, left)
+    left_out = {} if given.keep_events else passages(events)
+    tell("fitting the model and searching the catalogue", 0.1)
+    selection, unknown = _search(Likelihood.of(used[:count], rig, left_out), candidates, defects)
+    tell("looking for passages in which something else acts", 0.3)
+    found, zeros = selection.fit, find_zeros(selection.fit, used, left_out)
+    used, shifted = shift_zeros(used, zeros)
+    if zeros[:count].any():
+        again = Likelihood.of(used[:count], rig, left_out).undo_faults(found.likelihood.faults)
+        found = fit(replace(again, widths=found.likelihood.widths), found.names, found)
+    pushes = find_pushes(found, used, passages(events))
+    order = [log.name for log in used]
+    events = tuple(sorted((*events, *pushes), key=lambda event: (order.index(event.log), event.start)))
+    training, kept, left_out = used[:count], used[count:], {} if given.keep_events else passages(events)
+    if zeros[:count].any() or {push.log for push in pushes} & left_out.keys() & set(order[:count]):
+        tell("searching the catalogue again without these", 0.4)
+        selection, unknown = _search(Likelihood.of(training, rig, left_out), candidates, defects)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
     if idle := _idle(plant, selection):
@@ -193,7 +197,7 @@ def identify_plant(
     return Identification(
         training, kept, left_out, selection, unknown, defects, prompt, plant, C, gains, references, outside,
         parameter_reports(plant, C, outside, structure), events, halves_agree(selection.last),
-        (*slips, *notes, *sign_notes(estimates(null, covariance(null), rig.gains))),
+        (*slips, *shifted, *sign_notes(estimates(selection.null, covariance(selection.null), rig.gains))),
     )  # fmt: skip
 
 
@@ -205,6 +209,20 @@ def _null(likelihood: Likelihood) -> Fit:
         if name in found.fields and value < 0.0:
             found = min(found, fit(likelihood, found.fields, found, {name: -value}), key=lambda own: own.value)
     return fit_own_spread(found)
+
+
+def _search(
+    likelihood: Likelihood, candidates: Sequence[Effect], defects: Sequence[Defect]
+) -> tuple[Selection, tuple[FoundEffect, ...]]:
+    """Fit the simplified model, search the catalogue, and then what it cannot name."""
+    null = _null(likelihood)
+    refuse_mirrored(null)
+    selection = select(null, candidates)
+    _refuse_scaled(selection.fit, defects)
+    if any(defect.imitates for defect in defects):  # an error of the voltages that stays bends every curve
+        return selection, ()
+    undone = {fault.field for fault in selection.fit.likelihood.faults}
+    return search_unknown(selection, [e for e in candidates if e.fault is None or e.field in undone])
 
 
 def _refuse_scaled(found: Fit, defects: Sequence[Defect]) -> None:

@@ -258,6 +258,15 @@ def error_dynamics(own: AxisFilter, held: int = 1) -> tuple[Array, Array]:
     return numerators[0], a
 
 
+def match_steps(own: AxisFilter, e: Array) -> Array:
+    """Match innovations ``e`` (N,) of one axis with a step of torque: u(t) = sum_k e_k s_(k - t), shape (N,).
+
+    s is the response of the innovations to a step of 1 rad/s^2 (Willsky and Jones 1976).
+    """
+    b, a = error_dynamics(own)
+    return np.asarray(lfilter(b, np.convolve(a, [1.0, -1.0]), e[::-1])[::-1])
+
+
 def _push(h: float | Array) -> Array:
     """Change of the state (5, ...) by an acceleration of 1 rad/s^2 over steps ``h`` [s]."""
     return np.array([0.5 * h * h, h, 0.0 * h, 0.0 * h, 0.0 * h])

@@ -25,7 +25,7 @@ from scipy.signal import lfilter
 
 from .fit import Fit, bounded_step
 from .likelihood import Point
-from .noise import error_dynamics
+from .noise import error_dynamics, match_steps
 from .rig import Array, Coordinate, Effect
 from .sensitivity import linearise
 from .settings import KEPT, NAMED, SETTLING, STEP_APART, STEPS_TRIED
@@ -64,14 +64,12 @@ def columns_of(effect: Effect, fitted: Fit) -> list[Coordinate]:
 def step_times(fitted: Fit, axis: int) -> list[float]:
     """Instants [s] since the records began at which a step of an axis's torque would explain most.
 
-    A matched filter: the innovations e, in reverse, through the response s of the innovations to a step give at once
-    u(t) = sum_k e_k s_(k - t) for every t (Willsky and Jones 1976).
+    The logs are added up, since the step would repeat in all of them.
     """
     likelihood, sums = fitted.likelihood, np.zeros(0)
     step = likelihood.records[0].step
     for record, e in zip(likelihood.records, fitted.e, strict=True):
-        b, a = error_dynamics(likelihood.filters(record, fitted.point)[axis])
-        u = lfilter(b, np.convolve(a, [1.0, -1.0]), (record.weights[:, axis] * e[:, axis])[::-1])[::-1]
+        u = match_steps(likelihood.filters(record, fitted.point)[axis], record.weights[:, axis] * e[:, axis])
         u = np.interp(np.arange(0.0, record.time[-1], step), record.time, u) * record.step
         length = max(len(sums), len(u))
         sums = np.pad(sums, (0, length - len(sums))) + np.pad(u, (0, length - len(u)))

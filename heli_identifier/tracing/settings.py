@@ -153,6 +153,12 @@ UNKNOWN_SHARE = 0.25
 """Share of what the named effects of an axis carry that an unknown torque beside them must carry: laws are
 idealisations, none is exact."""
 
+# --- what something else does to the rig (pushes.py) ---
+
+PUSHED = 0.1
+"""Share of the samples that may lie in pushes, which phi must not know of, and of those in which the voltages change
+fastest, from which tau is estimated."""
+
 # --- what moved the rig from outside (references.py) ---
 
 STILL_RATE = 0.05

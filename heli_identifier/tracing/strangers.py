@@ -8,8 +8,9 @@ that reads z less than the others needs the voltages of another height:
 
     eps'' = -a_e (eps + z) - a_1 + ...,    z_l = -(b_l - median over l of b_l) / a_e.
 
-Up to three standard deviations of b_l a zero is an offset of its log, which the fits allow for. An arm that was
-balanced otherwise looks the same.
+Up to three standard deviations of b_l a zero is an offset of its log, which the fits allow for. The plant that is found
+decides, fitted to the logs that do not lie apart: the simplified model takes a curve of the thrust for zeros of logs
+that hover elsewhere. An arm that was balanced otherwise looks the same.
 
 **Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.UNKNOWN` nats with
 the sign of an axis changed or the rotors swapped, its own offsets and scale of the noise allowed. No plant fits logs of
@@ -33,7 +34,7 @@ sign of k_y is a convention, the sense of the travel; where k_x < 0 it tells the
 Source: Iglewicz and Hoaglin 1993 (outliers by the median absolute deviation).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -46,54 +47,70 @@ from heli_identifier.records import Log
 
 from .fit import Fit, around, fit
 from .helicopter import Rig
+from .likelihood import without
 from .noise import error_dynamics
 from .rig import Array, LeftOut, Record, record_of
-from .settings import ALIEN, FEWEST, HUBER, OUTLYING, OWN, ROUNDS, SURE, UNKNOWN
+from .settings import ALIEN, FEWEST, HUBER, OUTLYING, OWN, SURE, UNKNOWN
 
 ELEVATION = 1
 
 
-def align_zeros(
-    training: Sequence[Log], held_out: Sequence[Log], fitted: Callable[[Sequence[Log]], Fit], left_out: LeftOut
-) -> tuple[Fit, tuple[Log, ...], tuple[Log, ...], tuple[str, ...]]:
-    """Shift the logs whose elevation was zeroed in another position, and fit the model before.
+def find_zeros(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> Array:
+    """Give the angles (L,) [rad] by which the elevation of each log reads less than that of the others, or zero.
 
-    Give that fit, the logs as they are used, and one sentence a log that was shifted.
+    The first of the ``logs`` are those of the fit.
+    """
+    likelihood, count = fitted.likelihood, len(fitted.e)
+    records = [without(likelihood.faults, record_of(log, likelihood.rig, left_out)) for log in logs]
+    zeros, least = _zeros_under(fitted, records)
+    if not (apart := _lie_apart(zeros, least)).any():
+        return np.zeros(len(logs))
+    others = np.flatnonzero(~apart[:count])
+    if len(others) < count:
+        zeros, least = _zeros_under(_fit_some(fitted, others), records)
+    return np.where(apart & _lie_apart(zeros, least), zeros, 0.0)
+
+
+def _zeros_under(fitted: Fit, records: Sequence[Record]) -> tuple[Array, float]:
+    """Zeros (L,) [rad] of the elevations of logs, none where too few are known, and the least that is no offset."""
+    stiffness = fitted.likelihood.rig.linear(fitted.parameters)[ELEVATION][1]
+    b = np.array([own_offsets(fitted, record)[0][ELEVATION] for record in records])
+    if stiffness <= 0.0 or np.isfinite(b).sum() < FEWEST:
+        return np.zeros(len(b)), np.inf
+    return np.nan_to_num(np.nanmedian(b) - b) / stiffness, SURE * OWN[0] / stiffness
+
+
+def _fit_some(fitted: Fit, logs: NDArray[np.intp]) -> Fit:
+    """Fit the same to some of its logs."""
+    likelihood, point = fitted.likelihood, fitted.point
+    records, logged, harmonics = (tuple(own[i] for i in logs) if own else ()
+                                  for own in (likelihood.records, likelihood.logged, point.harmonics))  # fmt: skip
+    start = replace(fitted, point=replace(point, own=point.own[logs], harmonics=harmonics))
+    return fit(replace(likelihood, records=records, logged=logged), fitted.names, start)
+
+
+def shift_zeros(logs: Sequence[Log], zeros: Array) -> tuple[tuple[Log, ...], tuple[str, ...]]:
+    """Add ``zeros`` (L,) [rad] to the elevations of logs; give a sentence for each log that is shifted."""
+    moved = tuple(replace(log, angles=log.angles + z * (np.arange(3) == ELEVATION)) if z else log
+                  for log, z in zip(logs, zeros, strict=True))  # fmt: skip
+    return moved, tuple(
+        f"{log.name}: its elevation reads {abs(z):.2f} rad {'less' if z > 0.0 else 'more'} than that of the other logs "
+        "at like voltages, as if its encoder had been zeroed in another position or the arm balanced otherwise; it was "
+        "shifted by that much"
+        for log, z in zip(logs, zeros, strict=True)
+        if z
+    )
+
+
+def refuse_mirrored(null: Fit) -> None:
+    """Refuse training logs of which some are mirror images: a fit to all of them may lie between the two parts.
+
+    The plant of the log that counts most says how others would be mended, and one plant for all whether they are.
 
     Raises
     ------
     LogError
         Some of the training logs are mirror images of the others.
-    """
-    count, given = len(training), (*training, *held_out)
-    logs, zero = given, np.zeros(len(given))
-    null = fitted(logs[:count])
-    _refuse_mirrored(null)
-    for _ in range(ROUNDS):
-        stiffness = null.likelihood.rig.linear(null.parameters)[ELEVATION][1]
-        if stiffness <= 0.0:
-            break
-        least, moved = SURE * OWN[0] / stiffness, zero + _excess(null, logs, left_out) / stiffness
-        moved = np.where(_lie_apart(moved, least), moved, 0.0)
-        if np.allclose(moved, zero, rtol=0.0, atol=0.05 * least):
-            break
-        zero = moved
-        logs = tuple(_shift_zero(log, z) if z else log for log, z in zip(given, zero, strict=True))
-        null = fitted(logs[:count])
-    notes = tuple(
-        f"{log.name}: its elevation reads {abs(z):.2f} rad {'less' if z > 0.0 else 'more'} than that of the other logs "
-        "at like voltages, as if its encoder had been zeroed in another position or the arm balanced otherwise; it was "
-        "shifted by that much"
-        for log, z in zip(logs, zero, strict=True)
-        if z
-    )
-    return null, logs[:count], logs[count:], notes
-
-
-def _refuse_mirrored(null: Fit) -> None:
-    """Refuse training logs of which some are mirror images: a fit to all of them may lie between the two parts.
-
-    The plant of the log that counts most says how others would be mended, and one plant for all whether they are.
     """
     likelihood, rig, names = null.likelihood, null.likelihood.rig, null.names
     one = replace(likelihood, records=(max(likelihood.records, key=lambda own: own.weights.sum()),))
@@ -115,29 +132,16 @@ def _refuse_mirrored(null: Fit) -> None:
     )
 
 
-def _excess(null: Fit, logs: Sequence[Log], left_out: LeftOut) -> Array:
-    """Torque [rad/s^2] by which the elevation of the others exceeds that of each log; zero where too few are known."""
-    rig = null.likelihood.rig
-    b = np.array([own_offsets(null, record_of(log, rig, left_out))[0][ELEVATION] for log in logs])
-    return np.nan_to_num(np.nanmedian(b) - b) if np.isfinite(b).sum() >= FEWEST else np.zeros(len(logs))
-
-
 def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
     """Which of the logs' values (L, ...) lie apart from those of the others, by more than ``least``."""
     apart = np.abs(values - np.median(values, axis=0))
     return np.asarray(apart > np.maximum(least, OUTLYING * np.median(apart, axis=0) / 0.6745), dtype=bool)
 
 
-def _shift_zero(log: Log, zero: float) -> Log:
-    angles = log.angles.copy()
-    angles[:, ELEVATION] += zero
-    return replace(log, angles=angles)
-
-
 def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
     """Constant torques (a,) [rad/s^2] of one log under a plant, whatever their prior, and its innovations (N, a) [rad].
 
-    An axis on which nothing counts has nan.
+    An axis on which nothing counts has nan. A periodic torque of the fit has a phase of its own in this log.
     """
     likelihood = replace(fitted.likelihood, records=(record,))
     axes = len(likelihood.rig.axes)
@@ -145,17 +149,18 @@ def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
     e = likelihood.run_all(point)[0][0]
     b, own = np.full(axes, np.nan), likelihood.filters(record, point)
     for axis in range(axes):
-        w = record.weights[:, axis]
+        w = huber = record.weights[:, axis]
         if not w.any():
             continue
-        c = lfilter(*error_dynamics(own[axis]), np.ones(record.samples))
-        b[axis], huber = 0.0, w
+        periodic = [u[1] * record.time for u in (fitted.point.harmonics or [[]])[0] if u[0] == axis]
+        torques = [np.ones(record.samples), *(wave(phase) for phase in periodic for wave in (np.cos, np.sin))]
+        c = np.column_stack([lfilter(*error_dynamics(own[axis]), torque) for torque in torques])
         for _ in range(4):  # from least squares on
-            b[axis] = -(huber * c * e[:, axis]).sum() / (huber * c * c).sum()
-            left = np.abs(e[:, axis] + c * b[axis])
+            found = np.linalg.solve((c.T * huber) @ c, -(c.T * huber) @ e[:, axis])
+            left = np.abs(e[:, axis] + c @ found)
             scale = np.median(left[w > 0]) / 0.6745
             huber = w * np.minimum(1.0, HUBER * scale / np.maximum(left, 1e-12))
-        e[:, axis] += c * b[axis]
+        b[axis], e[:, axis] = found[0], e[:, axis] + c @ found
     return b, e
 
 

@@ -1,0 +1,115 @@
+"""What one log has that the others have not: pushes by a hand, and an elevation that was zeroed in another position."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from benchmarks.rigs import log_of, windy_logs
+from heli_identifier.tracing import DiagnosisSettings, Likelihood, RigVerdict, diagnose, fit, helicopter, identify_plant
+from heli_identifier.tracing.pushes import find_pushes
+from tests.blind.generator import simulate_log
+from tests.blind.plant import Push
+from tests.blind.rigs import draw_rig
+from tests.blind.signals import multisines
+from tests.blind.windy import windy_rig
+
+WITHIN = 0.2
+"""How close [s] to its true start and end a push has to be found: the project's bar."""
+
+OPEN = (Push("travel", 40.0, 40.6, 1.5), Push("pitch", 30.0, 30.4, -1.2), Push("elevation", 55.0, 55.5, 0.8))
+"""Pushes of logs in open loop, one in each."""
+
+
+@cache
+def flown(seed, kind="clean", pushed=False):
+    """Three logs of a rig in open loop; half the voltages' difference, so that a pushed pitch does not turn over."""
+    rig, logs = draw_rig(seed, kind), []
+    for number, push in enumerate(OPEN):
+        v = multisines(90.0, np.random.default_rng(seed + number))
+        samples = simulate_log(rig, v @ [[0.75, 0.25], [0.25, 0.75]], seed + number, (push,) if pushed else ())
+        logs.append(log_of(f"log{number}", 100.0, samples))
+    return tuple(logs)
+
+
+def pushes_in(logs, beside=0):
+    """Pushes beside the simplified model, fitted to all logs but the last ``beside``."""
+    likelihood = Likelihood.of(logs[: len(logs) - beside], helicopter(logs))
+    return find_pushes(fit(likelihood, likelihood.rig.base), logs, {})
+
+
+def check_pushes(events, logs, pushes):
+    """Each log has its push, and nothing else."""
+    found = {event.log: event for event in events}
+    assert [(event.log, event.axis) for event in events] == [
+        (log.name, axis)
+        for axis in ("pitch", "elevation", "travel")
+        for log, push in zip(logs, pushes, strict=False)
+        if push.axis == axis
+    ]
+    for log, push in zip(logs, pushes, strict=False):
+        event = found[log.name]
+        assert event.start == pytest.approx(push.start, abs=WITHIN)
+        assert event.end == pytest.approx(push.end, abs=WITHIN)
+        assert event.size == pytest.approx(abs(push.acceleration), rel=0.3)  # the air of that half second is in it
+        assert event.start_in_file == pytest.approx(log.start + event.start)
+
+
+@pytest.mark.parametrize("beside", [0, 1])
+def test_a_push_in_open_loop_is_found_with_its_edges_in_logs_of_the_fit_and_beside_it(beside):
+    logs = [replace(log, start=6.0) for log in flown(11, pushed=True)]
+    check_pushes(pushes_in(logs, beside), logs, OPEN)
+
+
+@pytest.mark.parametrize("seed, rate", [(0, 100.0), (3, 500.0)])
+def test_pushes_in_closed_loop_are_told_from_the_answer_of_the_controller(seed, rate):
+    """In the air of measured rigs, encoder zeros, gains and torques of each log its own."""
+    pushes = (
+        Push("travel", 20.0, 20.6, 1.5), Push("pitch", 15.0, 15.4, -1.2), Push("elevation", 12.0, 12.5, 1.0),
+        Push("elevation", 20.0, 21.0, 0.5),
+    )  # fmt: skip
+    own = {f"a{i + 1}": (push,) for i, push in enumerate(pushes)}
+    logs = windy_logs(windy_rig(seed, rate=rate, counts={"a": 5}, pushes=own), "a")
+    check_pushes(pushes_in(logs), logs, pushes)
+
+
+@pytest.mark.parametrize("rig", ["clean", "dry_friction:pitch", "input_delay", 2, 4, 5])
+def test_logs_that_nobody_touched_hold_no_push(rig):
+    """In open loop, and under a controller in rough air."""
+    assert pushes_in(flown(11, rig) if isinstance(rig, str) else windy_logs(windy_rig(rig, counts={"a": 5}), "a")) == ()
+
+
+def test_what_an_effect_of_the_plant_does_is_no_push():
+    """A dead zone that no law describes turns the rig as a hand would, whenever the voltages are small."""
+    logs = flown(12, "dead_zone")
+    assert pushes_in(logs)
+    assert identify_plant(logs).events == ()
+
+
+@pytest.mark.parametrize("kind", ["clean", "quadratic_thrust"])
+def test_an_elevation_that_was_zeroed_elsewhere_is_shifted_and_a_curve_of_the_thrust_shifts_none(kind):
+    logs = flown(13, kind)
+    zeroed = [replace(logs[0], angles=logs[0].angles - [0.0, 0.6, 0.0]), *logs[1:]]
+    found, other = identify_plant(logs), identify_plant(zeroed)
+    assert not [note for note in found.notes if "reads" in note]
+    (note,) = [note for note in other.notes if "reads" in note]
+    assert note.startswith("log0: its elevation reads 0.6")
+    for name in ("k_x", "k_z", "k_y"):  # a fortieth of the gain; the offset itself costs a little of what is known
+        assert other.plant.estimate(name) == pytest.approx(found.plant.estimate(name), rel=0.025)
+
+
+@pytest.mark.slow
+def test_a_diagnosis_cuts_pushes_out_lists_them_and_keeps_them_if_asked():
+    logs = flown(11, pushed=True)
+    training, held_out = logs[:2], logs[2:]
+    put_in = [(log.name, push.axis) for log, push in zip(logs, OPEN, strict=True)]
+    found = diagnose(training, held_out=held_out)
+    assert [(event.log, event.axis) for event in found.events] == put_in
+    assert (found.verdict, found.effects) == (RigVerdict.MODEL_ADEQUATE, ())
+    assert [series.log.name for series in found.series] == [held_out[0].name]
+    assert all(series.events for series in found.series)
+    assert [row["axis"] for row in found.to_dict()["events"]] == [axis for _, axis in put_in]
+    kept = diagnose(training, held_out=held_out, settings=DiagnosisSettings(keep_events=True))
+    assert [(event.log, event.axis) for event in kept.events] == put_in
+    assert [series.log.name for series in kept.series] == [held_out[0].name]
