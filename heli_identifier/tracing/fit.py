@@ -311,6 +311,17 @@ def around(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: A
     return replace(Fit.at(likelihood, *_coordinates_of(likelihood, fields, point.parameters), point), sigma=sigma)
 
 
+def fit_own(likelihood: Likelihood, point: Point, sigma: Array) -> Fit:
+    """Fit what logs have of their own to a plant, an air and scales ``sigma`` (a,) [rad] that are known."""
+    fitted = around(likelihood, (), point, sigma)
+    for _ in range(ROUNDS):
+        if fitted.quadratic.by_own < CONVERGED:
+            break
+        own = fitted.point.own + np.array([c for c, _ in fitted.quadratic.back])
+        fitted = around(likelihood, (), replace(fitted.point, own=own), sigma)
+    return fitted
+
+
 def fit_own_spread(fitted: Fit) -> Fit:
     """Estimate how much torques, gains and zeros differ from log to log, and fit again with that.
 

@@ -37,7 +37,7 @@ from heli_identifier.chain import Event
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 
-from .fit import Fit, around, fit
+from .fit import Fit, fit, fit_own
 from .helicopter import helicopter
 from .likelihood import Likelihood, without
 from .noise import filters, recolour
@@ -54,7 +54,7 @@ from .result import (
     Use,
 )  # fmt: skip
 from .rig import NOTHING, Array, LeftOut, Parameters, Record, record_of, records_of
-from .settings import BLOCK, CONVERGED, DRAWS, FLOWN, HUBER, ROUNDS, SETTLING, SPACING, WHITE_TIME
+from .settings import BLOCK, DRAWS, FLOWN, HUBER, SETTLING, SPACING, WHITE_TIME
 
 
 def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]] | None = None) -> tuple[Run, Array]:
@@ -64,12 +64,7 @@ def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]
     [samples].
     """
     likelihood, sigma = Likelihood(model.rig, (record,), model.widths), model.scales(record.step)
-    fitted = around(likelihood, (), likelihood.resting(model.parameters, model.z), sigma)
-    for _ in range(ROUNDS):  # Gauss-Newton at the scales of the training logs
-        if fitted.quadratic.by_own < CONVERGED:
-            break
-        (step, _), own = fitted.quadratic.back[0], fitted.point.own
-        fitted = around(likelihood, (), replace(fitted.point, own=own + step), sigma)
+    fitted = fit_own(likelihood, likelihood.resting(model.parameters, model.z), sigma)
     b, tau = fitted.point.own[0], model.widths
     left = fitted.quadratic.covariance[0] / np.outer(tau, tau)  # of the prior's variance: (1 + tau H tau)^-1
     of_log = 0.5 * (float(((b / tau) ** 2).sum()) - np.linalg.slogdet(left)[1])

@@ -141,27 +141,33 @@ def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
 def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
     """Constant torques (a,) [rad/s^2] of one log under a plant, whatever their prior, and its innovations (N, a) [rad].
 
-    An axis on which nothing counts has nan. A periodic torque of the fit has a phase of its own in this log.
+    An axis on which nothing counts has nan.
     """
     likelihood = replace(fitted.likelihood, records=(record,))
-    axes = len(likelihood.rig.axes)
-    point = replace(fitted.point, own=np.zeros((1, 5 * axes)), harmonics=())
-    e = likelihood.run_all(point)[0][0]
-    b, own = np.full(axes, np.nan), likelihood.filters(record, point)
-    for axis in range(axes):
+    point = replace(fitted.point, own=np.zeros((1, 5 * len(likelihood.rig.axes))), harmonics=())
+    return without_own(fitted, record, likelihood.run_all(point)[0][0])
+
+
+def without_own(fitted: Fit, record: Record, e: Array) -> tuple[Array, Array]:
+    """Take constant torques out of the innovations ``e`` (N, a) of one log, and the periodic ones of the fit.
+
+    Their phases are other ones in every log. Given are the constant torques (a,) [rad/s^2], and what is left.
+    """
+    b, own, left = np.full(e.shape[1], np.nan), fitted.likelihood.filters(record, fitted.point), e.copy()
+    for axis in range(len(b)):
         w = huber = record.weights[:, axis]
         if not w.any():
             continue
-        periodic = [u[1] * record.time for u in (fitted.point.harmonics or [[]])[0] if u[0] == axis]
-        torques = [np.ones(record.samples), *(wave(phase) for phase in periodic for wave in (np.cos, np.sin))]
+        phases = [u[1] * record.time for u in (fitted.point.harmonics or [[]])[0] if u[0] == axis]
+        torques = [np.ones(record.samples), *(wave(phase) for phase in phases for wave in (np.cos, np.sin))]
         c = np.column_stack([lfilter(*error_dynamics(own[axis]), torque) for torque in torques])
         for _ in range(4):  # from least squares on
-            found = np.linalg.solve((c.T * huber) @ c, -(c.T * huber) @ e[:, axis])
-            left = np.abs(e[:, axis] + c @ found)
-            scale = np.median(left[w > 0]) / 0.6745
-            huber = w * np.minimum(1.0, HUBER * scale / np.maximum(left, 1e-12))
-        b[axis], e[:, axis] = found[0], e[:, axis] + c @ found
-    return b, e
+            x = np.linalg.solve((c.T * huber) @ c, -(c.T * huber) @ e[:, axis])
+            left[:, axis] = e[:, axis] + c @ x
+            size = np.abs(left[:, axis])
+            huber = w * np.minimum(1.0, HUBER * np.median(size[w > 0]) / 0.6745 / np.maximum(size, 1e-12))
+        b[axis] = x[0]
+    return b, left
 
 
 def stranger_notes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[str, ...]:
