@@ -23,9 +23,10 @@ from heli_identifier.cli.terminal import progress_bar
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
+from heli_identifier.results import diagnose
 from heli_identifier.tools import Source, diagnose_source, source_digest
 from heli_identifier.tools.campaign import judge_row, run_campaign
-from heli_identifier.tracing import DiagnosisSettings, diagnose, fit
+from heli_identifier.tracing import DiagnosisSettings, fit
 from heli_plant.effects import effect
 from tests.blind.damage import DAMAGES
 from tests.blind.generator import BATTERY, SINGLE, Case, make_rig

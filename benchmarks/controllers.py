@@ -18,9 +18,8 @@ from benchmarks.harness import Bar, Row, bar_table, count, run_jobs, span, table
 from benchmarks.rigs import windy_logs, windy_plant
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
-from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, plant_values
+from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, diagnose, plant_values
 from heli_identifier.tools import Design, design_controller, judging, linearisation, loop, margins
-from heli_identifier.tracing import diagnose
 from heli_plant.parameters import TABLE_2, PlantParameters
 from tests.blind.air import COLOURS
 from tests.blind.windy import windy_rig

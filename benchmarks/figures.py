@@ -24,9 +24,8 @@ from fmu_src.master import run_apart
 from heli_identifier.files import write_atomically
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR
 from heli_identifier.records import demo_files
-from heli_identifier.results import Axes, figure, figure_file
+from heli_identifier.results import Axes, diagnose, figure, figure_file
 from heli_identifier.results.report import report_page
-from heli_identifier.tracing import diagnose
 from heli_plant.parameters import TABLE_2
 
 TABLES, FIGURES = ROOT / "docs" / "results", ROOT / "docs" / "figures"

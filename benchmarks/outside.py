@@ -33,12 +33,12 @@ from threadpoolctl import threadpool_limits
 from benchmarks.harness import From, Words, print_frame, section, table
 from benchmarks.measured import measured_rig
 from benchmarks.rigs import likelihood_of, log_of
-from heli_identifier import tracing
+from heli_identifier import results, tracing
 from heli_identifier.chain import SETTLING
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import DEMO_RIGS, Log, demo_logs
 from heli_identifier.results import to_digits
-from heli_identifier.tracing.settings import SMOOTHING, SPACING
+from heli_identifier.results.prediction import SMOOTHING, SPACING
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 from tests.blind.generator import simulate_log
@@ -242,7 +242,7 @@ def errors(predict: Predictor, records: Sequence[Record], at: Sequence[NDArray[n
 
 def judged(rig: str, training: Sequence[Log], held_out: Sequence[Log]) -> pandas.DataFrame:
     """Give a row for each horizon and axis, the errors in mrad."""
-    diagnosis = tracing.diagnose(training, held_out=held_out)
+    diagnosis = results.diagnose(training, held_out=held_out)
     fitted, judge = ([record_of(log) for log in logs] for logs in (training, held_out))
     at = [starts(own, [(e.start, e.end) for e in diagnosis.events if e.log == log.name])
           for own, log in zip(judge, held_out, strict=True)]  # fmt: skip

@@ -32,16 +32,18 @@ from .records import Log, LogFormat, RigConfiguration, demo_logs, read_configura
 from .results import (
     Check,
     Comparison,
+    Diagnosis,
     Look,
     ParameterSet,
     Simulation,
     build,
     check,
     compare,
+    diagnose,
     look,
     read_parameters,
     simulate,
 )
 from .tools.identification import Identification, identify
 from .tools.linearisation import linearise
-from .tracing import Diagnosis, DiagnosisSettings, diagnose
+from .tracing import DiagnosisSettings

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from heli_identifier import tracing
+from heli_identifier import results, tracing
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.provenance import provenance
@@ -35,33 +35,33 @@ def series_of(log, seed=1):
     before = after + 1.6 * np.sin(0.06 * np.arange(len(after)))[:, None]
     start = start_of(log)
     runs = [simulate(log.voltages, H, start, p)[1] for p in (BEFORE, AFTER)]
-    return tracing.HeldOutSeries(log, *runs, start._asdict(), before, after, H)
+    return results.HeldOutSeries(log, *runs, start._asdict(), before, after, H)
 
 
 def figure(value):
-    return tracing.ErrorFigure(value, 0.9 * value, 1.1 * value)
+    return results.ErrorFigure(value, 0.9 * value, 1.1 * value)
 
 
 def axis_reports(series):
     """Reports whose free run after is that of the series; the other figures are made up."""
     squares = np.concatenate([(s.log.angles - s.free_run_after) ** 2 for s in series])
-    better = tracing.ErrorFigure(-0.6, -0.65, -0.55)
-    change = {"ahead_200ms": tracing.ErrorFigure(0.0, -0.02, 0.02), "prediction_1s": better}
+    better = results.ErrorFigure(-0.6, -0.65, -0.55)
+    change = {"ahead_200ms": results.ErrorFigure(0.0, -0.02, 0.02), "prediction_1s": better}
     reports = {}
     for axis, column in zip(AXES, squares.T, strict=True):
         stable = axis != "travel"  # nothing pulls it back
         near, run = (figure(6e-4), figure(7e-4)), figure(float(np.sqrt(column.mean())))
-        reports[axis] = tracing.AxisReport(
-            before=tracing.AxisError(*near, figure(5e-3), figure(1.3e-2), figure(3e-2) if stable else None),
-            after=tracing.AxisError(*near, figure(2e-3), figure(4e-3), run if stable else None),
-            noise_floor=tracing.AxisError(*near, figure(1.9e-3), figure(3.6e-3)),
+        reports[axis] = results.AxisReport(
+            before=results.AxisError(*near, figure(5e-3), figure(1.3e-2), figure(3e-2) if stable else None),
+            after=results.AxisError(*near, figure(2e-3), figure(4e-3), run if stable else None),
+            noise_floor=results.AxisError(*near, figure(1.9e-3), figure(3.6e-3)),
             angle_stays=figure(0.15),
             rate_stays=figure(0.07),
             whiteness_p={"before": 1e-9, "after": 0.4},
             air=3e-3,
             air_rate=2.5,
             encoder_noise=6e-4,
-            use=tracing.Use.CONTROL if stable else tracing.Use.PREDICTION,
+            use=results.Use.CONTROL if stable else results.Use.PREDICTION,
             why="references agree" if stable else "k_y is not determined: its interval is ± .1",
             change=change,
         )
@@ -165,11 +165,11 @@ def example(logs=None):
     logs = logs or [made_log()]
     series = tuple(series_of(log) for log in logs)
     names = tuple((entry.name, entry.axis) for entry in CATALOGUE)
-    correlation, gain = np.eye(len(names)), tracing.ErrorFigure(70.0, 50.0, 90.0)
+    correlation, gain = np.eye(len(names)), results.ErrorFigure(70.0, 50.0, 90.0)
     correlation[3, 0] = correlation[0, 3] = 0.95
     correlation[7, 2] = correlation[2, 7] = -0.5
-    return tracing.Diagnosis(
-        verdict=tracing.RigVerdict.EFFECTS_SHOWN,
+    return results.Diagnosis(
+        verdict=results.RigVerdict.EFFECTS_SHOWN,
         effects=found_effects(),
         possible=(
             tracing.FoundEffect(
@@ -188,7 +188,7 @@ def example(logs=None):
         plant_before=BEFORE,
         plant_after=AFTER,
         axes=axis_reports(series),
-        held_out=tracing.HeldOutLikelihood(20.0, 1800.0, 1803.5, gain, {"after": (7.0, 8)}),
+        held_out=results.HeldOutLikelihood(20.0, 1800.0, 1803.5, gain, {"after": (7.0, 8)}),
         closed_loop=False,
         references="voltages",
         agreement=tracing.Agreement(0.8, 0.9, 3),
@@ -197,8 +197,8 @@ def example(logs=None):
         correlation_labels=names,
         correlation=correlation,
         data=(
-            tracing.DataEntry("train <1>.csv", "ab" * 32, 9000, 100.0, "training", ("pitch in degrees",)),
-            tracing.DataEntry("held.csv", "cd" * 32, 2000, 100.0, "held out"),
+            results.DataEntry("train <1>.csv", "ab" * 32, 9000, 100.0, "training", ("pitch in degrees",)),
+            results.DataEntry("held.csv", "cd" * 32, 2000, 100.0, "held out"),
         ),
         settings={
             "motor_time_constant": 0.08, "voltage_limit": 5.0, "rest_pitch": None, "keep_events": False,
@@ -215,6 +215,6 @@ def adequate():
     whole = example()
     shown = tuple(replace(v, verdict=Verdict.NOT_SHOWN) if v.verdict == Verdict.SHOWN else v for v in whole.catalogue)
     return replace(
-        whole, verdict=tracing.RigVerdict.MODEL_ADEQUATE, effects=(), curves=(), catalogue=shown,
+        whole, verdict=results.RigVerdict.MODEL_ADEQUATE, effects=(), curves=(), catalogue=shown,
         parameters_after=whole.parameters_before, effects_after={}, possible=(),
     )  # fmt: skip

@@ -10,7 +10,8 @@ from heli_identifier.chain import FAULTS, Event, find_slips, is_counted, passage
 from heli_identifier.chain.inspection import estimate_jitter, inspect_logs
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
-from heli_identifier.tracing import diagnose, identify_plant
+from heli_identifier.results import diagnose
+from heli_identifier.tracing import identify_plant
 from heli_identifier.tracing.settings import SETTLING
 from heli_plant.effects import AXES
 from tests.blind.damage import DAMAGES

@@ -12,9 +12,10 @@ from heli_identifier.cli.terminal import print_diagnosis
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import RigConfiguration, demo_files, read_log
+from heli_identifier.results import diagnose
+from heli_identifier.results.diagnose import base_estimates
 from heli_identifier.tools import Rig, diagnose_source
-from heli_identifier.tracing import DiagnosisSettings, diagnose, sign_notes
-from heli_identifier.tracing.diagnose import base_estimates
+from heli_identifier.tracing import DiagnosisSettings, sign_notes
 from heli_identifier.tracing.fit import covariance, fit
 from heli_plant.parameters import TABLE_2
 from tests.commands import heli

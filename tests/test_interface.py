@@ -13,9 +13,8 @@ import heli_identifier as hi
 from heli_identifier import check
 from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.records import write_log
-from heli_identifier.results import corrected_parameters
+from heli_identifier.results import Use, corrected_parameters
 from heli_identifier.tools import design_pid
-from heli_identifier.tracing import Use
 from heli_plant.parameters import TABLE_2
 from tests.commands import heli, told
 from tests.diagnosis_example import AFTER, example, made_log

@@ -38,7 +38,7 @@ def test_what_an_fmu_runs_needs_the_standard_library_alone():
     [
         ("heli_identifier", ("numpy", "numba", "scipy", "pandas", "fmpy", "msgspec", "typer", "rich")),
         ("heli_identifier.cli.app", ("numpy", "numba", "scipy", "pandas", "matplotlib", "fmpy", "rich.table")),
-        ("heli_identifier.tracing.diagnose", ("pandas", "matplotlib", "control")),
+        ("heli_identifier.results.diagnose", ("pandas", "matplotlib", "control")),
         # the plant's modules serve inside an FMU, whose host may have neither numba nor numpy
         *((f"heli_plant.{name}", ("numba", "numpy")) for name in ("plant", "control", "communication", "parameters")),
         ("fmu_src.master", ("fmpy", "numba", "scipy")),

@@ -15,10 +15,20 @@ from docs.hooks.schema import reference_rows
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import DEMO_RIGS
-from heli_identifier.results import corrected_parameters, document_text, read_document, read_parameters, to_plain
+from heli_identifier.results import (
+    DiagnosisFile,
+    ErrorFigure,
+    RigVerdict,
+    Use,
+    corrected_parameters,
+    document_text,
+    read_document,
+    read_parameters,
+    to_plain,
+)
 from heli_identifier.results.report import experiments_of, report_page
 from heli_identifier.results.words import effect_name, leading_error, typeset_notes, verdict_line
-from heli_identifier.tracing import DiagnosisFile, ErrorFigure, RigVerdict, Use, Verdict
+from heli_identifier.tracing import Verdict
 from heli_plant.tabulated_torque import KNOTS
 from tests.blind.generator import make_rig
 from tests.blind.windy import windy_rig

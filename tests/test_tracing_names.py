@@ -10,7 +10,8 @@ from scipy.special import expit
 from scipy.stats import chi2
 
 from benchmarks.rigs import likelihood_of, windy_logs
-from heli_identifier.tracing import Verdict, helicopter, log_likelihood, select
+from heli_identifier.results import log_likelihood
+from heli_identifier.tracing import Verdict, helicopter, select
 from heli_identifier.tracing.fit import covariance, fit, fit_own_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from benchmarks.rigs import log_of, windy_logs
-from heli_identifier.tracing import DiagnosisSettings, Likelihood, RigVerdict, diagnose, fit, helicopter, identify_plant
+from heli_identifier.results import RigVerdict, diagnose
+from heli_identifier.tracing import DiagnosisSettings, Likelihood, fit, helicopter, identify_plant
 from heli_identifier.tracing.pushes import find_pushes
 from tests.blind.generator import simulate_log
 from tests.blind.plant import Push

@@ -7,8 +7,7 @@ from itertools import pairwise
 from typing import Any, get_args, get_origin, get_type_hints
 
 from heli_identifier.online import Estimate
-from heli_identifier.results import ParameterSet
-from heli_identifier.tracing import DiagnosisFile, ErrorFigure
+from heli_identifier.results import DiagnosisFile, ErrorFigure, ParameterSet
 
 FILES: dict[str, Any] = {"<!-- diagnosis.json -->": DiagnosisFile, "<!-- parameters.json -->": ParameterSet}
 

@@ -140,7 +140,7 @@ def _diagnosed_plant(
     diagnosis, _, held_out = diagnose_paths((path,), (), replace(configuration, format=limits), output, begin, end)
     terminal.print_diagnosis(diagnosis)
     better = results.corrected_parameters(diagnosis)
-    gain = tracing.log_likelihood(diagnosis.plant_after, held_out) - tracing.log_likelihood(twin.plant(), held_out)
+    gain = results.log_likelihood(diagnosis.plant_after, held_out) - results.log_likelihood(twin.plant(), held_out)
     seconds = sum(log.duration for log in held_out)
     compared = f"makes the last {seconds:.3g} s of the recording likelier by {abs(gain):.3g} nats than the"
     if gain <= 0.0:
@@ -162,7 +162,7 @@ def _drawbacks(
     for name, own in diagnosis.parameters.items():
         if name in online.GAINS and own.determination is tracing.Determination.NOT_DETERMINED:
             yield f"it does not determine {name} ({own.why})"
-    both = (tracing.errors_ahead(own.plant(), logs, better.judged) for own in (twin, better))
+    both = (results.errors_ahead(own.plant(), logs, better.judged) for own in (twin, better))
     for (_, axis, old), (_, _, new) in zip(*both, strict=True):
         if new.value > old.high:
             worse, than = (results.angle_text(own) for own in (new, old))

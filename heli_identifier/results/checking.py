@@ -6,12 +6,13 @@ from typing import Any
 
 from heli_identifier.errors import LogError
 from heli_identifier.records import LogSource, read_logs
+from heli_identifier.results.ahead import Outcome, hold_to
+from heli_identifier.results.diagnosis import Use
 from heli_identifier.results.report import render
 from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, to_digits
 from heli_identifier.signatures import check_types
-from heli_identifier.tracing import Outcome, Use, hold_to
 
 OTHER = 0.2
 """Root mean square of voltages [V] from which on another controller flew."""

@@ -13,13 +13,14 @@ from pathlib import Path
 from heli_identifier.errors import refuse
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.records import LogSource, read_logs
+from heli_identifier.results.ahead import errors_ahead
+from heli_identifier.results.diagnosis import Diagnosis, DiagnosisFile, ErrorFigure
 from heli_identifier.results.documents import read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
 from heli_identifier.results.sources import read_parameters
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, effect_name, join_words, with_interval
 from heli_identifier.signatures import check_types
-from heli_identifier.tracing import Diagnosis, DiagnosisFile, ErrorFigure, errors_ahead
 
 
 @dataclass(frozen=True)

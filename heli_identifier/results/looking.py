@@ -9,6 +9,7 @@ import numpy as np
 from heli_identifier import tracing
 from heli_identifier.online import GAINS
 from heli_identifier.records import Log, LogSource, RigConfiguration, common_configuration, read_logs
+from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.documents import to_plain
 from heli_identifier.results.report import experiments_of, rank_experiments
 from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells
@@ -121,7 +122,7 @@ def look_lines(
     )
 
 
-def diagnosis_lines(diagnosis: tracing.Diagnosis, training: Sequence[Log]) -> tuple[str, str, str]:
+def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str, str, str]:
     """Give :func:`look_lines` of a diagnosis and its training logs; to fly next is what its report says."""
     counts = np.array(diagnosis.settings["counts"], dtype=float)
     gains = {name: diagnosis.parameters[name] for name in GAINS if name in diagnosis.parameters}

@@ -19,10 +19,11 @@ from heli_identifier.errors import ConfigurationError, refuse, require_positive
 from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
 from heli_identifier.records import Log
+from heli_identifier.results.diagnosis import Diagnosis, ErrorFigure, Use
 from heli_identifier.results.documents import document_text
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import join_words, unit_text, uses_text, with_interval
-from heli_identifier.tracing import Determination, Diagnosis, ErrorFigure, Use
+from heli_identifier.tracing import Determination
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
 from heli_plant.parameters import BY_FIELD, BY_NAME, PARAMETERS, PlantParameters, from_names

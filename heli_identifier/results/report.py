@@ -14,6 +14,7 @@ from scipy.signal import correlate, welch
 
 from heli_identifier import tracing
 from heli_identifier.results import tables, words
+from heli_identifier.results.diagnosis import AxisReport, Diagnosis, HeldOutSeries, Use
 from heli_identifier.results.documents import write_files
 from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.running import build, check_free_run
@@ -49,7 +50,7 @@ WEIGHTS = {"unusable": 100, "gain": 4, "effect": 2, "bound": 1}
 effect, an effect that is not testable."""
 
 
-def write_results(diagnosis: tracing.Diagnosis, rig: str, folder: Path, native: bool = False) -> None:
+def write_results(diagnosis: Diagnosis, rig: str, folder: Path, native: bool = False) -> None:
     """Write the files of a diagnosis into ``folder``; ``rig`` is what the report calls the rig.
 
     The plant, in Python and if it is asked for in C (``native``), is held to the reported free run.
@@ -66,7 +67,7 @@ def write_results(diagnosis: tracing.Diagnosis, rig: str, folder: Path, native: 
     write_files(folder, {"parameters.json": parameters, "report.html": page, "diagnosis.json": diagnosis.to_dict()})
 
 
-def report_page(diagnosis: tracing.Diagnosis, rig: str) -> str:
+def report_page(diagnosis: Diagnosis, rig: str) -> str:
     """Give the text of report.html; ``rig`` is what it calls the rig."""
     own = {
         "residuals": [part for series in diagnosis.series for part in _residuals(diagnosis, series)],
@@ -81,12 +82,12 @@ def render(template: str, **parts: Any) -> str:
     return (PAGES if ".html" in template else TEMPLATES).get_template(template).render(**parts)
 
 
-def notebook_view(diagnosis: tracing.Diagnosis) -> str:
+def notebook_view(diagnosis: Diagnosis) -> str:
     """Give the HTML of a diagnosis, without script and style sheet, to be set into a page of any theme."""
     return render("notebook.html.j2", **_parts(diagnosis))
 
 
-def _parts(diagnosis: tracing.Diagnosis) -> dict[str, Any]:
+def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
     """Give what page and notebook show, without markup but for figures and tables."""
     return {
         "diagnosis": diagnosis,
@@ -102,7 +103,7 @@ def _parts(diagnosis: tracing.Diagnosis) -> dict[str, Any]:
     }
 
 
-def _axis_card(diagnosis: tracing.Diagnosis, axis: str, report: tracing.AxisReport) -> dict[str, str]:
+def _axis_card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
     """Give the card of an axis: its use in one word, the change of its error, its gain."""
     name, field = tables.GAIN_OF[axis], words.leading_error(diagnosis)
     change = report.change.get(field)
@@ -117,7 +118,7 @@ def _axis_card(diagnosis: tracing.Diagnosis, axis: str, report: tracing.AxisRepo
     else:
         volts = words.to_digits(diagnosis.settings["operating_point"])
         gain = f"{symbol} = {words.with_interval(found.estimate)} (slope at {volts} V), {found.determination}"
-    usable = report.use is not tracing.Use.NOTHING
+    usable = report.use is not Use.NOTHING
     over = f"usable for {report.use}".replace("prediction", f"prediction over {words.horizon(diagnosis)}")
     errors = [words.to_digits(1e3 * getattr(stage, field).value) for stage in (report.before, report.after)]
     return {
@@ -128,7 +129,7 @@ def _axis_card(diagnosis: tracing.Diagnosis, axis: str, report: tracing.AxisRepo
     }  # fmt: skip
 
 
-def _draw_overlay(diagnosis: tracing.Diagnosis) -> str:
+def _draw_overlay(diagnosis: Diagnosis) -> str:
     """Draw the measured motion of the first held-out log, and what the plant before and after makes of its voltages."""
     series, panels = diagnosis.series[0], []
     before, after, time = series.free_run_before, series.free_run_after, series.log.time
@@ -152,7 +153,7 @@ def _draw_overlay(diagnosis: tracing.Diagnosis) -> str:
     return figure(panels, "time [s]", said, 1100.0)
 
 
-def _effect_facts(diagnosis: tracing.Diagnosis, number: int) -> dict[str, Any]:
+def _effect_facts(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
     """Give facts and figure of an effect of the plant."""
     effect = diagnosis.effects[number]
     facts = []
@@ -173,7 +174,7 @@ def _effect_facts(diagnosis: tracing.Diagnosis, number: int) -> dict[str, Any]:
     earlier = sum((own.name, own.axis) == (effect.name, effect.axis) for own in diagnosis.effects[:number])
     curves = [own for own in diagnosis.curves if own.name == effect.name and effect.axis in (own.axis, "rotors")]
     drawn, axis = "", curves[earlier].axis if earlier < len(curves) else effect.axis
-    if axis in diagnosis.axes and diagnosis.axes[axis].use is tracing.Use.NOTHING:
+    if axis in diagnosis.axes and diagnosis.axes[axis].use is Use.NOTHING:
         facts.append(("figure", f"none: the {axis} of the plant is not usable"))
     elif earlier < len(curves):
         drawn = _law_figure(curves[earlier], words.effect_title(effect))
@@ -195,9 +196,9 @@ def _law_figure(curve: tracing.EffectCurve, title: str) -> str:
     return figure([own], label, f"{title}: the law with its band over what the training logs show")
 
 
-def experiments_of(diagnosis: tracing.Diagnosis) -> list[tuple[list[str], str]]:
+def experiments_of(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
     """Give the experiments of a diagnosis as :func:`rank_experiments` does."""
-    unusable = [tables.GAIN_OF[axis] for axis, own in diagnosis.axes.items() if own.use is tracing.Use.NOTHING]
+    unusable = [tables.GAIN_OF[axis] for axis, own in diagnosis.axes.items() if own.use is Use.NOTHING]
     effects = (*diagnosis.effects, *diagnosis.possible)
     return rank_experiments(diagnosis.parameters, effects, diagnosis.catalogue, unusable)
 
@@ -230,7 +231,7 @@ def rank_experiments(
     return [(settles[text], text) for text in sorted(worth, key=lambda text: -worth[text])]
 
 
-def _residuals(diagnosis: tracing.Diagnosis, series: tracing.HeldOutSeries) -> Iterator[tuple[str, str, list[str]]]:
+def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, list[str]]]:
     """Give every axis, whether its innovations are white, and figures of their spectrum and autocorrelation."""
     for index, axis in enumerate(AXES):
         spectrum, memory = Axes("innovations [1/Hz]", logarithmic=True), Axes("autocorrelation")
@@ -253,7 +254,7 @@ def _residuals(diagnosis: tracing.Diagnosis, series: tracing.HeldOutSeries) -> I
         yield axis.capitalize(), white, drawn
 
 
-def _confused_pairs(diagnosis: tracing.Diagnosis) -> Iterator[str]:
+def _confused_pairs(diagnosis: Diagnosis) -> Iterator[str]:
     """Give pairs of effects whose signatures are alike, those that are most alike first."""
     names = [words.effect_name(*entry) for entry in diagnosis.correlation_labels]
     rows, columns = np.nonzero(np.tril(np.abs(diagnosis.correlation), -1) >= CONFUSED)

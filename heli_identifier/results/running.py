@@ -13,13 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 from heli_identifier.errors import ConfigurationError, IdentifierError, require_positive
 from heli_identifier.files import draft_folder
 from heli_identifier.records import Log, LogSource, read_logs, write_log
+from heli_identifier.results.diagnosis import Diagnosis, HeldOutSeries
 from heli_identifier.results.documents import to_plain
 from heli_identifier.results.parameters import PLANT
 from heli_identifier.results.sources import ParameterSource, PlantSource, parameter_set, plant_of
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import to_digits
 from heli_identifier.signatures import check_types
-from heli_identifier.tracing import Diagnosis, HeldOutSeries, record_start
+from heli_identifier.tracing import record_start
 from heli_plant.effects import AXES
 from heli_plant.simulation import simulate as simulate_plant
 from heli_plant.state import PlantState, rest_state

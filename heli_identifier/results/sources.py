@@ -5,10 +5,10 @@ from os import PathLike
 from pathlib import Path
 
 from heli_identifier.errors import ConfigurationError, refuse
+from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.documents import damage_error, numbers_of, read_document, to_plain
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
 from heli_identifier.signatures import check_types
-from heli_identifier.tracing import Diagnosis
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
+from heli_identifier.results.diagnosis import Diagnosis, ErrorFigure
 from heli_identifier.results.documents import to_plain
-from heli_identifier.tracing import CurveShape, Diagnosis, ErrorFigure, ParameterReport, Verdict
+from heli_identifier.tracing import CurveShape, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from heli_identifier import tracing
 from heli_identifier.online import Estimate
+from heli_identifier.results.diagnosis import AxisReport, DiagnosisFile, ErrorFigure, Use
 from heli_plant.effects import CATALOGUE, STEP_TIMES
 from heli_plant.parameters import BY_FIELD
 
@@ -84,18 +85,18 @@ def p_text(p: float) -> str:
     return f"p = {to_digits(p, 2)}" if p >= SMALLEST_P else f"p < {SMALLEST_P:.4f}"
 
 
-def angle_value(figure: tracing.ErrorFigure | None) -> str:
+def angle_value(figure: ErrorFigure | None) -> str:
     """Give an angular error in mrad; a dash where there is none."""
     return to_digits(1e3 * figure.value) if figure and figure.is_known else "–"
 
 
-def angle_ends(figure: tracing.ErrorFigure | None) -> str:
+def angle_ends(figure: ErrorFigure | None) -> str:
     """Give the interval of an angular error in mrad; a dash where there is none, or a single segment to draw from."""
     known = figure is not None and figure.low < figure.high
     return " to ".join(to_digits(1e3 * x) for x in (figure.low, figure.high)) if figure and known else "–"
 
 
-def angle_text(figure: tracing.ErrorFigure | None) -> str:
+def angle_text(figure: ErrorFigure | None) -> str:
     """Give an angular error in mrad with its interval; a dash where there is none."""
     ends = angle_ends(figure)
     return angle_value(figure) if ends == "–" else f"{angle_value(figure)} ({ends})"
@@ -118,7 +119,7 @@ def law_text(law: str) -> str:
     return text.replace("->", "→").replace("^2", "²").replace("-", "−")
 
 
-def leading_error(diagnosis: tracing.DiagnosisFile) -> str:
+def leading_error(diagnosis: DiagnosisFile) -> str:
     """Give the field of the error that leads: in closed loop that of the loop, where the controller is known."""
     if not diagnosis.closed_loop:
         return "prediction_1s"
@@ -126,7 +127,7 @@ def leading_error(diagnosis: tracing.DiagnosisFile) -> str:
     return "closed_loop_3s" if known else "ahead_200ms"
 
 
-def horizon(diagnosis: tracing.DiagnosisFile) -> str:
+def horizon(diagnosis: DiagnosisFile) -> str:
     """Give the time ahead over which the use of an axis was judged."""
     return ".2 s" if diagnosis.closed_loop else "1 s"
 
@@ -158,13 +159,13 @@ def join_words(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
-def uses_text(uses: Mapping[str, tracing.Use | None]) -> str:
+def uses_text(uses: Mapping[str, Use | None]) -> str:
     """Say which axes may be used for what; empty where none says it."""
-    of = {use: [axis for axis, own in uses.items() if own is use] for use in tracing.Use}
+    of = {use: [axis for axis, own in uses.items() if own is use] for use in Use}
     return "; ".join(f"{join_words(axes)}: {use}" for use, axes in of.items() if axes)
 
 
-def verdict_line(diagnosis: tracing.DiagnosisFile) -> str:
+def verdict_line(diagnosis: DiagnosisFile) -> str:
     """Say in two lines what the model lacks and what the plant's error does on the held-out logs."""
     change = _best_change(diagnosis)
     if not diagnosis.effects:
@@ -182,7 +183,7 @@ def verdict_line(diagnosis: tracing.DiagnosisFile) -> str:
     return both if len(both) <= TWO_LINES else one
 
 
-def change_of(report: tracing.AxisReport, field: str) -> int:
+def change_of(report: AxisReport, field: str) -> int:
     """Whether an error really falls (-1) or rises (1): its change and both ends print on one side of zero; else 0."""
     if field not in report.change:
         return 0
@@ -191,10 +192,10 @@ def change_of(report: tracing.AxisReport, field: str) -> int:
     return -1 if max(ends) <= -SMALLEST_SHARE else int(min(ends) >= SMALLEST_SHARE)
 
 
-def _best_change(diagnosis: tracing.DiagnosisFile) -> str:
+def _best_change(diagnosis: DiagnosisFile) -> str:
     """Say of the usable axis whose error really changes most by how much; and that none does."""
     field = leading_error(diagnosis)
-    usable = {axis: report for axis, report in diagnosis.axes.items() if report.use is not tracing.Use.NOTHING}
+    usable = {axis: report for axis, report in diagnosis.axes.items() if report.use is not Use.NOTHING}
     real = {axis: report.change[field].value for axis, report in usable.items() if change_of(report, field)}
     if not usable:
         return "On held-out logs no axis of the plant is usable."
@@ -230,7 +231,7 @@ def has_sign(effect: tracing.FoundEffect) -> bool:
     return low > 0.0 or high < 0.0
 
 
-def held_out_sentence(diagnosis: tracing.DiagnosisFile) -> str:
+def held_out_sentence(diagnosis: DiagnosisFile) -> str:
     """Say what the held-out logs gain by the correction, and what the errors of 1 s are in closed loop."""
     held_out, gain = diagnosis.held_out, diagnosis.held_out.gain
     flown = "A controller flew these logs, so its voltages answer the air"

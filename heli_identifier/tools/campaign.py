@@ -30,9 +30,9 @@ import pandas as pd
 from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.online import Estimate, ModelParameters
-from heli_identifier.results import Table, document_text, whole_folder
+from heli_identifier.results import RigVerdict, Table, document_text, whole_folder
 from heli_identifier.tools.rigs import Source, error_text, source_digest, summary_of
-from heli_identifier.tracing import DiagnosisSettings, Progress, RigVerdict
+from heli_identifier.tracing import DiagnosisSettings, Progress
 
 try:
     import dask

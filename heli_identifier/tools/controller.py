@@ -16,14 +16,14 @@ import numpy as np
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration
-from heli_identifier.results import GAIN_OF, PLANT, ParameterSet, plant_values, to_plain
+from heli_identifier.results import GAIN_OF, PLANT, ParameterSet, Use, plant_values, to_plain
 from heli_identifier.tools import margins
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge_controller
 from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD
 from heli_identifier.tools.loop import CONTROLLER, controller_parameters
 from heli_identifier.tools.margins import LOOPS, Plants, allowed_plants
 from heli_identifier.tools.synthesis import PEAK, design_feedback, retune_pid
-from heli_identifier.tracing import Progress, Rig, Use, sign_notes
+from heli_identifier.tracing import Progress, Rig, sign_notes
 from heli_plant.control import PidSettings
 from heli_plant.parameters import BY_FIELD, BY_NAME, PlantParameters
 from heli_plant.state_feedback import FeedbackSettings

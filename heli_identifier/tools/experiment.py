@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
-from heli_identifier import tracing
+from heli_identifier import results, tracing
 from heli_identifier.errors import refuse, require_range
 from heli_identifier.files import write_atomically
 from heli_identifier.online.excitation import Excitation, Multisine, paper_channels, voltages
@@ -180,7 +180,7 @@ def fly_proposal(
     off = parameters._replace(**dict.fromkeys(fields, 0.0))
     usual = rig.air(np.zeros((5, len(rig.axes))))[0]
     air = tracing.coordinates_of(AIR / rounding, np.full_like(usual, 1.0 / AIR_TIME), usual)
-    model = tracing.Model(rig, off, air, rounding, likelihood.widths)
+    model = results.Model(rig, off, air, rounding, likelihood.widths)
     base = [name for name in rig.base if name not in fields]
     known = tracing.around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
     scores = tracing.Scores(known, [effect for effect in rig.effects if effect.field in fields])

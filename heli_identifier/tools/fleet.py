@@ -28,10 +28,10 @@ from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import shared_flight
-from heli_identifier.results import effect_name, to_plain
+from heli_identifier.results import Diagnosis, effect_name, to_plain
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pool_estimates
 from heli_identifier.tools.rigs import Rig, error_text, summary_of
-from heli_identifier.tracing import CatalogueVerdict, Diagnosis, Progress, Verdict
+from heli_identifier.tracing import CatalogueVerdict, Progress, Verdict
 from heli_plant.effects import effect
 
 FALSE_DISCOVERY_RATE = 0.005

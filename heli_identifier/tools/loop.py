@@ -20,9 +20,9 @@ from heli_identifier.errors import refuse
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log, LogSource, read_logs
-from heli_identifier.results import Check, ParameterSet, PlantSource
+from heli_identifier.results import Check, Outcome, ParameterSet, PlantSource, rms_figures
 from heli_identifier.tools.linearisation import LinearModel, OperatingPoint
-from heli_identifier.tracing import Outcome, lag_voltages, record_start, rms_figures
+from heli_identifier.tracing import lag_voltages, record_start
 from heli_plant.control import PidSettings, PidState, pid_step, start_pid
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters

@@ -21,8 +21,8 @@ from heli_identifier import records
 from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError, refuse
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log, RigConfiguration
-from heli_identifier.results import to_plain
-from heli_identifier.tracing import Diagnosis, DiagnosisSettings, FoundEffect, diagnose
+from heli_identifier.results import Diagnosis, diagnose, to_plain
+from heli_identifier.tracing import DiagnosisSettings, FoundEffect
 from heli_plant.effects import AXES, CATALOGUE
 
 ENDINGS = (".csv", ".mat")  # endings of logs, packed by gzip or not; other files in a rig's folder are left alone

@@ -25,7 +25,11 @@ from heli_identifier.online import CONTRADICTION, Estimate
 from .fit import Fit, covariance
 from .helicopter import LAG_FIELD
 from .instruments import InstrumentEstimates
-from .result import (
+from .rig import Array, Effect
+from .score import Score
+from .select import Finding, Selection
+from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, NAMED, SURE, TIMED
+from .statements import (
     CatalogueVerdict,
     CurveShape,
     Determination,
@@ -36,10 +40,6 @@ from .result import (
     ParameterReport,
     Verdict,
 )
-from .rig import Array, Effect
-from .score import Score
-from .select import Finding, Selection
-from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, NAMED, SURE, TIMED
 
 
 def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimate]:

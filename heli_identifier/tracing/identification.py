@@ -33,10 +33,10 @@ from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .pushes import find_pushes
 from .references import References, find_references
-from .result import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .rig import Effect, LeftOut, average_blocks
 from .select import Finding, Selection, fit_delivered, halves_agree, left_out_gain, open_structure, select
 from .settings import KEPT, SETTLING, UNKNOWN, DiagnosisSettings
+from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .strangers import find_zeros, refuse_mirrored, shift_zeros, sign_notes
 from .unknown import search_unknown
 

@@ -24,10 +24,10 @@ from scipy.special import expit
 
 from .fit import Fit, fit
 from .likelihood import Point
-from .result import Agreement
 from .rig import Array, Effect
 from .score import Score, Scores
 from .settings import CATALOGUE_WIDTHS, HALVES_DRAWS, HALVES_SPLITS, KEPT, REFITTED, ROUGHLY, ROUNDS
+from .statements import Agreement
 
 _NOT: Mapping[str, float] = {}
 

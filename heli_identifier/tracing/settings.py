@@ -112,9 +112,9 @@ CATALOGUE_WIDTHS = 3.0
 """Widths of an effect's prior between zero and the end of its plausible range; and between zero and c = 1 of a term of
 rigid-body mechanics, as no mass is a point."""
 
-WINDOW, SMOOTHING, MOTION_WINDOW = 0.6, 0.4, 0.2
-"""Lengths [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz, .99 of a motion at
-1 Hz (where a prediction starts) and .99 of a rate at 2 Hz."""
+WINDOW, MOTION_WINDOW = 0.6, 0.2
+"""Lengths [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz and .99 of a rate at
+2 Hz."""
 
 # --- names (score.py, select.py) ---
 
@@ -130,9 +130,9 @@ REFITTED = 6.0
 """Score [nats] that a refit has to leave of what the quadratic form establishes, and that establishes an effect that
 every rig has, of which only the size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
 
-DRAWS, HALVES_SPLITS, HALVES_DRAWS = 1000, 3, 5
-"""Draws of a bootstrap: the ends of a 95 % interval are then known to a twentieth of its width. Splits of the logs into
-halves, and draws of the bootstrap that says what sampling allows them to agree on: the index to .1."""
+HALVES_SPLITS, HALVES_DRAWS = 3, 5
+"""Splits of the logs into halves, and draws of the bootstrap that says what sampling allows them to agree on: the index
+to .1."""
 
 STEPS_TRIED, STEP_APART = 5, 0.5
 """Instants at which a step in time is tried, the best of a matched filter, and the least distance [s] between them:
@@ -224,19 +224,6 @@ ratio of two."""
 OUTLYING, FEWEST = 3.5, 3
 """Robust standard deviations from the median that make an outlier, the bound of Iglewicz and Hoaglin; logs of which one
 can be told to differ from the others."""
-
-# --- before and after (prediction.py, held_out.py) ---
-
-SPACING = 0.25
-"""Time [s] from one prediction's start to the next: those that overlap fail together."""
-
-FLOWN, ROUND, SETTLED = 3.0, 0.2, 1e-4
-"""Lengths [s] of the stretches that plant and controller fly again, and of the blocks in which their loop is closed,
-and the change of the voltages [V] at which a block is found."""
-
-WHITE_TIME = 1.0
-"""Time [s] of the lags of a test for whiteness: beyond it the filter has taken for air what a plant lacks."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class DiagnosisSettings(GivenRig):

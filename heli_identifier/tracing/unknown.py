@@ -28,11 +28,11 @@ from scipy.special import chdtrc, chdtri, gammaln
 
 from .fit import Fit, covariance, fit
 from .helicopter import Tables
-from .result import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 from .rig import Array, Coordinate, Effect, means
 from .select import Selection, left_out_gain, select
 from .sensitivity import linearise
 from .settings import OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
+from .statements import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 
 TIME, POINTS = "time", 121
 """The variable of periods, and the points of a drawn curve."""

@@ -10,9 +10,8 @@ import pytest
 
 from fmu_src import build
 from heli_identifier.records import demo_files
-from heli_identifier.results import to_plain
+from heli_identifier.results import ErrorFigure, to_plain
 from heli_identifier.results.parameters import PLANT, Expectation, ParameterSet, plant_values
-from heli_identifier.tracing import ErrorFigure
 from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2
 

@@ -22,17 +22,18 @@ from heli_identifier.records import (
     excitation_notes,
     read_logs,
 )
+from heli_identifier.results.ahead import errors_ahead
+from heli_identifier.results.diagnosis import DataEntry, Diagnosis, ErrorFigure, RigVerdict
+from heli_identifier.results.held_out import compare
 from heli_identifier.signatures import check_types
-
-from .findings import correlation, draw_curves, estimates, log_faults
-from .fit import Fit, covariance, fit
-from .held_out import compare, errors_ahead
-from .helicopter import LAG_FIELD
-from .identification import Identification, Progress, identify_plant
-from .result import DataEntry, Determination, Diagnosis, ErrorFigure, FoundEffect, RigVerdict, Verdict
-from .rig import Array, Parameters
-from .settings import NAMED, REFITTED, SETTLING, SURE, DiagnosisSettings
-from .strangers import stranger_notes
+from heli_identifier.tracing.findings import correlation, draw_curves, estimates, log_faults
+from heli_identifier.tracing.fit import Fit, covariance, fit
+from heli_identifier.tracing.helicopter import LAG_FIELD
+from heli_identifier.tracing.identification import Identification, Progress, identify_plant
+from heli_identifier.tracing.rig import Array, Parameters
+from heli_identifier.tracing.settings import NAMED, REFITTED, SETTLING, SURE, DiagnosisSettings
+from heli_identifier.tracing.statements import Determination, FoundEffect, Verdict
+from heli_identifier.tracing.strangers import stranger_notes
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits

@@ -10,10 +10,11 @@ from benchmarks.rigs import likelihood_of as nothing_fitted
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
-from heli_identifier.tracing import Determination, ParameterReport, Use, coordinates_of, fit, helicopter
+from heli_identifier.results import Use, hold_to, rms_figures
+from heli_identifier.results.held_out import _thin, compare, likelihood_of, use_of
+from heli_identifier.results.prediction import HORIZONS, Model, Run, simulate_record
+from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter
 from heli_identifier.tracing.findings import _rests_on
-from heli_identifier.tracing.held_out import _thin, compare, hold_to, likelihood_of, rms_figures, use_of
-from heli_identifier.tracing.prediction import HORIZONS, Model, Run, simulate_record
 from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.settings import NOISE_WIDTH, OWN

@@ -4,7 +4,7 @@
                         - |b / tau|^2 / 2 - ln det(1 + tau H tau) / 2
 
 e are the innovations under a plant with the air, the encoders' noise and the spread tau of its own training logs:
-nothing but b, what the log has of its own (:class:`.likelihood.Point`), is fitted to what was held out. b is a random
+nothing but b, what the log has of its own (:class:`.Point`), is fitted to what was held out. b is a random
 effect with information H, and its integral is Laplace's; rho is Huber's loss. Of all figures here this one alone ranks
 the true plant first in windy air under any controller.
 
@@ -18,13 +18,12 @@ The other figures are root mean squares of errors:
 | closed_loop_3s | the smoothed motion | its own controller, as recovered | 3 s |
 
 The noise floor has those of the plant on records that it made itself, with the air and the encoders' noise of its fit
-(:mod:`.prediction`). All intervals come from one bootstrap over segments of 4 s (Kuensch 1989); two models are compared
-over the same segments (Diebold and Mariano 1995).
+(:mod:`.prediction`). All intervals come from one bootstrap over segments of 4 s (:mod:`.bootstrap`).
 
 Source of the test for whiteness: Ljung and Box 1978, eq. (1.2).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import log, nan, pi
@@ -34,27 +33,21 @@ from scipy.signal import correlate
 from scipy.special import chdtrc
 
 from heli_identifier.chain import Event
-from heli_identifier.errors import LogError
 from heli_identifier.records import Log
+from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
+from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
+from heli_identifier.results.prediction import FLOWN, HORIZONS, SPACING, Model, Run, simulate_record
+from heli_identifier.tracing.fit import Fit, fit, fit_own
+from heli_identifier.tracing.helicopter import helicopter
+from heli_identifier.tracing.likelihood import Likelihood, without
+from heli_identifier.tracing.noise import filters, recolour
+from heli_identifier.tracing.references import CHANNELS, controllers_of
+from heli_identifier.tracing.rig import NOTHING, Array, LeftOut, Parameters, Record, records_of
+from heli_identifier.tracing.settings import HUBER
+from heli_identifier.tracing.statements import Determination, ParameterReport
 
-from .fit import Fit, fit, fit_own
-from .helicopter import helicopter
-from .likelihood import Likelihood, without
-from .noise import filters, recolour
-from .prediction import HORIZONS, Model, Run, simulate_record
-from .references import CHANNELS, controllers_of
-from .result import (
-    AxisError,
-    AxisReport,
-    Determination,
-    ErrorFigure,
-    HeldOutLikelihood,
-    HeldOutSeries,
-    ParameterReport,
-    Use,
-)  # fmt: skip
-from .rig import NOTHING, Array, LeftOut, Parameters, Record, record_of, records_of
-from .settings import BLOCK, DRAWS, FLOWN, HUBER, SETTLING, SPACING, WHITE_TIME
+WHITE_TIME = 1.0
+"""Time [s] of the lags of a test for whiteness: beyond it the filter has taken for air what a plant lacks."""
 
 
 def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]] | None = None) -> tuple[Run, Array]:
@@ -104,7 +97,7 @@ def compare(
         for name, one in flown.items():
             models[name].errors["closed_loop_3s"] = _thin(one, records)
     errors = {name: own.figures() for name, own in models.items()}
-    change = {name: _change(first.errors[name], second.errors[name]) for name in first.errors}
+    change = {name: change_figures(first.errors[name], second.errors[name], SPACING) for name in first.errors}
     white = {name: [_standardise(run, second.model) for run in own.runs] for name, own in models.items()}
     floor, air = second.noise_floor(), after.air()
     moved = [(run.measured(1.0) - run.motion[:, :3], run.motion[:, 3:]) for run in second.runs]
@@ -163,7 +156,7 @@ class _Held:
     @classmethod
     def of(cls, model: Model, records: Sequence[Record], left_out: LeftOut, logs: Sequence[Log]) -> "_Held":
         """Run a model along the logs."""
-        found = [likelihood_of(model, own, _clear(own, left_out.get(own.name, ()))) for own in records]
+        found = [likelihood_of(model, own, clear_passages(own, left_out.get(own.name, ()))) for own in records]
         begun = [model.rig.begin(log.angles, log.voltages, log.step) for log in logs]
         alone = [model.rig.simulate(log.voltages, log.step, start, model.parameters)
                  for log, start in zip(logs, begun, strict=True)]  # fmt: skip
@@ -210,7 +203,7 @@ def _errors(runs: Sequence[Run]) -> dict[str, list[Array]]:
     return {name: [own[name] for own in found] for name in HORIZONS}
 
 
-def _clear(record: Record, left_out: Sequence[tuple[float, float]]) -> list[tuple[int, int]]:
+def clear_passages(record: Record, left_out: Sequence[tuple[float, float]]) -> list[tuple[int, int]]:
     """Passages of a record, in samples, outside of what is left out."""
     clear = np.ones(record.samples, dtype=bool)
     for start, end in left_out:
@@ -242,7 +235,7 @@ def _fly_again(
 
 
 def _thin(flown: _Stretches, records: Sequence[Record]) -> list[Array]:
-    """Errors (n, a) [rad] of the stretches of each log, :data:`.settings.SPACING` apart."""
+    """Errors (n, a) [rad] of the stretches of each log, :data:`.prediction.SPACING` apart."""
     every = {i: max(1, round(SPACING / records[i].step)) for i in flown}
     return [e[:, every[i] - 1 :: every[i]].reshape(-1, e.shape[2]) for i, (_, e) in flown.items()]
 
@@ -277,69 +270,14 @@ def _ljung_box_p(white: Sequence[Array], weights: Sequence[Array], step: float) 
     return float(chdtrc(lags, (n + 2.0) / n * float(((products / square) ** 2 / np.maximum(pairs, 1.0)).sum())))
 
 
-def rms_figures(errors: Sequence[Array], spacing: float | Sequence[float], what: str = "errors") -> list[ErrorFigure]:
-    """Root mean squares by column of errors (S_i, a) that lie ``spacing`` [s] apart, pooled over records.
-
-    Rows that are not a number are left out.
-
-    Raises
-    ------
-    LogError
-        No row is left.
-    """
-    squares = [own[np.isfinite(own).all(1)] ** 2 for own in errors]
-    if not any(map(len, squares)):
-        raise LogError(
-            f"{what}: no passage of the logs is long enough for it, behind {SETTLING:g} s in which the filter settles "
-            "and outside of what is left out; give longer logs, or keep the events."
-        )
-    return _bootstrap(squares, spacing, after=np.sqrt)
-
-
-def _change(first: Sequence[Array], second: Sequence[Array]) -> list[ErrorFigure]:
-    """Root mean squares by axis of the second errors (S, a) of each pair over those of the first, less 1."""
-    pairs = [np.hstack(own) ** 2 for own in zip(first, second, strict=True)]
-    return _bootstrap([own[np.isfinite(own).all(1)] for own in pairs], SPACING, _ratio)
-
-
-def _ratio(squares: Array) -> Array:
-    """Root mean square of the second half of the columns over that of the first, less 1."""
-    a = squares.shape[-1] // 2
-    return np.sqrt(squares[..., a:] / np.maximum(squares[..., :a], 1e-300)) - 1.0
-
-
 def _likelihood(before: _Held, after: _Held) -> HeldOutLikelihood:
     """Compare the densities of two models in pairs."""
     steps = [run.record.step for run in before.runs]
     seconds = sum(len(own) * h for own, h in zip(before.densities, steps, strict=True))
     totals = [sum(float(density.sum()) for density in own.densities) for own in (before, after)]
     gains = [(two - one)[:, None] for one, two in zip(before.densities, after.densities, strict=True)]
-    (gain,) = _bootstrap(gains, steps, after=lambda mean: mean * sum(map(len, gains)))
+    (gain,) = bootstrap(gains, steps, after=lambda mean: mean * sum(map(len, gains)))
     return HeldOutLikelihood(seconds, totals[0] / seconds, totals[1] / seconds, gain)
-
-
-def _bootstrap(
-    values: Sequence[Array],
-    spacing: float | Sequence[float],
-    read: Callable[[Array], Array] = np.asarray,
-    after: Callable[[Array], Array] = np.asarray,
-) -> list[ErrorFigure]:
-    """Give what is read off the means (k,) of values (S_i, k) ``spacing`` [s] apart, with 95 % intervals.
-
-    Segments of :data:`.settings.BLOCK` s are drawn at random. ``after`` is monotonic, and read off their quantiles.
-    """
-    spacings = [spacing] * len(values) if isinstance(spacing, float) else spacing
-    totals, lengths = [], []
-    for own, apart in zip(values, spacings, strict=True):
-        if len(own):
-            starts = np.arange(0, len(own), max(1, round(BLOCK / apart)))
-            totals.append(np.add.reduceat(own, starts, axis=0))
-            lengths.append(np.diff([*starts, len(own)]).astype(float))
-    total, length = np.concatenate(totals), np.concatenate(lengths)
-    times = np.random.default_rng(0).multinomial(len(total), np.full(len(total), 1.0 / len(total)), DRAWS).astype(float)
-    drawn = read(times @ total / (times @ length)[:, None])
-    found = np.vstack((read(np.concatenate(values).mean(0)), np.quantile(drawn, (0.025, 0.975), axis=0)))
-    return [ErrorFigure(*map(float, column)) for column in after(found).T]
 
 
 def use_of(
@@ -361,48 +299,6 @@ def use_of(
         return Use.NOTHING, f"{gain} is negative, so a sign is wrong or the rotors are exchanged"
     unsure = report.contradicted or report.determination is Determination.NOT_DETERMINED
     return Use.PREDICTION if unsure else Use.CONTROL, f"{gain}: {report.determination}; {report.why}"
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """One axis of one log: its error ahead [rad] and the limit [rad] it is held to."""
-
-    log: str
-    axis: str
-    error: ErrorFigure
-    limit: float
-
-    @property
-    def passed(self) -> bool:
-        """Whether the error keeps the limit."""
-        return self.error.value <= self.limit
-
-
-def errors_ahead(
-    parameters: Parameters, logs: Sequence[Log], figure: str = "prediction_1s", left_out: LeftOut = NOTHING
-) -> list[tuple[str, str, ErrorFigure]]:
-    """Predict ``logs`` ahead with ``parameters`` alone, and give log, axis and error [rad], log by log.
-
-    ``figure`` is one of :data:`.prediction.HORIZONS`; from the filter's state it is larger than that of a fit, which
-    knows the air. Passages ``left_out`` do not count.
-    """
-    rig, errors = helicopter(logs), list[tuple[str, str, ErrorFigure]]()
-    for own in logs:
-        record = record_of(own, rig)
-        clear = _clear(record, left_out.get(own.name, ()))
-        run = Run.along(Model.alone(rig, parameters), record, np.zeros(len(rig.axes)), clear)
-        said = f"log {own.name}, error over {HORIZONS[figure]:g} s"
-        figures = rms_figures([run.errors()[figure]], SPACING, said)
-        errors += [(own.name, axis, error) for axis, error in zip(rig.axes, figures, strict=True)]
-    return errors
-
-
-def hold_to(
-    parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log], figure: str = "prediction_1s"
-) -> list[Outcome]:
-    """Hold the :func:`errors_ahead` of every axis named in ``limits`` [rad] to its limit."""
-    errors = errors_ahead(parameters, logs, figure)
-    return [Outcome(log, axis, error, limits[axis]) for log, axis, error in errors if axis in limits]
 
 
 def log_likelihood(plant: Parameters, logs: Sequence[Log]) -> float:

@@ -1,6 +1,6 @@
 """One model along one record: its filter, its predictions, and a record that it makes itself.
 
-From every start t_i, :data:`.settings.SPACING` apart, the plant runs on under the measured inputs; its error is
+From every start t_i, :data:`SPACING` apart, the plant runs on under the measured inputs; its error is
 
     e_ij = y_j(t_i + H) - y_hat_j(t_i + H | t_i),    j an axis.
 
@@ -21,13 +21,22 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from heli_identifier.chain import local_cubic
+from heli_identifier.tracing.fit import Fit, fit
+from heli_identifier.tracing.helicopter import Rig
+from heli_identifier.tracing.noise import SHAPES, AxisFilter, filters, gains
+from heli_identifier.tracing.references import CHANNELS, Controller
+from heli_identifier.tracing.rig import Array, Parameters, Record
+from heli_identifier.tracing.settings import BLOCK, OWN, SETTLING
 
-from .fit import Fit, fit
-from .helicopter import Rig
-from .noise import SHAPES, AxisFilter, filters, gains
-from .references import CHANNELS, Controller
-from .rig import Array, Parameters, Record
-from .settings import BLOCK, OWN, ROUND, SETTLED, SETTLING, SMOOTHING, SPACING
+SPACING = 0.25
+"""Time [s] from one prediction's start to the next: those that overlap fail together."""
+
+SMOOTHING = 0.4
+"""Length [s] of the local cubics that a prediction starts from: they keep .99 of a motion at 1 Hz."""
+
+FLOWN, ROUND, SETTLED = 3.0, 0.2, 1e-4
+"""Lengths [s] of the stretches that plant and controller fly again, and of the blocks in which their loop is closed,
+and the change of the voltages [V] at which a block is found."""
 
 FROM_FILTER: Mapping[str, float] = {"ahead_100ms": 0.1, "ahead_200ms": 0.2}
 FROM_MOTION: Mapping[str, float] = {"prediction_1s": 1.0, "prediction_2s": 2.0}
@@ -206,7 +215,7 @@ class Run:
 
         The simulated voltages are the measured ones less what the controller's laws answer to delta, the simulated less
         the measured angles: what came from outside stays, and feedback cannot flatter the plant. delta and the voltages
-        of each block of :data:`.settings.ROUND` s are found in turns, which is exact after one more than it has
+        of each block of :data:`ROUND` s are found in turns, which is exact after one more than it has
         samples, as a voltage moves later angles only, and close to it after a few. Without ``laws`` the voltages are
         the measured ones.
         """

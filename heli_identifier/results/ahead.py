@@ -1,0 +1,56 @@
+"""Errors ahead of a plant that comes without a fit, on logs of its rig, and limits that they are held to."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from heli_identifier.records import Log
+from heli_identifier.results.bootstrap import rms_figures
+from heli_identifier.results.diagnosis import ErrorFigure
+from heli_identifier.results.held_out import clear_passages
+from heli_identifier.results.prediction import HORIZONS, SPACING, Model, Run
+from heli_identifier.tracing.helicopter import helicopter
+from heli_identifier.tracing.rig import NOTHING, LeftOut, Parameters, record_of
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One axis of one log: its error ahead [rad] and the limit [rad] it is held to."""
+
+    log: str
+    axis: str
+    error: ErrorFigure
+    limit: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error keeps the limit."""
+        return self.error.value <= self.limit
+
+
+def errors_ahead(
+    parameters: Parameters, logs: Sequence[Log], figure: str = "prediction_1s", left_out: LeftOut = NOTHING
+) -> list[tuple[str, str, ErrorFigure]]:
+    """Predict ``logs`` ahead with ``parameters`` alone, and give log, axis and error [rad], log by log.
+
+    ``figure`` is one of :data:`.prediction.HORIZONS`; from the filter's state it is larger than that of a fit, which
+    knows the air. Passages ``left_out`` do not count.
+    """
+    rig, errors = helicopter(logs), list[tuple[str, str, ErrorFigure]]()
+    for own in logs:
+        record = record_of(own, rig)
+        clear = clear_passages(record, left_out.get(own.name, ()))
+        run = Run.along(Model.alone(rig, parameters), record, np.zeros(len(rig.axes)), clear)
+        said = f"log {own.name}, error over {HORIZONS[figure]:g} s"
+        figures = rms_figures([run.errors()[figure]], SPACING, said)
+        errors += [(own.name, axis, error) for axis, error in zip(rig.axes, figures, strict=True)]
+    return errors
+
+
+def hold_to(
+    parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log], figure: str = "prediction_1s"
+) -> list[Outcome]:
+    """Hold the :func:`errors_ahead` of every axis named in ``limits`` [rad] to its limit."""
+    errors = errors_ahead(parameters, logs, figure)
+    return [Outcome(log, axis, error, limits[axis]) for log, axis, error in errors if axis in limits]
