@@ -193,7 +193,8 @@ SCRIPT = """
     import numpy as np
     from pathlib import Path
 
-    from heli_identifier.tracing import DiagnosisSettings, diagnose
+    from heli_identifier.results import diagnose
+    from heli_identifier.tracing import DiagnosisSettings
     from heli_identifier.results.report import report_page
     from heli_plant.compiled import compile_function, parameter_record
     from heli_plant.laws import added_travel

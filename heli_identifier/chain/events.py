@@ -92,9 +92,12 @@ def undo_slips(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log,
     return tuple(found), tuple(notes)
 
 
-def is_counted(time: Array, left_out: Sequence[tuple[float, float]]) -> NDArray[np.bool_]:
-    """Whether instants [s] of a log count: outside of passages and of what the filter needs to settle behind them."""
-    counts = time > SETTLING
+def is_counted(time: Array, left_out: Sequence[tuple[float, float]], settled: bool = False) -> NDArray[np.bool_]:
+    """Whether instants [s] of a log count: outside of passages and of what the filter needs to settle behind them.
+
+    So much does the start of a log not count either, but as long as the motors need where the filter is ``settled``.
+    """
+    counts = time > (MARGIN if settled else SETTLING)
     for start, end in left_out:
         counts &= (time < start) | (time > end + SETTLING)
     return counts

@@ -210,5 +210,7 @@ class Likelihood:
 
 def without(faults: Mapping[Fault, float], logged: Record) -> Record:
     """Give a record with faults undone."""
+    if not faults:
+        return logged
     inputs, angles = undo_faults(faults, logged.inputs, logged.angles, logged.step)
     return replace(logged, inputs=inputs, angles=angles)

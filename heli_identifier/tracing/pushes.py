@@ -32,7 +32,7 @@ from heli_identifier.records import Log
 
 from .fit import Fit, fit, fit_own
 from .likelihood import without
-from .noise import error_dynamics, match_steps
+from .noise import error_dynamics, match_steps, start_memory
 from .rig import Array, LeftOut, Record, records_of
 from .settings import PUSHED, SEEN_AT, SETTLING, UNKNOWN
 from .strangers import without_own
@@ -46,16 +46,17 @@ longer is air to the filter. For a time LAG a step of the voltages acts through 
 def find_pushes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Event, ...]:
     """Find the pushes in logs, the first of which are those of the fit, whatever was left out of it.
 
-    Passages ``left_out`` do not count.
+    Passages ``left_out`` do not count. A log may begin with a push: a rig takes off, or a hand lets go of it.
     """
     likelihood, count, found = fitted.likelihood, len(fitted.e), list[_Pulse]()
-    faults, logged = likelihood.faults, records_of(logs, likelihood.rig, left_out)
-    whole = tuple(without(faults, record) for record in logged)
+    faults, logged = likelihood.faults, records_of(logs, likelihood.rig, left_out, settled=True)
+    whole = [without(faults, record) for record in logged]
     while True:
         pushed = passages(list(map(_event, found)))
-        records, raw = (tuple(_leave_out(record, pushed) for record in own) for own in (whole, logged))
+        raw = [_leave_out(record, pushed) for record in logged]
+        records = tuple(without(faults, record) for record in raw)
         if any(pulse.log in logs[:count] for pulse in found):
-            part = replace(likelihood, records=records[:count], logged=raw[:count] if faults else ())
+            part = replace(likelihood, records=records[:count], logged=tuple(raw[:count]) if faults else ())
             fitted = fit(part, fitted.names, fitted)
         errors = list(fitted.e)
         if beside := records[count:]:
@@ -63,7 +64,7 @@ def find_pushes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Ev
             own = fit_own(others, others.resting(fitted.parameters, fitted.point.z), fitted.sigma)
             errors += [without_own(fitted, record, e)[1] for record, e in zip(beside, own.e, strict=True)]
         clear = [np.where(own.weights > 0.0, e, 0.0) for own, e in zip(whole, errors, strict=True)]
-        new = _largest(fitted, logs, records, clear, found)
+        new = _largest(fitted, logs, [_leave_out(own, pushed, settled=True) for own in whole], clear, found)
         if not new:
             return tuple(map(_event, found))
         found += new
@@ -84,8 +85,8 @@ def _event(own: _Pulse) -> Event:
     return Event(log.name, own.axis, start, end, log.start + start, log.start + end, "force", abs(own.torque))
 
 
-def _leave_out(record: Record, pushed: LeftOut) -> Record:
-    counted = is_counted(record.time, pushed.get(record.name, ()))
+def _leave_out(record: Record, pushed: LeftOut, settled: bool = False) -> Record:
+    counted = is_counted(record.time, pushed.get(record.name, ()), settled)
     return replace(record, weights=record.weights * counted[:, None])
 
 
@@ -130,16 +131,16 @@ class _Axis:
 
     @classmethod
     def of(cls, fitted: Fit, record: Record, e: Array, axis: int, found: Sequence[_Pulse]) -> "_Axis":
-        """Match the innovations (N, a) of a record with pulses of one axis, beside pulses that are known."""
+        """Match innovations (N, a) of a record with pulses of one axis, beside its start and pulses that are known."""
         own, held, sigma = fitted.likelihood.filters(record, fitted.point)[axis], record.held, fitted.sigma[axis]
         inputs, w, period = record.slower.inputs, record.weights[:, axis], record.held * record.step
         rate = np.abs(np.diff(inputs, axis=0, prepend=inputs[:1])).sum(1) / period
         change = [maximum_filter1d(rate, width + LAG, origin=(LAG - width + 1) // 2) for width in WIDTHS]
-        left = e[:, axis]
-        if found:
-            on = [(record.time >= pulse.start) & (record.time < pulse.end) for pulse in found]
-            s = np.where(left[:, None] != 0.0, lfilter(*error_dynamics(own), np.array(on, dtype=float), axis=1).T, 0.0)
-            left = left - s @ np.linalg.lstsq(s, left, rcond=None)[0]
+        on = [(record.time >= pulse.start) & (record.time < pulse.end) for pulse in found]
+        torques = np.vstack((np.zeros((2, record.samples)), np.array(on, dtype=float).reshape(-1, record.samples)))
+        begun = np.vstack((start_memory(own), np.zeros((len(found), 5))))
+        s = lfilter(*error_dynamics(own), torques, axis=1, zi=begun)[0].T * (e[:, axis, None] != 0.0)
+        left = e[:, axis] - s @ np.linalg.lstsq(s, e[:, axis], rcond=None)[0]
         step = lfilter(*error_dynamics(own), np.ones(round(4.0 * SETTLING / record.step))) / sigma
         root = [np.linalg.norm(step - np.pad(step, (width * held, 0))[: len(step)]) for width in WIDTHS]
         counts, n = w[::held] > 0.0, len(rate)

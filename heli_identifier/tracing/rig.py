@@ -225,8 +225,8 @@ def average_blocks(log: Log, held: Array) -> Array:
     return np.asarray(0.5 * (middles[0] + middles[1]))
 
 
-def record_of(log: Log, rig: Any, left_out: LeftOut = NOTHING) -> Record:
-    """Prepare a log; the passages ``left_out`` do not count."""
+def record_of(log: Log, rig: Any, left_out: LeftOut = NOTHING, settled: bool = False) -> Record:
+    """Prepare a log; the passages ``left_out``, and its start if the filter is not ``settled`` there, do not count."""
     n, voltages = block_samples(log), average_blocks(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
     angles = log.angles if n == 1 else log.angles[: count * n].reshape(count, n, -1).mean(1)
@@ -234,16 +234,16 @@ def record_of(log: Log, rig: Any, left_out: LeftOut = NOTHING) -> Record:
     width = round(REST_TIME / step) | 1
     span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
     weights = (span > REST_COUNTS * rig.resolution).astype(float)
-    weights[~is_counted(time, left_out.get(log.name, ()))] = 0.0
+    weights[~is_counted(time, left_out.get(log.name, ()), settled)] = 0.0
     return Record(
         log.name, step, time, np.ascontiguousarray(voltages), np.ascontiguousarray(angles), weights,
         rig.begin(angles, voltages, step),
     )  # fmt: skip
 
 
-def records_of(logs: Sequence[Log], rig: Any, left_out: LeftOut) -> tuple[Record, ...]:
+def records_of(logs: Sequence[Log], rig: Any, left_out: LeftOut, settled: bool = False) -> tuple[Record, ...]:
     """Prepare the logs of a rig; an axis that rests in most of the samples counts nowhere, it is left to its priors."""
-    records = [record_of(log, rig, left_out) for log in logs]
+    records = [record_of(log, rig, left_out, settled) for log in logs]
     moving = sum(r.weights.sum(0) for r in records) / max(1.0, sum((r.time > SETTLING).sum() for r in records))
     for record in records:
         record.weights[:, moving < 0.5] = 0.0
