@@ -3,7 +3,7 @@
 *windy*: generated rigs in the air of measured ones, by its colour, under students' controllers. Odd seeds report, even
 ones serve to choose rules (``--choose``). ``--quiet`` and ``--unlogged`` add rigs with references a fifth as large, or
 not logged. ``--rate`` is 100 or 500 Hz, ``--effects`` are bare, coupled or those of the generator, drawn if not given,
-``--finer`` is how many times finer the encoders are.
+``--finer`` is how many times finer the encoders are, ``--pushed`` has a hand push four logs of a half and a held-out one.
 
 *measured*: folders of logs, ``RIG:-pitch`` if its pitch counts down; every second log makes a half, after a shuffle in
 each of ``--deals`` but 0, with ``--few`` logs at most. ``--download`` first fetches logs of three rigs into a folder.
@@ -15,7 +15,7 @@ structure gives it more than 8 nats. The Jaccard index of two halves is 1 where 
 log-likelihood of a second controller's logs under the true plant less that under the delivered one.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -36,6 +36,7 @@ from heli_identifier.tracing import Determination
 from heli_identifier.tracing.helicopter import LAG_FIELD, helicopter
 from heli_plant.effects import AXES, effect_of
 from tests.blind.air import COLOURS
+from tests.blind.plant import Push
 from tests.blind.windy import WindyRig, windy_rig
 
 MARKS = {Determination.OUTSIDE: "", Determination.NOISE_MODEL: "*", Determination.NOT_DETERMINED: "?"}
@@ -45,9 +46,19 @@ FIGURES = {"ahead_200ms": ".2 s ahead", "prediction_1s": "1 s ahead", "closed_lo
 """Errors that are printed of measured rigs, by their names in a diagnosis."""
 
 
+def draw_pushes(seed: int) -> dict[str, Push]:
+    """Draw a push by log: its axis, from .3 to 1.2 s, of .15 to 1.5 rad/s^2 either way."""
+    rng, names = np.random.default_rng(7000 + seed), ("a1", "a2", "a3", "a4", "b1", "b2", "b3", "b4", "t1")
+    starts, lengths = rng.uniform(8.0, 22.0, len(names)), rng.uniform(0.3, 1.2, len(names))
+    sizes = 0.15 * 10.0 ** rng.uniform(size=len(names)) * rng.choice((-1.0, 1.0), len(names))
+    drawn = zip(rng.choice(AXES, len(names)).tolist(), starts, starts + lengths, sizes, strict=True)
+    return {name: Push(*own) for name, own in zip(names, drawn, strict=True)}
+
+
 def half(
-    kind: str, rig: str, name: str, training: Sequence[Log], held_out: Sequence[Log], truth: WindyRig | None = None
-) -> Row:
+    kind: str, rig: str, name: str, training: Sequence[Log], held_out: Sequence[Log], truth: WindyRig | None = None,
+    pushes: Mapping[str, Push] = {},
+) -> Row:  # fmt: skip
     """Diagnose one half, and hold it against the truth where that is known.
 
     ``gains``: each over the truth, and what it rests on; ``told``: scores [nats] of true families in a told fit.
@@ -66,6 +77,12 @@ def half(
     words.append(f"shown {', '.join(sorted(shown)) or 'nothing'}")
     row |= {"shown": shown, "gains": gains, "nats": found.held_out.gain.value, "axes": found.axes,
             "agreement": found.agreement.expected if found.agreement else np.nan}  # fmt: skip
+    events = [event for event in found.events if event.kind == "force"]
+    over = {own.name: [e for e in events if e.log == own.name and e.start < pushes[own.name].end + 0.3
+                       and e.end > pushes[own.name].start - 0.3]
+            for own in (*training, *held_out) if own.name in pushes}  # fmt: skip
+    row |= {"pushed": [any(e.axis == pushes[log].axis for e in own) for log, own in over.items()],
+            "untouched": len(events) - sum(map(len, over.values()))}  # fmt: skip
     if truth:
         fields, told = [effect.replace("/", "_") for effect in truth.truth.effects], dict[str, float]()
         for field, score in told_scores(training, fields).items():
@@ -89,16 +106,19 @@ def slopes_between(found: Diagnosis, logs: Sequence[Log]) -> dict[str, float]:
 
 
 def windy_halves(
-    colour: str, quiet: bool, rate: float, effects: str | None, finer: int, logged: bool, seed: int
+    colour: str, quiet: bool, rate: float, effects: str | None, finer: int, pushed: bool, logged: bool, seed: int
 ) -> list[Row]:
     """Make a windy rig, and diagnose its halves a and b; t is held out, c flown by the second controller."""
-    rig = windy_rig(seed, colour, quiet, rate, effects, logged, {"a": 5, "b": 5, "t": 2, "c": 4}, finer=finer)
+    pushes, counts = draw_pushes(seed) if pushed else {}, {"a": 5, "b": 5, "t": 2, "c": 4}
+    by_log = {name: (push,) for name, push in pushes.items()}
+    rig = windy_rig(seed, colour, quiet, rate, effects, logged, counts, finer=finer, pushes=by_log)
     words = (
         colour, f"{rate:g} Hz", "quiet" * quiet, "not logged" * (not logged), effects or "",
         f"encoders {finer} times finer" * (finer > 1),
+        "pushed" * pushed,
     )  # fmt: skip
     kind, held_out = " ".join(filter(None, words)), windy_logs(rig, "t")
-    return [half(kind, f"{colour} {seed}", name, windy_logs(rig, name), held_out, rig) for name in "ab"]
+    return [half(kind, f"{colour} {seed}", name, windy_logs(rig, name), held_out, rig, pushes) for name in "ab"]
 
 
 def measured_halves(rig: str, start: float, few: int | None, deal: int) -> list[Row]:
@@ -138,6 +158,9 @@ def bars(done: pandas.DataFrame) -> Iterator[Bar]:
         wrong = ~gains.covers & ((gains.ratio - 1.0).abs() > 0.15)
         for rests, hits in wrong.groupby(gains.rests, sort=False):
             yield Bar(f"gains that are wrong: {rests}", hits, np.inf if rests == Determination.NOT_DETERMINED else 2.0)
+        if pushes := [hit for own in done.pushed for hit in own]:
+            yield Bar("pushes that are found", pushes)
+        yield Bar("halves with a push that nobody gave", done.untouched > 0)
         yield Bar("lost under a second controller, median", done.loss.median(), 6.0, "nats")
         yield Bar("lost under a second controller, largest", done.loss.max(), unit="nats")
         yield Bar("halves with something false shown", done.false, 2.0)
@@ -169,12 +192,12 @@ def diagnosed(jobs: Sequence[partial[list[Row]]], workers: int) -> pandas.DataFr
 
 def windy(
     seeds: str = "0:16", choose: bool = False, colours: str = ",".join(COLOURS), quiet: bool = False,
-    unlogged: bool = False, rate: float = 100.0, effects: str | None = None, finer: int = 1, workers: int = 1,
-    csv: Path | None = None, strength: Path | None = None,
+    unlogged: bool = False, rate: float = 100.0, effects: str | None = None, finer: int = 1,
+    pushed: bool = False, workers: int = 1, csv: Path | None = None, strength: Path | None = None,
 ) -> None:  # fmt: skip
     """Diagnose windy rigs; write the gains over the truth to ``csv``, told scores and what is shown to ``strength``."""
     kinds = product(colours.split(","), (False, True)[: 1 + quiet], (True, False)[: 1 + unlogged])
-    jobs = [partial(windy_halves, colour, calm, rate, effects, finer, logged, seed)
+    jobs = [partial(windy_halves, colour, calm, rate, effects, finer, pushed, logged, seed)
             for colour, calm, logged in kinds for seed in span(seeds) if seed % 2 == (not choose)]  # fmt: skip
     done = diagnosed(jobs, workers)
     if csv:

@@ -54,7 +54,7 @@ class Event:
     kind: EventKind
     """`force` for a force from outside, `slip` for a step of the encoder's reading."""
     size: float
-    """Largest unexplained acceleration [rad/s^2], or the step of a slip [rad]."""
+    """The acceleration of a force [rad/s^2], or the step of a slip [rad], with its sign."""
 
 
 def find_slips(logs: Sequence[Log]) -> tuple[Event, ...]:

@@ -182,7 +182,7 @@ def identify_plant(
     training, kept, left_out = used[:count], used[count:], {} if given.keep_events else passages(events)
     if zeros[:count].any() or {push.log for push in pushes} & left_out.keys() & set(order[:count]):
         tell("searching the catalogue again without these", 0.4)
-        selection, unknown = _search(Likelihood.of(training, rig, left_out), candidates, defects)
+        selection, unknown = _search(Likelihood.of(training, rig, left_out, pushes), candidates, defects)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
     if idle := _idle(plant, selection):

@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.chain import Fault, undo_faults
+from heli_identifier.chain import Event, Fault, undo_faults
 from heli_identifier.records import Log
 
 from .helicopter import Rig
@@ -78,9 +78,11 @@ class Likelihood:
     """The records as they were logged; empty where nothing is undone."""
 
     @classmethod
-    def of(cls, logs: Sequence[Log], rig: Rig, left_out: LeftOut = NOTHING) -> "Likelihood":
-        """Give the likelihood of logs, the passages ``left_out`` of which do not count."""
-        return cls(rig, records_of(logs, rig, left_out), np.repeat(OWN, len(rig.axes)))
+    def of(
+        cls, logs: Sequence[Log], rig: Rig, left_out: LeftOut = NOTHING, pushes: Sequence[Event] = ()
+    ) -> "Likelihood":
+        """Give the likelihood of logs, the passages ``left_out`` of which do not count and in which ``pushes`` act."""
+        return cls(rig, records_of(logs, rig, left_out, pushes), np.repeat(OWN, len(rig.axes)))
 
     def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
         """Give the point of a plant in the air of any rig, or in ``z`` (5, a), whose logs have nothing of their own."""
@@ -204,7 +206,8 @@ class Likelihood:
         e, motion = np.empty_like(record.angles), np.empty((record.samples, 2 * a))
         K = gains(self.filters(record, point))
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
-        self.rig.filter(self.align(i, point), p, K, point.own[i, :a], harmonics, 0, record.samples, None, e, motion)
+        torque = point.own[i, :a] + record.pushed if record.pushed.any() else point.own[i, :a]
+        self.rig.filter(self.align(i, point), p, K, torque, harmonics, 0, record.samples, None, e, motion)
         return e, motion[:: record.held].copy()
 
 

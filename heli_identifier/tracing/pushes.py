@@ -19,7 +19,6 @@ Source: Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +32,7 @@ from heli_identifier.records import Log
 from .fit import Fit, fit, fit_own
 from .likelihood import without
 from .noise import error_dynamics, match_steps, start_memory
-from .rig import Array, LeftOut, Record, records_of
+from .rig import Array, LeftOut, Record, records_of, torques_of
 from .settings import PUSHED, SEEN_AT, SETTLING, UNKNOWN
 from .strangers import without_own
 
@@ -48,14 +47,14 @@ def find_pushes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Ev
 
     Passages ``left_out`` do not count. A log may begin with a push: a rig takes off, or a hand lets go of it.
     """
-    likelihood, count, found = fitted.likelihood, len(fitted.e), list[_Pulse]()
+    likelihood, count, found = fitted.likelihood, len(fitted.e), list[Event]()
+    axes, order = likelihood.rig.axes, [log.name for log in logs]
     faults, logged = likelihood.faults, records_of(logs, likelihood.rig, left_out, settled=True)
     whole = [without(faults, record) for record in logged]
     while True:
-        pushed = passages(list(map(_event, found)))
-        raw = [_leave_out(record, pushed) for record in logged]
+        raw = [_without(record, found, axes) for record in logged]
         records = tuple(without(faults, record) for record in raw)
-        if any(pulse.log in logs[:count] for pulse in found):
+        if {push.log for push in found} & set(order[:count]):
             part = replace(likelihood, records=records[:count], logged=tuple(raw[:count]) if faults else ())
             fitted = fit(part, fitted.names, fitted)
         errors = list(fitted.e)
@@ -64,42 +63,29 @@ def find_pushes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Ev
             own = fit_own(others, others.resting(fitted.parameters, fitted.point.z), fitted.sigma)
             errors += [without_own(fitted, record, e)[1] for record, e in zip(beside, own.e, strict=True)]
         clear = [np.where(own.weights > 0.0, e, 0.0) for own, e in zip(whole, errors, strict=True)]
-        new = _largest(fitted, logs, [_leave_out(own, pushed, settled=True) for own in whole], clear, found)
+        new = _largest(fitted, logs, [_without(own, found, axes, settled=True) for own in whole], clear, found)
         if not new:
-            return tuple(map(_event, found))
+            return tuple(found)
         found += new
 
 
-class _Pulse(NamedTuple):
-    log: Log
-    axis: str
-    start: float
-    end: float
-    """start, end: Since the log's first sample [s]."""
-    torque: float
-    """[rad/s^2]"""
-
-
-def _event(own: _Pulse) -> Event:
-    log, (start, end) = own.log, own[2:4]
-    return Event(log.name, own.axis, start, end, log.start + start, log.start + end, "force", abs(own.torque))
-
-
-def _leave_out(record: Record, pushed: LeftOut, settled: bool = False) -> Record:
-    counted = is_counted(record.time, pushed.get(record.name, ()), settled)
-    return replace(record, weights=record.weights * counted[:, None])
+def _without(record: Record, pushes: Sequence[Event], axes: Sequence[str], settled: bool = False) -> Record:
+    """Leave the pushes of a record out of what counts, and let the filter know of them."""
+    counted = is_counted(record.time, passages(pushes).get(record.name, ()), settled)
+    pushed = torques_of(pushes, record.name, record.time, axes)
+    return replace(record, weights=record.weights * counted[:, None], pushed=pushed)
 
 
 def _largest(
-    fitted: Fit, logs: Sequence[Log], records: Sequence[Record], errors: Sequence[Array], found: Sequence[_Pulse]
-) -> list[_Pulse]:
+    fitted: Fit, logs: Sequence[Log], records: Sequence[Record], errors: Sequence[Array], found: Sequence[Event]
+) -> list[Event]:
     """Find the largest push of every log, outside of what the records leave out, in innovations (N, a) of a fit.
 
-    Pushes that are ``found`` are taken out of these first: in calm air the filter knows of them for long.
+    What the filter does not know of pushes that are ``found`` is taken out of these first.
     """
-    axes, new = fitted.likelihood.rig.axes, list[_Pulse]()
+    axes, new = fitted.likelihood.rig.axes, list[Event]()
     on_axes = [
-        [_Axis.of(fitted, record, e, i, [own for own in found if own[:2] == (log, axis)])
+        [_Axis.of(fitted, record, e, i, [own for own in found if (own.log, own.axis) == (log.name, axis)])
          for log, record, e in zip(logs, records, errors, strict=True)]
         for i, axis in enumerate(axes)
     ]  # fmt: skip
@@ -109,8 +95,9 @@ def _largest(
         i, k, first = map(int, np.unravel_index(S.argmax(), S.shape))
         if S[i, k, first] > UNKNOWN:
             matched = on_axes[i][j]
-            start, width = first * matched.period, WIDTHS[k] * matched.period
-            new.append(_Pulse(log, axes[i], start, start + width, float(matched.u[k, first] / matched.root[k])))
+            start, end = first * matched.period, (first + WIDTHS[k]) * matched.period
+            size = -float(matched.u[k, first] / matched.root[k])  # e is what was measured less what was predicted
+            new.append(Event(log.name, axes[i], start, end, log.start + start, log.start + end, "force", size))
     return new
 
 
@@ -130,7 +117,7 @@ class _Axis:
     """v' [V/s] by width and start, shape (W, n)."""
 
     @classmethod
-    def of(cls, fitted: Fit, record: Record, e: Array, axis: int, found: Sequence[_Pulse]) -> "_Axis":
+    def of(cls, fitted: Fit, record: Record, e: Array, axis: int, found: Sequence[Event]) -> "_Axis":
         """Match innovations (N, a) of a record with pulses of one axis, beside its start and pulses that are known."""
         own, held, sigma = fitted.likelihood.filters(record, fitted.point)[axis], record.held, fitted.sigma[axis]
         inputs, w, period = record.slower.inputs, record.weights[:, axis], record.held * record.step

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from heli_identifier.chain import Fault, is_counted
+from heli_identifier.chain import Event, Fault, is_counted
 from heli_identifier.records import Log
 
 from .settings import (
@@ -171,6 +171,9 @@ class Record:
     shape (N, a)."""
     start: Array
     """State of the plant at the first sample, shape (n,)."""
+    pushed: Array
+    """Torques of pushes that are known [rad/s^2], shape (N, a): in calm air a filter that does not know of a push takes
+    long to forget it."""
 
     @property
     def samples(self) -> int:
@@ -190,7 +193,8 @@ class Record:
     def until(self, seconds: float) -> "Record":
         """Give the record up to an instant [s]."""
         n = slice(round(seconds / self.step))
-        return replace(self, time=self.time[n], inputs=self.inputs[n], angles=self.angles[n], weights=self.weights[n])
+        cut = {name: getattr(self, name)[n] for name in ("time", "inputs", "angles", "weights", "pushed")}
+        return replace(self, **cut)
 
     @cached_property
     def slower(self) -> "Record":
@@ -225,7 +229,9 @@ def average_blocks(log: Log, held: Array) -> Array:
     return np.asarray(0.5 * (middles[0] + middles[1]))
 
 
-def record_of(log: Log, rig: Any, left_out: LeftOut = NOTHING, settled: bool = False) -> Record:
+def record_of(
+    log: Log, rig: Any, left_out: LeftOut = NOTHING, pushes: Sequence[Event] = (), settled: bool = False
+) -> Record:
     """Prepare a log; the passages ``left_out``, and its start if the filter is not ``settled`` there, do not count."""
     n, voltages = block_samples(log), average_blocks(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
@@ -237,13 +243,24 @@ def record_of(log: Log, rig: Any, left_out: LeftOut = NOTHING, settled: bool = F
     weights[~is_counted(time, left_out.get(log.name, ()), settled)] = 0.0
     return Record(
         log.name, step, time, np.ascontiguousarray(voltages), np.ascontiguousarray(angles), weights,
-        rig.begin(angles, voltages, step),
+        rig.begin(angles, voltages, step), torques_of(pushes, log.name, time, rig.axes),
     )  # fmt: skip
 
 
-def records_of(logs: Sequence[Log], rig: Any, left_out: LeftOut, settled: bool = False) -> tuple[Record, ...]:
+def torques_of(pushes: Sequence[Event], log: str, time: Array, axes: Sequence[str]) -> Array:
+    """Torques [rad/s^2] of the pushes of a log at instants (N,) [s] since its first sample, shape (N, a)."""
+    found = np.zeros((len(time), len(axes)))
+    for push in pushes:
+        if push.log == log:
+            found[(time >= push.start) & (time < push.end), axes.index(push.axis)] += push.size
+    return found
+
+
+def records_of(
+    logs: Sequence[Log], rig: Any, left_out: LeftOut, pushes: Sequence[Event] = (), settled: bool = False
+) -> tuple[Record, ...]:
     """Prepare the logs of a rig; an axis that rests in most of the samples counts nowhere, it is left to its priors."""
-    records = [record_of(log, rig, left_out, settled) for log in logs]
+    records = [record_of(log, rig, left_out, pushes, settled) for log in logs]
     moving = sum(r.weights.sum(0) for r in records) / max(1.0, sum((r.time > SETTLING).sum() for r in records))
     for record in records:
         record.weights[:, moving < 0.5] = 0.0
