@@ -3,7 +3,7 @@
 *windy*: generated rigs in the air of measured ones, by its colour, under students' controllers. Odd seeds report, even
 ones serve to choose rules (``--choose``). ``--quiet`` and ``--unlogged`` add rigs with references a fifth as large, or
 not logged. ``--rate`` is 100 or 500 Hz, ``--effects`` are bare, coupled or those of the generator, drawn if not given,
-``--finer`` is how many times finer the encoders are, ``--pushed`` has a hand push four logs of a half and a held-out one.
+``--finer`` is how many times finer the encoders are. ``--pushed``: a hand pushes four logs of a half, and one held out.
 
 *measured*: folders of logs, ``RIG:-pitch`` if its pitch counts down; every second log makes a half, after a shuffle in
 each of ``--deals`` but 0, with ``--few`` logs at most. ``--download`` first fetches logs of three rigs into a folder.
@@ -78,11 +78,11 @@ def half(
     row |= {"shown": shown, "gains": gains, "nats": found.held_out.gain.value, "axes": found.axes,
             "agreement": found.agreement.expected if found.agreement else np.nan}  # fmt: skip
     events = [event for event in found.events if event.kind == "force"]
-    over = {own.name: [e for e in events if e.log == own.name and e.start < pushes[own.name].end + 0.3
-                       and e.end > pushes[own.name].start - 0.3]
-            for own in (*training, *held_out) if own.name in pushes}  # fmt: skip
-    row |= {"pushed": [any(e.axis == pushes[log].axis for e in own) for log, own in over.items()],
-            "untouched": len(events) - sum(map(len, over.values()))}  # fmt: skip
+    given = {log.name: pushes[log.name] for log in (*training, *held_out) if log.name in pushes}
+    over = [[e for e in events if e.log == log and e.start < push.end + 0.3 and e.end > push.start - 0.3]
+            for log, push in given.items()]  # fmt: skip
+    row |= {"pushed": [any(e.axis == push.axis for e in own) for own, push in zip(over, given.values(), strict=True)],
+            "untouched": len(events) - sum(map(len, over))}  # fmt: skip
     if truth:
         fields, told = [effect.replace("/", "_") for effect in truth.truth.effects], dict[str, float]()
         for field, score in told_scores(training, fields).items():

@@ -233,19 +233,16 @@ def test_the_table_has_every_column_whatever_the_rows_lack():
     assert table["effects"][0][0]["name"] == "dry_friction"
 
 
-@pytest.mark.parametrize(
-    "truth, effects, every, false",
-    [
-        (FRICTION, [("dry_friction", "travel")], False, ("dry_friction travel",)),
-        (FRICTION, [("motor_lag", "rotors"), ("dry_friction", "pitch")], True, ("motor_lag rotors",)),
-        # an effect that acts on two axes is true on both and named by either
-        (AIRSPEED, [("airspeed_thrust_loss", "pitch")], True, ()),
-        # an unknown effect is an accusation on a rig without one, and true on its own axis alone
-        ({}, [("unknown", "pitch")], True, ("unknown pitch",)),
-        (DETENT, [("unknown", "pitch")], True, ()),
-        (DETENT, [("unknown", "travel")], False, ("unknown travel",)),
-    ],
-)
+@pytest.mark.parametrize("truth, effects, every, false", [
+    (FRICTION, [("dry_friction", "travel")], False, ("dry_friction travel",)),
+    (FRICTION, [("motor_lag", "rotors"), ("dry_friction", "pitch")], True, ("motor_lag rotors",)),
+    # an effect that acts on two axes is true on both and named by either
+    (AIRSPEED, [("airspeed_thrust_loss", "pitch")], True, ()),
+    # an unknown effect is an accusation on a rig without one, and true on its own axis alone
+    ({}, [("unknown", "pitch")], True, ("unknown pitch",)),
+    (DETENT, [("unknown", "pitch")], True, ()),
+    (DETENT, [("unknown", "travel")], False, ("unknown travel",)),
+])  # fmt: skip
 def test_entries_are_judged_against_the_truth(truth, effects, every, false):
     own = judge_row(row(truth, *(found(*entry) for entry in effects)))
     assert (own.all_named, own.false) == (every, false)

@@ -27,16 +27,13 @@ CLEAN = make_rig(9001, "clean")
 BY_FIELD = {fault.field: fault for fault in FAULTS}
 
 
-@pytest.mark.parametrize(
-    "damage, field, size, channel, tolerance",
-    [
-        ("voltages late by a sample", "log_late_voltages", 0.01, 0, 1e-12),
-        ("voltages behind a filter of 5 Hz", "log_low_pass_voltages", None, 0, 1e-9),
-        ("v_front times 1.1", "log_scale_v_front", 1.0 / 1.1 - 1.0, 0, 1e-12),
-        ("pitch late by 20 ms", "log_late_pitch", 0.02, 2, 1e-12),
-        ("elevation drifts 1 degree in 90 s", "log_drift_elevation", np.pi / 180.0 / 90.0, 3, 1e-12),
-    ],
-)
+@pytest.mark.parametrize("damage, field, size, channel, tolerance", [
+    ("voltages late by a sample", "log_late_voltages", 0.01, 0, 1e-12),
+    ("voltages behind a filter of 5 Hz", "log_low_pass_voltages", None, 0, 1e-9),
+    ("v_front times 1.1", "log_scale_v_front", 1.0 / 1.1 - 1.0, 0, 1e-12),
+    ("pitch late by 20 ms", "log_late_pitch", 0.02, 2, 1e-12),
+    ("elevation drifts 1 degree in 90 s", "log_drift_elevation", np.pi / 180.0 / 90.0, 3, 1e-12),
+])  # fmt: skip
 def test_a_fault_is_undone_by_its_own_size_and_one_of_size_0_changes_nothing(damage, field, size, channel, tolerance):
     """Damage made by other code, undone: the true signals but for the last samples, which a late channel has lost."""
     true = np.hstack([VOLTAGES, ANGLES])
@@ -74,15 +71,12 @@ def logs_of(damage: str, count: int = 3) -> list[Log]:
     return [struck(log_of(f"log {i}", 100.0, log), damage) for i, log in enumerate(CLEAN.train[:count])]
 
 
-@pytest.mark.parametrize(
-    "damage, said",
-    [
-        ("travel a copy of the elevation", "same numbers"),
-        ("pitch in radians under [deg]", "read as degrees"),
-        ("travel folded at half a turn", "jumps by a whole turn"),
-        ("v_front with the other sign", "one of the two has the wrong sign"),
-    ],
-)
+@pytest.mark.parametrize("damage, said", [
+    ("travel a copy of the elevation", "same numbers"),
+    ("pitch in radians under [deg]", "read as degrees"),
+    ("travel folded at half a turn", "jumps by a whole turn"),
+    ("v_front with the other sign", "one of the two has the wrong sign"),
+])  # fmt: skip
 def test_what_no_plant_can_explain_is_refused_by_name(damage, said):
     logs = logs_of(damage)
     if "folded" in damage:  # this rig stays within half a turn: turn it until it does not
@@ -92,17 +86,14 @@ def test_what_no_plant_can_explain_is_refused_by_name(damage, said):
         inspect_logs(logs, COUNTS, 5.0)
 
 
-@pytest.mark.parametrize(
-    "damage, defects",
-    [
-        ("none", []),
-        ("pitch of 256 counts", [("counts", "pitch")]),
-        ("voltages cut to .1 V", [("rounded", "voltages")]),
-        ("voltages clipped at 80 %", [("clipped", "voltages")]),
-        ("elevation behind a filter of 5 Hz", [("filtered", "elevation")]),
-        ("clock jitters by 2 ms", [("jitter", "clock")]),
-    ],
-)
+@pytest.mark.parametrize("damage, defects", [
+    ("none", []),
+    ("pitch of 256 counts", [("counts", "pitch")]),
+    ("voltages cut to .1 V", [("rounded", "voltages")]),
+    ("voltages clipped at 80 %", [("clipped", "voltages")]),
+    ("elevation behind a filter of 5 Hz", [("filtered", "elevation")]),
+    ("clock jitters by 2 ms", [("jitter", "clock")]),
+])  # fmt: skip
 def test_a_defect_that_a_log_shows_of_itself_is_named(damage, defects):
     assert [(d.name, d.channel) for d in inspect_logs(logs_of(damage), COUNTS, 5.0)] == defects
 

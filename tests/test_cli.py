@@ -101,16 +101,13 @@ def test_on_a_narrow_terminal_figures_stand_without_their_intervals_unless_they_
     assert sum("k_x" in line for line in lines) == sum("parameter" in line for line in lines) > 1
 
 
-@pytest.mark.parametrize(
-    "error, code, said",
-    [
-        (ZeroDivisionError("nobody thought of this"), 70, "ZeroDivisionError: nobody thought"),
-        (ImportError("No module named 'nonsense'"), 70, "No module named 'nonsense'"),
-        (OSError(28, "No space left on device"), 2, "heli: No space left on device."),
-        (OSError("timed out"), 2, "heli: timed out."),
-        (MemoryError(), 2, "heli: there is not enough memory"),
-    ],
-)
+@pytest.mark.parametrize("error, code, said", [
+    (ZeroDivisionError("nobody thought of this"), 70, "ZeroDivisionError: nobody thought"),
+    (ImportError("No module named 'nonsense'"), 70, "No module named 'nonsense'"),
+    (OSError(28, "No space left on device"), 2, "heli: No space left on device."),
+    (OSError("timed out"), 2, "heli: timed out."),
+    (MemoryError(), 2, "heli: there is not enough memory"),
+])  # fmt: skip
 def test_a_command_that_could_not_do_its_work_has_another_exit_code_than_one_with_a_bad_answer(error, code, said):
     """Exit code 1 is an answer of a check: the model no longer explains the log."""
 

@@ -69,13 +69,10 @@ def test_a_campaign_keeps_the_rest_pitch_of_each_rig(logs):
     assert (row["parameters"]["theta0"]["value"], row["parameters"]["theta0"]["standard_error"]) == (WRONG, None)
 
 
-@pytest.mark.parametrize(
-    ("name", "given", "found"),
-    [
-        ("dry_friction_pitch", Estimate(0.1, 0.01, "rad/s^2"), "0.02"),  # .025 rad/s^2 on this rig
-        ("motor_lag_rotors", Estimate(0.1, 0.03, "s"), ""),  # none beside the usual T_m: part of the model, no finding
-    ],
-)
+@pytest.mark.parametrize(("name", "given", "found"), [
+    ("dry_friction_pitch", Estimate(0.1, 0.01, "rad/s^2"), "0.02"),  # .025 rad/s^2 on this rig
+    ("motor_lag_rotors", Estimate(0.1, 0.03, "s"), ""),  # none beside the usual T_m: part of the model, no finding
+])  # fmt: skip
 def test_an_effect_far_from_what_the_configuration_expects_of_it_is_named(logs, name, given, found):
     result = diagnose(logs[0], held_out=logs[1], settings=DiagnosisSettings(effects={name: given}))
     assert not any(own.name in name for own in result.effects)

@@ -106,26 +106,23 @@ def own(value, named=True, untestable=False):
     return rig({FRICTION: value}, [FRICTION] if named else (), untestable=[FRICTION] if untestable else ())
 
 
-@pytest.mark.parametrize(
-    "rigs, finding, said",
-    [
-        # 2.9 standard errors on each rig: below any threshold of one, 5.8 together; the heading has what a rig names
-        ([own(c, False) for c in (0.029, 0.031, 0.028, 0.029)], Finding.REPEATS, "no effect repeats"),
-        # friction that drives is implausible
-        ([own(c, False) for c in (-0.029, -0.031, -0.028, -0.029)], Finding.NOT_SHOWN, "no effect repeats"),
-        # a mean of 2.9 standard errors, of which one in seven clean fleets has one among its entries
-        ([own(c, False) for c in (0.015, 0.014, 0.015, 0.014)], Finding.NOT_SHOWN, "no effect repeats"),
-        ([own(0.5), *(own(c, False) for c in (0.005, -0.004, 0.0))], Finding.OWN, "no effect repeats"),
-        ([own(0.20), own(0.21), own(0.19)], Finding.REPEATS, f"{TITLE} repeats with a like coefficient"),
-        # a spread of .03 is below half of the mean, but the errors of .01 do not allow one value
-        ([own(0.20), own(0.26), own(0.17)], Finding.DIFFERS, f"{TITLE} differs from rig to rig"),
-        # the interval of the mean spans zero
-        ([own(0.5), own(-0.4), own(0.1)], Finding.DIFFERS, "no effect repeats"),
-        # 2.8 standard errors together: p = .004, times the number of entries far above .005
-        ([own(0.021), own(0.019)], Finding.UNCONFIRMED, "no effect repeats"),
-        ([own(0.2), own(0.0, False, untestable=True)], Finding.OPEN, "no effect repeats"),
-    ],
-)
+@pytest.mark.parametrize("rigs, finding, said", [
+    # 2.9 standard errors on each rig: below any threshold of one, 5.8 together; the heading has what a rig names
+    ([own(c, False) for c in (0.029, 0.031, 0.028, 0.029)], Finding.REPEATS, "no effect repeats"),
+    # friction that drives is implausible
+    ([own(c, False) for c in (-0.029, -0.031, -0.028, -0.029)], Finding.NOT_SHOWN, "no effect repeats"),
+    # a mean of 2.9 standard errors, of which one in seven clean fleets has one among its entries
+    ([own(c, False) for c in (0.015, 0.014, 0.015, 0.014)], Finding.NOT_SHOWN, "no effect repeats"),
+    ([own(0.5), *(own(c, False) for c in (0.005, -0.004, 0.0))], Finding.OWN, "no effect repeats"),
+    ([own(0.20), own(0.21), own(0.19)], Finding.REPEATS, f"{TITLE} repeats with a like coefficient"),
+    # a spread of .03 is below half of the mean, but the errors of .01 do not allow one value
+    ([own(0.20), own(0.26), own(0.17)], Finding.DIFFERS, f"{TITLE} differs from rig to rig"),
+    # the interval of the mean spans zero
+    ([own(0.5), own(-0.4), own(0.1)], Finding.DIFFERS, "no effect repeats"),
+    # 2.8 standard errors together: p = .004, times the number of entries far above .005
+    ([own(0.021), own(0.019)], Finding.UNCONFIRMED, "no effect repeats"),
+    ([own(0.2), own(0.0, False, untestable=True)], Finding.OPEN, "no effect repeats"),
+])  # fmt: skip
 def test_a_fleet_finds_what_repeats_what_differs_and_what_is_one_rigs_own(rigs, finding, said):
     fleet, effects = over(*rigs)
     found = effects[FRICTION]

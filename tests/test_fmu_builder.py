@@ -115,18 +115,15 @@ DAMPING = parameter("pitch.damping", 0.06, "damping", "1/s", -10.0, 10.0)
 COUNTS, ENABLED = parameter("counts", 1, "", None, 0, 9), parameter("enabled", True, "")
 
 
-@pytest.mark.parametrize(
-    ("variable", "value", "said"),
-    [
-        *((DAMPING, bad, f"pitch.damping = {bad!r} 1/s must lie in [-10, 10] 1/s") for bad in (math.nan, math.inf, 11)),
-        (DAMPING, "much", "pitch.damping = 'much' must be a number in [-10, 10] 1/s"),
-        (DAMPING, -10.0, None),
-        (COUNTS, 2.5, "counts = 2.5 must be a whole number in [0, 9]"),
-        (COUNTS, 2.0, None),
-        (ENABLED, 0.5, "enabled = 0.5 must be 0 or 1"),
-        (ENABLED, 1.0, None),
-    ],
-)
+@pytest.mark.parametrize(("variable", "value", "said"), [
+    *((DAMPING, bad, f"pitch.damping = {bad!r} 1/s must lie in [-10, 10] 1/s") for bad in (math.nan, math.inf, 11)),
+    (DAMPING, "much", "pitch.damping = 'much' must be a number in [-10, 10] 1/s"),
+    (DAMPING, -10.0, None),
+    (COUNTS, 2.5, "counts = 2.5 must be a whole number in [0, 9]"),
+    (COUNTS, 2.0, None),
+    (ENABLED, 0.5, "enabled = 0.5 must be 0 or 1"),
+    (ENABLED, 1.0, None),
+])  # fmt: skip
 def test_a_value_is_good_or_its_problem_names_variable_value_bounds_and_unit(variable, value, said):
     assert problem_with(variable, value) == said
 

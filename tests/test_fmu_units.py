@@ -127,16 +127,13 @@ def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_th
     assert said["prediction_error"] == []
 
 
-@pytest.mark.parametrize(
-    ("kind", "parameters", "said"),
-    [
-        (LogPlayer, {"log.path": "none.csv"}, "none.csv cannot be read"),
-        (LogPlayer, {}, "log.path is empty"),
-        (AdaptiveIdentifier, {"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
-        (RigLink, {"link.address": "0.0.0.0"}, "stands for many machines or networks"),
-        (RigLink, {"link.layout": "pitch"}, "lacks v_front"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "parameters", "said"), [
+    (LogPlayer, {"log.path": "none.csv"}, "none.csv cannot be read"),
+    (LogPlayer, {}, "log.path is empty"),
+    (AdaptiveIdentifier, {"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
+    (RigLink, {"link.address": "0.0.0.0"}, "stands for many machines or networks"),
+    (RigLink, {"link.layout": "pitch"}, "lacks v_front"),
+])  # fmt: skip
 def test_settings_that_cannot_be_are_refused_with_the_reason_and_no_step_is_taken_nor_one_of_days(
     kind, parameters, said
 ):
@@ -189,21 +186,18 @@ def test_degrees_column_order_further_columns_and_a_byte_order_mark_are_taken(tm
     assert recording.rows[0] == pytest.approx((1.0, 2.0, math.radians(-7.8), 0.1, math.pi), rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("lines", "message"),
-    [
-        ((HEADER.replace("pitch [rad]", "pitch [grad]"), *ROWS), "no column 'pitch [rad]' or 'pitch [deg]'"),
-        ((HEADER.replace("v_rear [V],", ""), *ROWS), "no column 'v_rear [V]'"),
-        ((HEADER + ",pitch [deg]", *ROWS), "2 columns 'pitch [rad]' or 'pitch [deg]'"),
-        ((HEADER, ROWS[0], "4.01,3,nan,.4,.5,.6"), "row 3, column 'v_rear [V]': 'nan' is not a finite number"),
-        ((HEADER, ROWS[0], "4.01,3,,.4,.5,.6"), "row 3, column 'v_rear [V]': '' is not a finite number"),
-        ((HEADER, ROWS[0], "4.01,3"), "row 3, column 'v_rear [V]': '' is not a finite number"),
-        ((HEADER, ROWS[0], ROWS[0]), "row 3: time = 4 s must be greater than 4 s"),
-        ((HEADER, ROWS[1], ROWS[0]), "row 3: time = 4 s must be greater than 4.01 s"),
-        ((HEADER,), "no rows below its header"),
-        (("\x89PNG\r", "\0"), "holds a NUL byte"),
-    ],
-)
+@pytest.mark.parametrize(("lines", "message"), [
+    ((HEADER.replace("pitch [rad]", "pitch [grad]"), *ROWS), "no column 'pitch [rad]' or 'pitch [deg]'"),
+    ((HEADER.replace("v_rear [V],", ""), *ROWS), "no column 'v_rear [V]'"),
+    ((HEADER + ",pitch [deg]", *ROWS), "2 columns 'pitch [rad]' or 'pitch [deg]'"),
+    ((HEADER, ROWS[0], "4.01,3,nan,.4,.5,.6"), "row 3, column 'v_rear [V]': 'nan' is not a finite number"),
+    ((HEADER, ROWS[0], "4.01,3,,.4,.5,.6"), "row 3, column 'v_rear [V]': '' is not a finite number"),
+    ((HEADER, ROWS[0], "4.01,3"), "row 3, column 'v_rear [V]': '' is not a finite number"),
+    ((HEADER, ROWS[0], ROWS[0]), "row 3: time = 4 s must be greater than 4 s"),
+    ((HEADER, ROWS[1], ROWS[0]), "row 3: time = 4 s must be greater than 4.01 s"),
+    ((HEADER,), "no rows below its header"),
+    (("\x89PNG\r", "\0"), "holds a NUL byte"),
+])  # fmt: skip
 def test_a_file_that_cannot_be_played_is_refused_with_row_and_column(tmp_path, lines, message):
     with pytest.raises(Refusal, match=re.escape(message)):
         read_recording(write(tmp_path, *lines))

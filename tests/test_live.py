@@ -109,22 +109,19 @@ def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them(
     assert fresh[again:] == [True] * 60 and len(kept) == 120
 
 
-@pytest.mark.parametrize(
-    "form, layout, wanted",
-    [
-        (
-            LogFormat(signs={"pitch": -1}, swap_rotors=True, clip=True, voltage_limit=1.5),
-            LAYOUT,
-            (1.5, 1.0, -0.05, 0.1, 0.2),
-        ),
-        (LogFormat(signs={"v_difference": -1}), LAYOUT, (2.0, 1.0, 0.05, 0.1, 0.2)),
-        (
-            LogFormat(units={"pitch": "deg", "v_front": "mV", "travel": "deg"}),
-            read_layout("sequence time v_front v_rear pitch elevation travel[rad]"),
-            (0.001, 2.0, np.radians(0.05), 0.1, 0.2),  # the layout states the travel's unit itself
-        ),
-    ],
-)
+@pytest.mark.parametrize("form, layout, wanted", [
+    (
+        LogFormat(signs={"pitch": -1}, swap_rotors=True, clip=True, voltage_limit=1.5),
+        LAYOUT,
+        (1.5, 1.0, -0.05, 0.1, 0.2),
+    ),
+    (LogFormat(signs={"v_difference": -1}), LAYOUT, (2.0, 1.0, 0.05, 0.1, 0.2)),
+    (
+        LogFormat(units={"pitch": "deg", "v_front": "mV", "travel": "deg"}),
+        read_layout("sequence time v_front v_rear pitch elevation travel[rad]"),
+        (0.001, 2.0, np.radians(0.05), 0.1, 0.2),  # the layout states the travel's unit itself
+    ),
+])  # fmt: skip
 def test_signs_units_and_rotors_are_put_right_as_in_logs_and_a_rig_too_slow_is_refused(form, layout, wanted):
     contents = [datagram(k, layout=layout) for k in range(60)]
     _, kept, _ = heard(contents, lambda seen, kept: len(seen) >= 60, format=form, layout=layout)

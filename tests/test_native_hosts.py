@@ -250,18 +250,15 @@ def has_no_annotation(x):
     return x
 
 
-@pytest.mark.parametrize(
-    "function, reason",
-    [
-        (uses_hypot, "differs from that of C libraries in the last bit"),
-        (uses_sum, "rounds differently from Python 3.12 on"),
-        (uses_power, "write a product"),
-        (reads_behind_a_loop, "name 'i' is not defined"),
-        (decides_at_run_time, "a text that is made at run time"),
-        (changes_a_tuple, "NamedTuples have _replace"),
-        (has_no_annotation, "needs an annotation"),
-    ],
-)
+@pytest.mark.parametrize("function, reason", [
+    (uses_hypot, "differs from that of C libraries in the last bit"),
+    (uses_sum, "rounds differently from Python 3.12 on"),
+    (uses_power, "write a product"),
+    (reads_behind_a_loop, "name 'i' is not defined"),
+    (decides_at_run_time, "a text that is made at run time"),
+    (changes_a_tuple, "NamedTuples have _replace"),
+    (has_no_annotation, "needs an annotation"),
+])  # fmt: skip
 def test_what_it_does_not_know_is_refused_with_file_line_and_reason(function, reason):
     with pytest.raises(Untranslatable) as refused:
         Translation().translate_entry(function)

@@ -141,16 +141,13 @@ answer([different[:2], played])
     assert 100 < played < 500
 
 
-@pytest.mark.parametrize(
-    "unit, parameters, reason",
-    [
-        ("LogPlayer", {}, "log.path is empty"),
-        ("LogPlayer", {"log.path": "/dev/zero"}, "the log /dev/zero is no file"),
-        ("Exciter", {"excitation.experiment": 3, "multisine.period": 0.1}, "has no harmonic near 0.0333333 Hz"),
-        ("AdaptiveIdentifier", {"filter.frequency": 100.0}, "filter.frequency = 100.0 rad/s must lie in [0.001, 20]"),
-        ("HelicopterPlant", {"effects.motor_lag.rotors": -0.07, "motor.time_constant": 0.05}, "must not be negative"),
-    ],
-)
+@pytest.mark.parametrize("unit, parameters, reason", [
+    ("LogPlayer", {}, "log.path is empty"),
+    ("LogPlayer", {"log.path": "/dev/zero"}, "the log /dev/zero is no file"),
+    ("Exciter", {"excitation.experiment": 3, "multisine.period": 0.1}, "has no harmonic near 0.0333333 Hz"),
+    ("AdaptiveIdentifier", {"filter.frequency": 100.0}, "filter.frequency = 100.0 rad/s must lie in [0.001, 20]"),
+    ("HelicopterPlant", {"effects.motor_lag.rotors": -0.07, "motor.time_constant": 0.05}, "must not be negative"),
+])  # fmt: skip
 def test_what_the_initialisation_refuses_is_said_as_python_says_it(fmus, twins, unit, parameters, reason):
     script = IN_BOTH + "answer([said(Unit(path), json.loads(sys.argv[3]))[::2] for path in sys.argv[1:3]])"
     (_, theirs), (status, ours) = host(script, fmus[unit], twins[unit], json.dumps(parameters))

@@ -33,17 +33,14 @@ def test_what_an_fmu_runs_needs_the_standard_library_alone():
     assert {name for name in reached if name.partition(".")[0] not in allowed} == set()
 
 
-@pytest.mark.parametrize(
-    "module, without",
-    [
-        ("heli_identifier", ("numpy", "numba", "scipy", "pandas", "fmpy", "msgspec", "typer", "rich")),
-        ("heli_identifier.cli.app", ("numpy", "numba", "scipy", "pandas", "matplotlib", "fmpy", "rich.table")),
-        ("heli_identifier.results.diagnose", ("pandas", "matplotlib", "control")),
-        # the plant's modules serve inside an FMU, whose host may have neither numba nor numpy
-        *((f"heli_plant.{name}", ("numba", "numpy")) for name in ("plant", "control", "communication", "parameters")),
-        ("fmu_src.master", ("fmpy", "numba", "scipy")),
-    ],
-)
+@pytest.mark.parametrize("module, without", [
+    ("heli_identifier", ("numpy", "numba", "scipy", "pandas", "fmpy", "msgspec", "typer", "rich")),
+    ("heli_identifier.cli.app", ("numpy", "numba", "scipy", "pandas", "matplotlib", "fmpy", "rich.table")),
+    ("heli_identifier.results.diagnose", ("pandas", "matplotlib", "control")),
+    # the plant's modules serve inside an FMU, whose host may have neither numba nor numpy
+    *((f"heli_plant.{name}", ("numba", "numpy")) for name in ("plant", "control", "communication", "parameters")),
+    ("fmu_src.master", ("fmpy", "numba", "scipy")),
+])  # fmt: skip
 def test_what_takes_long_to_import_is_imported_by_those_who_need_it(module, without):
     program = f"import sys, {module}; print([name for name in {without!r} if name in sys.modules])"
     assert python(program, cwd=ROOT).stdout.strip() == "[]"
@@ -69,17 +66,14 @@ UNKNOWN = {"name": "scipy", "skip_reason": "Dependency not found on PyPI and cou
 BROKEN = {"name": "scipy", "version": "1.17.1", "vulns": [{"id": "PYSEC-1", "fix_versions": ["1.18"]}]}
 
 
-@pytest.mark.parametrize(
-    ("answers", "code", "said"),
-    [
-        ({"pypi": [SOUND]}, 0, "1 packages audited, 0 known vulnerabilities"),
-        ({"pypi": [SOUND, UNKNOWN]}, 2, "NOT AUDITED: scipy"),
-        ({"pypi": [SOUND, UNKNOWN], "osv": [BROKEN]}, 1, "scipy: PYSEC-1, mended in 1.18"),
-        ({"pypi": [SOUND, UNKNOWN], "osv": [SOUND | {"name": "scipy"}]}, 0, "2 packages audited"),
-        ({"pypi": [], "osv": []}, 2, "NOT AUDITED: every package"),
-        ({"pypi": [UNKNOWN, BROKEN | {"name": "pandas"}]}, 1, "NOT AUDITED: scipy"),
-    ],
-)
+@pytest.mark.parametrize(("answers", "code", "said"), [
+    ({"pypi": [SOUND]}, 0, "1 packages audited, 0 known vulnerabilities"),
+    ({"pypi": [SOUND, UNKNOWN]}, 2, "NOT AUDITED: scipy"),
+    ({"pypi": [SOUND, UNKNOWN], "osv": [BROKEN]}, 1, "scipy: PYSEC-1, mended in 1.18"),
+    ({"pypi": [SOUND, UNKNOWN], "osv": [SOUND | {"name": "scipy"}]}, 0, "2 packages audited"),
+    ({"pypi": [], "osv": []}, 2, "NOT AUDITED: every package"),
+    ({"pypi": [UNKNOWN, BROKEN | {"name": "pandas"}]}, 1, "NOT AUDITED: scipy"),
+])  # fmt: skip
 def test_a_package_without_an_answer_is_a_failure_of_its_own(answers, code, said):
     found, text = AUDIT["verdict"](answers)
     assert found == code

@@ -42,17 +42,14 @@ def test_a_log_is_a_value_that_derives_step_samples_and_duration_from_its_rate()
     assert HIGHEST_VOLTAGE == VOLTAGE_BOUND  # what is read can be flown by the units
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"voltages": np.zeros((600, 3))}, r"voltages has shape \(600, 3\), \(600, 2\)"),
-        ({"angles": np.full((600, 3), np.nan)}, "angles is not finite at sample 0"),
-        ({"angles": np.full((600, 3), -1e6)}, r"angles reach 1e\+06 rad, which no rig can \(at most 10000\)"),
-        ({"rate_hz": 0.0}, "rate_hz = 0.0 Hz must be positive"),
-        ({"voltages": np.zeros((1, 2)), "angles": np.zeros((1, 3))}, "it has 1 sample, 2 are needed"),
-        ({"references": {"yaw": np.zeros(600)}}, "'yaw' is no axis"),
-    ],
-)
+@pytest.mark.parametrize(("change", "words"), [
+    ({"voltages": np.zeros((600, 3))}, r"voltages has shape \(600, 3\), \(600, 2\)"),
+    ({"angles": np.full((600, 3), np.nan)}, "angles is not finite at sample 0"),
+    ({"angles": np.full((600, 3), -1e6)}, r"angles reach 1e\+06 rad, which no rig can \(at most 10000\)"),
+    ({"rate_hz": 0.0}, "rate_hz = 0.0 Hz must be positive"),
+    ({"voltages": np.zeros((1, 2)), "angles": np.zeros((1, 3))}, "it has 1 sample, 2 are needed"),
+    ({"references": {"yaw": np.zeros(600)}}, "'yaw' is no axis"),
+])  # fmt: skip
 def test_a_log_that_contradicts_itself_is_refused(change, words):
     with pytest.raises(LogError, match=words):
         replace(some_log(), **change)
