@@ -71,6 +71,8 @@ def find_pushes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Ev
 
 def _without(record: Record, pushes: Sequence[Event], axes: Sequence[str], settled: bool = False) -> Record:
     """Leave the pushes of a record out of what counts, and let the filter know of them."""
+    if settled and not any(push.log == record.name for push in pushes):
+        return record
     counted = is_counted(record.time, passages(pushes).get(record.name, ()), settled)
     pushed = torques_of(pushes, record.name, record.time, axes)
     return replace(record, weights=record.weights * counted[:, None], pushed=pushed)
@@ -83,22 +85,20 @@ def _largest(
 
     What the filter does not know of pushes that are ``found`` is taken out of these first.
     """
-    axes, new = fitted.likelihood.rig.axes, list[Event]()
-    on_axes = [
-        [_Axis.of(fitted, record, e, i, [own for own in found if (own.log, own.axis) == (log.name, axis)])
-         for log, record, e in zip(logs, records, errors, strict=True)]
-        for i, axis in enumerate(axes)
-    ]  # fmt: skip
-    phi = [_dispersions(on_axis) for on_axis in on_axes]
-    for j, log in enumerate(logs):
-        S = np.array([0.5 * own[j].u**2 / of_axis[j] for own, of_axis in zip(on_axes, phi, strict=True)])
-        i, k, first = map(int, np.unravel_index(S.argmax(), S.shape))
-        if S[i, k, first] > UNKNOWN:
-            matched = on_axes[i][j]
-            start, end = first * matched.period, (first + WIDTHS[k]) * matched.period
-            size = -float(matched.u[k, first] / matched.root[k])  # e is what was measured less what was predicted
-            new.append(Event(log.name, axes[i], start, end, log.start + start, log.start + end, "force", size))
-    return new
+    best: list[tuple[float, Event | None]] = [(UNKNOWN, None) for _ in logs]
+    for i, axis in enumerate(fitted.likelihood.rig.axes):
+        on_axis = [_Axis.of(fitted, record, e, i, [own for own in found if (own.log, own.axis) == (log.name, axis)])
+                   for log, record, e in zip(logs, records, errors, strict=True)]  # fmt: skip
+        least, tau_squared = _dispersion(on_axis)
+        for j, (log, own) in enumerate(zip(logs, on_axis, strict=True)):
+            S = 0.5 * own.u**2 / (least + tau_squared * own.change**2)
+            k, first = map(int, np.unravel_index(S.argmax(), S.shape))
+            if S[k, first] > best[j][0]:
+                start, end = first * own.period, (first + WIDTHS[k]) * own.period
+                size = -float(own.u[k, first] / own.root[k])  # e is what was measured less what was predicted
+                push = Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
+                best[j] = float(S[k, first]), push
+    return [push for _, push in best if push]
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,13 +107,13 @@ class _Axis:
 
     period: float
     """Time [s] from one start to the next."""
-    u: Array
+    u: NDArray[np.float32]
     """u/sqrt(I) by width and start, standard normal in the air of the fit, zero where none may start, shape (W, n)."""
     root: Array
     """sqrt(I) by width for a torque of 1 rad/s^2, shape (W,)."""
     counts: NDArray[np.bool_]
     """Where a pulse may start, shape (n,)."""
-    change: Array
+    change: NDArray[np.float32]
     """v' [V/s] by width and start, shape (W, n)."""
 
     @classmethod
@@ -122,7 +122,6 @@ class _Axis:
         own, held, sigma = fitted.likelihood.filters(record, fitted.point)[axis], record.held, fitted.sigma[axis]
         inputs, w, period = record.slower.inputs, record.weights[:, axis], record.held * record.step
         rate = np.abs(np.diff(inputs, axis=0, prepend=inputs[:1])).sum(1) / period
-        change = [maximum_filter1d(rate, width + LAG, origin=(LAG - width + 1) // 2) for width in WIDTHS]
         on = [(record.time >= pulse.start) & (record.time < pulse.end) for pulse in found]
         torques = np.vstack((np.zeros((2, record.samples)), np.array(on, dtype=float).reshape(-1, record.samples)))
         begun = np.vstack((start_memory(own), np.zeros((len(found), 5))))
@@ -132,21 +131,24 @@ class _Axis:
         root = [np.linalg.norm(step - np.pad(step, (width * held, 0))[: len(step)]) for width in WIDTHS]
         counts, n = w[::held] > 0.0, len(rate)
         sums = np.pad(match_steps(own, w * left)[::held] / sigma**2, (0, WIDTHS[-1]))
-        u = [counts * (sums[:n] - sums[width : width + n]) / size for width, size in zip(WIDTHS, root, strict=True)]
-        return cls(period, np.array(u), np.array(root), counts, np.array(change))
+        u, change = np.empty((2, len(WIDTHS), n), dtype=np.float32)  # of long logs these are large
+        for k, width in enumerate(WIDTHS):
+            u[k] = counts * (sums[:n] - sums[width : width + n]) / root[k]
+            change[k] = maximum_filter1d(rate, width + LAG, origin=(LAG - width + 1) // 2)
+        return cls(period, u, np.array(root), counts, change)
 
 
-def _dispersions(logs: Sequence[_Axis]) -> list[Array]:
-    """Give phi (W, n) of one axis in each log, from all of them; a tenth of the samples may lie in pushes."""
-    u, change = (np.concatenate(parts, axis=1) for parts in
-                 zip(*((own.u[:, own.counts], own.change[:, own.counts]) for own in logs), strict=True))
-    if not u.shape[1]:
-        return [np.ones_like(own.change) for own in logs]
-    least = np.maximum(1.0, np.quantile(u**2, 1.0 - PUSHED, axis=1) / ndtri(1.0 - 0.5 * PUSHED) ** 2)
-    tau_squared = np.zeros_like(least)
-    for w, (own, rate) in enumerate(zip(u, change, strict=True)):
+def _dispersion(logs: Sequence[_Axis]) -> tuple[Array, Array]:
+    """Give phi_0 and tau^2 (W, 1) of one axis in all logs; a tenth of the samples may lie in pushes."""
+    least, tau_squared = np.ones((len(WIDTHS), 1)), np.zeros((len(WIDTHS), 1))
+    for w in range(len(WIDTHS)):
+        u, rate = (np.concatenate([part[w, own.counts] for own, part in parts])
+                   for parts in ([(own, own.u) for own in logs], [(own, own.change) for own in logs]))  # fmt: skip
+        if not len(u):
+            break
+        least[w] = max(1.0, float(np.quantile(u**2, 1.0 - PUSHED)) / ndtri(1.0 - 0.5 * PUSHED) ** 2)
         fastest = (rate >= np.quantile(rate, 1.0 - PUSHED)) & (rate > 0.0)
         if fastest.any():
-            beyond = (own[fastest] / ndtri(0.75)) ** 2 - least[w]  # the median of a squared normal deviate is .675^2
+            beyond = (u[fastest] / ndtri(0.75)) ** 2 - least[w]  # the median of a squared normal deviate is .675^2
             tau_squared[w] = max(0.0, float(np.median(beyond / rate[fastest] ** 2)))
-    return [least[:, None] + tau_squared[:, None] * own.change**2 for own in logs]
+    return least, tau_squared

@@ -249,10 +249,10 @@ def record_of(
 
 def torques_of(pushes: Sequence[Event], log: str, time: Array, axes: Sequence[str]) -> Array:
     """Torques [rad/s^2] of the pushes of a log at instants (N,) [s] since its first sample, shape (N, a)."""
-    found = np.zeros((len(time), len(axes)))
-    for push in pushes:
-        if push.log == log:
-            found[(time >= push.start) & (time < push.end), axes.index(push.axis)] += push.size
+    own = [push for push in pushes if push.log == log]
+    found = np.zeros((len(time), len(axes))) if own else np.broadcast_to(0.0, (len(time), len(axes)))  # takes no memory
+    for push in own:
+        found[(time >= push.start) & (time < push.end), axes.index(push.axis)] += push.size
     return found
 
 
