@@ -43,7 +43,8 @@ def bootstrap(
 ) -> list[ErrorFigure]:
     """Give what is read off the means (k,) of values (S_i, k) ``spacing`` [s] apart, with 95 % intervals.
 
-    Segments of :data:`.settings.BLOCK` s are drawn at random. ``after`` is monotonic, and read off their quantiles.
+    Segments of :data:`heli_identifier.tracing.settings.BLOCK` s are drawn at random. ``after`` is monotonic, and read
+    off their quantiles.
     """
     spacings = [spacing] * len(values) if isinstance(spacing, float) else spacing
     totals, lengths = [], []
@@ -62,10 +63,10 @@ def bootstrap(
 def change_figures(first: Sequence[Array], second: Sequence[Array], spacing: float) -> list[ErrorFigure]:
     """Root mean squares by axis of the second errors (S, a), ``spacing`` [s] apart, over those of the first, less 1."""
     pairs = [np.hstack(own) ** 2 for own in zip(first, second, strict=True)]
-    return bootstrap([own[np.isfinite(own).all(1)] for own in pairs], spacing, rms_ratio)
+    return bootstrap([own[np.isfinite(own).all(1)] for own in pairs], spacing, _rms_ratio)
 
 
-def rms_ratio(squares: Array) -> Array:
+def _rms_ratio(squares: Array) -> Array:
     """Root mean square of the second half of the columns over that of the first, less 1."""
     a = squares.shape[-1] // 2
     return np.sqrt(squares[..., a:] / np.maximum(squares[..., :a], 1e-300)) - 1.0

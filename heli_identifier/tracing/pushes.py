@@ -52,11 +52,10 @@ def find_pushes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Ev
     faults, logged = likelihood.faults, records_of(logs, likelihood.rig, left_out, settled=True)
     whole = [without(faults, record) for record in logged]
     while True:
-        raw = [_without(record, found, axes) for record in logged]
-        records = tuple(without(faults, record) for record in raw)
+        records, raw = (tuple(_without(record, found, axes) for record in own)
+                        for own in (whole, logged[:count] if faults else ()))  # fmt: skip
         if {push.log for push in found} & set(order[:count]):
-            part = replace(likelihood, records=records[:count], logged=tuple(raw[:count]) if faults else ())
-            fitted = fit(part, fitted.names, fitted)
+            fitted = fit(replace(likelihood, records=records[:count], logged=raw), fitted.names, fitted)
         errors = list(fitted.e)
         if beside := records[count:]:
             others = replace(likelihood, records=beside, faults={}, logged=())
