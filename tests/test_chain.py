@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from benchmarks.rigs import log_of, struck, windy_log, windy_logs
-from heli_identifier.chain import FAULTS, Event, find_slips, is_counted, passages, undo_delays, undo_faults, undo_slips
+from heli_identifier.chain import FAULTS, find_slips, is_counted, passages, undo_delays, undo_faults, undo_slips
 from heli_identifier.chain.inspection import estimate_jitter, inspect_logs
 from heli_identifier.errors import LogError
-from heli_identifier.records import Log
+from heli_identifier.records import Event, Log
 from heli_identifier.results import diagnose
 from heli_identifier.tracing import identify_plant
 from heli_identifier.tracing.settings import SETTLING
@@ -192,12 +192,11 @@ def test_a_controller_tells_by_how_much_an_angle_is_late_and_which_are_not_and_w
 def test_what_is_left_out_is_the_event_with_its_margins_and_what_the_filter_then_needs_to_settle():
     log = logs_of("none", 1)[0]
 
-    def left_out(start, end):
-        event = Event(log.name, "pitch", start, end, log.start + start, log.start + end, "force", 1.0)
-        return passages([event])[log.name]
+    def pushed(start, end):
+        return [Event(log.name, "pitch", start, end, log.start + start, log.start + end, "force", 1.0)]
 
-    ((start, end),) = left_out(30.0, 31.0)
+    ((start, end),) = passages(pushed(30.0, 31.0))
     assert start < 30.0 - 0.2 and end > 31.0 + 0.2  # the edges of an event are known to .2 s
-    used = is_counted(log.time, left_out(30.0, 31.0)).sum() * log.step
+    used = is_counted(log.time, pushed(30.0, 31.0)).sum() * log.step
     assert used == pytest.approx(log.duration - SETTLING - (end - start) - SETTLING, abs=3 * log.step)
-    assert not is_counted(log.time, left_out(0.0, 90.0)).any()
+    assert not is_counted(log.time, pushed(0.0, 90.0)).any()

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.rigs import likelihood_of as nothing_fitted
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
-from heli_identifier.records import Log
+from heli_identifier.records import Event, Log
 from heli_identifier.results import Use, hold_to, rms_figures
 from heli_identifier.results.held_out import _thin, compare, likelihood_of, use_of
 from heli_identifier.results.prediction import HORIZONS, Model, Run, simulate_record
@@ -101,6 +101,19 @@ def test_the_true_plant_predicts_an_exact_record_from_the_filters_state():
     swing = 1.0 - np.exp(-decay) * (np.cos(omega) + decay / omega * np.sin(omega))
     # an oscillator's answer to a step over 1 s, exact but for the damping's square beside omega^2
     np.testing.assert_allclose(difference[:, 1], -0.05 / TABLE_2.a_e * swing, rtol=2e-4)
+
+
+def test_a_filter_that_is_told_of_a_push_is_not_moved_by_it():
+    torques = np.zeros((len(VOLTAGES), 3))
+    torques[2000:2100, 0] = 0.5
+    start = EXACT_RECORD.start
+    pushed = replace(EXACT, angles=RIG.simulate(VOLTAGES, H, start, TABLE_2, torques))
+    event = Event("exact", "pitch", 2000 * H, 2100 * H, 2000 * H, 2100 * H, "force", 0.5)
+    told, silent = (
+        Run.along(model(), replace(record_of(log, RIG), start=start), np.zeros(3)).innovations
+        for log in (replace(pushed, events=(event,)), pushed)
+    )
+    assert np.abs(told).max() < 1e-9 < 1e-3 < np.abs(silent).max()  # rounding; over a count of the encoder
 
 
 @pytest.mark.parametrize("gain", ["k_x", "k_z", "k_y"])
@@ -202,17 +215,16 @@ def test_what_is_left_out_counts_in_no_figure_but_the_free_run(fits):
     pushed = log.angles.copy()
     rows = slice(2000, 2100)
     pushed[rows, 0] += 0.5 * np.sin(np.linspace(0.0, np.pi, 100)) ** 2
-    touched = replace(log, angles=pushed)
-    event = SimpleNamespace(log=log.name, start=20.0, end=21.0)
-    with_it = compare(before, after, [touched], {log.name: [(19.9, 21.1)]}, events=[event])
-    clean = compare(before, after, [log], {log.name: [(19.9, 21.1)]})
+    event = Event(log.name, "pitch", 20.0, 21.0, 20.0, 21.0, "slip", 0.0)
+    touched, log = replace(log, angles=pushed, events=(event,)), replace(log, events=(event,))
+    with_it, clean = compare(before, after, [touched], events=[event]), compare(before, after, [log])
     for axis in RIG.axes:
         # the filter has 2 s to forget the push
         ours, theirs = (found[0][axis].after.ahead_200ms.value for found in (with_it, clean))
         assert ours == pytest.approx(theirs, rel=0.05)
     assert with_it[2][0].events == (event,)
     with pytest.raises(LogError, match="no passage of the logs is long enough"):
-        compare(before, after, [log], {log.name: [(0.0, 60.0)]})
+        compare(before, after, [replace(log, events=(replace(event, start=0.0, end=60.0),))])
 
 
 def test_a_gate_passes_what_keeps_its_limit_and_names_what_does_not(compared, fits):

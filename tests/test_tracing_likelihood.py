@@ -9,7 +9,8 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 
 from benchmarks.rigs import likelihood_of, log_of, windy_logs
-from heli_identifier.records import Log
+from heli_identifier.chain import MARGIN
+from heli_identifier.records import Event, Log
 from heli_identifier.tracing import helicopter, sensitivity
 from heli_identifier.tracing import noise as filters
 from heli_identifier.tracing.fit import Fit, around, bounded_step, covariance, fit, fit_own_spread
@@ -155,8 +156,9 @@ def test_a_resting_axis_counts_nowhere_nor_a_passage_that_is_left_out_until_the_
     rig = helicopter([still])
     weights = record_of(still, rig).weights
     assert weights[:, 1].sum() == 0.0 and weights[:, 0].mean() > 0.9
-    assert records_of((still,), rig, {})[0].weights[:, 1].sum() == 0.0
-    record = record_of(log, rig, {log.name: [(10.0, 12.0)]})
+    assert records_of((still,), rig)[0].weights[:, 1].sum() == 0.0
+    event = Event(log.name, "pitch", 10.0 + MARGIN, 12.0 - MARGIN, 10.0, 12.0, "slip", 0.0)
+    record = record_of(replace(log, events=(event,)), rig)
     inside = (record.time >= 10.0) & (record.time <= 14.0)
     assert record.weights[inside].sum() == 0.0 and record.weights[~inside].any()
     # an arm that rests in flight hovers: at the median voltage thrust carries the weight; a_e is expected at 0

@@ -37,7 +37,7 @@ def flown(seed, kind="clean", pushed=False):
 def pushes_in(logs, beside=0):
     """Pushes beside the simplified model, fitted to all logs but the last ``beside``."""
     likelihood = Likelihood.of(logs[: len(logs) - beside], helicopter(logs))
-    return find_pushes(fit(likelihood, likelihood.rig.base), logs, {})
+    return find_pushes(fit(likelihood, likelihood.rig.base), logs)
 
 
 def check_pushes(events, logs, pushes):
@@ -96,6 +96,15 @@ def test_an_elevation_that_was_zeroed_elsewhere_is_shifted_and_a_curve_of_the_th
     assert note.startswith("log0: its elevation reads 0.6")
     for name in ("k_x", "k_z", "k_y"):  # a fortieth of the gain; the offset itself costs a little of what is known
         assert other.plant.estimate(name) == pytest.approx(found.plant.estimate(name), rel=0.025)
+
+
+def test_events_that_are_kept_are_listed_and_neither_left_out_nor_known_to_the_filter():
+    """Nor where the catalogue is searched a second time, as a log was zeroed elsewhere."""
+    logs = flown(11, pushed=True)
+    zeroed = [replace(logs[0], angles=logs[0].angles - [0.0, 0.6, 0.0]), *logs[1:]]
+    kept = identify_plant(zeroed, DiagnosisSettings(keep_events=True))
+    assert len(kept.events) == 3 and any("reads" in note for note in kept.notes)
+    assert all(own.pushed is None and not own.left_out for own in kept.plant.likelihood.records)
 
 
 @pytest.mark.slow

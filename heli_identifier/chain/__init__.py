@@ -7,6 +7,16 @@ such as columns that are alike, is found by the functions of :mod:`.inspection`.
 
 # ruff: noqa: F401 - this is the door
 from .answers import controller_samples, undo_delays
-from .events import MARGIN, SETTLING, Event, event_notes, find_slips, is_counted, local_cubic, passages, undo_slips
+from .events import (
+    MARGIN,
+    SETTLING,
+    event_notes,
+    find_slips,
+    is_counted,
+    local_cubic,
+    mark_events,
+    passages,
+    undo_slips,
+)
 from .faults import FAULTS, Fault, undo_faults
 from .inspection import BENDING, TIMING, Defect, inspect_logs

@@ -8,17 +8,14 @@ Source of the local cubics: Savitzky and Golay 1964.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import savgol_filter
 
-from heli_identifier.records import ANGLES, Array, Log
-
-EventKind = Literal["force", "slip"]
+from heli_identifier.records import ANGLES, Array, Event, Log
 
 SETTLING = 2.0
 """Start of a log [s] that its filter needs to settle, left out: five times the correlation time of the air."""
@@ -35,28 +32,6 @@ RATE_WINDOW, NOISE_QUANTILE, NOISE_FACTOR = 0.1, 0.995, 3.0
 than this quantile of what differences exceed their neighbours' range by."""
 
 
-@dataclass(frozen=True)
-class Event:
-    """A passage of a log in which something acts that is not the plant."""
-
-    log: str
-    """Name of the log."""
-    axis: str
-    """Pitch, elevation or travel."""
-    start: float
-    """Since the log's first sample [s]."""
-    end: float
-    """Since the log's first sample [s]."""
-    start_in_file: float
-    """In the time of the log's file [s]."""
-    end_in_file: float
-    """In the time of the log's file [s]."""
-    kind: EventKind
-    """`force` for a force from outside, `slip` for a step of the encoder's reading."""
-    size: float
-    """The acceleration of a force [rad/s^2], or the step of a slip [rad], with its sign."""
-
-
 def find_slips(logs: Sequence[Log]) -> tuple[Event, ...]:
     """Find the slips of the encoders in logs of one rig, log by log, axis by axis, in order of time."""
     records = [_reduce_log(log) for log in logs]
@@ -68,12 +43,18 @@ def find_slips(logs: Sequence[Log]) -> tuple[Event, ...]:
     )
 
 
-def passages(events: Sequence[Event]) -> dict[str, list[tuple[float, float]]]:
-    """Give what is left out of the logs: per log start and end [s] since its first sample, in order of time."""
-    out: dict[str, list[tuple[float, float]]] = {}
-    for event in sorted(events, key=lambda event: event.start):
-        out.setdefault(event.log, []).append((event.start - MARGIN, event.end + MARGIN))
-    return out
+def mark_events(logs: Sequence[Log], events: Sequence[Event]) -> tuple[Log, ...]:
+    """Give logs with those of the events that are theirs, beside those that they have, in order of time."""
+    found = list[Log]()
+    for log in logs:
+        own = [event for event in events if event.log == log.name]
+        found.append(replace(log, events=tuple(sorted((*log.events, *own), key=lambda event: event.start))))
+    return tuple(found)
+
+
+def passages(events: Sequence[Event]) -> list[tuple[float, float]]:
+    """Give what is left out around the events of a log: start and end [s] since its first sample."""
+    return [(event.start - MARGIN, event.end + MARGIN) for event in events]
 
 
 def undo_slips(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
@@ -92,13 +73,13 @@ def undo_slips(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log,
     return tuple(found), tuple(notes)
 
 
-def is_counted(time: Array, left_out: Sequence[tuple[float, float]], settled: bool = False) -> NDArray[np.bool_]:
-    """Whether instants [s] of a log count: outside of passages and of what the filter needs to settle behind them.
+def is_counted(time: Array, events: Sequence[Event], settled: bool = False) -> NDArray[np.bool_]:
+    """Whether instants [s] of a log count: outside of its events and of what the filter needs to settle behind them.
 
     So much does the start of a log not count either, but as long as the motors need where the filter is ``settled``.
     """
     counts = time > (MARGIN if settled else SETTLING)
-    for start, end in left_out:
+    for start, end in passages(events):
         counts &= (time < start) | (time > end + SETTLING)
     return counts
 
@@ -110,7 +91,7 @@ def event_notes(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, ...]
         own = sorted((event for event in events if event.log == log.name), key=lambda event: event.start)
         if own:
             said = ", ".join(f"{e.axis} {e.start_in_file:.1f} to {e.end_in_file:.1f} s" for e in own)
-            used = float(is_counted(log.time, passages(own)[log.name]).sum() * log.step)
+            used = float(is_counted(log.time, own).sum() * log.step)
             rest = f"{used:.1f} of {log.duration:.1f} s are used" if used else "nothing remains of it"
             notes.append(
                 f"{log.name}: something other than the plant acted on it ({said}); {rest} (--keep-events keeps them)"

@@ -20,6 +20,7 @@ from .data_set import read_logs as read_logs
 from .guess import guess as guess
 from .heli_toml import read_configuration as read_configuration
 from .heli_toml import write_template as write_template
+from .log import Event as Event
 from .log import Log as Log
 from .log import write_log as write_log
 from .overlap import shared_flight as shared_flight

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +19,31 @@ from .units import ANGLES, CONTRACT_HEADERS
 
 FARTHEST_TRAVEL = 1e4
 """Largest travel either way [rad]: 1600 turns, an hour of flight at half a turn a second."""
+
+
+EventKind = Literal["force", "slip"]
+
+
+@dataclass(frozen=True)
+class Event:
+    """A passage of a log in which something acts that is not the plant."""
+
+    log: str
+    """Name of the log."""
+    axis: str
+    """Pitch, elevation or travel."""
+    start: float
+    """Since the log's first sample [s]."""
+    end: float
+    """Since the log's first sample [s]."""
+    start_in_file: float
+    """In the time of the log's file [s]."""
+    end_in_file: float
+    """In the time of the log's file [s]."""
+    kind: EventKind
+    """`force` for a force from outside, `slip` for a step of the encoder's reading."""
+    size: float
+    """The acceleration of a force [rad/s^2], or the step of a slip [rad], with its sign."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,6 +75,8 @@ class Log:
     """What was asked of the controller, by axis (pitch, elevation, travel), shape (N,) each [rad]."""
     configuration: RigConfiguration | None = None
     """The rig's, if the log was read with one."""
+    events: tuple[Event, ...] = ()
+    """Passages in which something else than the plant acts: a fit leaves them out, and knows of the forces in them."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate_hz", float(self.rate_hz))
@@ -70,7 +98,8 @@ class Log:
             reached = float(np.abs(values).max(initial=0.0))
             beyond = f"{what} reach {reached:.4g} {unit}, which no rig can (at most {most:g}); give them in {unit}"
             self._require(reached <= most, beyond)
-        wrong = next((axis for axis in self.references if axis not in ANGLES), None)
+        named = (*self.references, *(event.axis for event in self.events))
+        wrong = next((axis for axis in named if axis not in ANGLES), None)
         self._require(wrong is None, f"{wrong!r} is no axis; choose one of {', '.join(ANGLES)}")
         self._require(0.0 < self.rate_hz < inf, f"rate_hz = {self.rate_hz} Hz must be positive")
         self._require(count >= 2, f"it has {count} sample{'' if count == 1 else 's'}, 2 are needed")

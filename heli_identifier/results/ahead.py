@@ -8,10 +8,9 @@ import numpy as np
 from heli_identifier.records import Log
 from heli_identifier.results.bootstrap import rms_figures
 from heli_identifier.results.diagnosis import ErrorFigure
-from heli_identifier.results.held_out import clear_passages
 from heli_identifier.results.prediction import HORIZONS, SPACING, Model, Run
 from heli_identifier.tracing.helicopter import helicopter
-from heli_identifier.tracing.rig import NOTHING, LeftOut, Parameters, record_of
+from heli_identifier.tracing.rig import Parameters, record_of
 
 
 @dataclass(frozen=True)
@@ -30,18 +29,16 @@ class Outcome:
 
 
 def errors_ahead(
-    parameters: Parameters, logs: Sequence[Log], figure: str = "prediction_1s", left_out: LeftOut = NOTHING
+    parameters: Parameters, logs: Sequence[Log], figure: str = "prediction_1s"
 ) -> list[tuple[str, str, ErrorFigure]]:
     """Predict ``logs`` ahead with ``parameters`` alone, and give log, axis and error [rad], log by log.
 
     ``figure`` is one of :data:`.prediction.HORIZONS`; from the filter's state it is larger than that of a fit, which
-    knows the air. Passages ``left_out`` do not count.
+    knows the air. The events of the logs do not count.
     """
     rig, errors = helicopter(logs), list[tuple[str, str, ErrorFigure]]()
     for own in logs:
-        record = record_of(own, rig)
-        clear = clear_passages(record, left_out.get(own.name, ()))
-        run = Run.along(Model.alone(rig, parameters), record, np.zeros(len(rig.axes)), clear)
+        run = Run.along(Model.alone(rig, parameters), record_of(own, rig), np.zeros(len(rig.axes)))
         said = f"log {own.name}, error over {HORIZONS[figure]:g} s"
         figures = rms_figures([run.errors()[figure]], SPACING, said)
         errors += [(own.name, axis, error) for axis, error in zip(rig.axes, figures, strict=True)]

@@ -81,11 +81,11 @@ def diagnose(
     faults = log_faults(found.selection, found.defects)
     tell("comparing before and after", 0.7)
     axes, nats, series = compare(
-        before, after, found.beside, found.left_out, found.parameters, found.events, found.references.closed_loop
+        before, after, found.beside, found.parameters, found.events, found.references.closed_loop
     )
     plant, ahead = _plant(after, effects), dict[str, float]()
     if found.references.closed_loop:
-        for _, axis, error in errors_ahead(plant, (*found.logs, *found.beside), "ahead_200ms", found.left_out):
+        for _, axis, error in errors_ahead(plant, (*found.logs, *found.beside), "ahead_200ms"):
             ahead[axis] = max(error.value, ahead.get(axis, 0.0))
     chi2 = {name: judged for name, own in (("before", before), ("after", after)) if (judged := _judged(found, own))}
     stated = {(own.name, own.axis) for own in (*effects, *possible) if own.in_plant}
@@ -136,7 +136,7 @@ def diagnose(
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
             *event_notes((*training, *kept), () if settings.keep_events else found.events),
             *found.notes,
-            *stranger_notes(after, (*found.logs, *found.beside), found.left_out),
+            *stranger_notes(after, (*found.logs, *found.beside)),
             *found.references.notes,
             *_plant_notes(found, settings.effects),
             *_size_notes(effects),

@@ -11,10 +11,9 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from heli_identifier.chain import Event
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
-from heli_identifier.records import Log
+from heli_identifier.records import Event, Log
 from heli_identifier.tracing import (
     Agreement,
     Array,

@@ -32,8 +32,7 @@ import numpy as np
 from scipy.signal import correlate
 from scipy.special import chdtrc
 
-from heli_identifier.chain import Event
-from heli_identifier.records import Log
+from heli_identifier.records import Event, Log
 from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
 from heli_identifier.results.prediction import FLOWN, HORIZONS, SPACING, Model, Run, simulate_record
@@ -42,7 +41,7 @@ from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood, without
 from heli_identifier.tracing.noise import filters, recolour
 from heli_identifier.tracing.references import CHANNELS, controllers_of
-from heli_identifier.tracing.rig import NOTHING, Array, LeftOut, Parameters, Record, records_of
+from heli_identifier.tracing.rig import Array, Parameters, Record, records_of
 from heli_identifier.tracing.settings import HUBER
 from heli_identifier.tracing.statements import Determination, ParameterReport
 
@@ -50,11 +49,10 @@ WHITE_TIME = 1.0
 """Time [s] of the lags of a test for whiteness: beyond it the filter has taken for air what a plant lacks."""
 
 
-def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]] | None = None) -> tuple[Run, Array]:
+def likelihood_of(model: Model, record: Record) -> tuple[Run, Array]:
     """Fit what a log has of its own, run a model along it, and give ln p (N,) of every sample.
 
-    The run has the log's torques, start and zeros, and the gains of the plant; its predictions lie ``within`` passages
-    [samples].
+    The run has the log's torques, start and zeros, and the gains of the plant.
     """
     likelihood, sigma = Likelihood(model.rig, (record,), model.widths), model.scales(record.step)
     fitted = fit_own(likelihood, likelihood.resting(model.parameters, model.z), sigma)
@@ -64,32 +62,31 @@ def likelihood_of(model: Model, record: Record, within: Sequence[tuple[int, int]
     u = np.abs(fitted.e[0]) / sigma
     loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
     density = -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - of_log / record.samples
-    return Run.along(model, record, b[: len(sigma)], within, likelihood.align(0, fitted.point)), density
+    return Run.along(model, record, b[: len(sigma)], likelihood.align(0, fitted.point)), density
 
 
 def compare(
     before: Fit,
     after: Fit,
     logs: Sequence[Log],
-    left_out: LeftOut = NOTHING,
     reports: Mapping[str, ParameterReport] = {},
     events: Sequence[Event] = (),
     closed_loop: bool = False,
 ) -> tuple[dict[str, AxisReport], HeldOutLikelihood, tuple[HeldOutSeries, ...]]:
     """Compare plants that were fitted to training logs on held-out ``logs``.
 
-    Passages ``left_out`` count in the free run only, ``events`` are shown. ``reports`` say what the parameters of the
-    plant after rest on; a gain that is not among them was given. Under a controller (``closed_loop``) the voltages
-    answer the air within 1 s, so what an axis may be used for is then judged over .2 s from the filter's state, and not
-    over 1 s under the measured voltages.
+    The events of the logs count in the free run only; those that are shown are ``events``. ``reports`` say what the
+    parameters of the plant after rest on; a gain that is not among them was given. Under a controller
+    (``closed_loop``) the voltages answer the air within 1 s, so what an axis may be used for is then judged over .2 s
+    from the filter's state, and not over 1 s under the measured voltages.
 
     Raises
     ------
     LogError
         No passage is long enough for a prediction over two seconds.
     """
-    rig, records = after.likelihood.rig, _records(before, after, logs, left_out)
-    first, second = (_Held.of(Model.of(fitted), records, left_out, logs) for fitted in (before, after))
+    rig, records = after.likelihood.rig, _records(before, after, logs)
+    first, second = (_Held.of(Model.of(fitted), records, logs) for fitted in (before, after))
     models, judged = {"before": first, "after": second}, "ahead_200ms" if closed_loop else "prediction_1s"
     stays = rms_figures([run.measured(0.2) - run.record.angles[run.at] for run in second.runs], *_AHEAD["ahead_200ms"])
     flown, length = _fly_again(models, logs, stays) if closed_loop else ({}, 0.0)
@@ -132,10 +129,10 @@ _AHEAD["closed_loop_3s"] = (SPACING, f"closed-loop error over {FLOWN:g} s")
 """Of errors from many starts: the time from one to the next [s], and what a message calls them."""
 
 
-def _records(before: Fit, after: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Record, ...]:
+def _records(before: Fit, after: Fit, logs: Sequence[Log]) -> tuple[Record, ...]:
     """Prepare held-out logs; an axis without a noise model has no likelihood, and faults are undone as in training."""
     known, likelihood = before.counts & after.counts, after.likelihood
-    records = records_of(logs, likelihood.rig, left_out)
+    records = records_of(logs, likelihood.rig)
     return tuple(without(likelihood.faults, replace(own, weights=own.weights * known)) for own in records)
 
 
@@ -154,9 +151,9 @@ class _Held:
     """Angles (N, a) [rad] of the plant alone under the voltages, at the rate of the log."""
 
     @classmethod
-    def of(cls, model: Model, records: Sequence[Record], left_out: LeftOut, logs: Sequence[Log]) -> "_Held":
+    def of(cls, model: Model, records: Sequence[Record], logs: Sequence[Log]) -> "_Held":
         """Run a model along the logs."""
-        found = [likelihood_of(model, own, clear_passages(own, left_out.get(own.name, ()))) for own in records]
+        found = [likelihood_of(model, own) for own in records]
         begun = [model.rig.begin(log.angles, log.voltages, log.step) for log in logs]
         alone = [model.rig.simulate(log.voltages, log.step, start, model.parameters)
                  for log, start in zip(logs, begun, strict=True)]  # fmt: skip
@@ -201,15 +198,6 @@ class _Held:
 def _errors(runs: Sequence[Run]) -> dict[str, list[Array]]:
     found = [run.errors() for run in runs]
     return {name: [own[name] for own in found] for name in HORIZONS}
-
-
-def clear_passages(record: Record, left_out: Sequence[tuple[float, float]]) -> list[tuple[int, int]]:
-    """Passages of a record, in samples, outside of what is left out."""
-    clear = np.ones(record.samples, dtype=bool)
-    for start, end in left_out:
-        clear[(record.time >= start) & (record.time <= end)] = False
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], clear, [False])))).tolist()
-    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 _Stretches = dict[int, tuple[list[int], Array]]

@@ -125,22 +125,17 @@ class Run:
     model: Model
     record: Record
     aligned: Record
-    """The record with the log's own start and zeros, along which the filter runs."""
+    """The record with the log's own start and zeros, along which the filter runs, pushes that are known beside it."""
     offset: Array
     passages: Sequence[Passage]
     """The filter settles in each of them before the first prediction starts."""
 
     @classmethod
-    def along(
-        cls, model: Model, record: Record, offset: Array, within: Sequence[tuple[int, int]] | None = None,
-        aligned: Record | None = None,
-    ) -> "Run":  # fmt: skip
-        """Run on from the start of a record; predictions lie ``within`` passages, by default anywhere."""
-        whole = cls(model, record, aligned or record, offset, [(0, record.samples, None)])
-        if within is None:
-            return whole
-        states = whole.states([first for first, _ in within])
-        return replace(whole, passages=[(*own, state) for own, state in zip(within, states, strict=True)])
+    def along(cls, model: Model, record: Record, offset: Array, aligned: Record | None = None) -> "Run":
+        """Run on from the start of a record; predictions lie outside of what it leaves out."""
+        whole = cls(model, record, aligned or record, offset, ())
+        states = whole.states([first for first, _ in record.clear])
+        return replace(whole, passages=[(*own, state) for own, state in zip(record.clear, states, strict=True)])
 
     @cached_property
     def gains(self) -> Array:
@@ -150,13 +145,18 @@ class Run:
     @cached_property
     def innovations(self) -> Array:
         """Innovations [rad] of the whole record, shape (N, a)."""
-        return self.model.run(self.aligned, self.gains, self.offset, 0, self.record.samples, None)[1]
+        return self.model.run(self.aligned, self.gains, self.torque, 0, self.record.samples, None)[1]
+
+    @property
+    def torque(self) -> Array:
+        """Torque [rad/s^2] beside the air, (a,), or (N, a) where pushes are known."""
+        return self.record.torque(self.offset)
 
     def states(self, samples: Iterable[int], first: int = 0, state: Array | None = None) -> list[Array]:
         """Give the filter's states before samples in ascending order, from that before the ``first``."""
         found = list[Array]()
         for sample in samples:
-            state, _ = self.model.run(self.aligned, self.gains, self.offset, first, sample, state)
+            state, _ = self.model.run(self.aligned, self.gains, self.torque, first, sample, state)
             first = sample
             found.append(state)
         return found

@@ -16,15 +16,14 @@ from heli_identifier.chain import (
     FAULTS,
     TIMING,
     Defect,
-    Event,
     find_slips,
     inspect_logs,
-    passages,
+    mark_events,
     undo_delays,
     undo_slips,
 )
 from heli_identifier.errors import LogError
-from heli_identifier.records import ANGLES, Log, check_excitation, check_moving, read_logs
+from heli_identifier.records import ANGLES, Event, Log, check_excitation, check_moving, read_logs
 
 from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
 from .fit import Fit, covariance, fit, fit_own_spread
@@ -33,11 +32,11 @@ from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .pushes import find_pushes
 from .references import References, find_references
-from .rig import Effect, LeftOut, average_blocks
+from .rig import Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, halves_agree, left_out_gain, open_structure, select
 from .settings import KEPT, SETTLING, UNKNOWN, DiagnosisSettings
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
-from .strangers import find_zeros, refuse_mirrored, shift_zeros, sign_notes
+from .strangers import align_zeros, refuse_mirrored, sign_notes
 from .unknown import search_unknown
 
 Progress = Callable[[str, float], None]
@@ -55,8 +54,7 @@ class Identification:
 
     logs: tuple[Log, ...]
     beside: tuple[Log, ...]
-    """logs, beside: As they were used: late angles and slips undone, zeros aligned."""
-    left_out: LeftOut
+    """logs, beside: As they were used: late angles and slips undone, zeros aligned, with events that are left out."""
     selection: Selection
     """The search; its ``null`` is the fit of the simplified model."""
     unknown: tuple[FoundEffect, ...]
@@ -78,7 +76,7 @@ class Identification:
     parameters: Mapping[str, ParameterReport]
     """By the plant's fields."""
     events: tuple[Event, ...]
-    """Passages in which something other than the plant acts."""
+    """Passages in which something other than the plant acts, left out or not."""
     agreement: Agreement | None
     """Of disjoint halves of the logs; None for a single log."""
     notes: tuple[str, ...]
@@ -164,25 +162,21 @@ def identify_plant(
     defects = (*defects, *late)
     events = find_slips(used)
     used, slips = undo_slips(used, () if given.keep_events else events)
+    used = used if given.keep_events else mark_events(used, events)
     rig = helicopter(used[:count], given)
     faults = (e for e in FAULT_EFFECTS if e.name != "late" or e.axis not in prompt)
     candidates = (*(e for e in rig.candidates if e.family not in imitated), *faults)
-    left_out = {} if given.keep_events else passages(events)
     tell("fitting the model and searching the catalogue", 0.1)
-    selection, unknown = _search(Likelihood.of(used[:count], rig, left_out), candidates, defects)
+    selection, unknown = _search(Likelihood.of(used[:count], rig), candidates, defects)
     tell("looking for passages in which something else acts", 0.3)
-    found, zeros = selection.fit, find_zeros(selection.fit, used, left_out)
-    used, shifted = shift_zeros(used, zeros)
-    if zeros[:count].any():
-        again = Likelihood.of(used[:count], rig, left_out).undo_faults(found.likelihood.faults)
-        found = fit(replace(again, widths=found.likelihood.widths), found.names, found)
-    pushes = find_pushes(found, used, passages(events))
-    order = [log.name for log in used]
-    events = tuple(sorted((*events, *pushes), key=lambda event: (order.index(event.log), event.start)))
-    training, kept, left_out = used[:count], used[count:], {} if given.keep_events else passages(events)
-    if zeros[:count].any() or {push.log for push in pushes} & left_out.keys() & set(order[:count]):
+    found, used, shifted = align_zeros(selection.fit, used)
+    pushes = find_pushes(found, mark_events(used, events) if given.keep_events else used)
+    used = used if given.keep_events else mark_events(used, pushes)
+    training, kept = used[:count], used[count:]
+    pushed = {push.log for push in pushes} & {log.name for log in training if log.events}
+    if found is not selection.fit or pushed:
         tell("searching the catalogue again without these", 0.4)
-        selection, unknown = _search(Likelihood.of(training, rig, left_out, pushes), candidates, defects)
+        selection, unknown = _search(Likelihood.of(training, rig), candidates, defects)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
     if idle := _idle(plant, selection):
@@ -194,8 +188,10 @@ def identify_plant(
     tell("asking the references", 0.6)
     references = find_references(training)
     outside = _outside(plant, training, references)
+    order = [log.name for log in used]
+    events = tuple(sorted((*events, *pushes), key=lambda event: (order.index(event.log), event.start)))
     return Identification(
-        training, kept, left_out, selection, unknown, defects, prompt, plant, C, gains, references, outside,
+        training, kept, selection, unknown, defects, prompt, plant, C, gains, references, outside,
         parameter_reports(plant, C, outside, structure), events, halves_agree(selection.last),
         (*slips, *shifted, *sign_notes(estimates(selection.null, covariance(selection.null), rig.gains))),
     )  # fmt: skip

@@ -27,12 +27,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.chain import Event, Fault, undo_faults
+from heli_identifier.chain import Fault, undo_faults
 from heli_identifier.records import Log
 
 from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, recolour
-from .rig import NOTHING, Array, Coordinate, LeftOut, Parameters, Record, records_of
+from .rig import Array, Coordinate, Parameters, Record, records_of
 from .settings import COARSE, HUBER, OWN
 
 NO_HARMONICS = np.empty((0, 4))
@@ -78,11 +78,9 @@ class Likelihood:
     """The records as they were logged; empty where nothing is undone."""
 
     @classmethod
-    def of(
-        cls, logs: Sequence[Log], rig: Rig, left_out: LeftOut = NOTHING, pushes: Sequence[Event] = ()
-    ) -> "Likelihood":
-        """Give the likelihood of logs, the passages ``left_out`` of which do not count and in which ``pushes`` act."""
-        return cls(rig, records_of(logs, rig, left_out, pushes), np.repeat(OWN, len(rig.axes)))
+    def of(cls, logs: Sequence[Log], rig: Rig) -> "Likelihood":
+        """Give the likelihood of logs."""
+        return cls(rig, records_of(logs, rig), np.repeat(OWN, len(rig.axes)))
 
     def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
         """Give the point of a plant in the air of any rig, or in ``z`` (5, a), whose logs have nothing of their own."""
@@ -206,7 +204,7 @@ class Likelihood:
         e, motion = np.empty_like(record.angles), np.empty((record.samples, 2 * a))
         K = gains(self.filters(record, point))
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
-        torque = point.own[i, :a] + record.pushed if record.pushed.any() else point.own[i, :a]
+        torque = record.torque(point.own[i, :a])
         self.rig.filter(self.align(i, point), p, K, torque, harmonics, 0, record.samples, None, e, motion)
         return e, motion[:: record.held].copy()
 

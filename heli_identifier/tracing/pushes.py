@@ -26,13 +26,13 @@ from scipy.ndimage import maximum_filter1d
 from scipy.signal import lfilter
 from scipy.special import ndtri
 
-from heli_identifier.chain import MARGIN, Event, is_counted, passages
-from heli_identifier.records import Log
+from heli_identifier.chain import MARGIN
+from heli_identifier.records import Event, Log
 
 from .fit import Fit, fit, fit_own
 from .likelihood import without
 from .noise import error_dynamics, match_steps, start_memory
-from .rig import Array, LeftOut, Record, records_of, torques_of
+from .rig import Array, Record, records_of
 from .settings import PUSHED, SEEN_AT, SETTLING, UNKNOWN
 from .strangers import without_own
 
@@ -42,62 +42,57 @@ WIDTHS = range(LAG, int(SETTLING * SEEN_AT) + 1)
 longer is air to the filter. For a time LAG a step of the voltages acts through the motors."""
 
 
-def find_pushes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[Event, ...]:
+def find_pushes(fitted: Fit, logs: Sequence[Log]) -> tuple[Event, ...]:
     """Find the pushes in logs, the first of which are those of the fit, whatever was left out of it.
 
-    Passages ``left_out`` do not count. A log may begin with a push: a rig takes off, or a hand lets go of it.
+    The events of the logs do not count. A log may begin with a push: a rig takes off, or a hand lets go of it.
     """
-    likelihood, count, found = fitted.likelihood, len(fitted.e), list[Event]()
-    axes, order = likelihood.rig.axes, [log.name for log in logs]
-    faults, logged = likelihood.faults, records_of(logs, likelihood.rig, left_out, settled=True)
-    whole = [without(faults, record) for record in logged]
+    likelihood, axes, count = fitted.likelihood, fitted.likelihood.rig.axes, len(fitted.e)
+    logged = records_of(logs, likelihood.rig, settled=True)
+    whole, raw = [without(likelihood.faults, own) for own in logged], logged[:count] if likelihood.faults else ()
+    events, found = [log.events for log in logs], list[Event]()
     while True:
-        records, raw = (tuple(_without(record, found, axes) for record in own)
-                        for own in (whole, logged[:count] if faults else ()))  # fmt: skip
-        if {push.log for push in found} & set(order[:count]):
-            fitted = fit(replace(likelihood, records=records[:count], logged=raw), fitted.names, fitted)
+        records = tuple(own.mark(of_log, axes) for own, of_log in zip(whole, events, strict=True))
+        if {push.log for push in found} & {log.name for log in logs[:count]}:
+            before = tuple(own.mark(of_log, axes) for own, of_log in zip(raw, events, strict=False))
+            fitted = fit(replace(likelihood, records=records[:count], logged=before), fitted.names, fitted)
         errors = list(fitted.e)
         if beside := records[count:]:
             others = replace(likelihood, records=beside, faults={}, logged=())
             own = fit_own(others, others.resting(fitted.parameters, fitted.point.z), fitted.sigma)
             errors += [without_own(fitted, record, e)[1] for record, e in zip(beside, own.e, strict=True)]
         clear = [np.where(own.weights > 0.0, e, 0.0) for own, e in zip(whole, errors, strict=True)]
-        new = _largest(fitted, logs, [_without(own, found, axes, settled=True) for own in whole], clear, found)
-        if not new:
+        settled = [own.mark(of_log, axes, settled=True) for own, of_log in zip(whole, events, strict=True)]
+        new = _largest(fitted, logs, settled, clear, events)
+        if not any(new):
             return tuple(found)
-        found += new
-
-
-def _without(record: Record, pushes: Sequence[Event], axes: Sequence[str], settled: bool = False) -> Record:
-    """Leave the pushes of a record out of what counts, and let the filter know of them."""
-    if settled and not any(push.log == record.name for push in pushes):
-        return record
-    counted = is_counted(record.time, passages(pushes).get(record.name, ()), settled)
-    pushed = torques_of(pushes, record.name, record.time, axes)
-    return replace(record, weights=record.weights * counted[:, None], pushed=pushed)
+        found += [push for push in new if push]
+        events = [(*of_log, push) if push else of_log for of_log, push in zip(events, new, strict=True)]
 
 
 def _largest(
-    fitted: Fit, logs: Sequence[Log], records: Sequence[Record], errors: Sequence[Array], found: Sequence[Event]
-) -> list[Event]:
+    fitted: Fit, logs: Sequence[Log], records: Sequence[Record], errors: Sequence[Array],
+    events: Sequence[Sequence[Event]],
+) -> list[Event | None]:  # fmt: skip
     """Find the largest push of every log, outside of what the records leave out, in innovations (N, a) of a fit.
 
-    What the filter does not know of pushes that are ``found`` is taken out of these first.
+    What the filter does not know of the pushes among their ``events`` is taken out of these first.
     """
-    best: list[tuple[float, Event | None]] = [(UNKNOWN, None) for _ in logs]
+    best, found = np.full(len(logs), UNKNOWN), list[Event | None]([None] * len(logs))
     for i, axis in enumerate(fitted.likelihood.rig.axes):
-        on_axis = [_Axis.of(fitted, record, e, i, [own for own in found if (own.log, own.axis) == (log.name, axis)])
-                   for log, record, e in zip(logs, records, errors, strict=True)]  # fmt: skip
+        known = [[own for own in of_log if own.kind == "force" and own.axis == axis] for of_log in events]
+        on_axis = [_Axis.of(fitted, record, e, i, pulses)
+                   for record, e, pulses in zip(records, errors, known, strict=True)]  # fmt: skip
         least, tau_squared = _dispersion(on_axis)
         for j, (log, own) in enumerate(zip(logs, on_axis, strict=True)):
             S = 0.5 * own.u**2 / (least + tau_squared * own.change**2)
             k, first = map(int, np.unravel_index(S.argmax(), S.shape))
-            if S[k, first] > best[j][0]:
+            if S[k, first] > best[j]:
                 start, end = first * own.period, (first + WIDTHS[k]) * own.period
                 size = -float(own.u[k, first] / own.root[k])  # e is what was measured less what was predicted
-                push = Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
-                best[j] = float(S[k, first]), push
-    return [push for _, push in best if push]
+                best[j] = S[k, first]
+                found[j] = Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
+    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from heli_identifier.chain import Event, Fault, is_counted
-from heli_identifier.records import Log
+from heli_identifier.chain import Fault, is_counted, passages
+from heli_identifier.records import Event, Log
 
 from .settings import (
     BLOCK,
@@ -171,9 +171,11 @@ class Record:
     shape (N, a)."""
     start: Array
     """State of the plant at the first sample, shape (n,)."""
-    pushed: Array
-    """Torques of pushes that are known [rad/s^2], shape (N, a): in calm air a filter that does not know of a push takes
-    long to forget it."""
+    left_out: Sequence[tuple[float, float]] = ()
+    """Passages (start, end) [s] in which something else than the plant acts."""
+    pushed: Array | None = None
+    """Torques of pushes that are known [rad/s^2], shape (N, a), None where there are none: in calm air a filter that
+    does not know of a push takes long to forget it."""
 
     @property
     def samples(self) -> int:
@@ -193,8 +195,32 @@ class Record:
     def until(self, seconds: float) -> "Record":
         """Give the record up to an instant [s]."""
         n = slice(round(seconds / self.step))
-        cut = {name: getattr(self, name)[n] for name in ("time", "inputs", "angles", "weights", "pushed")}
-        return replace(self, **cut)
+        cut = {name: getattr(self, name)[n] for name in ("time", "inputs", "angles", "weights")}
+        return replace(self, **cut, pushed=None if self.pushed is None else self.pushed[n])
+
+    def torque(self, constant: Array) -> Array:
+        """Give a ``constant`` torque (a,) [rad/s^2] with those of the pushes, which are one row a sample (N, a)."""
+        return constant if self.pushed is None else constant + self.pushed
+
+    def mark(self, events: Sequence[Event], axes: Sequence[str], settled: bool = False) -> "Record":
+        """Leave events out of what counts, and let the filter know of the forces among them.
+
+        The start of the record counts only where the filter is ``settled`` there.
+        """
+        weights = self.weights * is_counted(self.time, events, settled)[:, None]
+        forces, pushed = [event for event in events if event.kind == "force"], np.zeros_like(self.angles)
+        for event in forces:
+            pushed[(self.time >= event.start) & (self.time < event.end), axes.index(event.axis)] += event.size
+        return replace(self, weights=weights, left_out=passages(events), pushed=pushed if forces else None)
+
+    @property
+    def clear(self) -> list[tuple[int, int]]:
+        """Passages of the record, in samples, outside of what is left out."""
+        clear = np.ones(self.samples, dtype=bool)
+        for start, end in self.left_out:
+            clear[(self.time >= start) & (self.time <= end)] = False
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], clear, [False])))).tolist()
+        return list(zip(edges[::2], edges[1::2], strict=True))
 
     @cached_property
     def slower(self) -> "Record":
@@ -207,12 +233,6 @@ def means(values: Array, held: int) -> Array:
     """Means over blocks of ``held`` samples (n, k); the last block may be shorter."""
     starts = np.arange(0, len(values), held)
     return np.asarray(np.add.reduceat(values, starts, axis=0) / np.diff([*starts, len(values)])[:, None])
-
-
-LeftOut = Mapping[str, Sequence[tuple[float, float]]]
-"""By log the passages (start, end) [s] in which something other than the plant acts."""
-
-NOTHING: LeftOut = {}
 
 
 def block_samples(log: Log) -> int:
@@ -229,38 +249,22 @@ def average_blocks(log: Log, held: Array) -> Array:
     return np.asarray(0.5 * (middles[0] + middles[1]))
 
 
-def record_of(
-    log: Log, rig: Any, left_out: LeftOut = NOTHING, pushes: Sequence[Event] = (), settled: bool = False
-) -> Record:
-    """Prepare a log; the passages ``left_out``, and its start if the filter is not ``settled`` there, do not count."""
+def record_of(log: Log, rig: Any, settled: bool = False) -> Record:
+    """Prepare a log; its events, and its start if the filter is not ``settled`` there, do not count."""
     n, voltages = block_samples(log), average_blocks(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
     angles = log.angles if n == 1 else log.angles[: count * n].reshape(count, n, -1).mean(1)
     time = np.arange(count, dtype=np.float64) * step
     width = round(REST_TIME / step) | 1
     span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
-    weights = (span > REST_COUNTS * rig.resolution).astype(float)
-    weights[~is_counted(time, left_out.get(log.name, ()), settled)] = 0.0
-    return Record(
-        log.name, step, time, np.ascontiguousarray(voltages), np.ascontiguousarray(angles), weights,
-        rig.begin(angles, voltages, step), torques_of(pushes, log.name, time, rig.axes),
-    )  # fmt: skip
+    moves, begun = (span > REST_COUNTS * rig.resolution).astype(float), rig.begin(angles, voltages, step)
+    inputs, angles = np.ascontiguousarray(voltages), np.ascontiguousarray(angles)
+    return Record(log.name, step, time, inputs, angles, moves, begun).mark(log.events, rig.axes, settled)
 
 
-def torques_of(pushes: Sequence[Event], log: str, time: Array, axes: Sequence[str]) -> Array:
-    """Torques [rad/s^2] of the pushes of a log at instants (N,) [s] since its first sample, shape (N, a)."""
-    own = [push for push in pushes if push.log == log]
-    found = np.zeros((len(time), len(axes))) if own else np.broadcast_to(0.0, (len(time), len(axes)))  # takes no memory
-    for push in own:
-        found[(time >= push.start) & (time < push.end), axes.index(push.axis)] += push.size
-    return found
-
-
-def records_of(
-    logs: Sequence[Log], rig: Any, left_out: LeftOut, pushes: Sequence[Event] = (), settled: bool = False
-) -> tuple[Record, ...]:
+def records_of(logs: Sequence[Log], rig: Any, settled: bool = False) -> tuple[Record, ...]:
     """Prepare the logs of a rig; an axis that rests in most of the samples counts nowhere, it is left to its priors."""
-    records = [record_of(log, rig, left_out, pushes, settled) for log in logs]
+    records = [record_of(log, rig, settled) for log in logs]
     moving = sum(r.weights.sum(0) for r in records) / max(1.0, sum((r.time > SETTLING).sum() for r in records))
     for record in records:
         record.weights[:, moving < 0.5] = 0.0

@@ -47,24 +47,42 @@ from heli_identifier.records import Log
 
 from .fit import Fit, around, fit
 from .helicopter import Rig
-from .likelihood import without
+from .likelihood import Likelihood, without
 from .noise import error_dynamics
-from .rig import Array, LeftOut, Record, record_of
+from .rig import Array, Record, record_of
 from .settings import ALIEN, FEWEST, HUBER, OUTLYING, OWN, SURE, UNKNOWN
 
 ELEVATION = 1
 
 
-def find_zeros(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> Array:
-    """Give the angles (L,) [rad] by which the elevation of each log reads less than that of the others, or zero.
+def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...], tuple[str, ...]]:
+    """Read the elevation of logs that were zeroed elsewhere as the others have it.
 
-    The first of the ``logs`` are those of the fit.
+    The first of the ``logs`` are those of the fit, which goes on with them if one of these is shifted. Given are the
+    fit, the logs, and a sentence for each log that is shifted.
     """
     likelihood, count = fitted.likelihood, len(fitted.e)
-    records = [without(likelihood.faults, record_of(log, likelihood.rig, left_out)) for log in logs]
+    zeros = _find_zeros(fitted, [without(likelihood.faults, record_of(log, likelihood.rig)) for log in logs])
+    moved = tuple(replace(log, angles=log.angles + z * (np.arange(3) == ELEVATION)) if z else log
+                  for log, z in zip(logs, zeros, strict=True))  # fmt: skip
+    if zeros[:count].any():
+        again = Likelihood.of(moved[:count], likelihood.rig).undo_faults(likelihood.faults)
+        fitted = fit(replace(again, widths=likelihood.widths), fitted.names, fitted)
+    return fitted, moved, tuple(
+        f"{log.name}: its elevation reads {abs(z):.2f} rad {'less' if z > 0.0 else 'more'} than that of the other logs "
+        "at like voltages, as if its encoder had been zeroed in another position or the arm balanced otherwise; it was "
+        "shifted by that much"
+        for log, z in zip(logs, zeros, strict=True)
+        if z
+    )  # fmt: skip
+
+
+def _find_zeros(fitted: Fit, records: Sequence[Record]) -> Array:
+    """Angles (L,) [rad] by which the elevation of each log reads less than that of the others, or zero."""
+    count = len(fitted.e)
     zeros, least = _zeros_under(fitted, records)
     if not (apart := _lie_apart(zeros, least)).any():
-        return np.zeros(len(logs))
+        return np.zeros(len(records))
     others = np.flatnonzero(~apart[:count])
     if len(others) < count:
         zeros, least = _zeros_under(_fit_some(fitted, others), records)
@@ -87,19 +105,6 @@ def _fit_some(fitted: Fit, logs: NDArray[np.intp]) -> Fit:
                                   for own in (likelihood.records, likelihood.logged, point.harmonics))  # fmt: skip
     start = replace(fitted, point=replace(point, own=point.own[logs], harmonics=harmonics))
     return fit(replace(likelihood, records=records, logged=logged), fitted.names, start)
-
-
-def shift_zeros(logs: Sequence[Log], zeros: Array) -> tuple[tuple[Log, ...], tuple[str, ...]]:
-    """Add ``zeros`` (L,) [rad] to the elevations of logs; give a sentence for each log that is shifted."""
-    moved = tuple(replace(log, angles=log.angles + z * (np.arange(3) == ELEVATION)) if z else log
-                  for log, z in zip(logs, zeros, strict=True))  # fmt: skip
-    return moved, tuple(
-        f"{log.name}: its elevation reads {abs(z):.2f} rad {'less' if z > 0.0 else 'more'} than that of the other logs "
-        "at like voltages, as if its encoder had been zeroed in another position or the arm balanced otherwise; it was "
-        "shifted by that much"
-        for log, z in zip(logs, zeros, strict=True)
-        if z
-    )
 
 
 def refuse_mirrored(null: Fit) -> None:
@@ -170,10 +175,10 @@ def without_own(fitted: Fit, record: Record, e: Array) -> tuple[Array, Array]:
     return b, left
 
 
-def stranger_notes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[str, ...]:
+def stranger_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
     """Name the logs that do not belong to the rig of the others: mirror images first, then logs that fit far worse."""
     rig, notes = fitted.likelihood.rig, []
-    records = [record_of(log, rig, left_out) for log in logs]
+    records = [record_of(log, rig) for log in logs]
     as_read = [_misfit(fitted, record) for record in records]
     scales = np.array([np.nanmedian(sigma / fitted.sigma) for _, sigma in as_read])
     usual = float(np.median(scales))
