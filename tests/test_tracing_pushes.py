@@ -6,10 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.rigs import log_of, windy_logs
+from benchmarks.rigs import likelihood_of, log_of, windy_logs
 from heli_identifier.results import RigVerdict, diagnose
 from heli_identifier.tracing import DiagnosisSettings, Likelihood, fit, helicopter, identify_plant
 from heli_identifier.tracing.pushes import find_pushes
+from heli_identifier.tracing.select import select
+from heli_identifier.tracing.unknown import search_unknown
 from tests.blind.generator import simulate_log
 from tests.blind.plant import Push
 from tests.blind.rigs import draw_rig
@@ -84,6 +86,15 @@ def test_what_an_effect_of_the_plant_does_is_no_push():
     logs = flown(12, "dead_zone")
     assert pushes_in(logs)
     assert identify_plant(logs).events == ()
+
+
+def test_a_push_of_one_log_bends_no_curve_where_that_log_alone_has_been():
+    """A hand turns one log by most of a turn; the others stay within a third of one."""
+    push = Push("travel", 13.06, 13.85, 1.29)
+    likelihood = likelihood_of(windy_logs(windy_rig(1, counts={"b": 5}, pushes={"b2": (push,)}), "b"))
+    rig = likelihood.rig
+    null = fit(likelihood, rig.base)
+    assert search_unknown(select(null, rig.candidates), rig.candidates)[1] == ()
 
 
 @pytest.mark.parametrize("kind", ["clean", "quadratic_thrust"])

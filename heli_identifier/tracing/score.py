@@ -193,6 +193,11 @@ class Scores:
         d[i] = bounded_step(self.H[np.ix_(i, i)], (self.g + self.H @ d)[i], self.low[i], self.high[i])
         return d, i
 
+    def fall(self, selected: Collection[str]) -> float:
+        """Give how far F falls [nats] to that minimum."""
+        d, _ = self.minimum(selected)
+        return -float(self.g @ d + 0.5 * d @ self.H @ d)
+
     def point(self, selected: Collection[str]) -> Point:
         """Give the point at which the quadratic form has that minimum."""
         (d, i), fitted, values = self.minimum(selected), self.fitted, dict[str, float]()

@@ -259,9 +259,7 @@ def _weigh_effect(
     family = own.score
     if len(relatives) > 1:
         rest = [other for other in selected if other not in relatives]
-        all_of_them, others = (_fall(around.H, around.g, around.minimum(model)[0]) for model in (selected, rest))
-        family = (all_of_them - others) / phi
-        family -= KEPT * (len(relatives) - 1)
+        family = (around.fall(selected) - around.fall(rest)) / phi - KEPT * (len(relatives) - 1)
     leads = all(scores[other].score <= scores[name].score for other in relatives)
     at_end = any(bound[names.index(shape)] for shape in effect.shapes if shape in names)
     found = Finding(effect, own, family, (), leads, at_end=at_end)
@@ -283,10 +281,6 @@ def _alternatives(around: Scores, name: str, selected: Sequence[str], own: Score
         if around.scores([*others, rival], among=[name])[name].score < KEPT:
             found.append(around.effects[rival])
     return found
-
-
-def _fall(H: Array, g: Array, d: Array) -> float:
-    return -float(g @ d + 0.5 * d @ H @ d)
 
 
 def open_structure(selection: Selection, plant: Fit) -> list[tuple[Effect, Array]]:
@@ -337,9 +331,9 @@ def left_out_gain(around: Scores, selected: Sequence[str], name: str = "", table
         rest = around.of_logs([other for other in range(len(H)) if other != log])
         if name and rest.scores(selected, among=[name])[name].score < KEPT:
             continue
-        models = (rest.without(table).minimum(selected), rest.minimum([*selected, name] if name else selected))
-        without, beside = (_fall(H[log], g[log], s) for s, _ in models)
-        gain += beside - without
+        without, _ = rest.without(table).minimum(selected)
+        beside, _ = rest.minimum([*selected, name] if name else selected)
+        gain += sum(float(sign * (g[log] @ d + 0.5 * d @ H[log] @ d)) for sign, d in ((1.0, without), (-1.0, beside)))
     return gain
 
 

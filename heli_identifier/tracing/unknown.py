@@ -12,7 +12,8 @@ periodogram of the innovations stands out.
 The best are fitted, with the air, and the catalogue is searched again beside them: what stood for them leaves. One
 stays if the likelihood of named effects and rigid-body mechanics alone lacks :data:`.settings.UNKNOWN`, and more than
 comes from no law being exact; a curve only if logs that are left out get likelier with it, as a manoeuvre that every
-log repeats bends any curve. It is then part of the plant; a period is not, as every log has its own phase.
+log repeats bends any curve, and if no single log makes it. It is then part of the plant; a period is not, as every log
+has its own phase.
 
 Sources: Cox and Hinkley, Theoretical Statistics, section 9.3; Hastie and Tibshirani, Generalized Additive Models,
 section 3.5 (degrees of freedom); Quinn and Hannan, The Estimation and Tracking of Frequency, chapter 2.
@@ -31,7 +32,7 @@ from .helicopter import Tables
 from .rig import Array, Coordinate, Effect, means
 from .select import Selection, left_out_gain, select
 from .sensitivity import linearise
-from .settings import OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
+from .settings import NAMED, OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
 from .statements import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 
 TIME, POINTS = "time", 121
@@ -182,11 +183,21 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
 
 
 def _helps_others(after: Selection, u: Unknown) -> bool:
-    """Whether training logs that are left out get likelier with a curve; a period and a single log cannot tell."""
-    likelihood, around = after.fit.likelihood, after.last
-    if u.variable == TIME or len(likelihood.records) == 1:
+    """Whether training logs that are left out get likelier with a curve, and the others show it without any of them.
+
+    What a hand does to a single log bends a curve where that log alone has been, and takes it from the other
+    parameters, so that all the others get likelier. A period and a single log cannot tell.
+    """
+    likelihood, around, count = after.fit.likelihood, after.last, len(after.fit.likelihood.records)
+    if u.variable == TIME or count == 1:
         return True
-    return left_out_gain(around, around.selected, table=likelihood.rig.tables.fields(u.axis, u.variable)) > 0.0
+    table = likelihood.rig.tables.fields(u.axis, u.variable)
+    for log in range(count):
+        others = around.of_logs([own for own in range(count) if own != log])
+        fall = others.fall(around.selected) - others.without(table).fall(around.selected)
+        if _weighed(after, fall, u).score < NAMED:
+            return False
+    return left_out_gain(around, around.selected, table=table) > 0.0
 
 
 def _fit_torque(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit, Unknown]:
