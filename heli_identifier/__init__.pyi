@@ -3,6 +3,7 @@ __all__ = [
     "Comparison",
     "Diagnosis",
     "DiagnosisSettings",
+    "Event",
     "Identification",
     "Log",
     "LogFormat",
@@ -28,7 +29,17 @@ __all__ = [
 ]
 
 from .provenance import __version__
-from .records import Log, LogFormat, RigConfiguration, demo_logs, read_configuration, read_data_set, read_log, read_logs
+from .records import (
+    Event,
+    Log,
+    LogFormat,
+    RigConfiguration,
+    demo_logs,
+    read_configuration,
+    read_data_set,
+    read_log,
+    read_logs,
+)
 from .results import (
     Check,
     Comparison,

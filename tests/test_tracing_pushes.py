@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.rigs import likelihood_of, log_of, windy_logs
+from heli_identifier.records import Event
 from heli_identifier.results import RigVerdict, diagnose
 from heli_identifier.tracing import DiagnosisSettings, Likelihood, fit, helicopter, identify_plant
 from heli_identifier.tracing.pushes import find_pushes
@@ -107,6 +108,15 @@ def test_an_elevation_that_was_zeroed_elsewhere_is_shifted_and_a_curve_of_the_th
     assert note.startswith("log0: its elevation reads 0.6")
     for name in ("k_x", "k_z", "k_y"):  # a fortieth of the gain; the offset itself costs a little of what is known
         assert other.plant.estimate(name) == pytest.approx(found.plant.estimate(name), rel=0.025)
+
+
+def test_an_event_that_comes_with_a_log_is_left_out_and_listed():
+    logs = flown(11)
+    known = Event("log0", "travel", 70.0, 90.0, 70.0, 90.0, "force", 0.0)
+    found = identify_plant([replace(logs[0], events=(known,)), *logs[1:]])
+    assert found.events == (known,)
+    record = found.plant.likelihood.records[0]
+    assert not record.weights[record.time > 70.0].any() and record.weights[record.time < 69.0].any()
 
 
 def test_events_that_are_kept_are_listed_and_neither_left_out_nor_known_to_the_filter():

@@ -188,11 +188,11 @@ def identify_plant(
     tell("asking the references", 0.6)
     references = find_references(training)
     outside = _outside(plant, training, references)
-    order = [log.name for log in used]
-    events = tuple(sorted((*events, *pushes), key=lambda event: (order.index(event.log), event.start)))
+    listed = mark_events(used, (*events, *pushes)) if given.keep_events else used
     return Identification(
         training, kept, selection, unknown, defects, prompt, plant, C, gains, references, outside,
-        parameter_reports(plant, C, outside, structure), events, halves_agree(selection.last),
+        parameter_reports(plant, C, outside, structure), tuple(event for log in listed for event in log.events),
+        halves_agree(selection.last),
         (*slips, *shifted, *sign_notes(estimates(selection.null, covariance(selection.null), rig.gains))),
     )  # fmt: skip
 
