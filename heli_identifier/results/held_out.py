@@ -56,13 +56,14 @@ def likelihood_of(model: Model, record: Record) -> tuple[Run, Array]:
     """
     likelihood, sigma = Likelihood(model.rig, (record,), model.widths), model.scales(record.step)
     fitted = fit_own(likelihood, likelihood.resting(model.parameters, model.z), sigma)
-    b, tau = fitted.point.own[0], model.widths
+    b, tau = fitted.point.own[0], likelihood.tau
     left = fitted.quadratic.covariance[0] / np.outer(tau, tau)  # of the prior's variance: (1 + tau H tau)^-1
     of_log = 0.5 * (float(((b / tau) ** 2).sum()) - np.linalg.slogdet(left)[1])
     u = np.abs(fitted.e[0]) / sigma
     loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
     density = -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - of_log / record.samples
-    return Run.along(model, record, b[: len(sigma)], likelihood.align(0, fitted.point)), density
+    aligned, pushes = likelihood.align(0, fitted.point), b[len(model.widths) :].tolist()
+    return Run.along(model, record, b[: len(sigma)], aligned, pushes), density
 
 
 def compare(

@@ -125,15 +125,19 @@ class Run:
     model: Model
     record: Record
     aligned: Record
-    """The record with the log's own start and zeros, along which the filter runs, pushes that are known beside it."""
+    """The record with the log's own start and zeros, along which the filter runs."""
     offset: Array
+    pushes: Sequence[float]
+    """Sizes [rad/s^2] of the torques of :attr:`.Record.pushes`."""
     passages: Sequence[Passage]
     """The filter settles in each of them before the first prediction starts."""
 
     @classmethod
-    def along(cls, model: Model, record: Record, offset: Array, aligned: Record | None = None) -> "Run":
+    def along(
+        cls, model: Model, record: Record, offset: Array, aligned: Record | None = None, pushes: Sequence[float] = ()
+    ) -> "Run":
         """Run on from the start of a record; predictions lie outside of what it leaves out."""
-        whole = cls(model, record, aligned or record, offset, ())
+        whole = cls(model, record, aligned or record, offset, pushes, ())
         states = whole.states([first for first, _ in record.clear])
         return replace(whole, passages=[(*own, state) for own, state in zip(record.clear, states, strict=True)])
 
@@ -149,8 +153,8 @@ class Run:
 
     @property
     def torque(self) -> Array:
-        """Torque [rad/s^2] beside the air, (a,), or (N, a) where pushes are known."""
-        return self.record.torque(self.offset)
+        """Torque [rad/s^2] beside the air, (a,), or (N, a) where there are pushes."""
+        return self.record.torque(self.offset, self.pushes)
 
     def states(self, samples: Iterable[int], first: int = 0, state: Array | None = None) -> list[Array]:
         """Give the filter's states before samples in ascending order, from that before the ``first``."""
@@ -269,4 +273,4 @@ def simulate_record(run: Run, seed: int = 0) -> Run | None:
         made[k : k + count] = -minus[:count]
         passages.append((k, k + count, state))
     own = replace(record, angles=made + noise)
-    return Run(model, own, own, run.offset, passages) if passages else None
+    return Run(model, own, own, run.offset, run.pushes, passages) if passages else None

@@ -232,12 +232,10 @@ def fit(
         coordinates, x = _coordinates_of(likelihood, fields, rig.estimate(likelihood.records))
         within = np.clip(x, -FARTHEST, FARTHEST).tolist()  # a step is at most some widths of a prior
         first = rig.assign(rig.parameters, {c.field: c.value(v) for c, v in zip(coordinates, within, strict=True)})
-        some, count, a = likelihood.beginning, len(likelihood.records), len(rig.axes)
-        beginning = replace(likelihood, records=some)
-        airs = (np.repeat(np.array(air)[:, None], a, axis=1) for air in AIRS)
+        beginning = replace(likelihood, records=likelihood.beginning)
+        airs = (np.repeat(np.array(air)[:, None], len(rig.axes), axis=1) for air in AIRS)
         start = _join_airs([_descend(beginning, fields, [beginning.resting(first, z)], ROUGHLY, False) for z in airs])
-        own = np.vstack((start.point.own, np.zeros((count - len(some), 5 * a))))
-        start = replace(start, point=replace(start.point, own=own))
+        start = replace(start, point=replace(start.point, own=likelihood.fill(start.point.own)))
     points = [replace(own, parameters=rig.assign(own.parameters, shapes or {})) for own in (start.point, other) if own]
     return _descend(likelihood, fields, points, ROUGHLY if value_only else CONVERGED, new and not value_only)
 
@@ -258,7 +256,8 @@ def _join_airs(begun: Sequence[Fit]) -> Fit:
     telling = best[least.quadratic.information[:, :P].argmax(0)]
     x = np.choose(telling, [fitted.x for fitted in begun])
     z = np.choose(best, [fitted.point.z for fitted in begun])
-    own = np.choose(np.tile(best, 5), [fitted.point.own for fitted in begun])
+    own = least.point.own.copy()
+    own[:, : 5 * a] = np.choose(np.tile(best, 5), [fitted.point.own[:, : 5 * a] for fitted in begun])
     return Fit.at(least.likelihood, least.coordinates, x, replace(least.point, z=z, own=own))
 
 
@@ -279,7 +278,7 @@ def _descend(
     likelihood: Likelihood, fields: Sequence[str], points: Sequence[Point], least: float, scan: bool = True
 ) -> Fit:
     """Fit from the likeliest of some points until F falls by less than ``least`` by a step, and by no ``scan``."""
-    starts = [replace(own, z=np.clip(own.z, -FARTHEST, FARTHEST)) for own in points]
+    starts = [replace(p, z=np.clip(p.z, -FARTHEST, FARTHEST), own=likelihood.fill(p.own)) for p in points]
     begun = [Fit.at(likelihood, *_coordinates_of(likelihood, fields, own.parameters), own) for own in starts]
     now = min(begun, key=lambda own: own.value)
     point = now.point
@@ -334,7 +333,7 @@ def fit_own_spread(fitted: Fit) -> Fit:
     a, own, widths = len(fitted.likelihood.rig.axes), fitted.point.own, fitted.likelihood.widths.copy()
     unsure = np.diagonal(fitted.quadratic.covariance, axis1=1, axis2=2).sum(0)
     squares = ((own - own.mean(0)) ** 2).sum(0) + (1.0 - 1.0 / len(own)) * unsure
-    torques, gains, zeros = slice(0, a), slice(3 * a, 4 * a), slice(4 * a, None)
+    torques, gains, zeros = slice(0, a), slice(3 * a, 4 * a), slice(4 * a, 5 * a)
     for size, part in zip(s, (torques, gains, zeros), strict=True):
         if len(own) > 1 or part != gains:
             widths[part] = np.sqrt((nu * size**2 + squares[part]) / max(nu + len(own) - 3.0, 1.0))

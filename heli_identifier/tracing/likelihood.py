@@ -7,9 +7,10 @@ e are the innovations of the stationary Kalman filter (:mod:`.noise`) around the
 minimises F for given e and stands for the encoder's noise; rho is Huber's loss, u^2/2 up to :data:`.settings.HUBER`.
 x are the plant's parameters and z those of the air in coordinates with standard normal priors, b_l what each log has of
 its own with standard deviations tau: constant torques, its start, how far the logarithms of its gains lie off those of
-the plant, and the zeros of its encoders. A supply that sags between two flights is no curve of the thrust, and a pitch
-that was level by hand when the rig was switched on is no torque of the rotors on the travel. F is a negative log
-posterior in nats; everything that the tracer decides is a difference of F or its quadratic form (:mod:`.sensitivity`).
+the plant, the zeros of its encoders, and what a hand did to it. A supply that sags between two flights is no curve of
+the thrust, and a pitch that was level by hand when the rig was switched on is no torque of the rotors on the travel. F
+is a negative log posterior in nats; everything that the tracer decides is a difference of F or its quadratic form
+(:mod:`.sensitivity`).
 
 The constant torques are integrated over, not only fitted: H_la = N G^2 / sigma^2 is what log l tells of its own, G the
 settled response of the innovations. Air that is fitted to what fitted torques leave is too calm at low frequencies,
@@ -33,7 +34,7 @@ from heli_identifier.records import Log
 from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filters, gains, recolour
 from .rig import Array, Coordinate, Parameters, Record, records_of
-from .settings import COARSE, HUBER, OWN
+from .settings import COARSE, FORCE, HUBER, OWN
 
 NO_HARMONICS = np.empty((0, 4))
 
@@ -46,9 +47,9 @@ class Point:
     z: Array
     """Coordinates of the air, shape (5, a)."""
     own: Array
-    """What the logs have of their own, shape (L, 5a): constant torques [rad/s^2], how far their starts lie off the
-    lines through their first samples, angles [rad] and rates [rad/s], logarithms of their gains over the plant's, and
-    the angles [rad] at which their encoders read zero.
+    """What the logs have of their own, shape (L, 5a + m): constant torques [rad/s^2], how far their starts lie off the
+    lines through their first samples, angles [rad] and rates [rad/s], logarithms of their gains over the plant's, the
+    angles [rad] at which their encoders read zero, and sizes [rad/s^2] of the torques of :attr:`.Record.pushes`.
     A filter of calm air forgets its start within minutes only."""
     harmonics: tuple[Array, ...] = ()
     """Per log sines (m, 4): axis, frequency [rad/s], coefficients of sine and cosine [rad/s^2]."""
@@ -71,7 +72,7 @@ class Likelihood:
     rig: Rig
     records: tuple[Record, ...]
     widths: Array
-    """Standard deviations tau of what a log has of its own, as in :class:`Point`, shape (5a,)."""
+    """Standard deviations of what a log has of its own, as in :class:`Point`, but for pushes, shape (5a,)."""
     faults: Mapping[Fault, float] = field(default_factory=dict)
     """Sizes of the faults of the logs that are undone in the records."""
     logged: tuple[Record, ...] = ()
@@ -84,8 +85,20 @@ class Likelihood:
 
     def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
         """Give the point of a plant in the air of any rig, or in ``z`` (5, a), whose logs have nothing of their own."""
-        a = len(self.rig.axes)
-        return Point(parameters, np.zeros((SHAPES, a)) if z is None else z, np.zeros((len(self.records), 5 * a)))
+        calm = np.zeros((SHAPES, len(self.rig.axes)))
+        return Point(parameters, calm if z is None else z, np.zeros((len(self.records), len(self.tau))))
+
+    @cached_property
+    def tau(self) -> Array:
+        """Standard deviations of all that a log has of its own, shape (5a + m,)."""
+        m = max((len(record.pushes) for record in self.records), default=0)
+        return np.concatenate((self.widths, np.full(m, FORCE)))
+
+    def fill(self, own: Array) -> Array:
+        """Give what other records, of fewer logs or with other pushes, have of their own as that of these records."""
+        found = np.zeros((len(self.records), len(self.tau)))
+        found[: len(own), : own.shape[1]] = own[:, : len(self.tau)]
+        return found
 
     def run_all(self, point: Point) -> tuple[list[Array], list[Array]]:
         """Give the innovations (N_i, a) [rad] of every record and its filter's motion (n_i, 2a) [rad], [rad/s].
@@ -157,7 +170,7 @@ class Likelihood:
 
     def priors(self, x: Array, point: Point) -> float:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
-        return float(0.5 * (x @ x + (point.z**2).sum() + ((point.own / self.widths) ** 2).sum()))
+        return float(0.5 * (x @ x + (point.z**2).sum() + ((point.own / self.tau) ** 2).sum()))
 
     @property
     def voltages_shifted(self) -> bool:
@@ -193,7 +206,7 @@ class Likelihood:
     def align(self, i: int, point: Point) -> Record:
         """Give record ``i`` as its encoders would read it from the rig's own zeros, with its own start."""
         record, a, start = self.records[i], len(self.rig.axes), self.records[i].start.copy()
-        zero = point.own[i, 4 * a :]
+        zero = point.own[i, 4 * a : 5 * a]
         start[: 2 * a] += point.own[i, a : 3 * a]
         start[:a] += zero
         return replace(record, start=start, angles=record.angles + zero)
@@ -204,7 +217,7 @@ class Likelihood:
         e, motion = np.empty_like(record.angles), np.empty((record.samples, 2 * a))
         K = gains(self.filters(record, point))
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
-        torque = record.torque(point.own[i, :a])
+        torque = record.torque(point.own[i, :a], point.own[i, 5 * a :].tolist())
         self.rig.filter(self.align(i, point), p, K, torque, harmonics, 0, record.samples, None, e, motion)
         return e, motion[:: record.held].copy()
 

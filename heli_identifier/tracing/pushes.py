@@ -11,14 +11,17 @@ v' [V/s] of the voltages during the pulse, phi = phi_0 + tau^2 v'^2: what a law 
 compared with what it misses of others.
 
 A push is a pulse of :data:`.settings.UNKNOWN` nats. The largest one of every log is taken out and the fit goes on
-without that passage: a controller answers a push, so what is estimated of its log may be wrong by both. The fit has to
-know the effects of the plant first, since a dead zone that no law describes looks like pushes.
+without that passage: a controller answers a push, so what is estimated of its log may be wrong by both. Then the push
+is placed again, as the fit before took it for air and so gave it a wrong size and wrong edges, and the next one is
+looked for. The fit has to know the effects of the plant first, since a dead zone that no law describes looks like
+pushes.
 
 Source: Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +36,7 @@ from .fit import Fit, fit, fit_own
 from .likelihood import without
 from .noise import error_dynamics, match_steps, start_memory
 from .rig import Array, Record, records_of
-from .settings import PUSHED, SEEN_AT, SETTLING, UNKNOWN
+from .settings import ITERATIONS, PUSHED, SEEN_AT, SETTLING, UNKNOWN
 from .strangers import without_own
 
 LAG = round(MARGIN * SEEN_AT)
@@ -47,52 +50,91 @@ def find_pushes(fitted: Fit, logs: Sequence[Log]) -> tuple[Event, ...]:
 
     The events of the logs do not count. A log may begin with a push: a rig takes off, or a hand lets go of it.
     """
+    logged = records_of(logs, fitted.likelihood.rig, settled=True)
+    found: list[list[_Push]] = [[] for _ in logs]
+    for _ in range(ITERATIONS):
+        fitted, told = _tell(fitted, logs, logged, found)
+        of_axes = [_search_axis(fitted, i, told) for i in range(len(fitted.likelihood.rig.axes))]
+        last, found, stands = found, [], True
+        for old, of_log in zip(last, zip(*of_axes, strict=True), strict=True):
+            placed = [push for again, _ in of_log for push in again]
+            S, new = max((push for _, push in of_log), key=lambda push: push[0])
+            further = [(S, new)] if S > UNKNOWN and not any(_overlap(new, push) for _, push in placed) else []
+            stands &= not further and all(any(_leave_out(own, push) for _, own in old) for _, push in placed)
+            found.append([*placed, *further])
+        if stands:
+            break
+    return tuple(push for of_log in found for S, push in of_log if S > UNKNOWN)
+
+
+_Push = tuple[float, Event]
+"""S [nats] of a push, and the push."""
+
+
+def _overlap(one: Event, other: Event) -> bool:
+    return one.axis == other.axis and one.start < other.end and other.start < one.end
+
+
+def _leave_out(old: Event, push: Event) -> bool:
+    """Whether all of a push lies within what an ``old`` one leaves out."""
+    return old.axis == push.axis and old.start - MARGIN <= push.start and push.end <= old.end + MARGIN
+
+
+class _Told(NamedTuple):
+    """A log, its whole record, and the innovations e (N, a) [rad] of a filter that was told of pushes in it."""
+
+    log: Log
+    record: Record
+    e: Array
+    sizes: Array
+    """Of the torques of these pushes [rad/s^2], as :attr:`.Record.pushes` has them."""
+    pushes: Sequence[_Push]
+
+
+def _tell(
+    fitted: Fit, logs: Sequence[Log], logged: Sequence[Record], found: Sequence[Sequence[_Push]]
+) -> tuple[Fit, list[_Told]]:
+    """Let a fit go on without pushes, and run it along all logs."""
     likelihood, axes, count = fitted.likelihood, fitted.likelihood.rig.axes, len(fitted.e)
-    logged = records_of(logs, likelihood.rig, settled=True)
-    whole, raw = [without(likelihood.faults, own) for own in logged], logged[:count] if likelihood.faults else ()
-    events, found = [log.events for log in logs], list[Event]()
-    while True:
-        records = tuple(own.mark(of_log, axes) for own, of_log in zip(whole, events, strict=True))
-        if {push.log for push in found} & {log.name for log in logs[:count]}:
-            before = tuple(own.mark(of_log, axes) for own, of_log in zip(raw, events, strict=False))
-            fitted = fit(replace(likelihood, records=records[:count], logged=before), fitted.names, fitted)
-        errors = list(fitted.e)
-        if beside := records[count:]:
-            others = replace(likelihood, records=beside, faults={}, logged=())
-            own = fit_own(others, others.resting(fitted.parameters, fitted.point.z), fitted.sigma)
-            errors += [without_own(fitted, record, e)[1] for record, e in zip(beside, own.e, strict=True)]
-        clear = [np.where(own.weights > 0.0, e, 0.0) for own, e in zip(whole, errors, strict=True)]
-        settled = [own.mark(of_log, axes, settled=True) for own, of_log in zip(whole, events, strict=True)]
-        new = _largest(fitted, logs, settled, clear, events)
-        if not any(new):
-            return tuple(found)
-        found += [push for push in new if push]
-        events = [(*of_log, push) if push else of_log for of_log, push in zip(events, new, strict=True)]
+    whole = [without(likelihood.faults, own) for own in logged]
+    events = [(*log.events, *(push for _, push in own)) for log, own in zip(logs, found, strict=True)]
+    records, raw = (tuple(own.mark(of_log, axes) for own, of_log in zip(part, events, strict=True))
+                    for part in (whole, logged))  # fmt: skip
+    if any(found[:count]):
+        before = raw[:count] if likelihood.faults else ()
+        fitted = fit(replace(likelihood, records=records[:count], logged=before), fitted.names, fitted)
+    errors, own = list(fitted.e), list(fitted.point.own)
+    if beside := records[count:]:
+        others = replace(likelihood, records=beside, faults={}, logged=())
+        kept = fit_own(others, others.resting(fitted.parameters, fitted.point.z), fitted.sigma)
+        errors += [without_own(fitted, record, e)[1] for record, e in zip(beside, kept.e, strict=True)]
+        own += list(kept.point.own)
+    return fitted, [
+        _Told(log, record, np.where(record.weights > 0.0, e, 0.0), b[5 * len(axes) :], pushes)
+        for log, record, e, b, pushes in zip(logs, whole, errors, own, found, strict=True)
+    ]
 
 
-def _largest(
-    fitted: Fit, logs: Sequence[Log], records: Sequence[Record], errors: Sequence[Array],
-    events: Sequence[Sequence[Event]],
-) -> list[Event | None]:  # fmt: skip
-    """Find the largest push of every log, outside of what the records leave out, in innovations (N, a) of a fit.
+def _search_axis(fitted: Fit, i: int, logs: Sequence[_Told]) -> list[tuple[list[_Push], _Push]]:
+    """Place the pushes on one axis of every log again, and find the largest further one."""
+    axis = fitted.likelihood.rig.axes[i]
+    on_axis = [_Axis.of(fitted, own, i) for own in logs]
+    placed = [[(push, _Axis.of(fitted, own, i, push)) for _, push in own.pushes if push.axis == axis] for own in logs]
+    least, tau_squared = _dispersion(on_axis)
 
-    What the filter does not know of the pushes among their ``events`` is taken out of these first.
-    """
-    best, found = np.full(len(logs), UNKNOWN), list[Event | None]([None] * len(logs))
-    for i, axis in enumerate(fitted.likelihood.rig.axes):
-        known = [[own for own in of_log if own.kind == "force" and own.axis == axis] for of_log in events]
-        on_axis = [_Axis.of(fitted, record, e, i, pulses)
-                   for record, e, pulses in zip(records, errors, known, strict=True)]  # fmt: skip
-        least, tau_squared = _dispersion(on_axis)
-        for j, (log, own) in enumerate(zip(logs, on_axis, strict=True)):
-            S = 0.5 * own.u**2 / (least + tau_squared * own.change**2)
-            k, first = map(int, np.unravel_index(S.argmax(), S.shape))
-            if S[k, first] > best[j]:
-                start, end = first * own.period, (first + WIDTHS[k]) * own.period
-                size = -float(own.u[k, first] / own.root[k])  # e is what was measured less what was predicted
-                best[j] = S[k, first]
-                found[j] = Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
-    return found
+    def largest(log: Log, own: _Axis, near: Event | None = None) -> _Push:
+        S = 0.5 * own.u**2 / (least + tau_squared * own.change**2)
+        starts = own.period * np.arange(S.shape[1])
+        ends = starts + own.period * np.array(WIDTHS)[:, None]
+        # where the voltages change fast tells whether it is a push, and not where it is
+        merit = S if near is None else own.u**2 * ((starts < near.end) & (ends > near.start))
+        k, first = map(int, np.unravel_index(merit.argmax(), S.shape))
+        start, end = float(starts[first]), float(ends[k, first])
+        size = -float(own.u[k, first] / own.root[k])  # e is what was measured less what was predicted
+        return float(S[k, first]), Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
+
+    return [([largest(own.log, again, push) for push, again in of_log], largest(own.log, others))
+            for own, others, of_log in zip(logs, on_axis, placed, strict=True)]  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,16 +153,28 @@ class _Axis:
     """v' [V/s] by width and start, shape (W, n)."""
 
     @classmethod
-    def of(cls, fitted: Fit, record: Record, e: Array, axis: int, found: Sequence[Event]) -> "_Axis":
-        """Match innovations (N, a) of a record with pulses of one axis, beside its start and pulses that are known."""
-        own, held, sigma = fitted.likelihood.filters(record, fitted.point)[axis], record.held, fitted.sigma[axis]
-        inputs, w, period = record.slower.inputs, record.weights[:, axis], record.held * record.step
+    def of(cls, fitted: Fit, told: _Told, axis: int, untold: Event | None = None) -> "_Axis":
+        """Match innovations of one axis with pulses, beside the log's start and the pushes that the filter knows of.
+
+        It was not told of the one that is ``untold``.
+        """
+        own, sigma = fitted.likelihood.filters(told.record, fitted.point)[axis], fitted.sigma[axis]
+        names, events = fitted.likelihood.rig.axes, [*told.log.events, *(push for _, push in told.pushes)]
+        record = told.record.mark([event for event in events if event is not untold], names, settled=True)
+        held, period, e, w = record.held, record.held * record.step, told.e[:, axis], record.weights[:, axis]
+        inputs = record.slower.inputs
         rate = np.abs(np.diff(inputs, axis=0, prepend=inputs[:1])).sum(1) / period
-        on = [(record.time >= pulse.start) & (record.time < pulse.end) for pulse in found]
-        torques = np.vstack((np.zeros((2, record.samples)), np.array(on, dtype=float).reshape(-1, record.samples)))
-        begun = np.vstack((start_memory(own), np.zeros((len(found), 5))))
-        s = lfilter(*error_dynamics(own), torques, axis=1, zi=begun)[0].T * (e[:, axis, None] != 0.0)
-        left = e[:, axis] - s @ np.linalg.lstsq(s, e[:, axis], rcond=None)[0]
+        if untold is not None:
+            k = 2 * [event for event in events if event.kind == "force"].index(untold)
+            courses = [course for _, course in told.record.mark([untold], names).pushes]
+            e = e - lfilter(*error_dynamics(own), told.sizes[k : k + 2] @ courses) * (e != 0.0)
+        courses = [course for of_axis, course in record.pushes if of_axis == axis]
+        torques, begun = np.zeros((2 + len(courses), record.samples)), np.zeros((2 + len(courses), 5))
+        begun[:2] = start_memory(own)
+        for torque, course in zip(torques[2:], courses, strict=True):
+            torque[:] = course
+        s = lfilter(*error_dynamics(own), torques, axis=1, zi=begun)[0].T * (e[:, None] != 0.0)
+        left = e - s @ np.linalg.lstsq(s, e, rcond=None)[0]
         step = lfilter(*error_dynamics(own), np.ones(round(4.0 * SETTLING / record.step))) / sigma
         root = [np.linalg.norm(step - np.pad(step, (width * held, 0))[: len(step)]) for width in WIDTHS]
         counts, n = w[::held] > 0.0, len(rate)

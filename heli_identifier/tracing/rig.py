@@ -173,9 +173,10 @@ class Record:
     """State of the plant at the first sample, shape (n,)."""
     left_out: Sequence[tuple[float, float]] = ()
     """Passages (start, end) [s] in which something else than the plant acts."""
-    pushed: Array | None = None
-    """Torques of pushes that are known [rad/s^2], shape (N, a), None where there are none: in calm air a filter that
-    does not know of a push takes long to forget it."""
+    pushes: Sequence[tuple[int, Array]] = ()
+    """Axis and course (N,) of torques that may act in these passages, for 1 rad/s^2: of every force one that stays and
+    one that turns its sign in the middle, which leave any angle and rate behind. A filter in calm air would take long
+    to forget a push."""
 
     @property
     def samples(self) -> int:
@@ -196,22 +197,30 @@ class Record:
         """Give the record up to an instant [s]."""
         n = slice(round(seconds / self.step))
         cut = {name: getattr(self, name)[n] for name in ("time", "inputs", "angles", "weights")}
-        return replace(self, **cut, pushed=None if self.pushed is None else self.pushed[n])
+        return replace(self, **cut, pushes=[(axis, course[n]) for axis, course in self.pushes])
 
-    def torque(self, constant: Array) -> Array:
-        """Give a ``constant`` torque (a,) [rad/s^2] with those of the pushes, which are one row a sample (N, a)."""
-        return constant if self.pushed is None else constant + self.pushed
+    def torque(self, constant: Array, sizes: Sequence[float]) -> Array:
+        """Give a ``constant`` torque (a,) [rad/s^2], and where there are pushes with these ``sizes``, (N, a)."""
+        if not self.pushes:
+            return constant
+        found = np.tile(constant, (self.samples, 1))
+        for (axis, course), size in zip(self.pushes, sizes, strict=False):
+            found[:, axis] += size * course
+        return found
 
     def mark(self, events: Sequence[Event], axes: Sequence[str], settled: bool = False) -> "Record":
         """Leave events out of what counts, and let the filter know of the forces among them.
 
         The start of the record counts only where the filter is ``settled`` there.
         """
+        left_out, pushes = passages(events), list[tuple[int, Array]]()
+        for event, (start, end) in zip(events, left_out, strict=True):
+            if event.kind == "force":
+                course = 2.0 * (self.time - start) / (end - start) - 1.0  # from -1 to 1
+                inside = np.abs(course) <= 1.0
+                pushes += [(axes.index(event.axis), np.where(inside, own, 0.0)) for own in (1.0, course)]
         weights = self.weights * is_counted(self.time, events, settled)[:, None]
-        forces, pushed = [event for event in events if event.kind == "force"], np.zeros_like(self.angles)
-        for event in forces:
-            pushed[(self.time >= event.start) & (self.time < event.end), axes.index(event.axis)] += event.size
-        return replace(self, weights=weights, left_out=passages(events), pushed=pushed if forces else None)
+        return replace(self, weights=weights, left_out=left_out, pushes=pushes)
 
     @property
     def clear(self) -> list[tuple[int, int]]:

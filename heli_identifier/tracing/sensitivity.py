@@ -38,7 +38,7 @@ from .noise import (
     slope_of_colour,
     start_memory,
 )
-from .rig import Array, Coordinate, Parameters, Record
+from .rig import Array, Coordinate, Parameters, Record, means
 from .settings import DIFFERENCE, HUBER, OWN
 
 Rows = tuple[NDArray[np.intp], Array]
@@ -66,7 +66,7 @@ class Quadratic:
     back: list[tuple[Array, Array]]
     """Per log what gives its own from a step of the parameters: b+ - b = c - D s."""
     covariance: Array
-    """Covariance of what each log has of its own, beside given parameters, shape (L, 5a, 5a)."""
+    """Covariance of what each log has of its own, beside given parameters, shape (L, 5a + m, 5a + m)."""
     by_own: float
     """Fall of F [nats] that these alone still promise."""
     prior: Array
@@ -93,8 +93,8 @@ def linearise(
     further = [rig.coordinate(name, point.parameters) for name in rig.gains if name not in names]
     moved, at = (*coordinates, *further), [c.coordinate(rig.read(point.parameters, c.field)) for c in further]
     sensitivities = Sensitivities(likelihood, point, moved, np.append(x, at))
-    kept, T = np.r_[:P, len(moved) : sensitivities.count], np.zeros((sensitivities.count, n + 5 * a))
-    T[kept, np.r_[: n + 3 * a, n + 4 * a : n + 5 * a]] = 1.0
+    kept, T = np.r_[:P, len(moved) : sensitivities.count], np.zeros((sensitivities.count, n + len(likelihood.tau)))
+    T[kept, np.r_[: n + 3 * a, n + 4 * a : T.shape[1]]] = 1.0
     for j, c in enumerate(moved):  # a log's own gains move the same coordinates as the plant's
         if c.field in rig.gains:
             T[j, n + 3 * a + rig.gains.index(c.field)] = 1.0 / c.width
@@ -105,8 +105,8 @@ def linearise(
         information += np.diagonal(of_axes, axis1=1, axis2=2)[:, kept[:n]]
         scores = scores @ T
         full, gradient = T.T @ of_axes.sum(0) @ T, sensitivities.volume(i, sigma) @ T - scores.sum((0, 1))
-        inner = np.linalg.inv(full[n:, n:] + np.diag(likelihood.widths**-2.0))
-        g_b = gradient[n:] + point.own[i] * likelihood.widths**-2.0
+        inner = np.linalg.inv(full[n:, n:] + np.diag(likelihood.tau**-2.0))
+        g_b = gradient[n:] + point.own[i] * likelihood.tau**-2.0
         D = inner @ full[n:, :n]
         H[i], g[i] = full[:n, :n] - full[:n, n:] @ D, gradient[:n] - g_b @ D
         covariance.append(inner)
@@ -157,15 +157,15 @@ class _Axis(NamedTuple):
 class Sensitivities:
     """Derivatives of the innovations of every record by the coordinates of a point.
 
-    They are numbered: the plant's coordinates (P), the air's (5a), the log's torques (a), its start (2a) and its zeros
-    (a), which are ``count``.
+    They are numbered: the plant's coordinates (P), the air's (5a), the log's torques (a), its start (2a), its zeros (a)
+    and the sizes of its pushes (m), which are ``count``.
     """
 
     def __init__(self, likelihood: Likelihood, point: Point, coordinates: Sequence[Coordinate], x: Array):
         self.likelihood, self.point = likelihood, point
         self.moves = [likelihood.move(point, c, float(own)) for c, own in zip(coordinates, x, strict=True)]
         self.own = len(self.moves) + SHAPES * len(likelihood.rig.axes)
-        self.count = self.own + 4 * len(likelihood.rig.axes)
+        self.count = self.own + len(likelihood.tau) - len(likelihood.rig.axes)
         self._at_rate: dict[float, list[_Axis]] = {}
 
     def of_record(self, i: int, e: Array, motion: Array) -> Iterator[tuple[slice, list[Rows], list[Rows]]]:
@@ -184,8 +184,10 @@ class Sensitivities:
         gone = [behind(axis.own, e[:, k]) for k, axis in enumerate(axes)]
         lagging = None
         turn, zeroed = DIFFERENCE * OWN[4], np.array(rig.zeroed, dtype=int)
-        memory = np.zeros((a, P + 3 + len(zeroed), 5))
+        always = P + 3 + len(zeroed)
+        memory = np.zeros((a, always + len(record.pushes), 5))
         memory[:, P + 1 : P + 3] = [start_memory(axis.own, held) for axis in axes]
+        pushes, sizes = [(axis, means(course[:, None], held)[:, 0]) for axis, course in record.pushes], self.own + 4 * a
         chunk = record.block * max(1, CHUNK // record.block)
         for first in range(0, record.samples, chunk):
             rows = slice(first, min(first + chunk, record.samples))
@@ -199,6 +201,8 @@ class Sensitivities:
                 torques[:, P + 3 + z] = (there[:, 0] - own[:, 0]) / turn
             torques[:, pushing] = (own[:, 1:] - own[:, :1]) / widths[pushing]
             torques[:, P] = 1.0
+            for j, (axis_of, course) in enumerate(pushes):
+                torques[axis_of, always + j] = course[blocks]
             for j, move in enumerate(moves):
                 if move.torque is not None:
                     axis_of, values, which = move.torque
@@ -207,8 +211,8 @@ class Sensitivities:
             for k, axis in enumerate(axes):
                 passed = torques[k].any(1) | memory[k].any(1)
                 through, memory[k][passed] = lfilter(*axis.transfer, torques[k][passed], axis=1, zi=memory[k][passed])
-                named = np.concatenate((np.arange(P), self.own + k + a * np.arange(3), self.own + 3 * a + zeroed))
-                slow.append((named[passed], through))
+                of_log = (self.own + k + a * np.arange(3), self.own + 3 * a + zeroed, sizes + np.arange(len(pushes)))
+                slow.append((np.concatenate((np.arange(P), *of_log))[passed], through))
                 named = np.concatenate((axis.moving, np.array(list(read[k]), dtype=int)))
                 coloured = axis.slopes.T @ past(*gone[k], rows)
                 fast.append((named, np.vstack((coloured, *(change[rows] for change in read[k].values())))))

@@ -39,6 +39,10 @@ lines through its first .3 s, in the roughest air; the logarithm of its gains ov
 new belt: 1.5 to 6 % on measured rigs); the zero of its encoders [rad]: a rig that is switched on again comes to rest
 within half a degree."""
 
+FORCE = 10.0 * OWN[0]
+"""Standard deviation [rad/s^2] of a torque that is none of the rig's, a hand's or a periodic one, before any log is
+seen."""
+
 OWN_PRIOR = (2.0, 0.007, 0.007, 0.002)
 """Degrees of freedom, and sizes of what is known beforehand of the spread of the logs' torques [rad/s^2], gains and
 zeros [rad]: a good supply repeats itself to half of the least spread on measured rigs, an encoder that stays switched

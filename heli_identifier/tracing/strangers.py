@@ -126,7 +126,7 @@ def refuse_mirrored(null: Fit) -> None:
     if not 0 < len(mended) < len(likelihood.records):
         return
     records = tuple(mended[own.name][1] if own.name in mended else own for own in likelihood.records)
-    start = replace(alone, point=replace(alone.point, own=np.zeros_like(null.point.own)))
+    start = replace(alone, point=replace(alone.point, own=0.0 * null.point.own))
     if fit(replace(likelihood, records=records), names, start).value > null.value - UNKNOWN:
         return
     fewer = min(list(mended), [own.name for own in records if own.name not in mended], key=len)
@@ -149,8 +149,7 @@ def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
     An axis on which nothing counts has nan.
     """
     likelihood = replace(fitted.likelihood, records=(record,))
-    point = replace(fitted.point, own=np.zeros((1, 5 * len(likelihood.rig.axes))), harmonics=())
-    return without_own(fitted, record, likelihood.run_all(point)[0][0])
+    return without_own(fitted, record, likelihood.run_all(likelihood.resting(fitted.parameters, fitted.point.z))[0][0])
 
 
 def without_own(fitted: Fit, record: Record, e: Array) -> tuple[Array, Array]:

@@ -32,7 +32,7 @@ from .helicopter import Tables
 from .rig import Array, Coordinate, Effect, means
 from .select import Selection, left_out_gain, select
 from .sensitivity import linearise
-from .settings import NAMED, OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
+from .settings import FORCE, NAMED, OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
 from .statements import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 
 TIME, POINTS = "time", 121
@@ -135,7 +135,7 @@ def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
     frequency = float(f[power.argmax()])
     turns = [np.exp(2j * np.pi * frequency * means(r.time[:, None], r.held)[:, 0]) for r in records]
     both = [np.column_stack((turn.imag, turn.real)) for turn in turns]
-    width, ends = 10.0 * OWN[0], np.cumsum([len(two) for two in both])
+    width, ends = FORCE, np.cumsum([len(two) for two in both])
     return TIME, 0.0, frequency, width, width * block_diag(*both), np.split(np.arange(ends[-1]), ends[:-1])
 
 
