@@ -131,7 +131,7 @@ def linearise(
         files = {
             "linear_model.json": document,
             "linear_model.mat": matlab.getvalue(),
-            "controller.json": made.parameters_to_fly(),
+            "controller.json": tools.controller_parameters(made.flown, made.plants.model.point),
             "steps.svg": results.figure_file(tools.step_figure(made)),
         }
         results.write_files(draft, files)
@@ -173,7 +173,7 @@ def design_controller(
             "design.html": tools.controller_html(made),
             "controller.m": tools.controller_m(made),
             "init_heli_corrected.m": tools.corrected_init(given, model, course, configuration.geometry, name),
-            "controller.json": made.parameters_to_fly(),
+            "controller.json": tools.controller_parameters(made.flown, model.point),
             "nominal.json": tools.controller_parameters(made.baseline.settings, model.point),
         }
         if isinstance(made.robust.settings, FeedbackSettings):
