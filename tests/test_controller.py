@@ -132,6 +132,8 @@ def test_a_script_is_read_and_not_run(tmp_path):
     )
     values = course_values(script)
     assert values == {"l_h": 0.66, "m_p": 0.72, "l_p": 0.175, "K_f": pytest.approx(0.14269, abs=1e-5)}
+    script.write_text("a = 2^3^2; b = 2^(3^2); c = -2^2; d = 2^-1; e = 2^-3^2\n")  # as MATLAB has them: from the left
+    assert course_values(script) == {"a": 64.0, "b": 512.0, "c": -4.0, "d": 0.5, "e": 1.0 / 64.0}
     script.write_text("\nm_c = weigh();\n")
     with pytest.raises(ConfigurationError, match=r"line 2: m_c = weigh\(\) is no number"):
         course_values(script)
