@@ -40,7 +40,7 @@ SMALLER_IS_BETTER = ("sensitivity", "settling")
 class Figure:
     """One figure of a loop: of the estimated plant, with the interval that holds 95 % of the drawn ones.
 
-    ``promised`` is what is kept, ``worst`` that of the worst drawn plant.
+    ``promised`` is what is kept, ``worst`` that of the worst plant of all, never better than the estimated one's.
     """
 
     value: float
