@@ -231,8 +231,11 @@ def test_a_loop_that_keeps_its_margins_is_left_alone_and_one_that_lost_them_is_o
 
 def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_controller(tmp_path):
     file = stated(0.01).write(tmp_path / "parameters.json")
-    out = tmp_path / "control"
-    document = told("linearise", file, "--elevation", 0.1, "--output", out)
+    out, rig = tmp_path / "control", tmp_path / "heli.toml"
+    rig.write_text("[controller]\nperiod = 0.02\n")
+    document = told("linearise", file, "--elevation", 0.1, "--config", rig, "--output", out)
+    assert document["period"] == 0.02
+    assert "controller.period = 2.0 s must" in heli("linearise", file, "--config", rig, "--period", 2).output
     assert {path.name for path in out.iterdir()} == {
         "linear_model.json", "linear_model.mat", "controller.json", "steps.svg",
     }  # fmt: skip

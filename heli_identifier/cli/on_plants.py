@@ -109,23 +109,26 @@ def linearise(
     parameters: Path = args.PLANT,
     pitch: float = option(0.0, "Pitch of the operating point.", "RAD"),
     elevation: float = option(0.0, "Elevation of the operating point.", "RAD"),
+    period: float | None = args.PERIOD,
     config: Path | None = args.CONFIG,
     output: Path = args.folder("control"),
     json: bool = args.JSON,
 ) -> None:
     """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
 
-    The PID is the one of heli.toml, [controller.pid]; without that entry it has the default gains of the units.
+    The PID is the one of heli.toml, [controller.pid]; without that entry it has the default gains of the units. Sampled
+    model, margins and gains are those of the period at which it is called, [controller] period.
 
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
     from scipy.io import savemat
 
-    pid = args.find_configuration(config).controller.pid
+    aim = args.find_configuration(config).controller
+    aim = aim if period is None else replace(aim, period=period)
     with results.whole_folder(output) as draft:
         given = args.read_with_doubts(parameters)
         with progress_bar() as progress:
-            made = tools.design_pid(given, pitch, elevation, pid, progress=progress)
+            made = tools.design_pid(given, pitch, elevation, aim, progress=progress)
         document, matlab = made.linear_document(), BytesIO()
         savemat(matlab, made.matrices)
         files = {
@@ -144,7 +147,7 @@ def design_controller(
     axis: str = option("travel", "Angle controlled beside the elevation: pitch or travel.", "AXIS"),
     elevation: float = option(0.1, "Elevation of the operating point.", "RAD"),
     pitch: float = option(0.0, "Pitch of the operating point, with --axis pitch.", "RAD"),
-    period: float | None = option(None, "Sampling period; heli.toml's or 0.01.", "SECONDS"),
+    period: float | None = args.PERIOD,
     plants: int = option(1000, "Plants over which the designs are judged.", "N"),
     init: Path | None = option(None, "The course's script with masses and lengths, to compare with.", "FILE.m"),
     config: Path | None = args.CONFIG,
