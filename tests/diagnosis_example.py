@@ -74,9 +74,9 @@ def estimate(parameters, name, error=0.01):
     return Estimate(value, error * abs(value), BY_FIELD[name].unit)
 
 
-def stated(error=0.03, names=("a_wx", "a_th", "k_x", "a_wz", "a_e", "a_1", "k_z", "a_wy", "k_y")):
+def stated(error=0.03, names=("a_wx", "a_th", "k_x", "a_wz", "a_e", "a_1", "k_z", "a_wy", "k_y"), plant=TABLE_2):
     """A plant's parameters as a file states them, some with a relative error."""
-    return ParameterSet(PLANT, plant_values(TABLE_2, {name: estimate(TABLE_2, name, error) for name in names}))
+    return ParameterSet(PLANT, plant_values(plant, {name: estimate(plant, name, error) for name in names}))
 
 
 def determinations(parameters):

@@ -75,6 +75,8 @@ def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
     lopsided, fair, alike = expected(0.5, 4.0), expected(1.0, 1.0), expected(2.06, 2.06)
     # relative to the smallest errors .5 and 1: 4, 2 and 4.1
     assert experiment.rank_outlooks([alike, lopsided, fair]) == [fair, lopsided, alike]
+    never, shown = expected(np.inf, 2.0), expected(np.inf, 1.0)  # nothing shows the first effect: the second decides
+    assert experiment.rank_outlooks([never, shown]) == [shown, never]
     assert experiment.rank_outlooks([]) == []
 
 

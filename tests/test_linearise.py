@@ -124,14 +124,13 @@ def test_a_loop_without_margins_is_not_to_be_flown_and_a_rig_that_the_present_pi
     # 22 times the published gain behind motors four times as slow: no PID gets to a peak of 1.6
     made = pid_around(TABLE_2._replace(k_x=6.0, a_wx=0.0, T_m=0.3))
     assert [note.partition(":")[0] for note in made.notes][:1] == ["do not fly the retuned pitch loop"]
-    gains = made.parameters_to_fly().start_values  # nobody builds what is refused
-    assert gains["pitch.proportional"] == PID.pitch.proportional
-    assert gains["elevation.proportional"] == made.robust.settings.elevation.proportional
+    # nobody builds what is refused
+    assert (made.flown.pitch, made.flown.elevation) == (PID.pitch, made.robust.settings.elevation)
     # with the pitch counted the other way the open loop's gain never comes near -1, and the loop diverges
     made = pid_around(TABLE_2._replace(k_x=-TABLE_2.k_x), {"k_x": Estimate(-TABLE_2.k_x, 0.01, "rad/s^2/V")})
     assert made.robust.figures["pitch.sensitivity"].value == np.inf
     assert [note.partition(":")[0] for note in made.notes][:2] == ["WRONG SIGN", "do not fly the retuned PID"]
-    assert made.parameters_to_fly().start_values["elevation.proportional"] == PID.elevation.proportional
+    assert made.flown.elevation == PID.elevation
     # six times the published gain, as a measured rig has: the search begins with a tenth of the gains
     made = pid_around(TABLE_2._replace(k_x=1.66, a_wx=0.0, T_m=0.18))
     assert not made.baseline.is_stable and made.robust.is_stable
@@ -232,8 +231,11 @@ def test_a_loop_that_keeps_its_margins_is_left_alone_and_one_that_lost_them_is_o
 
 def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_controller(tmp_path):
     file = stated(0.01).write(tmp_path / "parameters.json")
-    out = tmp_path / "control"
-    document = told("linearise", file, "--elevation", 0.1, "--output", out)
+    out, rig = tmp_path / "control", tmp_path / "heli.toml"
+    rig.write_text("[controller]\nperiod = 0.02\n")
+    document = told("linearise", file, "--elevation", 0.1, "--config", rig, "--output", out)
+    assert document["period"] == 0.02
+    assert "controller.period = 2.0 s must" in heli("linearise", file, "--config", rig, "--period", 2).output
     assert {path.name for path in out.iterdir()} == {
         "linear_model.json", "linear_model.mat", "controller.json", "steps.svg",
     }  # fmt: skip

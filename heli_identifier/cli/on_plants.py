@@ -109,29 +109,32 @@ def linearise(
     parameters: Path = args.PLANT,
     pitch: float = option(0.0, "Pitch of the operating point.", "RAD"),
     elevation: float = option(0.0, "Elevation of the operating point.", "RAD"),
+    period: float | None = args.PERIOD,
     config: Path | None = args.CONFIG,
     output: Path = args.folder("control"),
     json: bool = args.JSON,
 ) -> None:
     """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
 
-    The PID is the one of heli.toml, [controller.pid]; without that entry it has the default gains of the units.
+    The PID is the one of heli.toml, [controller.pid]; without that entry it has the default gains of the units. Sampled
+    model, margins and gains are those of the period at which it is called, [controller] period.
 
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
     from scipy.io import savemat
 
-    pid = args.find_configuration(config).controller.pid
+    aim = args.find_configuration(config).controller
+    aim = aim if period is None else replace(aim, period=period)
     with results.whole_folder(output) as draft:
         given = args.read_with_doubts(parameters)
         with progress_bar() as progress:
-            made = tools.design_pid(given, pitch, elevation, pid, progress=progress)
+            made = tools.design_pid(given, pitch, elevation, aim, progress=progress)
         document, matlab = made.linear_document(), BytesIO()
         savemat(matlab, made.matrices)
         files = {
             "linear_model.json": document,
             "linear_model.mat": matlab.getvalue(),
-            "controller.json": made.parameters_to_fly(),
+            "controller.json": tools.controller_parameters(made.flown, made.plants.model.point),
             "steps.svg": results.figure_file(tools.step_figure(made)),
         }
         results.write_files(draft, files)
@@ -144,7 +147,7 @@ def design_controller(
     axis: str = option("travel", "Angle controlled beside the elevation: pitch or travel.", "AXIS"),
     elevation: float = option(0.1, "Elevation of the operating point.", "RAD"),
     pitch: float = option(0.0, "Pitch of the operating point, with --axis pitch.", "RAD"),
-    period: float | None = option(None, "Sampling period; heli.toml's or 0.01.", "SECONDS"),
+    period: float | None = args.PERIOD,
     plants: int = option(1000, "Plants over which the designs are judged.", "N"),
     init: Path | None = option(None, "The course's script with masses and lengths, to compare with.", "FILE.m"),
     config: Path | None = args.CONFIG,
@@ -173,7 +176,7 @@ def design_controller(
             "design.html": tools.controller_html(made),
             "controller.m": tools.controller_m(made),
             "init_heli_corrected.m": tools.corrected_init(given, model, course, configuration.geometry, name),
-            "controller.json": made.parameters_to_fly(),
+            "controller.json": tools.controller_parameters(made.flown, model.point),
             "nominal.json": tools.controller_parameters(made.baseline.settings, model.point),
         }
         if isinstance(made.robust.settings, FeedbackSettings):

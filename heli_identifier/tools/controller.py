@@ -19,7 +19,7 @@ from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import GAIN_OF, PLANT, ParameterSet, Use, plant_values, to_plain
 from heli_identifier.tools import margins
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge_controller
-from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD
+from heli_identifier.tools.linearisation import NOT_LINEAR
 from heli_identifier.tools.loop import CONTROLLER, controller_parameters
 from heli_identifier.tools.margins import LOOPS, Plants, allowed_plants
 from heli_identifier.tools.synthesis import PEAK, design_feedback, retune_pid
@@ -147,17 +147,20 @@ def _find_robust(
 ) -> tuple[FeedbackSettings, float]:
     """Return the design with the cheapest voltages of which 95 % of the plants keep the disk margin, or the best.
 
-    With it the disk margin that is kept.
+    With it the disk margin that is kept. Designs that are unstable on the identified plant are passed over.
     """
     best, reached = nominal, 0.0
     for power in range(DEAREST):
         trial = design_feedback(plants.model, aim, other, integral, DEARER**power)
-        if all(margins.is_stable(margins.close_loop(one, trial)) for one in plants.drawn[:20]):
-            law = margins.controller_response(trial, aim.period, plants.omega)
-            disks = margins.disk_margins(plants.responses[1 : TRIED + 1], law)
-            kept = float(np.quantile(disks, 1.0 - CONFIDENCE))
-            if kept > reached:
-                best, reached = trial, kept
+        # the design knows neither the arm's bending nor what of the delay is no whole period
+        loops = (margins.close_loop(one, trial) for one in (plants.model, *plants.drawn[:TRIED]))
+        identified, *drawn = map(margins.is_stable, loops)
+        law = margins.controller_response(trial, aim.period, plants.omega)
+        # the response of a loop that is not stable looks as if it had a margin
+        disks = np.where(drawn, margins.disk_margins(plants.responses[1 : TRIED + 1], law), 0.0)
+        kept = float(np.quantile(disks, 1.0 - CONFIDENCE))
+        if identified and kept > reached:
+            best, reached = trial, kept
         if reached >= aim.disk_margin:
             break
     return best, reached
@@ -167,20 +170,23 @@ def design_pid(
     parameters: ParameterSet,
     pitch: float = 0.0,
     elevation: float = 0.0,
-    settings: PidSettings | None = None,
+    aim: ControllerConfiguration | None = None,
     draws: int = FEW,
     progress: Progress = lambda what, share: None,
 ) -> Design:
     """Linearise a plant at a pitch and elevation [rad], find the margins of the present PID there, and retune it.
 
+    ``aim`` has the PID, by default that of the units, and the period at which it is called.
+
     ConfigurationError if there is no equilibrium, of the plant or of any plant that the data allow; the motors have no
     lag; the diagnosis calls an axis of a loop not usable; or the parameters are those of another unit than the plant.
     """
     _check_usable(parameters, LOOPS, Use.NOTHING)
-    plants = allowed_plants(parameters, pitch, elevation, PERIOD, draws, progress)
+    aim = aim or ControllerConfiguration()
+    plants = allowed_plants(parameters, pitch, elevation, aim.period, draws, progress)
     plant = plants.model.plant
     progress("retuning", 0.6)
-    made = _retune_pid(plants, settings, False, LOOPS, progress)
+    made = _retune_pid(plants, aim.pid, False, LOOPS, progress)
     notes = [
         f"the linear model leaves out {BY_FIELD[field].name}: friction that sticks has no slope at rest"
         for field in NOT_LINEAR
@@ -204,11 +210,12 @@ def control_advice(
     keep the margins. Takes some seconds.
 
     ``standard_errors`` are by structured name; parameters that are not in it keep their value. The elevation of the
-    operating point is in [rad], the present PID by default that of the units. ConfigurationError if there is no
-    equilibrium there.
+    operating point is in [rad], the present PID by default that of the units, called every .01 s. ConfigurationError if
+    there is no equilibrium.
     """
     errors = {BY_NAME[name].field: Estimate(0.0, error or None, "1") for name, error in standard_errors.items()}
-    made = design_pid(ParameterSet(PLANT, plant_values(parameters, errors)), 0.0, elevation, settings)
+    aim = ControllerConfiguration(pid=settings)
+    made = design_pid(ParameterSet(PLANT, plant_values(parameters, errors)), 0.0, elevation, aim)
     peaks, new = ({axis: own.figures[f"{axis}.sensitivity"] for axis in LOOPS} for own in (made.baseline, made.robust))
     beyond = {axis: peak for axis, peak in peaks.items() if peak.interval[1] > PEAK}
     sentence, offered = "", None

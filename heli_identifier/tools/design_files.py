@@ -48,7 +48,7 @@ _OPERATORS: dict[type, Any] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos,
 }  # fmt: skip
-_FUNCTIONS = {name: getattr(math, name) for name in ("sqrt", "sin", "cos", "tan", "exp")}
+_FUNCTIONS = {name: getattr(math, name) for name in ("sqrt", "sin", "cos", "tan", "exp")} | {"_": float}
 _FROM_ROTORS = np.array([[1.0, 1.0], [1.0, -1.0]])
 """(V_s, V_d) of (v_front, v_rear); half of it gives (v_front, v_rear) of (V_s, V_d)."""
 
@@ -147,7 +147,8 @@ def course_values(script: Path | None) -> dict[str, float]:
     text = re.sub("%.*", "", data.decode("utf-8", errors="replace"))
     for found in _ASSIGNMENT.finditer(text):
         name, stated = found[1], found[2].strip()
-        expression = stated.replace("^", "**").replace(".*", "*").replace("./", "/")
+        marked = re.sub(r"(\^[\s+-]*)\(", r"\1_(", stated)  # brackets behind ^ are a call, so that the tree keeps them
+        expression = marked.replace("^", "**").replace(".*", "*").replace("./", "/")
         try:
             value = _evaluate(ast.parse(expression, mode="eval").body, {**values, "pi": math.pi})
             if not math.isfinite(value):
@@ -170,6 +171,11 @@ def _evaluate(node: ast.expr, known: Mapping[str, float]) -> float:
             return known[name]
         case ast.UnaryOp(operation, operand):
             return float(_OPERATORS[type(operation)](_evaluate(operand, known)))
+        # MATLAB reads a^b^c, and a^-b^c, from the left, Python's ** from the right
+        case ast.BinOp(a, ast.Pow() as power, ast.BinOp(b, ast.Pow(), c)):
+            return _evaluate(ast.BinOp(ast.BinOp(a, power, b), power, c), known)
+        case ast.BinOp(a, ast.Pow() as power, ast.UnaryOp(sign, ast.BinOp(b, ast.Pow(), c))):
+            return _evaluate(ast.BinOp(ast.BinOp(a, power, ast.UnaryOp(sign, b)), power, c), known)
         case ast.BinOp(left, operation, right):
             return float(_OPERATORS[type(operation)](_evaluate(left, known), _evaluate(right, known)))
         case ast.Call(ast.Name(name), [argument]):

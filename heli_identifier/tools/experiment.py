@@ -210,9 +210,15 @@ def rank_proposals(
 
 
 def rank_outlooks(outlooks: Sequence[Outlook]) -> list[Outlook]:
-    """Sort by the larger of the effects' separated standard errors, each relative to the smallest of any outlook."""
+    """Sort by the larger of the effects' separated standard errors, each relative to the smallest of any outlook.
+
+    An effect that no outlook shows ranks none of them.
+    """
+    if not outlooks:
+        return []
     errors = np.array([[seen.standard_error_separated for seen in own.effects] for own in outlooks])
-    order = np.argsort((errors / errors.min(axis=0)).max(axis=1)) if outlooks else ()
+    shown = errors[:, np.isfinite(errors).any(axis=0)]
+    order = np.argsort((shown / shown.min(axis=0)).max(axis=1, initial=1.0), kind="stable")
     return [outlooks[i] for i in order]
 
 

@@ -206,8 +206,7 @@ def identify(
     choice = choose_method([online.output_of(one.state, one.plan).feedback for one in histories], method)
     if choice.method == PREDICTION_ERROR:  # once more, with the noise models and the motors' lag of all logs together
         first = history.combine_histories(histories)
-        known = first.estimates.get("T_m")
-        lag_of_all = max(known.value, 0.0) if known else lag
+        lag_of_all = max(first.estimates["T_m"].value, 0.0)
         histories = histories_of(1, method=PREDICTION_ERROR, motor_time_constant=lag_of_all, noise=first.noise)
         together = history.combine_histories(histories)
     else:

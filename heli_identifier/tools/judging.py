@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from heli_identifier.provenance import provenance
-from heli_identifier.results import ParameterSet, to_plain
+from heli_identifier.results import to_plain
 from heli_identifier.tools import margins
 from heli_identifier.tools.linearisation import linear_system
-from heli_identifier.tools.loop import Settings, StepResponse, controller_parameters, settling_time, step_response
+from heli_identifier.tools.loop import Settings, StepResponse, settling_time, step_response
 from heli_identifier.tools.margins import LOOPS, Array, Plants
 from heli_plant.control import PidSettings
 from heli_plant.effects import AXES
@@ -40,7 +40,7 @@ SMALLER_IS_BETTER = ("sensitivity", "settling")
 class Figure:
     """One figure of a loop: of the estimated plant, with the interval that holds 95 % of the drawn ones.
 
-    ``promised`` is what is kept, ``worst`` that of the worst drawn plant.
+    ``promised`` is what is kept, ``worst`` that of the worst plant of all, never better than the estimated one's.
     """
 
     value: float
@@ -176,10 +176,6 @@ class Design:
         """Both controllers by what they are called; the first alone where the other is the same."""
         first, second = ("present", "retuned") if self.kind == "pid" else ("nominal", "robust")
         return {first: self.baseline} | ({second: self.robust} if self.robust is not self.baseline else {})
-
-    def parameters_to_fly(self) -> ParameterSet:
-        """Return what is to be flown as parameters of its unit."""
-        return controller_parameters(self.flown, self.plants.model.point)
 
     def document(self) -> dict[str, Any]:
         """Return the content of design.json; null stands for an infinite value."""

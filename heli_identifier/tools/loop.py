@@ -73,15 +73,6 @@ def _parameters(settings: Settings) -> list[Variable]:
     return [own for own in unit_class(unit).variables if own.field]
 
 
-def read_controller(path: str | PathLike[str], voltage_limit: float) -> Settings:
-    """Read the settings of a PidController or a StateFeedback; ConfigurationError if the file is another unit's."""
-    own = results.read_parameters(path)
-    said = f"{path} holds parameters of the {own.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
-    refuse(own.unit not in KINDS, said)
-    default: Any = KINDS[own.unit](voltage_limit=voltage_limit)
-    return controller_settings(default, own.start_values)
-
-
 def start_controller(settings: Settings, pitch: float, elevation: float, travel: float) -> Memory:
     """Return the state of a controller without history, at measured angles [rad]."""
     if isinstance(settings, PidSettings):
@@ -205,7 +196,13 @@ def check_closed_loop(
     has no reference of an axis that the controller follows, or its samples do not come at those of a state feedback.
     """
     plant = results.plant_of(parameters)
-    settings = read_controller(controller, plant.v_max) if isinstance(controller, str | PathLike) else controller
+    settings: Any = controller
+    if isinstance(controller, str | PathLike):
+        own = results.read_parameters(controller)
+        said = f"{controller} holds parameters of the {own.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
+        refuse(own.unit not in KINDS, said)
+        default: Any = KINDS[own.unit](voltage_limit=plant.v_max)
+        settings = controller_settings(default, own.start_values)
     followed, outcomes, voltages = ("elevation", "travel" if settings.travel_enabled else "pitch"), list[Outcome](), {}
     for log in read_logs(logs):
         missing = " and the ".join(axis for axis in followed if axis not in log.references)

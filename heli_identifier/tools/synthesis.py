@@ -40,7 +40,6 @@ from heli_identifier.tools.margins import Array
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.effects import AXES
 from heli_plant.laws import motor_time_constant
-from heli_plant.parameters import PlantParameters
 from heli_plant.state_feedback import MOST_DELAY, Angles, FeedbackSettings, Motion, Pair, Rotors
 
 PEAK = 1.6  # largest peak of the sensitivity: a phase margin of 36 degrees and a gain margin of 2.7 at least
@@ -126,15 +125,19 @@ def design_feedback(
 
     ConfigurationError if the weights leave a mode that nothing stabilises, the period is too long or the delay is.
     """
-    plant, point, w = model.plant, model.point, aim.weights
-    delay = _whole_delay(plant, aim.period)
-    system = linear_system(plant._replace(arm_bending_elevation=0.0), point, aim.period if sampled else None)
+    plant, point, w, period = model.plant, model.point, aim.weights, aim.period
+    lag, delay = motor_time_constant(plant), round(plant.input_delay_rotors / period)
+    longer = f"controller.period = {period:g} s is longer than the motors' lag of {lag:.3g} s"
+    refuse(period > lag, f"{longer}, so the voltages between two samples are not resolved; take 0.01 s.")
+    late = f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {period:g} s"
+    refuse(delay > MOST_DELAY, f"{late}, the unit keeps at most {MOST_DELAY}; take a longer controller.period.")
+    system = linear_system(plant._replace(arm_bending_elevation=0.0), point, period if sampled else None)
     # without the travel and its rate where the pitch is controlled
     used, angles, chosen = [0, 1, 3, 4, 6, 7], [0, 1], [1, 0]
     if other == "travel":
         used, angles, chosen = [*range(8)], [0, 1, 2], [1, 2]
     A, B, C = system.A[np.ix_(used, used)], system.B[used], system.C[np.ix_(angles, used)]
-    S, n, h = system.C[np.ix_(chosen, used)], len(used), aim.period if sampled else 1.0
+    S, n, h = system.C[np.ix_(chosen, used)], len(used), period if sampled else 1.0
     rated = [w.pitch, w.elevation, w.travel, w.pitch_rate, w.elevation_rate, w.travel_rate, 0.0, 0.0]
     Q = np.diag([*np.array(rated)[used], *([w.elevation_integral, w.other_integral] if integral else [])]) * h
     R = np.eye(2) * w.voltage * effort * h
@@ -182,18 +185,8 @@ def design_feedback(
         reference=rows(Pair, N),
         point=Angles(point.pitch, point.elevation, 0.0),
         hover=Rotors(point.v_front, point.v_rear),
-        period=aim.period if sampled else 0.0,
+        period=period if sampled else 0.0,
         delay=delay,
         travel_enabled=other == "travel",
         voltage_limit=plant.v_max,
     )
-
-
-def _whole_delay(plant: PlantParameters, h: float) -> int:
-    """Input delay in whole periods [h], once period and delay were found possible."""
-    lag, delay = motor_time_constant(plant), round(plant.input_delay_rotors / h)
-    longer = f"controller.period = {h:g} s is longer than the motors' lag of {lag:.3g} s"
-    refuse(h > lag, f"{longer}, so the voltages between two samples are not resolved; take 0.01 s.")
-    late = f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {h:g} s"
-    refuse(delay > MOST_DELAY, f"{late}, the unit keeps at most {MOST_DELAY}; take a longer controller.period.")
-    return delay
