@@ -80,7 +80,13 @@ class Table:
     def values(self, column: Column) -> Array:
         """Give all cells of a signal in SI units, shape (N,), with NaN where a cell holds no number and no instant."""
         cells = self.columns[column.index]
-        return read_stamps(cells) if column.unit == STAMP else to_floats(cells) * column.factor
+        if column.unit == STAMP:
+            return read_stamps(cells)
+        if cells.dtype.kind != "f":
+            import pandas
+
+            cells = pandas.to_numeric(pandas.Series(cells).astype(str), errors="coerce").to_numpy(dtype=float)
+        return cells * column.factor
 
 
 def as_numbers(values: Any) -> NDArray[Any]:
@@ -103,18 +109,6 @@ def read_stamps(cells: NDArray[Any]) -> Array:
             if found.notna().any():
                 break
     return (found - found.bfill().iloc[:1].min()).dt.total_seconds().to_numpy(dtype=float)
-
-
-def to_floats(cells: NDArray[Any]) -> Array:
-    """Give cells as numbers, NaN where one is none."""
-
-    def number(cell: Any) -> float:
-        try:
-            return np.nan if isinstance(cell, bool) or "_" in str(cell) else float(cell)  # 1_0 is ten in Python only
-        except (TypeError, ValueError):
-            return np.nan
-
-    return cells if cells.dtype.kind == "f" else np.array([number(cell) for cell in cells], dtype=float)
 
 
 def find_columns(table: Table, format: LogFormat) -> list[Column]:
