@@ -195,16 +195,11 @@ def sets_by_unit(file: Path | None, units: Collection[str], refusal: str) -> dic
     return dict.fromkeys(takers, parameters)
 
 
-def values_of(unit: str, file: Path | None) -> dict[str, float]:
-    """Give the values of a file that must hold parameters of a unit; none without a file."""
-    given = sets_by_unit(file, [unit], f"those of the {unit} are needed")
-    return given[unit].start_values if given else {}
-
-
 def controller_of(default: PidSettings, file: Path | None, words: Sequence[str] = ()) -> PidSettings:
     """Give a PID with the parameters of its file, if there is one, and of ``name=value`` words, which outrank it."""
     unit = tools.CONTROLLER
-    values: dict[str, Any] = values_of(unit, file)
+    given = sets_by_unit(file, [unit], f"those of the {unit} are needed")
+    values: dict[str, Any] = given[unit].start_values if given else {}
     own = fmu_src.check_start_values(fmu_src.unit_class(unit), parse_assignments(words))
     return tools.controller_settings(default, values | own)
 

@@ -12,6 +12,7 @@ from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.guard import INTERRUPTED
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import refuse
+from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
 from heli_identifier.processes import undo_at_end
 
 SERVED_AT = "127.0.0.1:8042"
@@ -48,7 +49,6 @@ def follow(
     offered, not applied.
     """
     from heli_identifier.cli.flight import Adviser, catch_interrupt, conclude_flight, open_shows
-    from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
     from heli_identifier.live.listening import Listening
     from heli_identifier.live.screen import event_line
     from heli_identifier.live.session import Session, check_unused
@@ -114,7 +114,6 @@ def stream(
 
     For trying `heli follow --listen` and the unit RigLink without a rig.
     """
-    from heli_identifier.live import USUAL_LAYOUT, read_layout
     from heli_identifier.live.sources import send
 
     form = read_layout(layout or USUAL_LAYOUT)

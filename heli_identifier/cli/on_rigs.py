@@ -22,6 +22,10 @@ RIG_FOLDER = (
     "Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins with held is "
     "held out, else the last one."
 )
+OF_RIGS = "Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
+GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
+TO_INIT = "Configuration to write (.toml), or a log to look into."
+HERE = Path(CONFIGURATION_NAME)
 
 
 def fleet(
@@ -61,10 +65,6 @@ def fleet(
         raise typer.Exit(FAILED)
 
 
-OF_RIGS = "Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
-GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
-
-
 def campaign(
     folder: Path | None = argument(None, OF_RIGS, "FOLDER"),
     output: Path = args.folder("campaign"),
@@ -101,12 +101,6 @@ def _sources(folder: Path | None, config: Path | None, generator: str, rigs: int
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
     sys.path.insert(0, os.getcwd())
     return tools.generate_rigs(generator, rigs)
-
-
-# --- to begin with ---------------------------------------------------------------------------------------------------
-
-TO_INIT = "Configuration to write (.toml), or a log to look into."
-HERE = Path(CONFIGURATION_NAME)
 
 
 def init(
