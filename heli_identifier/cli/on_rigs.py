@@ -80,7 +80,16 @@ def campaign(
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
     file = args.configuration_file(config)
-    sources = _sources(folder, file, generator, rigs)
+    refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
+    if folder is not None:
+        refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
+        sources = tools.find_rigs(folder, file)
+    elif rigs is None:
+        raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
+    else:
+        # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
+        sys.path.insert(0, os.getcwd())
+        sources = tools.generate_rigs(generator, rigs)
     settings = hi.DiagnosisSettings.from_rig(args.find_configuration(file))
     with progress_bar(lines=True) as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
@@ -88,19 +97,6 @@ def campaign(
     print_answer(json, summary, *tools.campaign_tables(summary), (output, [tools.CONSOLIDATED]))
     if summary["failures"]:
         raise typer.Exit(FAILED)
-
-
-def _sources(folder: Path | None, config: Path | None, generator: str, rigs: int | None) -> "list[tools.Source]":
-    """Give the rigs of a folder or of a generator, whichever was named."""
-    refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
-    if folder is not None:
-        refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
-        return tools.find_rigs(folder, config)
-    if rigs is None:
-        raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
-    # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
-    sys.path.insert(0, os.getcwd())
-    return tools.generate_rigs(generator, rigs)
 
 
 def init(
