@@ -3,7 +3,6 @@
 import os
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 import typer
 
@@ -83,19 +82,13 @@ def follow(
         stack.enter_context(undo_at_end(session.close))
         stack.callback(adviser.thread.shutdown, wait=False, cancel_futures=True)
         stopped = stack.enter_context(catch_interrupt())
-
-        def show_all(view: Any) -> None:
-            session.notice = adviser.look()
-            show(view)
-
-        session.run(source, stopped, show_all)
-        interrupted = stopped()
-        session.notice = adviser.look(wait=True)
+        session.run(source, stopped, lambda view: show(view._replace(notice=adviser.look())))
+        interrupted, advice = stopped(), adviser.look(wait=True)
     typer.echo(f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples")
     for event in session.events:
         typer.echo(event_line(event))
-    if session.notice:
-        typer.echo(session.notice)
+    if advice:
+        typer.echo(advice)
     if interrupted:
         note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
     conclude_flight(session, output, configuration)

@@ -126,7 +126,7 @@ def identify(
 def check(
     context: typer.Context,
     logs: list[Path] = args.LOGS,
-    parameters: Path = args.PLANT_OPTION,
+    parameters: Path = option(args.PLANT_FILE, "parameters.json of a diagnosis.", "FILE", "--parameters", "-p"),
     factor: float = option(1.3, "Error allowed, as a multiple of the expected one.", "FACTOR"),
     junit: Path | None = option(None, "Write the outcome as JUnit XML.", "FILE"),
     controller: Path | None = option(None, FLOWN, "FILE"),
