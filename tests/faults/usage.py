@@ -35,6 +35,7 @@ OPTIONS = (
     Fault("a page at an address that is none", parameters(), f"{FOLLOW} log.csv --serve --serve-at here", "--serve-at"),
     Fault("an empty word, as of a variable that is not set", parameters(), 'heli identify log.csv -o ""', "an argument is empty"),
     Fault("the log as the file to write", parameters(), f"{CHECK} --junit log.csv", "log.csv is read by this command and not written over"),
+    Fault("the heli.toml of this folder as the file to write", configured(""), "heli simulate measured_data --log log.csv -o heli.toml", "heli.toml is read by this command and not written over"),
     Fault("the log as the configuration to write", good, "heli init log.csv -o log.csv", "is read by this command and not written over"),
     Fault("a parameter given twice", nothing, "heli simulate open_loop -d 1 -s plant.pitch.damping=1 -s plant.pitch.damping=2", "--set plant.pitch.damping is given twice"),
     Fault("--from far before the log, and --to", parameters(), f"{CHECK} --from -1e12 --to 10", "kept 0 s to 10 s of the file (1001 of 2000 rows)", 0),
