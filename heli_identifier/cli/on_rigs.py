@@ -25,7 +25,6 @@ RIG_FOLDER = (
 OF_RIGS = "Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
 GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
 TO_INIT = "Configuration to write (.toml), or a log to look into."
-HERE = Path(CONFIGURATION_NAME)
 
 
 def fleet(
@@ -100,30 +99,32 @@ def campaign(
 
 
 def init(
-    file: Path = argument(HERE, TO_INIT, "FILE|LOG", show_default=False),
-    output: Path = option(HERE, "Configuration to write for a log.", "FILE", "--output", "-o"),
+    file: Path | None = argument(None, TO_INIT, "FILE|LOG"),
+    output: Path | None = args.to_file("Configuration to write; heli.toml by default."),
 ) -> None:
     """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag.
 
     With a log it is the configuration that reads this log: columns, units and signs are guessed by their names and by
     physics, each with its reason, to be confirmed.
     """
-    found = None if file.suffix == ".toml" else records.guess(file)
-    path = records.write_template(output if found else file, found)
-    if found:
+    log, to = (file, output) if file and file.suffix != ".toml" else (None, file or output)
+    refuse(output not in (None, to), f"{file} and --output {output} both name the configuration to write; keep one.")
+    found = records.guess(log) if log else None
+    path = records.write_template(to or CONFIGURATION_NAME, found)
+    if log and found:
         form, reasons, rows = found.format, found.reasons, []
         for signal, header in form.columns.items():
             because = [reasons.get(f"{part}.{signal}", "") for part in ("columns", "units", "signs")]
             sign = str(form.sign(signal)) if signal != "time" else ""
             rows.append((signal, header, form.units[signal], sign, "; ".join(filter(None, because))))
         columns = ("signal", "column", "unit", "sign", "because")
-        terminal.print_table(results.Table(f"Guessed from {file}; confirm each", columns, rows))
+        terminal.print_table(results.Table(f"Guessed from {log}; confirm each", columns, rows))
         for key in ("swap_rotors", "clip", "start", "decimal"):
             if key in reasons:
                 note(f"{key}: {reasons[key]}")
         doubts = list(found.doubts)
         try:
-            doubts += records.suspicions(hi.read_log(file, form))
+            doubts += records.suspicions(hi.read_log(log, form))
         except LogError as error:
             doubts.append(f"with these guesses the log is refused: {error}")
         for text in doubts:

@@ -37,6 +37,8 @@ OPTIONS = (
     Fault("the log as the file to write", parameters(), f"{CHECK} --junit log.csv", "log.csv is read by this command and not written over"),
     Fault("the heli.toml of this folder as the file to write", configured(""), "heli simulate measured_data --log log.csv -o heli.toml", "heli.toml is read by this command and not written over"),
     Fault("the log as the configuration to write", good, "heli init log.csv -o log.csv", "is read by this command and not written over"),
+    Fault("a configuration by another name, without a log", nothing, "heli init -o lab.toml", "written: lab.toml", 0, ("lab.toml",)),
+    Fault("two configurations to write", nothing, "heli init a.toml -o b.toml", "a.toml and --output b.toml both name the configuration to write"),
     Fault("a parameter given twice", nothing, "heli simulate open_loop -d 1 -s plant.pitch.damping=1 -s plant.pitch.damping=2", "--set plant.pitch.damping is given twice"),
     Fault("--from far before the log, and --to", parameters(), f"{CHECK} --from -1e12 --to 10", "kept 0 s to 10 s of the file (1001 of 2000 rows)", 0),
     Fault("a filter of 1e-300 rad/s", good, f"{IDENTIFY} --filter-frequency 1e-300", "must lie in [0.001, 20] rad/s"),
