@@ -70,10 +70,10 @@ class Table:
                 advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
             raise LogError(f"{self.file}, row {self.first_row + sample}, column {header}: {what}; {advice}.")
         counts = values / column.factor
-        if column.unit == "counts" and np.mean(np.abs(counts - np.round(counts)) > _WHOLE) > 0.5:
+        if column.unit == "counts" and (off := np.abs(counts - np.round(counts)) > _WHOLE).mean() > 0.5:
             raise LogError(
                 f"{self.file}, column {header}: counts are whole numbers, and most of these are not, "
-                f"{counts[0]:g} for one; state another unit under [log.units] of {HELI_TOML}."
+                f"{counts[off.argmax()]:.12g} for one; state another unit under [log.units] of {HELI_TOML}."
             )
         return values
 

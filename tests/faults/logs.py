@@ -137,7 +137,7 @@ TEXTS = (
     Fault("30000 headers over rows of one cell", lines(",".join(HEADERS + [f"c{i}" for i in range(30_000)]), *(["1"] * 20_000)), IDENTIFY, "have fewer cells than its 30006 headers"),
     Fault("a pitch in radians and one in degrees", lines(f"{HEADER},pitch [deg]", *(f"{row},0" for row in ROWS)), IDENTIFY, "pitch stands in 2 columns"),
     Fault("milliseconds since 1970 under [s]", write(text([1.7e12 + 1e3 * columns()[0], *columns()[1:]])), IDENTIFY, "the rate of 0.1 Hz is below 50 Hz"),
-    Fault("radians that are called counts", configured('[log.units]\npitch = "counts"\n'), IDENTIFY, "counts are whole numbers"),
+    Fault("radians that are called counts", configured('[log.units]\ntravel = "counts"\n'), IDENTIFY, "counts are whole numbers, and most of these are not, 0.000767 for one"),
     Fault("a Parquet file of 50 million rows in few bytes", endless, "heli identify log.parquet -o out", "more than 1000 MB"),
     Fault("a file of /proc, which has no size", nothing, "heli identify /proc/self/maps -o out", "is empty"),
     Fault("commas of another script", rewritten(lambda text: text.replace(",", "\uff0c")), IDENTIFY, "log.csv is not a table"),
