@@ -35,6 +35,7 @@ CONFIGURATIONS = (
     Fault("counts with a fraction", configured("[rig.encoder_counts]\npitch = 4096.0\n"), IDENTIFY, "rig.encoder_counts.pitch = 4096.0 must be a whole number"),
     Fault("a word for the air", configured("[controller]\nair = ['a', 0.1, 0.1]\n"), IDENTIFY, "controller.air = 'a' must be a number"),
     Fault("a PID that has a trim alone", configured("[controller.pid]\ntrim = -0.9\n"), IDENTIFY, "controller.pid.trim = -0.9 V stands alone"),
+    Fault("a gain of the PID out of its range", configured("[controller.pid]\ntravel = [0.25, 2e3, 1.0]\n"), IDENTIFY, "controller.pid.travel, integral = 2000.0 1/s must lie in [0, 1000] 1/s"),
     Fault("a weight of 0", configured("[controller.weights]\nvoltage = 0\n"), IDENTIFY, "controller.weights.voltage = 0.0 must lie in [1e-09, 1e+09]"),
     Fault("a sign of an axis that there is not, in flight", parameters(more=configured("[log.signs]\nyaw = -1\n")), "heli follow log.csv --speed 0 -p parameters.json -o out", "key log.signs.yaw is unknown"),
     Fault("a heli.toml that is a pipe", lambda f: (good(f), pipe(f / "heli.toml")), IDENTIFY, "heli.toml cannot be read: it is a pipe"),
