@@ -83,7 +83,7 @@ def follow(
         stack.callback(adviser.thread.shutdown, wait=False, cancel_futures=True)
         stopped = stack.enter_context(catch_interrupt())
         session.run(source, stopped, lambda view: show(view._replace(notice=adviser.look())))
-        interrupted, advice = stopped(), adviser.look(wait=True)
+        interrupted, lost, advice = stopped(), source.status.lost, adviser.look(wait=True)
     typer.echo(f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples")
     for event in session.events:
         typer.echo(event_line(event))
@@ -92,6 +92,7 @@ def follow(
     if interrupted:
         note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
     conclude_flight(session, output, configuration)
+    refuse(lost != "", f"the flight ended because {lost}; mend that, and name another folder for the next flight.")
     if interrupted:
         raise typer.Exit(INTERRUPTED)
 

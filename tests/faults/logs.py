@@ -131,7 +131,6 @@ TEXTS = (
     Fault("a quotation mark that is never closed", cell(700, PITCH, '"0.1'), IDENTIFY, "row 702, column 'pitch [rad]': the cell holds '\"0.1'"),
     Fault("a line separator (U+2028) within a comment", lines("# north\u2028lab", HEADER, *ROWS), IDENTIFY, "line 1 is no part of the table", 0, ("out",)),
     Fault("the header once more between the rows", lines(HEADER, *ROWS[:700], HEADER, *ROWS[700:]), IDENTIFY, "the cell holds 'time [s]'"),
-    Fault("a comment between the rows", lines(HEADER, *ROWS[:700], "# pause", *ROWS[700:]), IDENTIFY, "the cell holds '# pause'"),
     Fault("a last line that holds a sum", lines(HEADER, *ROWS, "Total,2000"), IDENTIFY, "the cell holds 'Total'"),
     Fault("zeros behind the text, as a crashed logger leaves them", write("\n".join([HEADER, *ROWS, ""]).encode() + bytes(4096)), IDENTIFY, "it holds binary data"),
     Fault("30000 headers over rows of one cell", lines(",".join(HEADERS + [f"c{i}" for i in range(30_000)]), *(["1"] * 20_000)), IDENTIFY, "have fewer cells than its 30006 headers"),
