@@ -78,7 +78,7 @@ def variables_of(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> tu
 
 
 def number_or_text(value: Value) -> Value:
-    """Return a text as the number that it says, if it is one; true and false are 1 and 0."""
+    """Return a text as the number that it says, if it is one: 1_000 is 1000, as in heli.toml; true is 1, false 0."""
     if not isinstance(value, str):
         return value
     if value.lower() in ("true", "false"):

@@ -72,15 +72,6 @@ def test_validate_takes_all_files_up_to_the_next_option():
         assert spread_options(typed.split()) == taken.split()
 
 
-def test_a_configuration_of_this_folder_is_taken_and_that_is_said(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert heli("init").exit_code == 0
-    said = heli("diagnose", "nothing.csv")
-    assert said.exit_code == 2 and said.stdout == ""
-    assert "configuration: heli.toml" in said.stderr and "does not exist" in said.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["heli.toml"]
-
-
 def test_on_a_narrow_terminal_figures_stand_without_their_intervals_unless_they_are_asked_for(monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "60")
     rows = [("pitch gain of the model as it was", "0.2930 ± 0.0057 rad/s²/V", "5.00 (4.50 to 5.50)")]
@@ -103,7 +94,6 @@ def test_on_a_narrow_terminal_figures_stand_without_their_intervals_unless_they_
 
 @pytest.mark.parametrize("error, code, said", [
     (ZeroDivisionError("nobody thought of this"), 70, "ZeroDivisionError: nobody thought"),
-    (ImportError("No module named 'nonsense'"), 70, "No module named 'nonsense'"),
     (OSError(28, "No space left on device"), 2, "heli: No space left on device."),
     (OSError("timed out"), 2, "heli: timed out."),
     (MemoryError(), 2, "heli: there is not enough memory"),
@@ -169,4 +159,4 @@ def test_a_command_that_is_asked_to_end_does_and_leaves_nothing_whatever_a_libra
 def test_a_text_parameter_takes_a_text_that_looks_like_a_number_and_a_foreign_fmu_what_is_given():
     assert check_start_values(unit_class("LogPlayer"), {"log.path": "3"}) == {"log.path": "3"}
     # a unit from a file may have parameters that this project's unit of the same name does not
-    assert values_by_unit("open_loop", None, ["plant.mass=2"], foreign=("plant",)) == {"plant.mass": 2.0}
+    assert values_by_unit("open_loop", None, ["plant.mass=2_000"], foreign=("plant",)) == {"plant.mass": 2000.0}

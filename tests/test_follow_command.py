@@ -59,14 +59,24 @@ def test_the_longest_stretch_after_the_last_change_is_diagnosed_and_a_controller
     assert found == PidSettings()._replace(pitch=PidSettings().pitch._replace(integral=1.25))
 
 
+FLOWN = {"events.json", "recorded.csv", "predictions.csv"}
+CONCLUDED = {*FLOWN, "following.json", "parameters.json", f"{PLANT}.fmu"}
+UNPLUGGED = f"""
+from heli_identifier.live import Port
+opened = Port._open
+Port._open = lambda port, host, number: opened(port, "192.0.2.1" if port._heard else host, number)
+{HELI}"""
+"""The address on which a rig was heard is gone, as that of a network adapter, when the port is to be opened again."""
+
+
 @pytest.fixture
 def started(interruptible, tmp_path):
     """Start ``heli follow --listen`` on a free port; returns the process and the port. No process is left."""
     with ExitStack() as processes:
 
-        def start(*words):
+        def start(*words, code=HELI):
             process = subprocess.Popen(
-                [sys.executable, "-c", HELI, "follow", "--listen", "127.0.0.1:0", *map(str, words)],
+                [sys.executable, "-c", code, "follow", "--listen", "127.0.0.1:0", *map(str, words)],
                 cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             )  # fmt: skip
             processes.enter_context(process)
@@ -95,18 +105,21 @@ def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight,
     out, said = process.communicate(timeout=LONGEST)
     assert process.returncode == 130, said
     folder = tmp_path / "out"
-    names = {"events.json", "recorded.csv", "predictions.csv", "following.json", "parameters.json", f"{PLANT}.fmu"}
-    assert {path.name for path in folder.iterdir()} == names
+    assert {path.name for path in folder.iterdir()} == CONCLUDED
     log, recorded = read_log(flight / "log.csv"), read_log(folder / "recorded.csv")
     assert (recorded.voltages == log.voltages).all() and (recorded.angles == log.angles).all()
     assert recorded.time == pytest.approx(log.time, abs=1e-9)
     assert "too short for a diagnosis" in said and "1201 samples" in out
 
 
-@pytest.mark.parametrize("end", ["kill", pytest.param("terminate", marks=pytest.mark.slow)])
-def test_what_came_in_before_the_command_was_ended_is_on_disk(flight, tmp_path, started, end):
+@pytest.mark.parametrize("end, code, names, words", [
+    ("kill", None, FLOWN, ""),
+    pytest.param("terminate", 143, FLOWN, "", marks=pytest.mark.slow),
+    ("poll", 2, CONCLUDED, "the flight ended because 192.0.2.1:"),  # ends by itself
+])  # fmt: skip
+def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, started, end, code, names, words):
     """Fewer samples than the rate is found from; each is recorded as soon as it is in order."""
-    process, port = started("-p", flight / "parameters.json", "-o", "out")
+    process, port = started("-p", flight / "parameters.json", "-o", "out", code=UNPLUGGED if words else HELI)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
         for k in range(40):
             rig.sendto(datagram(k), ("127.0.0.1", port))
@@ -114,10 +127,10 @@ def test_what_came_in_before_the_command_was_ended_is_on_disk(flight, tmp_path, 
     waited_for(tmp_path / "out/recorded.csv", 40)
     getattr(process, end)()
     _, said = process.communicate(timeout=LONGEST)
-    assert end == "kill" or (process.returncode == 143 and "Traceback" not in said)
+    assert code in (None, process.returncode) and words in said and "Traceback" not in said
     rows = np.loadtxt(tmp_path / "out/recorded.csv", delimiter=",", skiprows=1)
     assert (1000 * rows[:, 3]).round().tolist() == list(range(40))
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"events.json", "recorded.csv", "predictions.csv"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == names
     assert isinstance(json.loads((tmp_path / "out/events.json").read_text()), list)
 
 

@@ -56,7 +56,7 @@ class RigLink(SlaveBase):
     def initialise(self, time: float) -> None:
         """Read the settings and open the socket."""
         wanted = tuple(self.value(f"link.{name}") for name in ("address", "port", "sender", "layout"))
-        if self.port is None or wanted != self.opened:
+        if self.port is None or self.port.lost or wanted != self.opened:
             self._close()
             address, number, sender, layout = wanted
             try:
@@ -100,6 +100,8 @@ class RigLink(SlaveBase):
         if port is None:
             raise Refusal("there is no link to the rig; correct link.* before initialisation ends")
         arrived = list(port.receive(self.value("link.look_ahead")))
+        if port.lost:
+            raise Refusal(f"link: {port.lost}")
         if port.elections > self.elections:
             if self.elections:  # another sender has another clock
                 self.clock.order.restart()

@@ -56,7 +56,6 @@ SETTING = "A parameter by its structured name; may be repeated."
 SETTINGS = option([], SETTING, "NAME=VALUE", "--set", "-s", show_default=False)
 PARAMETERS = option(None, "parameters.json of a diagnosis, for the unit it names.", "FILE", "--parameters", "-p")
 PLANT_FILE = Path("parameters.json")
-PLANT_OPTION = option(PLANT_FILE, "parameters.json of a diagnosis.", "FILE", "--parameters", "-p")
 PERIOD = option(None, "Sampling period; heli.toml's or 0.01.", "SECONDS")
 PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis or identification.", "FILE")
 USUAL = "A datagram's doubles by name in their order, or json; by default"
@@ -196,16 +195,11 @@ def sets_by_unit(file: Path | None, units: Collection[str], refusal: str) -> dic
     return dict.fromkeys(takers, parameters)
 
 
-def values_of(unit: str, file: Path | None) -> dict[str, float]:
-    """Give the values of a file that must hold parameters of a unit; none without a file."""
-    given = sets_by_unit(file, [unit], f"those of the {unit} are needed")
-    return given[unit].start_values if given else {}
-
-
 def controller_of(default: PidSettings, file: Path | None, words: Sequence[str] = ()) -> PidSettings:
     """Give a PID with the parameters of its file, if there is one, and of ``name=value`` words, which outrank it."""
     unit = tools.CONTROLLER
-    values: dict[str, Any] = values_of(unit, file)
+    given = sets_by_unit(file, [unit], f"those of the {unit} are needed")
+    values: dict[str, Any] = given[unit].start_values if given else {}
     own = fmu_src.check_start_values(fmu_src.unit_class(unit), parse_assignments(words))
     return tools.controller_settings(default, values | own)
 

@@ -16,7 +16,7 @@ from typing import Any
 import typer
 
 from fmu_src.errors import FmuError
-from heli_identifier.errors import ConfigurationError, IdentifierError, refuse
+from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, refuse
 from heli_identifier.files import KEPT, is_kept
 from heli_identifier.processes import handled_here, memory_limits
 from heli_plant.errors import PlantError
@@ -94,6 +94,8 @@ def check_files(options: Mapping[str, object]) -> None:
         raise ConfigurationError(f"two results are to be written to {twice[0].name}; name one file for each.")
     given = [value if isinstance(value, list) else [value] for key, value in options.items() if key not in _WRITTEN]
     KEPT.extend(path for values in given for path in values if isinstance(path, Path))
+    if "config" in options and options["config"] is None:
+        KEPT.append(Path(CONFIGURATION_NAME))  # of this folder, which is read where none is named
     if over := [path for path in written if is_kept(path)]:
         raise ConfigurationError(f"{over[0]} is read by this command and not written over; name another.")
 

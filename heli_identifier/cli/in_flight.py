@@ -3,7 +3,6 @@
 import os
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
 import typer
 
@@ -12,6 +11,7 @@ from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.guard import INTERRUPTED
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import refuse
+from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
 from heli_identifier.processes import undo_at_end
 
 SERVED_AT = "127.0.0.1:8042"
@@ -48,7 +48,6 @@ def follow(
     offered, not applied.
     """
     from heli_identifier.cli.flight import Adviser, catch_interrupt, conclude_flight, open_shows
-    from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
     from heli_identifier.live.listening import Listening
     from heli_identifier.live.screen import event_line
     from heli_identifier.live.session import Session, check_unused
@@ -83,22 +82,17 @@ def follow(
         stack.enter_context(undo_at_end(session.close))
         stack.callback(adviser.thread.shutdown, wait=False, cancel_futures=True)
         stopped = stack.enter_context(catch_interrupt())
-
-        def show_all(view: Any) -> None:
-            session.notice = adviser.look()
-            show(view)
-
-        session.run(source, stopped, show_all)
-        interrupted = stopped()
-        session.notice = adviser.look(wait=True)
+        session.run(source, stopped, lambda view: show(view._replace(notice=adviser.look())))
+        interrupted, lost, advice = stopped(), source.status.lost, adviser.look(wait=True)
     typer.echo(f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples")
     for event in session.events:
         typer.echo(event_line(event))
-    if session.notice:
-        typer.echo(session.notice)
+    if advice:
+        typer.echo(advice)
     if interrupted:
         note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
     conclude_flight(session, output, configuration)
+    refuse(lost != "", f"the flight ended because {lost}; mend that, and name another folder for the next flight.")
     if interrupted:
         raise typer.Exit(INTERRUPTED)
 
@@ -114,7 +108,6 @@ def stream(
 
     For trying `heli follow --listen` and the unit RigLink without a rig.
     """
-    from heli_identifier.live import USUAL_LAYOUT, read_layout
     from heli_identifier.live.sources import send
 
     form = read_layout(layout or USUAL_LAYOUT)

@@ -17,6 +17,9 @@ from heli_identifier.errors import ConfigurationError, refuse, require_positive
 from heli_identifier.files import write_atomically
 
 HELD_OUT = "Held-out logs; by default the last log, or the last third of a single one."
+METHOD = "adaptation or prediction_error; by default the one that suits the logs."
+FLOWN = "controller.json of what flew; by default controller.pid of heli.toml."
+PREDICTED = "Log on which both plants are to predict; may be repeated."
 
 
 def diagnose(
@@ -93,9 +96,6 @@ def look(
     terminal.show(hi.look(recorded, configuration=configuration), json)
 
 
-METHOD = "adaptation or prediction_error; by default the one that suits the logs."
-
-
 def identify(
     logs: list[Path] = args.LOGS,
     output: Path = args.folder("identification"),
@@ -123,13 +123,10 @@ def identify(
     terminal.show(found, json, written=(output, found.files))
 
 
-FLOWN = "controller.json of what flew; by default controller.pid of heli.toml."
-
-
 def check(
     context: typer.Context,
     logs: list[Path] = args.LOGS,
-    parameters: Path = args.PLANT_OPTION,
+    parameters: Path = option(args.PLANT_FILE, "parameters.json of a diagnosis.", "FILE", "--parameters", "-p"),
     factor: float = option(1.3, "Error allowed, as a multiple of the expected one.", "FACTOR"),
     junit: Path | None = option(None, "Write the outcome as JUnit XML.", "FILE"),
     controller: Path | None = option(None, FLOWN, "FILE"),
@@ -166,9 +163,6 @@ def check(
     if not outcome.passed:
         note(failed)
         raise typer.Exit(FAILED)
-
-
-PREDICTED = "Log on which both plants are to predict; may be repeated."
 
 
 def compare(

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
@@ -13,9 +12,9 @@ from heli_identifier.cli.arguments import flag, option
 from heli_identifier.cli.terminal import note, print_answer, progress_bar
 from heli_identifier.errors import refuse, require_range
 from heli_plant.control import PidSettings
-
-if TYPE_CHECKING:
-    from heli_plant.parameters import PlantParameters
+from heli_plant.effects import CATALOGUE
+from heli_plant.parameters import PlantParameters
+from heli_plant.state_feedback import FeedbackSettings
 
 
 def effects(
@@ -24,8 +23,6 @@ def effects(
     verbose: bool = args.VERBOSE,
 ) -> None:
     """List every effect that a model may lack: its law, unit, plausible range and source."""
-    from heli_plant.effects import CATALOGUE
-
     axes = sorted({entry.axis for entry in CATALOGUE})
     refuse(axis not in ("", *axes), f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
     document, rows = [], []
@@ -39,9 +36,6 @@ def effects(
         document.append(known | of_c)
     columns = ("effect", "axis", "law", "unit of c", "range of c", "shapes", "source")[: None if verbose else 5]
     print_answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])
-
-
-DEFAULT_GAINS = "no --controller given: the PID of the units flies with its default gains"
 
 
 def design(
@@ -80,8 +74,9 @@ def design(
         with progress_bar() as progress:
             outlooks = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
         refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
-        gains = [] if controller or settings else [DEFAULT_GAINS]
-        print_answer(json, results.to_plain(outlooks), [tools.flight_table(outlooks)], gains)
+        usual = "no --controller given: the PID of the units flies with its default gains"
+        remarks = [] if controller or settings else [usual]
+        print_answer(json, results.to_plain(outlooks), [tools.flight_table(outlooks)], remarks)
         return
     args.refuse_idle(context, "is the hover of a flight; give it with --closed-loop", "hover")
     entries = tools.find_effects(separate if separate is not None else (show or "",))
@@ -96,13 +91,12 @@ def design(
         note(f"voltages of the best: {output}")
 
 
-def _read_plant(file: Path | None) -> "PlantParameters":
+def _read_plant(file: Path | None) -> PlantParameters:
     """Give the plant of a parameters.json; without one the published model, and say so."""
-    from heli_plant.parameters import from_names
-
     if file is None:
         note("no --parameters given: the published model, Table 2, stands in for the rig")
-    return from_names(args.values_of(results.PLANT, file))
+        return PlantParameters()
+    return args.sets_by_unit(file, [results.PLANT], f"those of the {results.PLANT} are needed")[results.PLANT].plant()
 
 
 def linearise(
@@ -160,7 +154,6 @@ def design_controller(
     controller.m, init_heli_corrected.m, and of LQR and LQI controller.c with its header.
     """
     from fmu_src.native import controller_sources
-    from heli_plant.state_feedback import FeedbackSettings
 
     require_range("plants", plants, "1", 20, 20_000)
     configuration = args.find_configuration(config)

@@ -22,6 +22,9 @@ RIG_FOLDER = (
     "Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins with held is "
     "held out, else the last one."
 )
+OF_RIGS = "Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
+GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
+TO_INIT = "Configuration to write (.toml), or a log to look into."
 
 
 def fleet(
@@ -61,10 +64,6 @@ def fleet(
         raise typer.Exit(FAILED)
 
 
-OF_RIGS = "Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
-GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
-
-
 def campaign(
     folder: Path | None = argument(None, OF_RIGS, "FOLDER"),
     output: Path = args.folder("campaign"),
@@ -80,7 +79,16 @@ def campaign(
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
     file = args.configuration_file(config)
-    sources = _sources(folder, file, generator, rigs)
+    refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
+    if folder is not None:
+        refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
+        sources = tools.find_rigs(folder, file)
+    elif rigs is None:
+        raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
+    else:
+        # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
+        sys.path.insert(0, os.getcwd())
+        sources = tools.generate_rigs(generator, rigs)
     settings = hi.DiagnosisSettings.from_rig(args.find_configuration(file))
     with progress_bar(lines=True) as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
@@ -90,50 +98,33 @@ def campaign(
         raise typer.Exit(FAILED)
 
 
-def _sources(folder: Path | None, config: Path | None, generator: str, rigs: int | None) -> "list[tools.Source]":
-    """Give the rigs of a folder or of a generator, whichever was named."""
-    refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
-    if folder is not None:
-        refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
-        return tools.find_rigs(folder, config)
-    if rigs is None:
-        raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
-    # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
-    sys.path.insert(0, os.getcwd())
-    return tools.generate_rigs(generator, rigs)
-
-
-# --- to begin with ---------------------------------------------------------------------------------------------------
-
-TO_INIT = "Configuration to write (.toml), or a log to look into."
-HERE = Path(CONFIGURATION_NAME)
-
-
 def init(
-    file: Path = argument(HERE, TO_INIT, "FILE|LOG", show_default=False),
-    output: Path = option(HERE, "Configuration to write for a log.", "FILE", "--output", "-o"),
+    file: Path | None = argument(None, TO_INIT, "FILE|LOG"),
+    output: Path | None = args.to_file("Configuration to write; heli.toml by default."),
 ) -> None:
     """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag.
 
     With a log it is the configuration that reads this log: columns, units and signs are guessed by their names and by
     physics, each with its reason, to be confirmed.
     """
-    found = None if file.suffix == ".toml" else records.guess(file)
-    path = records.write_template(output if found else file, found)
-    if found:
+    log, to = (file, output) if file and file.suffix != ".toml" else (None, file or output)
+    refuse(output not in (None, to), f"{file} and --output {output} both name the configuration to write; keep one.")
+    found = records.guess(log) if log else None
+    path = records.write_template(to or CONFIGURATION_NAME, found)
+    if log and found:
         form, reasons, rows = found.format, found.reasons, []
         for signal, header in form.columns.items():
             because = [reasons.get(f"{part}.{signal}", "") for part in ("columns", "units", "signs")]
             sign = str(form.sign(signal)) if signal != "time" else ""
             rows.append((signal, header, form.units[signal], sign, "; ".join(filter(None, because))))
         columns = ("signal", "column", "unit", "sign", "because")
-        terminal.print_table(results.Table(f"Guessed from {file}; confirm each", columns, rows))
+        terminal.print_table(results.Table(f"Guessed from {log}; confirm each", columns, rows))
         for key in ("swap_rotors", "clip", "start", "decimal"):
             if key in reasons:
                 note(f"{key}: {reasons[key]}")
         doubts = list(found.doubts)
         try:
-            doubts += records.suspicions(hi.read_log(file, form))
+            doubts += records.suspicions(hi.read_log(log, form))
         except LogError as error:
             doubts.append(f"with these guesses the log is refused: {error}")
         for text in doubts:

@@ -20,6 +20,7 @@ from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import write_atomically
 
 TO_BUILD = "Units to build; all if none is named."
+RUNS = "With --native: N more runs, the plant's parameters drawn by the standard errors of --parameters."
 
 
 def build(
@@ -86,11 +87,6 @@ def ssp(
     if native:
         args.warn_of_missing_compilers()
     typer.echo(_with_size(path))
-
-
-# --- simulate --------------------------------------------------------------------------------------------------------
-
-RUNS = "With --native: N more runs, the plant's parameters drawn by the standard errors of --parameters."
 
 
 def simulate(

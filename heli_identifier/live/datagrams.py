@@ -181,7 +181,8 @@ class Port:
     ``address`` and ``number`` of the port are of this machine, not 0.0.0.0; port 0 stands for a free one. ``sender`` is
     ``HOST:PORT`` or ``HOST`` (port -1, any); without, the first good sender is the rig. Counted are datagrams that held
     no sample (``refused``), those of others (``foreign``), and senders that were taken for the rig (``elections``).
-    ``reason``: why the last datagram was refused; ``note`` about the sender. Both are empty for nothing.
+    ``reason``: why the last datagram was refused; ``note`` about the sender; ``lost``: why the port could not be opened
+    again, after which nothing is heard. All are empty for nothing.
     """
 
     def __init__(self, address: str, number: int, sender: str, layout: Layout) -> None:
@@ -189,7 +190,7 @@ class Port:
         self.layout = layout
         self.sender: tuple[str, int] | None = read_address(sender, "the sender") if sender else None
         self.refused = self.foreign = self.elections = 0
-        self.reason = self.note = ""
+        self.reason = self.note = self.lost = ""
         self._named, self._any_port = bool(sender), self.sender is not None and self.sender[1] < 0
         self._heard = 0.0
         self._socket = self._open(host, number)
@@ -253,6 +254,9 @@ class Port:
         """Hear every sender again: a connected socket hears one only, so that it is opened once more."""
         before, self.sender = self.sender, None
         self._socket.close()
-        self._socket = self._open(*self.address)
+        try:
+            self._socket = self._open(*self.address)
+        except ConfigurationError as problem:  # its network adapter is gone, or another program has taken the port
+            self.lost = str(problem)
         if before is not None:
             self.note = f"{before[0]}:{before[1]} fell silent; "

@@ -44,13 +44,14 @@ Keep = Callable[[float, tuple[float, ...]], None]
 class Status(NamedTuple):
     """How a stream is doing, in words: one ``line`` about it, what was wrong with samples, with clock and sender.
 
-    ``silent``: nothing has come in for long. A log that is played has nothing to say.
+    ``silent``: nothing has come in for long; ``lost``: why nothing more can. A log that is played has nothing to say.
     """
 
     line: str = ""
     faults: str = ""
     notes: tuple[str, ...] = ()
     silent: bool = False
+    lost: str = ""
 
 
 class RigClock:
@@ -141,7 +142,8 @@ class Listening:
         faults = f"of {received + counts['lost']} samples {told}" if told else ""
         if port.sender is None:
             refused = f"; {port.refused} datagrams refused: {port.reason}" if port.refused else ""
-            return Status(f"waiting for the rig{refused}", faults, tuple(notes), silence > SILENCE)
+            notes += [port.lost] if port.lost else []
+            return Status(f"waiting for the rig{refused}", faults, tuple(notes), silence > SILENCE, port.lost)
         sender = port.sender[0] if port.sender[1] < 0 else f"{port.sender[0]}:{port.sender[1]}"
         said = [f"{sender}: {faults or f'{received} samples'}", *notes]
         if silence > SILENCE:
@@ -149,12 +151,12 @@ class Listening:
         return Status("; ".join(said), faults, tuple(notes), silence > SILENCE)
 
     def instants(self, keep: Keep, stopped: Callable[[], bool]) -> Iterator[Sample | None]:
-        """Give the rig's sample of each instant until it has ``stopped``; then record what still waits.
+        """Give the rig's sample of each instant until it has ``stopped`` or is lost; then record what still waits.
 
         A sample has ``fresh`` 0 where there is none; None while there is no instant. A rate out of range is a
         ConfigurationError.
         """
-        while not stopped():
+        while not stopped() and not self.port.lost:
             select([self.port], [], [], WAIT)
             self._read()
             silent = monotonic() - self.heard > OVERTAKEN

@@ -81,20 +81,18 @@ def _table(*columns: str) -> Table:
 def _axes(view: View) -> Table:
     table = _table("axis", "measured [rad]", "predicted 1 s ago", "error [mrad]", "left alone", "declared")
     for i, (axis, declared) in enumerate(zip(AXES, view.declared, strict=True)):
-        if not view.past:
-            table.add_row(axis, "", "", "", "", _text(declared, 1e3))
-            continue
-        last = view.past[-1]
-        error = last["error"][i]
-        worse = error is not None and declared is not None and error > 1.3 * declared
-        angles = [f"{last[which][i]:.4f}".replace("-", "−") for which in ("measured", "predicted")]
-        shown = Text(_text(error, 1e3), style="yellow" if worse else "")
-        table.add_row(axis, *angles, shown, _text(last["error_alone"][i], 1e3), _text(declared, 1e3))
+        cells: list[str | Text] = [""] * 4
+        if view.past:
+            last, error = view.past[-1], view.past[-1]["error"][i]
+            worse = error is not None and declared is not None and error > 1.3 * declared
+            angles = [f"{last[which][i]:.4f}".replace("-", "−") for which in ("measured", "predicted")]
+            cells = [*angles, Text(_milli(error), style="yellow" if worse else ""), _milli(last["error_alone"][i])]
+        table.add_row(axis, *cells, _milli(declared))
     return table
 
 
-def _text(value: float | None, times: float = 1.0) -> str:
-    return "" if value is None else to_digits(times * value)
+def _milli(value: float | None) -> str:
+    return "" if value is None else to_digits(1e3 * value)
 
 
 def _values(view: View) -> Table:

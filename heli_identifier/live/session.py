@@ -139,7 +139,6 @@ class Session:
         self.twin: tuple[FollowPlan, CorrectorState] | None = None  # from the first instant on
         self.past: deque[dict[str, Any]] = deque(maxlen=_PAST)
         self.last_time = 0.0  # of a sample [s]
-        self.notice = ""  # what is to be said about the controller
         self._time = self._elevation = 0.0  # of the last step [s], [rad]
         self._noted: set[str] = set()
 
@@ -225,7 +224,7 @@ class Session:
             if note not in self._noted:
                 self._noted.add(note)
                 self.say(Event(self.time, "stream", why=note))
-        view = View(stream=stream, notice=self.notice, events=tuple(self.events), declared=self.declared)
+        view = View(stream=stream, events=tuple(self.events), declared=self.declared)
         if self.twin is None or self._time == 0.0:
             return view
         plan, now = self.twin

@@ -13,8 +13,6 @@ from heli_identifier.records import Log
 SPEEDS = (1e-3, 1e6)
 """How many times faster than the rig a log is sent or played, at least and at most."""
 
-_SHOWN_EVERY = 0.2  # [s] between two calls of ``progress``
-
 
 class Player:
     """A log in place of a rig, played ``speed`` times faster than it was flown; 0: as fast as it goes."""
@@ -59,8 +57,7 @@ def send(
     """
     require_range("--speed", speed, "times real time", *SPEEDS)
     host, port = read_address(to, "--to", 1)
-    began = shown = monotonic()
-    late = 0.0
+    began, late = monotonic(), 0.0
     with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM) as rig:
         for number, time, signals in _rows(log):
             ahead = began + time / speed - monotonic()
@@ -73,7 +70,5 @@ def send(
                 raise ConfigurationError(
                     f"--to {to}: nothing can be sent there ({error.strerror}); check address and network."
                 ) from error
-            if monotonic() - shown > _SHOWN_EVERY:
-                shown = monotonic()
-                progress(f"{time:.1f} of {log.duration:.1f} s", number / log.samples)
+            progress(f"{time:.1f} of {log.duration:.1f} s", number / log.samples)
     return late

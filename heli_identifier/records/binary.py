@@ -64,8 +64,7 @@ def read_binary(data: bytes, ending: str, file: str, format: LogFormat) -> Table
     with draft_folder() as folder:
         copy = folder / f"log{ending}"
         copy.write_bytes(data)
-        table: Table = read_apart(_read, (copy, file, format), len(data), file)
-    return table
+        return read_apart(_read, (copy, file, format), len(data), file)
 
 
 def read_apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:

@@ -70,17 +70,23 @@ class Table:
                 advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
             raise LogError(f"{self.file}, row {self.first_row + sample}, column {header}: {what}; {advice}.")
         counts = values / column.factor
-        if column.unit == "counts" and np.mean(np.abs(counts - np.round(counts)) > _WHOLE) > 0.5:
+        if column.unit == "counts" and (off := np.abs(counts - np.round(counts)) > _WHOLE).mean() > 0.5:
             raise LogError(
                 f"{self.file}, column {header}: counts are whole numbers, and most of these are not, "
-                f"{counts[0]:g} for one; state another unit under [log.units] of {HELI_TOML}."
+                f"{counts[off.argmax()]:.12g} for one; state another unit under [log.units] of {HELI_TOML}."
             )
         return values
 
     def values(self, column: Column) -> Array:
         """Give all cells of a signal in SI units, shape (N,), with NaN where a cell holds no number and no instant."""
         cells = self.columns[column.index]
-        return read_stamps(cells) if column.unit == STAMP else to_floats(cells) * column.factor
+        if column.unit == STAMP:
+            return read_stamps(cells)
+        if cells.dtype.kind != "f":
+            import pandas
+
+            cells = pandas.to_numeric(pandas.Series(cells).astype(str), errors="coerce").to_numpy(dtype=float)
+        return cells * column.factor
 
 
 def as_numbers(values: Any) -> NDArray[Any]:
@@ -103,18 +109,6 @@ def read_stamps(cells: NDArray[Any]) -> Array:
             if found.notna().any():
                 break
     return (found - found.bfill().iloc[:1].min()).dt.total_seconds().to_numpy(dtype=float)
-
-
-def to_floats(cells: NDArray[Any]) -> Array:
-    """Give cells as numbers, NaN where one is none."""
-
-    def number(cell: Any) -> float:
-        try:
-            return np.nan if isinstance(cell, bool) or "_" in str(cell) else float(cell)  # 1_0 is ten in Python only
-        except (TypeError, ValueError):
-            return np.nan
-
-    return cells if cells.dtype.kind == "f" else np.array([number(cell) for cell in cells], dtype=float)
 
 
 def find_columns(table: Table, format: LogFormat) -> list[Column]:

@@ -13,7 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, printable, require_range
+from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, printable, refuse, require_range
 from heli_identifier.files import given_bytes, write_atomically
 from heli_identifier.online import Estimate
 from heli_identifier.signatures import check_types
@@ -116,9 +116,12 @@ def _read_pid(given: dict[str, Any], voltage_limit: float) -> PidSettings | None
     """Give the PID that is stated; a loop that is not stated is off."""
     loops, trim = {axis: AxisGains(*given[axis]) for axis in ANGLES if axis in given}, given.get("trim", 0.0)
     for axis, gains in loops.items():
-        for name, value in gains._asdict().items():
-            require_range(f"controller.pid.{axis}, {name}", value, "V/rad", 0.0, 1e3)
+        units = ("1", "1/s", "s") if axis == "travel" else ("V/rad", "V/(rad s)", "V s/rad")
+        for name, value, unit in zip(gains._fields, gains, units, strict=True):
+            require_range(f"controller.pid.{axis}, {name}", value, unit, 0.0, 1e3)
     require_range("controller.pid.trim", trim, "V", -2.0 * voltage_limit, 2.0 * voltage_limit)
+    alone = f"controller.pid.trim = {trim} V stands alone; add the gains of the loops that fly, or leave it out."
+    refuse("trim" in given and not loops, alone)
     pitch, elevation, travel = (loops.get(axis, AxisGains(0.0, 0.0, 0.0)) for axis in ANGLES)
     own = PidSettings(pitch, elevation, travel, "travel" in loops, trim, voltage_limit=voltage_limit)
     return own if loops else None

@@ -25,8 +25,6 @@ FLIGHTS = (
     Fault("a page where nothing can be served", parameters(), f"{FOLLOW} log.csv --serve --serve-at 192.0.2.1:8042", "192.0.2.1:8042 cannot be served"),
     Fault("a rate out of range", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --rate 10", "50 to 2000 Hz are"),
     Fault("a layout that no datagram holds", parameters(), f"{LISTEN} --layout '{MANY}'", "a datagram holds 8188 at most"),
-    Fault("a log played at 1e-300 of its pace", parameters(), f"{INTO} log.csv --speed 1e-300", "--speed = 1e-300 times real time must lie in"),
-    Fault("a page for every network", parameters(), f"{PLAY} --serve --serve-at 0.0.0.0:0", "stands for many machines or networks"),
     Fault("the place of a page that is not served", parameters(), f"{PLAY} --serve-at 127.0.0.1:8043", "--serve-at says where --serve shows the twin; add --serve."),
     Fault("the plant's parameters for the controller", parameters(), f"{PLAY} --controller parameters.json", "those of the PidController are needed"),
     Fault("the twin's parameters in the folder of the flight", inside("parameters.json"), "heli follow log.csv --speed 0 -p out/parameters.json -o out", "out/parameters.json lies in the folder of the flight"),

@@ -42,7 +42,6 @@ FILES = (
     Fault("a folder of the user's where a file of results goes", lambda f: (good(f), (f / "out" / "parameters.json").mkdir(parents=True)), "heli identify log.csv -o out", "is a folder and is not replaced"),
     Fault("a figure of an unknown kind", nothing, f"{SIMULATE} --plot run.docx", "must end in .svg"),
     Fault("a table and its figure in one file", nothing, "heli simulate open_loop -d 1 -o x.svg --plot ./x.svg", "two results are to be written to x.svg; name one file for each."),
-    Fault("two files for one unit", nothing, "heli simulate open_loop --fmu plant=a.fmu --fmu plant=b.fmu", "--fmu plant is given twice; keep one."),
     Fault("units built over the parameters", parameters(), "heli build HelicopterPlant -p parameters.json -o parameters.json", "parameters.json is read by this command and not written over"),
     Fault("`heli init` on a full disk", good, "heli init log.csv -o /dev/full", "/dev/full: No space left on device"),
     Fault("`heli init` on a folder", lambda f: (f / "d").mkdir(), "heli init d", "d is a folder; name the log files in it"),

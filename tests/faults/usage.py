@@ -1,7 +1,7 @@
 """Faults of usage: words that do not belong together, misspelt names, values out of their range; of campaigns and fleets."""
 
 from tests.faults.case import Fault
-from tests.faults.material import CHECK, DESIGN, IDENTIFY, configured, good, nothing, parameters, write
+from tests.faults.material import CHECK, configured, good, nothing, parameters, write
 
 CONTROL = "heli design-controller parameters.json --plants 20 -o out"
 FOLLOW = "heli follow -p parameters.json -o out"
@@ -35,11 +35,13 @@ OPTIONS = (
     Fault("a page at an address that is none", parameters(), f"{FOLLOW} log.csv --serve --serve-at here", "--serve-at"),
     Fault("an empty word, as of a variable that is not set", parameters(), 'heli identify log.csv -o ""', "an argument is empty"),
     Fault("the log as the file to write", parameters(), f"{CHECK} --junit log.csv", "log.csv is read by this command and not written over"),
+    Fault("a heli.toml of this folder, which nobody named", parameters(more=configured("")), CHECK, "configuration: heli.toml of this folder", 0),
+    Fault("the heli.toml of this folder as the file to write", configured(""), "heli simulate measured_data --log log.csv -o heli.toml", "heli.toml is read by this command and not written over"),
     Fault("the log as the configuration to write", good, "heli init log.csv -o log.csv", "is read by this command and not written over"),
+    Fault("a configuration by another name, without a log", nothing, "heli init -o lab.toml", "written: lab.toml", 0, ("lab.toml",)),
+    Fault("two configurations to write", nothing, "heli init a.toml -o b.toml", "a.toml and --output b.toml both name the configuration to write"),
     Fault("a parameter given twice", nothing, "heli simulate open_loop -d 1 -s plant.pitch.damping=1 -s plant.pitch.damping=2", "--set plant.pitch.damping is given twice"),
     Fault("--from far before the log, and --to", parameters(), f"{CHECK} --from -1e12 --to 10", "kept 0 s to 10 s of the file (1001 of 2000 rows)", 0),
-    Fault("a filter of 1e-300 rad/s", good, f"{IDENTIFY} --filter-frequency 1e-300", "must lie in [0.001, 20] rad/s"),
-    Fault("an endless experiment", nothing, f"{DESIGN} --duration inf", "duration = inf s must lie in [20, 3600] s"),
     Fault("an operating point on the rig's back", parameters(), "heli linearise parameters.json --pitch 9 -o out", "pitch = 9.0 rad must lie in [-1.5, 1.5] rad"),
     Fault("too few plants for a design", parameters(), "heli design-controller parameters.json --plants 5 -o out", "plants = 5 must lie in [20, 20000]."),
     Fault("a controller slower than the motors", parameters(more=configured("[controller]\nperiod = 0.2\n")), CONTROL, "longer than the motors' lag"),
