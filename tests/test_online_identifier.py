@@ -195,9 +195,9 @@ def regressions_of(held, angles, omega=1.0):
     s = settled_signals((*held[0].tolist(), *angles[0].tolist()), LIMIT)
     for v, q in zip(held[1:].tolist(), angles[1:].tolist(), strict=True):
         s = advance_signals(s, (*v, *q), H, LAG, LIMIT, f)
-        known, free = (list(zip(*regressions(s, rest, f), strict=True)) for rest in (TABLE_2.theta0, None))
+        known, free = (regressions(s, None, rest, f) for rest in (TABLE_2.theta0, None))
         rows.append((known[0], *free))
-    return [(np.array([row[i][0] for row in rows]), np.array([row[i][1] for row in rows])) for i in range(4)]
+    return [(np.array([row[i][-1] for row in rows]), np.array([row[i][:-1] for row in rows])) for i in range(4)]
 
 
 @pytest.mark.parametrize("omega", [1.0, 4.0])

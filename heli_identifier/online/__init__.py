@@ -4,13 +4,15 @@ The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel
 (11); phi, Omega, Gamma, alpha, sigma of the adaptation (7); e, G, nu, lambda of the prediction errors.
 """
 
-from .adaptation import gain_matrix
+from .adaptation import combinations, gain_matrix
 from .identifier import (
+    IdentifierOutput,
+    IdentifierState,
     Sampled,
     before_samples,
     begin_sampling,
-    combinations,
     is_due,
+    output_of,
     start,
     step,
     take_sample,
@@ -32,7 +34,6 @@ from .settings import (
     is_determined,
     prepare,
 )
-from .state import IdentifierOutput, IdentifierState, output_of
 from .whitening import Noise
 
 __all__ = [
