@@ -32,9 +32,8 @@ from pythonfmu.fmi2slave import Fmi2Slave
 from heli_identifier.errors import IdentifierError
 from heli_plant.errors import PlantError
 
-from .access import getter, setter, unknown_reference
+from .access import freeze_state, getter, setter, thaw_state, unknown_reference
 from .errors import Refusal
-from .state import freeze_state, thaw_state
 from .variables import TYPES, Value, Variable, problem_with, with_fields
 
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
@@ -69,7 +68,7 @@ class SlaveBase(Fmi2Slave):
     real_inputs: ClassVar[dict[int, tuple[float, float]]] = {}
     """Bounds of the inputs by reference; all of them are Real."""
     hidden: ClassVar[Mapping[str, Any]] = {}
-    """Type of each attribute, or None in its place, that a step sets and a later one reads (:mod:`fmu_src.state`)."""
+    """Type of each attribute, or None in its place, that a step sets and a later one reads (:mod:`fmu_src.access`)."""
     summary: ClassVar[str] = ""
     has_past: ClassVar[bool] = True
     """Whether outputs depend on earlier steps; if not, a step may begin at any time."""
