@@ -140,7 +140,7 @@ def loosen(factor: list[float], index: int, variance: float) -> None:
 
     Rank-one update of U and D by Agee and Turner; D stays positive. Source: Bierman 1977, theorem V.3.1.
     """
-    a = [0.0] * index + [1.0]
+    a = [*([0.0] * index), 1.0]
     c = variance
     for j in range(index, -1, -1):
         start = j * (j + 1) // 2
