@@ -105,8 +105,7 @@ def _outputs(state: PidState, angles: Three, references: Three, settings: PidSet
     correction = _sum_pid_terms(settings.elevation, elevation - references[1], state.integral_elevation, rates[1])
     total = settings.trim - correction
     wanted_front, wanted_rear = 0.5 * (total + difference), 0.5 * (total - difference)
-    limit = settings.voltage_limit
-    v_front, v_rear = saturate(wanted_front, limit), saturate(wanted_rear, limit)
+    v_front, v_rear = saturate(wanted_front, settings.voltage_limit), saturate(wanted_rear, settings.voltage_limit)
     over_front, over_rear = v_front - wanted_front, v_rear - wanted_rear
     return (v_front, v_rear), pitch_reference, (over_front - over_rear, over_front + over_rear, excess_travel)
 
