@@ -6,7 +6,7 @@ A state is nested NamedTuples, sets of parameters, tuples and lists of numbers a
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
@@ -66,14 +66,21 @@ def freeze_state(state: Any) -> Any:
 
 def thaw_state(saved: Any, kind: Any) -> Any:
     """Return the state of type ``kind``, a NamedTuple, tuple or list, or one of these or None, saved as lists."""
-    if get_origin(kind) is Union:  # with None
-        (kind,) = (one for one in get_args(kind) if one is not type(None))
-    if not isinstance(saved, (tuple, list)):
+    if saved is None or (kind in (float, int, bool, str) and not isinstance(saved, (tuple, list))):
         return saved
+    if get_origin(kind) is Union:  # with None
+        return thaw_state(saved, next(one for one in get_args(kind) if one is not type(None)))
     if hasattr(kind, "_fields"):
-        hints, pairs = _hints(kind), zip(kind._fields, saved, strict=True)
-        return kind(**{name: thaw_state(one, hints.get(name, float)) for name, one in pairs})
+        hints = _hints(kind)
+        return kind(*thaw_each(saved, [hints.get(name, float) for name in kind._fields]))
     kinds = get_args(kind)
     if len(kinds) < 2 or kinds[1] is Ellipsis:
         kinds = kinds[:1] * len(saved)
-    return get_origin(kind)(thaw_state(one, own) for one, own in zip(saved, kinds, strict=True))
+    return get_origin(kind)(thaw_each(saved, kinds))
+
+
+def thaw_each(saved: Sequence[Any], kinds: Sequence[Any]) -> list[Any]:
+    """Return the states of these types; Refusal if there are more or fewer, which zip of the oldest Python allows."""
+    if len(saved) != len(kinds):
+        raise Refusal(f"the state has {len(saved)} values where {len(kinds)} belong")
+    return [thaw_state(one, kind) for one, kind in zip(saved, kinds, strict=True)]
