@@ -12,6 +12,7 @@ from .identifier import (
     before_samples,
     begin_sampling,
     is_due,
+    next_due,
     output_of,
     start,
     step,
@@ -40,5 +41,5 @@ __all__ = [
     "ADAPTATION", "CLOSED", "CONTRADICTION", "GAINS", "METHODS", "PREDICTION_ERROR", "Estimate", "IdentifierOutput",
     "IdentifierSettings", "IdentifierState", "ModelParameters", "Noise", "Plan", "Sampled", "before_samples",
     "begin_sampling", "combinations", "default_settings", "is_determined", "gain_matrix", "is_closed", "is_due",
-    "noise_of", "output_of", "prepare", "shares", "start", "step", "take_sample", "take_samples", "total",
+    "next_due", "noise_of", "output_of", "prepare", "shares", "start", "step", "take_sample", "take_samples", "total",
 ]  # fmt: skip

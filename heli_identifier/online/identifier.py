@@ -248,19 +248,22 @@ def begin_sampling(time: float, now: Sample, plan: Plan, references: Angles = NO
     return Sampled(start(plan, now, references), time, time, now)
 
 
+def next_due(sampled: Sampled, plan: Plan) -> float:
+    """Return when the next sample is due [s]."""
+    return sampled.first + (sampled.state.samples + 1) * plan.settings.sample_time
+
+
 def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
     """Return whether a further sample is due up to ``time`` [s]."""
-    period = plan.settings.sample_time
-    return sampled.first + (sampled.state.samples + 1) * period <= time + _EARLY * period
+    return next_due(sampled, plan) <= time + _EARLY * plan.settings.sample_time
 
 
 def take_sample(
     sampled: Sampled, time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> tuple[IdentifierState, IdentifierOutput]:
     """Take in the next sample, which is due up to ``time`` [s], at which ``now`` and the ``references`` are read."""
-    period = plan.settings.sample_time
-    due = sampled.first + (sampled.state.samples + 1) * period
-    if due < time - _EARLY * period:
+    due = next_due(sampled, plan)
+    if due < time - _EARLY * plan.settings.sample_time:
         share = (due - sampled.before) / (time - sampled.before)
         last = sampled.previous
         pitch, elevation, travel = [a + share * (b - a) for a, b in zip(last[2:], now[2:], strict=True)]
