@@ -1,13 +1,20 @@
-"""Values of a unit by reference, as the binary of pythonfmu reads and sets them."""
+"""Values of a unit by reference and its state, as the binary of pythonfmu reads and sets them.
+
+A state is nested NamedTuples, sets of parameters, tuples and lists of numbers and texts. It is kept as lists that
+``json.dumps`` writes and ``json.loads`` reads back bit for bit; the annotations are the schema by which it comes back.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from .errors import Refusal
 
 _BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}  # of variables that do not exist
+
+_hints = cache(get_type_hints)
 
 
 def getter(kind: str) -> Callable[[Any, list[int]], list[Any]]:
@@ -49,3 +56,31 @@ def setter(kind: str) -> Callable[[Any, list[int], list[Any]], None]:
 def unknown_reference(kind: str, reference: int) -> Refusal:
     """Return the refusal of a reference that no variable of this type has."""
     return Refusal(f"no {kind} variable has value reference {reference}")
+
+
+def freeze_state(state: Any) -> Any:
+    """Return a copy of a state as lists."""
+    nested = isinstance(state, (tuple, list)) or hasattr(state, "_fields")
+    return [freeze_state(one) for one in state] if nested else state
+
+
+def thaw_state(saved: Any, kind: Any) -> Any:
+    """Return the state of type ``kind``, a NamedTuple, tuple or list, or one of these or None, saved as lists."""
+    if saved is None or (kind in (float, int, bool, str) and not isinstance(saved, (tuple, list))):
+        return saved
+    if get_origin(kind) is Union:  # with None
+        return thaw_state(saved, next(one for one in get_args(kind) if one is not type(None)))
+    if hasattr(kind, "_fields"):
+        hints = _hints(kind)
+        return kind(*thaw_each(saved, [hints.get(name, float) for name in kind._fields]))
+    kinds = get_args(kind)
+    if len(kinds) < 2 or kinds[1] is Ellipsis:
+        kinds = kinds[:1] * len(saved)
+    return get_origin(kind)(thaw_each(saved, kinds))
+
+
+def thaw_each(saved: Sequence[Any], kinds: Sequence[Any]) -> list[Any]:
+    """Return the states of these types; Refusal if there are more or fewer, which zip of the oldest Python allows."""
+    if len(saved) != len(kinds):
+        raise Refusal(f"the state has {len(saved)} values where {len(kinds)} belong")
+    return [thaw_state(one, kind) for one, kind in zip(saved, kinds, strict=True)]

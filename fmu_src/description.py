@@ -110,7 +110,7 @@ def value_text(value: Value, kind: str) -> str:
 def _templates() -> Environment:
     made = Environment(
         loader=PackageLoader("fmu_src", "templates"), undefined=StrictUndefined, trim_blocks=True,
-        autoescape=lambda template: not (template or "").endswith((".c.j2", ".h.j2")),
+        autoescape=lambda template: not (template or "").endswith((".c.j2", ".h.j2", ".py.j2")),
     )  # fmt: skip
     made.globals |= {"author": AUTHOR, "license": LICENSE, "version": VERSION, "date": DATE}
     made.filters |= {"text": value_text, "bound": _bound}

@@ -32,9 +32,8 @@ from pythonfmu.fmi2slave import Fmi2Slave
 from heli_identifier.errors import IdentifierError
 from heli_plant.errors import PlantError
 
-from .access import getter, setter, unknown_reference
+from .access import freeze_state, getter, setter, thaw_each, unknown_reference
 from .errors import Refusal
-from .state import freeze_state, thaw_state
 from .variables import TYPES, Value, Variable, problem_with, with_fields
 
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
@@ -69,7 +68,7 @@ class SlaveBase(Fmi2Slave):
     real_inputs: ClassVar[dict[int, tuple[float, float]]] = {}
     """Bounds of the inputs by reference; all of them are Real."""
     hidden: ClassVar[Mapping[str, Any]] = {}
-    """Type of each attribute, or None in its place, that a step sets and a later one reads (:mod:`fmu_src.state`)."""
+    """Type of each attribute, or None in its place, that a step sets and a later one reads (:mod:`fmu_src.access`)."""
     summary: ClassVar[str] = ""
     has_past: ClassVar[bool] = True
     """Whether outputs depend on earlier steps; if not, a step may begin at any time."""
@@ -250,22 +249,23 @@ class SlaveBase(Fmi2Slave):
             return {}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
-        """Restore a state of this instance or of another one of the same unit."""
+        """Restore a state of this instance or of another one of the same unit, whole or not at all."""
+        before = dict(self.__dict__)
         try:
             if not state or state["unit"] != [type(self).__name__, len(self.variables)]:
                 raise Refusal(f"this is no complete state of a {type(self).__name__}; nothing was changed")
             phase, self.start_time, reached, values, refused = state["base"]
-            self.values[:], self.refused = values, dict(refused)
+            self.values, self.refused = thaw_each(values, [TYPES[v.type] for v in self.variables]), dict(refused)
             self._enter(phase)
             if phase in (STEPPING, TERMINATED):
                 if self._initialised_with != self._initial_conditions():
                     self.prepare()
                     self.values[:] = values  # ``initialise`` has set the outputs of the start time
                 self.reached = reached
-                for (name, kind), saved in zip(self.hidden.items(), state["hidden"], strict=True):
-                    setattr(self, name, thaw_state(saved, kind))
+                self.__dict__.update(zip(self.hidden, thaw_each(state["hidden"], [*self.hidden.values()]), strict=True))
                 self.outdated = False
         except BaseException as problem:
+            self.__dict__ = before  # the list of values as well: it was replaced, not changed
             self.report("setFMUstate", problem)
 
     @staticmethod

@@ -16,6 +16,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 from uuid import UUID, uuid5
 
+from .description import render
 from .errors import BuildError
 from .variables import Value
 
@@ -83,12 +84,17 @@ def needed_sources(module: str) -> dict[str, str]:
 
 
 def python_unit(unit: type, start_values: Mapping[str, Value]) -> dict[str, bytes]:
-    """Return what an FMU holds of a unit in Python: its sources under hashed names, and the script that is loaded."""
+    """Return what an FMU holds of a unit in Python: its sources under hashed names, and the script that is loaded.
+
+    The binary runs the script with every instance, and releases its globals once too often: a list in ``sys`` keeps
+    them.
+    """
     sources = needed_sources(unit.__module__)
     tag = content_hash({**sources, "start values": repr(sorted(start_values.items()))})[:12]
     script = f"{unit.__name__}_{tag}"
     texts = {path.replace("/", f"_{tag}/", 1): _rewrite(text, tag) for path, text in sources.items()}
-    texts |= {f"{script}.py": slave_script(unit, tag, start_values), "slavemodule.txt": script}
+    values = [f"{name!r}: {value!r}" for name, value in sorted(start_values.items())]
+    texts |= {f"{script}.py": render("slave.py.j2", unit=unit, tag=tag, values=values), "slavemodule.txt": script}
     return {f"resources/{path}": text.encode() for path, text in texts.items()}
 
 
@@ -103,24 +109,6 @@ def _rewrite(text: str, tag: str) -> str:
     text = re.sub(rf"^(\s*from (?:{packages}))\b", rf"\1_{tag}", text, flags=re.MULTILINE)
     text = _STRICT.sub("", text)
     return text if not text.strip() or _POSTPONED in text else _POSTPONED + text
-
-
-def slave_script(unit: type, tag: str, start_values: Mapping[str, Value]) -> str:
-    """Return the script that the binary loads; a list in ``sys`` keeps its globals, which are released once too often.
-
-    The binary runs the script again with every instance.
-    """
-    values = "".join(f"    {name!r}: {value!r},\n" for name, value in sorted(start_values.items()))
-    return f'''"""{unit.__name__} as pythonfmu loads it."""
-import sys
-
-sys.__dict__.setdefault("_pythonfmu_pins", []).append(globals())
-
-from fmu_src_{tag}.{unit.__module__.partition(".")[2]} import {unit.__name__}
-
-{unit.__name__}.start_values = {{
-{values}}}
-'''
 
 
 def content_hash(entries: Mapping[str, str | bytes]) -> str:

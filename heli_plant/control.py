@@ -18,7 +18,7 @@ over the control period and advanced exactly. An integral stops while it would d
 from math import exp
 from typing import NamedTuple
 
-from .motor import saturate as clip
+from .motor import saturate
 
 
 class AxisGains(NamedTuple):
@@ -99,13 +99,13 @@ def _outputs(state: PidState, angles: Three, references: Three, settings: PidSet
     if settings.travel_enabled:
         # k_y < 0: a positive pitch drives the travel backwards, hence the plus sign on the travel error
         wanted = _sum_pid_terms(settings.travel, travel - references[2], state.integral_travel, rates[2])
-        pitch_reference = clip(wanted, settings.pitch_limit)
+        pitch_reference = saturate(wanted, settings.pitch_limit)
         excess_travel = wanted - pitch_reference
     difference = -_sum_pid_terms(settings.pitch, pitch - pitch_reference, state.integral_pitch, rates[0])
     correction = _sum_pid_terms(settings.elevation, elevation - references[1], state.integral_elevation, rates[1])
     total = settings.trim - correction
     wanted_front, wanted_rear = 0.5 * (total + difference), 0.5 * (total - difference)
-    v_front, v_rear = clip(wanted_front, settings.voltage_limit), clip(wanted_rear, settings.voltage_limit)
+    v_front, v_rear = saturate(wanted_front, settings.voltage_limit), saturate(wanted_rear, settings.voltage_limit)
     over_front, over_rear = v_front - wanted_front, v_rear - wanted_rear
     return (v_front, v_rear), pitch_reference, (over_front - over_rear, over_front + over_rear, excess_travel)
 

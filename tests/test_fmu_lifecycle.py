@@ -44,9 +44,7 @@ def parameters(unit, log):
             "effects.dry_friction.pitch": 0.02, "encoder.enabled": True, "solver.step": 0.004,
         },
         "FollowingPlant": {"effects.input_delay.rotors": 0.034},
-        "AdaptiveIdentifier": {
-            "method": "prediction_error", "adaptation.hold_time": 0.2, "report.interval": 0.1,
-        },
+        "AdaptiveIdentifier": {"method": "prediction_error", "adaptation.hold_time": 0.2, "report.interval": 0.1},
         "PidController": {"reference.step_pitch": 0.2, "reference.step_time": 0.5, "travel.enabled": True},
         "StateFeedback": {"sample.time": 0.03, "gain.front.pitch": 3.0, "integral.rear.elevation": 2.0},
         "Exciter": {"excitation.experiment": 3},
@@ -100,8 +98,7 @@ def shown_here(c_host, fmus, log, tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    "version",
-    ["3.9", *(pytest.param(v, marks=pytest.mark.slow) for v in ("3.10", "3.11", "3.12")), "3.13"],
+    "version", ["3.9", *(pytest.param(v, marks=pytest.mark.slow) for v in ("3.10", "3.11", "3.12")), "3.13"]
 )
 def test_the_units_show_the_same_bits_on_a_bare_interpreter_elsewhere(c_host, fmus, log, shown_here, tmp_path, version):
     """Another working folder, no packages: the vendored sources and the standard library are enough."""

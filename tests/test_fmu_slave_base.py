@@ -9,14 +9,14 @@ import math
 
 import pytest
 
-from fmu_src import Refusal
+from fmu_src import Refusal, access, slave_base
 from fmu_src.slave_base import SlaveBase
 from fmu_src.variables import output, parameter, real_input
 from tests.units import initialised
 
 
 class Integrator(SlaveBase):
-    """dx/dt = order gain u, with the sum of all inputs hidden from the variables."""
+    """dx/dt = order gain u, with the sum of all inputs and the last step [s] hidden from the variables."""
 
     variables = (
         real_input("u", "V", 10.0, 1.0, "input"),
@@ -27,27 +27,23 @@ class Integrator(SlaveBase):
         parameter("enabled", True, "a boolean"),
         parameter("note", "none", "a text"),
     )
-    hidden = {"x": float, "seen": float}
+    hidden = {"x": float, "seen": tuple[float, float]}
 
     def initialise(self, time):
         if self.value("note") == "broken":
             raise Refusal("the note is broken")
-        self.x, self.seen, self.order = self.value("initial.x"), 0.0, self.value("order")
+        self.x, self.seen, self.order = self.value("initial.x"), (0.0, 0.0), self.value("order")
         self.show([self.x])
 
     def advance(self, time, step_size):
         if self.values[U] == 7.0:
             raise ZeroDivisionError("seven")
-        self.seen += self.values[U]
+        self.seen = self.seen[0] + self.values[U], step_size
         self.x += self.order * self.values[GAIN] * self.values[U] * step_size
         self.show([self.x])
 
 
 U, X, INITIAL, GAIN, ORDER, ENABLED, NOTE = range(7)
-
-
-def instantiated():
-    return Integrator(instance_name="unit", resources="")
 
 
 @pytest.fixture
@@ -62,7 +58,7 @@ def said(unit):
 
 
 def test_outputs_are_right_at_the_start_time_and_follow_a_parameter_set_in_initialisation():
-    slave = instantiated()
+    slave = Integrator(instance_name="unit", resources="")
     slave.setup_experiment(0.0)
     slave.enter_initialization_mode()
     assert slave.get_real([X]) == [0.5]
@@ -98,11 +94,9 @@ def test_a_reference_of_another_type_or_of_no_variable_is_no_real(unit, referenc
 
 
 def test_a_failed_initialisation_gives_its_reason_again_with_every_step_and_every_reading():
-    slave = instantiated()
+    slave = Integrator(instance_name="unit", resources="")
     assert not slave.do_step(0.0, 0.1)
     assert "the unit is instantiated and cannot step" in said(slave)
-    slave.set_integer([ORDER], [7])
-    assert "order = 7 must lie in [1, 4]" in said(slave)
     slave.set_integer([ORDER], [3])
     slave.set_boolean([ENABLED], [False])
     slave.set_string([NOTE], ["broken"])
@@ -136,6 +130,16 @@ def test_a_saved_state_takes_unit_and_another_instance_back_to_the_bit_and_share
     for raw in (b"", b"\xff\xfe", b"[]", b'{"unit": ["Other", 3]}'):
         unit._set_fmu_state(unit._fmu_state_from_bytes(raw))
         assert "nothing was changed" in said(unit) and unit._get_fmu_state() == before
+
+
+def test_a_state_that_does_not_fit_changes_nothing_also_where_zip_checks_no_lengths(unit, monkeypatch):
+    for module in (access, slave_base):  # as it is in a host of Python 3.9
+        monkeypatch.setattr(module, "zip", lambda *lists, strict: zip(*lists, strict=False), raising=False)
+    good, fits, before = [1.0, 9.0, 0.5, 2.0, 1, True, "none"], [9.0, [9.0, 9.0]], unit._get_fmu_state()
+    misfits = [(good, hidden) for hidden in ([], [9.0], [9.0, 9.0], [9.0, [9.0]], [9.0, [9.0] * 3], [*fits, 9.0])]
+    for values, hidden in (*misfits, (good[:-1], fits), ([*good[:-1], "broken"], fits)):
+        unit._set_fmu_state({**before, "base": ["terminated", 0.0, 9.0, values, []], "hidden": hidden})
+        assert said(unit) and unit._get_fmu_state() == before, hidden
 
 
 def test_messages_cannot_be_taken_for_printf_formats_or_break_utf8(unit):

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are
 
-from fmu_src.state import freeze_state, thaw_state
+from fmu_src.access import freeze_state, thaw_state
 from heli_identifier import following
 from heli_identifier.following import REASONS, Sample
 from heli_identifier.following.covariance import correct_covariance, find_steady_state, predict_covariance

@@ -2,9 +2,12 @@
 
 import tempfile
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
 
 from fmu_src import SCENARIOS, MasterError
 from fmu_src.master import run, run_apart
@@ -147,6 +150,14 @@ def test_a_parameter_that_a_unit_does_not_have_or_take_is_named(ran):
     ):
         with pytest.raises(MasterError, match=said):
             ran("open_loop", 0.1, H, {name: value})
+
+
+def test_a_unit_that_refuses_to_terminate_costs_neither_results_nor_the_reason_of_a_failure(twins, monkeypatch):
+    monkeypatch.setattr(FMU2Slave, "terminate", Mock(side_effect=FMICallException("fmi2Terminate", 3)))
+    files = {name: twins[kind] for name, kind in SCENARIOS["open_loop"].units}
+    assert len(run("open_loop", 0.1, H, fmus=files).values) == 11
+    with pytest.raises(MasterError, match="plant.set pitch.gain at t = 0 s"):
+        run("open_loop", 0.1, H, {"plant.pitch.gain": float("nan")}, files)
 
 
 @pytest.mark.parametrize("name", ["ü%# [1]", "a%20b"])

@@ -24,11 +24,9 @@ OUTPUTS = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "trav
 VOLTAGES = (1.9, 1.6)
 DURATION = 4.0
 EFFECTS = {
-    "effects.dry_friction.pitch": 0.02,
-    "effects.quadratic_thrust.rotors": 0.05,
-    "effects.arm_bending.elevation": 0.01,
-    "effects.gyroscopic_coupling.elevation": 0.01,
-}
+    "effects.dry_friction.pitch": 0.02, "effects.quadratic_thrust.rotors": 0.05,
+    "effects.arm_bending.elevation": 0.01, "effects.gyroscopic_coupling.elevation": 0.01,
+}  # fmt: skip
 STEPPING_MASS = {"effects.moving_mass.elevation": 0.2, "effects.moving_mass.step_time": 1.2345}
 BASE = {"initial.pitch": 0.2, "initial.elevation": -0.1, "initial.v_front": 1.0, "initial.v_rear": 1.0}
 

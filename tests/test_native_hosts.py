@@ -246,8 +246,8 @@ def decides_at_run_time(x: float) -> float:
     return [1.0, 2.0][floor(x) : floor(x) + 1][0] if f"{x}" else 0.0
 
 
-def has_no_annotation(x):
-    return x
+def passes_a_list(x: float) -> float:
+    return max(x, 1.0, *[x for i in range(floor(x))])
 
 
 @pytest.mark.parametrize("function, reason", [
@@ -257,7 +257,8 @@ def has_no_annotation(x):
     (reads_behind_a_loop, "name 'i' is not defined"),
     (decides_at_run_time, "a text that is made at run time"),
     (changes_a_tuple, "NamedTuples have _replace"),
-    (has_no_annotation, "needs an annotation"),
+    (lambda x: x, "needs an annotation"),
+    (passes_a_list, "has no translation to C: how many values it holds"),
 ])  # fmt: skip
 def test_what_it_does_not_know_is_refused_with_file_line_and_reason(function, reason):
     with pytest.raises(Untranslatable) as refused:

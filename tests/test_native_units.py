@@ -57,11 +57,8 @@ ORDERS = {
             (FAST, 2500),
             ({"pitch.rest_angle_known": True, "pitch.rest_angle": -0.1, "motor.time_constant": 0.0, **FAST}, 1500),
             ({"sample.time": 0.004, "adaptation.gain_limit": 1e300, "adaptation.forgetting": 0.0}, 800),
-            (
-                {"method": "prediction_error", "motor.lag_known": True, "sample.time": 0.002,
-                 "report.interval": 0.5},
-                1000,
-            ),
+            ({"method": "prediction_error", "motor.lag_known": True, "sample.time": 0.002, "report.interval": 0.5},
+             1000),
         )
     ],
     "PidController": [

@@ -1,6 +1,6 @@
 """One unit under the master: its FMU unpacked and loaded, its life, and where its inputs and outputs lie.
 
-Every answer is checked, the status and what the unit logs: a pythonfmu unit cannot refuse a set call by its status.
+Every answer but that to terminate is checked, status and log: a pythonfmu unit cannot refuse a set call by its status.
 Anything worse than a warning becomes a MasterError that names unit, call and time and quotes the unit's messages.
 
 Loading a unit runs its code with the rights of the user; nothing here can prevent that. What is prevented is that a
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from ctypes import byref, c_double, c_size_t, c_void_p, cast
 from pathlib import Path
 from typing import Any
@@ -200,11 +201,12 @@ class Instance:
         self.check("getReal", time, self._get(*self._to_get))
 
     def close(self) -> None:
-        """Free the instance and its folder."""
+        """Free the instance and its folder; a refusal to terminate neither costs results nor hides why a run failed."""
         try:
             slave: Any = getattr(self, "slave", None)
             if getattr(slave, "component", None):
-                slave.terminate()
+                with suppress(FMICallException):
+                    slave.terminate()
                 slave.freeInstance()
         finally:
             del _HEARD[id(self)]

@@ -72,8 +72,6 @@ def _model(unit: str, exchanged: bool) -> tuple[str, str]:
     exchange = definition.exchange if exchanged else None
     for entry in (*definition.entries, *(exchange.entries if exchange else ())):
         translation.translate_entry(*(entry if isinstance(entry, tuple) else (entry,)))
-    for function, by in exchange.differentiated.items() if exchange else ():
-        translation.translate_entry(function, slopes_by=by)
     if definition.settings is not None:
         translation.define_type(Struct(definition.settings))
     return header(translation, annotation_type(definition.memory)), source(translation)

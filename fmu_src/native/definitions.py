@@ -9,6 +9,7 @@ from typing import Any
 from heli_identifier import online
 from heli_identifier.online import excitation
 from heli_plant import communication, control, laws, motor, plant, state, state_feedback
+from heli_plant.dual import Dual
 from heli_plant.parameters import PlantParameters
 
 from ..units import adaptive_identifier
@@ -21,7 +22,6 @@ class Exchange:
 
     file: str  # in C; it connects the translated functions with states, rates and slopes
     entries: tuple[Any, ...]  # functions that it calls, as those of Definition
-    differentiated: Mapping[Callable[..., Any], tuple[str, ...]]  # for dual numbers as well; the parameters that are
     states: tuple[tuple[str, str, float], ...]  # name, unit and nominal value of each continuous state
 
     @property
@@ -42,23 +42,25 @@ class Definition:
     """The native twin of a unit."""
 
     files: tuple[str, ...]  # in C; the first connects the translated functions with the unit's variables
-    entries: tuple[Any, ...] = ()  # functions that it calls; in a tuple with types for parameters without annotation
+    entries: tuple[Any, ...] = ()  # functions that it calls; in a tuple with the types that its annotations do not say
     settings: type | None = None  # struct that is filled from the variables that name a field of it
     memory: Any = type(None)  # annotation of what the unit remembers between steps
     externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)  # names of functions written in C
     exchange: Exchange | None = None
 
 
-_MOTION = ("th", "ep", "la", "w1", "w2", "w3")
+_OF_PLANT = {"p": PlantParameters}
+_MOTION = dict.fromkeys(("th", "ep", "la", "w1", "w2", "w3", "q", "w_q"), Dual)
 _PLANT_EXCHANGE = Exchange(
     "plant_exchange.c",
-    (plant.rates_of_change, (laws.next_step_time, float, PlantParameters)),
-    {
-        plant.rates_of_change: (
-            *_MOTION, "nu_front", "nu_rear", "q", "w_q", "v_front", "v_rear", "mass_position",
+    (
+        plant.rates_of_change, (laws.next_step_time, {"time": float} | _OF_PLANT),
+        (
+            plant.rates_of_change,
+            _MOTION | dict.fromkeys(("nu_front", "nu_rear", "v_front", "v_rear", "mass_position"), Dual),
         ),
-        plant.measured_motion: (*_MOTION, "q", "w_q"),
-    },
+        (plant.measured_motion, _MOTION),
+    ),
     plant.STATES,
 )  # fmt: skip
 """HelicopterPlant as a differential equation, with slopes by its states and its continuous inputs."""
@@ -68,7 +70,7 @@ DEFINITIONS = {
         ("plant.c", "plant.h"),
         (
             communication.start_memory, communication.communicate, communication.is_finite, communication.read_sensors,
-            state.start_state, (laws.motor_time_constant, PlantParameters), (laws.input_delay, PlantParameters),
+            state.start_state, (laws.motor_time_constant, _OF_PLANT), (laws.input_delay, _OF_PLANT),
         ),
         PlantParameters,
         communication.PlantMemory,
@@ -77,9 +79,9 @@ DEFINITIONS = {
     "AdaptiveIdentifier": Definition(
         ("identifier.c",),
         (
-            online.prepare, online.is_due, online.take_sample, online.begin_sampling, online.before_samples,
-            online.default_settings, online.is_closed, adaptive_identifier.output_values,
-            (online.IdentifierSettings.__post_init__, online.IdentifierSettings),
+            online.prepare, online.is_due, online.next_due, online.take_sample, online.begin_sampling,
+            online.before_samples, online.default_settings, online.is_closed, adaptive_identifier.output_values,
+            (online.IdentifierSettings.__post_init__, {"self": online.IdentifierSettings}),
         ),
         online.IdentifierSettings,
         online.Sampled | None,
@@ -99,7 +101,7 @@ DEFINITIONS = {
     "Exciter": Definition(
         ("exciter.c", "mersenne.c"),
         (
-            (excitation.SquareChirp.at, excitation.SquareChirp), excitation.paper_channels,
+            (excitation.SquareChirp.at, {"self": excitation.SquareChirp}), excitation.paper_channels,
             excitation.multisine_components, excitation.multisine_value, excitation.check_bounds, excitation.combine,
         ),
         externals={excitation.phases: "phases"},

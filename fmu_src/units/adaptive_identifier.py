@@ -112,9 +112,7 @@ class AdaptiveIdentifier(SlaveBase):
         if self.sampled is None:
             self.sampled = online.begin_sampling(time, measured, self.plan, references)
             return
-        period = self.plan.settings.sample_time
-        due = self.sampled.first + (self.sampled.state.samples + 1) * period
-        check_due(time - due, period, time)
+        check_due(time - online.next_due(self.sampled, self.plan), self.plan.settings.sample_time, time)
         sampled, estimate = online.take_samples(self.sampled, time, measured, self.plan, references)
         if estimate is not None:
             if not isfinite(online.total(estimate.parameters)):

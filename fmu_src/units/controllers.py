@@ -82,8 +82,7 @@ class PidController(Controller):
         self._show(front + more_front, rear + more_rear)
 
     def _show(self, v_front: float, v_rear: float) -> None:
-        limit = self.pid.voltage_limit
-        self.show((control.clip(v_front, limit), control.clip(v_rear, limit)))
+        self.show(saturate(voltage, self.pid.voltage_limit) for voltage in (v_front, v_rear))
 
 
 _FEEDBACK = state_feedback.FeedbackSettings()

@@ -4,13 +4,16 @@ The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel
 (11); phi, Omega, Gamma, alpha, sigma of the adaptation (7); e, G, nu, lambda of the prediction errors.
 """
 
-from .adaptation import gain_matrix
+from .adaptation import combinations, gain_matrix
 from .identifier import (
+    IdentifierOutput,
+    IdentifierState,
     Sampled,
     before_samples,
     begin_sampling,
-    combinations,
     is_due,
+    next_due,
+    output_of,
     start,
     step,
     take_sample,
@@ -32,12 +35,11 @@ from .settings import (
     is_determined,
     prepare,
 )
-from .state import IdentifierOutput, IdentifierState, output_of
 from .whitening import Noise
 
 __all__ = [
     "ADAPTATION", "CLOSED", "CONTRADICTION", "GAINS", "METHODS", "PREDICTION_ERROR", "Estimate", "IdentifierOutput",
     "IdentifierSettings", "IdentifierState", "ModelParameters", "Noise", "Plan", "Sampled", "before_samples",
     "begin_sampling", "combinations", "default_settings", "is_determined", "gain_matrix", "is_closed", "is_due",
-    "noise_of", "output_of", "prepare", "shares", "start", "step", "take_sample", "take_samples", "total",
+    "next_due", "noise_of", "output_of", "prepare", "shares", "start", "step", "take_sample", "take_samples", "total",
 ]  # fmt: skip

@@ -46,7 +46,7 @@ from math import exp, expm1, inf, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .linear_algebra import outer, unit_vector
+from .linear_algebra import hypotenuse, outer, unit_vector
 from .moments import Moments, add_products, excitation_level, no_moments, standard_errors, weighted_blocks
 from .settings import AxisPlan, Plan
 
@@ -140,7 +140,7 @@ def loosen(factor: list[float], index: int, variance: float) -> None:
 
     Rank-one update of U and D by Agee and Turner; D stays positive. Source: Bierman 1977, theorem V.3.1.
     """
-    a = [0.0] * index + [1.0]
+    a = [*([0.0] * index), 1.0]
     c = variance
     for j in range(index, -1, -1):
         start = j * (j + 1) // 2
@@ -209,6 +209,32 @@ def observe_axis(axis: AxisState, count: int, plan: Plan) -> AxisState:
         axis.moments, products, weight, plan.moment_interval, settings.forgetting, settings.excitation_window
     )
     return axis._replace(sums=(0.0,) * len(mean), moments=moments)
+
+
+_NOTHING = 1e-100  # a gain or torque that has been forgotten: the square of a smaller one may be zero
+
+
+def combinations(which: int, axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
+    """Return the rows j whose j^T Omega are what is reported of pitch (0), elevation or travel, to first order."""
+    own = plan.axes[which]
+    n = own.gain + 1
+    rows: tuple[tuple[float, ...], ...] = tuple([tuple(unit_vector(i, n)) for i in range(n)])
+    if which == 0 and plan.settings.rest_angle is None:
+        p, q = axis.omega[1], axis.omega[2]
+        a = hypotenuse(p, q)
+        a = a if a > _NOTHING else 1.0
+        rows = (
+            (1.0, 0.0, 0.0, 0.0),
+            (0.0, p / a, q / a, 0.0),
+            (0.0, 0.0, 0.0, 1.0),
+            (0.0, -q / (a * a), p / (a * a), 0.0),
+        )
+    if own.reported == n:
+        return rows
+    gain, product = axis.omega[own.gain], axis.omega[n]
+    gain = gain if abs(gain) > _NOTHING else 1.0
+    slope = (*([0.0] * own.gain), -product / (gain * gain), 1.0 / gain)
+    return (*[(*row, 0.0) for row in rows], slope)
 
 
 def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], count: int, plan: Plan) -> AxisState:

@@ -1,4 +1,4 @@
-"""The on-line identifier of all three axes, as a pure step.
+"""The on-line identifier of all three axes, as a pure step: what it remembers between two samples, and what it says.
 
     plan = prepare(settings)
     state = start(plan, now)                            sample 0
@@ -12,23 +12,22 @@ Sample k is due at t_0 + k h, whatever step a host takes. At a communication poi
 in; one between two points has the angles of the straight line between them and the voltages held since the earlier.
 """
 
-from math import sqrt
-from typing import NamedTuple
+from math import atan2, sqrt
+from typing import NamedTuple, Optional
 
 from heli_plant.motor import saturate
 
-from .adaptation import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis
-from .instruments import NO_REFERENCES, References, advance_references, solve_gain
-from .linear_algebra import hypotenuse, unit_vector
-from .loop import Feedback, shares, watch_error, watch_innovation
-from .prediction_error import first_predictor, predict_axis
-from .settings import Plan
+from .adaptation import AxisState, adapt_axis, combinations, evaluate_axis, initial_axis, observe_axis
+from .instruments import NO_REFERENCES, References, advance_references, contradicts, solve_gain
+from .linear_algebra import hypotenuse
+from .loop import Feedback, feedback_score, shares, watch_error, watch_innovation
+from .prediction_error import PredictorState, first_predictor, predict_axis
+from .settings import ModelParameters, Plan
 from .signals import (
     Angles,
     LagState,
     Sample,
     Signals,
-    Three,
     advance_lag,
     advance_signals,
     follow_lag,
@@ -36,11 +35,54 @@ from .signals import (
     settled_lag,
     settled_signals,
 )
-from .state import Axis, IdentifierOutput, IdentifierState, lag_of, output_of
 from .whitening import settled_memory, whiten
 
 _PITCH, _ELEVATION, _TRAVEL = 0, 1, 2  # step of a report interval in which an axis is evaluated: none pays for three
 _EARLY = 1e-6  # share of its period by which a sample is due early: communication points k H are rounded
+
+
+class Axis(NamedTuple):
+    """One axis: its estimate, its predictor (None where the method is the adaptation), what is known of its loop."""
+
+    estimate: AxisState
+    predictor: Optional[PredictorState]  # noqa: UP045 - a host's Python may be 3.9, where types have no |
+    loop: Feedback
+
+
+class IdentifierState(NamedTuple):
+    """Everything remembered between two samples."""
+
+    samples: int  # after sample 0
+    voltages: tuple[float, float]  # sums of front and rear voltage [V] since the last sample that was taken
+    signals: Signals
+    lag: Optional[LagState]  # noqa: UP045
+    axes: tuple[Axis, Axis, Axis]  # pitch, elevation, travel
+    references: References  # the instruments of all axes
+
+
+_LEAST_ERROR = 1e-9  # least standard error of a lag [s], so that weights stay finite
+
+
+class Lag(NamedTuple):
+    """The motors' time constant T_m and its standard error, 0 where it is given [s]."""
+
+    value: float
+    standard_error: float
+
+
+class IdentifierOutput(NamedTuple):
+    """What is known after a sample; triples are of pitch, elevation, travel."""
+
+    parameters: ModelParameters
+    standard_errors: ModelParameters
+    sigma: tuple[float, float, float]  # adaptation error [rad/s^2]
+    excitation: tuple[float, float, float]  # level [1]
+    feedback: tuple[float, float, float]  # score of a closed loop [1]
+    lag: Lag
+    instruments: tuple[float, float, float]  # k_x, k_z, k_y by the references [rad/s^2/V], 0 where none has moved
+    instrument_errors: tuple[float, float, float]  # their standard errors
+    contradicted: bool  # whether they exclude an estimate
+    adapting: bool  # false while the adaptation rests
 
 
 def start(plan: Plan, now: Sample, references: Angles = NO_REFERENCES) -> IdentifierState:
@@ -48,7 +90,7 @@ def start(plan: Plan, now: Sample, references: Angles = NO_REFERENCES) -> Identi
     settings, h = plan.settings, plan.sample_time
     signals = settled_signals(now, settings.voltage_limit)
     lag = settled_lag(signals, h, settings.motor_time_constant) if plan.estimates_lag else None
-    z_1, z_2, z_3 = _regressors(signals, lag, plan)
+    z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, plan.filter)
     front, rear = signals.voltages
     axes = (
         _first_axis(_PITCH, z_1, front - rear, plan),
@@ -69,14 +111,6 @@ def _first_axis(which: int, z: tuple[float, ...], voltage: float, plan: Plan) ->
     return Axis(initial_axis(own, plan), predictor, Feedback(settled_memory(0.0, plan.usual), voltage))
 
 
-def _regressors(signals: Signals, lag: LagState | None, plan: Plan) -> Three:
-    """Return z = (phi, y) of the three axes."""
-    (y_1, y_2, y_3), (phi_1, phi_2, phi_3) = regressions(signals, plan.settings.rest_angle, plan.filter)
-    if lag is not None:
-        phi_1, phi_2 = (*phi_1, -lag.difference_f[0]), (*phi_2, -lag.lift_f[0])
-    return (*phi_1, y_1), (*phi_2, y_2), (*phi_3, y_3)
-
-
 def step(
     state: IdentifierState, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> tuple[IdentifierState, IdentifierOutput]:
@@ -95,7 +129,7 @@ def step(
     signals = advance_signals(before, now, h, assumed, settings.voltage_limit, f)
     if lag is not None:
         lag = advance_lag(lag, before, signals, h, f)
-    z_1, z_2, z_3 = _regressors(signals, lag, plan)
+    z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, plan.filter)
     count, asked = samples // every - plan.hold_samples, state.references
     if count >= 0 and plan.predicting:
         asked = advance_references(asked, references, count, h)
@@ -148,30 +182,56 @@ def _advance_axis(
     return Axis(estimate, predictor, loop)
 
 
-_NOTHING = 1e-100  # a gain or torque that has been forgotten: the square of a smaller one may be zero
+def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
+    """Return what is known in ``state``, without a step."""
+    pitch, elevation, travel = state.axes
+    (omega_1, errors_1), (omega_2, errors_2), (omega_3, errors_3) = [
+        (axis.estimate.omega[: own.gain + 1], axis.estimate.standard_errors[: own.gain + 1])
+        for axis, own in zip(state.axes, plan.axes, strict=True)
+    ]
+    rest = plan.settings.rest_angle
+    if rest is not None:
+        a_wx, a_th, k_x = omega_1
+        theta0 = rest
+        errors_1 = (*errors_1, 0.0)
+    else:
+        a_wx, p, q, k_x = omega_1
+        a_th, theta0 = hypotenuse(p, q), atan2(q, p)
+    gains = k_x, omega_2[-1], omega_3[-1]
+    instruments, instrument_errors, contradicted = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False
+    p_1, p_2, p_3 = pitch.predictor, elevation.predictor, travel.predictor
+    if p_1 is not None and p_2 is not None and p_3 is not None:
+        i_1, i_2, i_3 = p_1.instruments, p_2.instruments, p_3.instruments
+        instruments = i_1.gain, i_2.gain, i_3.gain
+        instrument_errors = i_1.standard_error, i_2.standard_error, i_3.standard_error
+        contradicted = contradicts(i_1, gains[0]) or contradicts(i_2, gains[1]) or contradicts(i_3, gains[2])
+    return IdentifierOutput(
+        ModelParameters._make((a_wx, a_th, k_x, theta0, *omega_2, *omega_3)),
+        ModelParameters._make((*errors_1, *errors_2, *errors_3)),
+        (pitch.estimate.sigma, elevation.estimate.sigma, travel.estimate.sigma),
+        (pitch.estimate.excitation, elevation.estimate.excitation, travel.estimate.excitation),
+        (feedback_score(pitch.loop), feedback_score(elevation.loop), feedback_score(travel.loop)),
+        lag_of(pitch.estimate, elevation.estimate, plan),
+        instruments,
+        instrument_errors,
+        contradicted,
+        state.samples // plan.every >= plan.hold_samples,
+    )
 
 
-def combinations(which: int, axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
-    """Return the rows j whose j^T Omega are what is reported of pitch (0), elevation or travel, to first order."""
-    own = plan.axes[which]
-    n = own.gain + 1
-    rows: tuple[tuple[float, ...], ...] = tuple([tuple(unit_vector(i, n)) for i in range(n)])
-    if which == _PITCH and plan.settings.rest_angle is None:
-        p, q = axis.omega[1], axis.omega[2]
-        a = hypotenuse(p, q)
-        a = a if a > _NOTHING else 1.0
-        rows = (
-            (1.0, 0.0, 0.0, 0.0),
-            (0.0, p / a, q / a, 0.0),
-            (0.0, 0.0, 0.0, 1.0),
-            (0.0, -q / (a * a), p / (a * a), 0.0),
-        )
-    if own.reported == n:
-        return rows
-    gain, product = axis.omega[own.gain], axis.omega[n]
-    gain = gain if abs(gain) > _NOTHING else 1.0
-    slope = (*([0.0] * own.gain), -product / (gain * gain), 1.0 / gain)
-    return (*[(*row, 0.0) for row in rows], slope)
+def lag_of(pitch: AxisState, elevation: AxisState, plan: Plan) -> Lag:
+    """Return the lag from pitch and elevation, each weighted by the inverse square of its standard error."""
+    assumed = plan.settings.motor_time_constant
+    if not plan.estimates_lag:
+        return Lag(assumed, 0.0)
+    weighted, weights = 0.0, 0.0
+    for axis, own in ((pitch, plan.axes[0]), (elevation, plan.axes[1])):
+        gain, product = axis.omega[own.gain], axis.omega[own.gain + 1]
+        error = max(axis.standard_errors[-1], _LEAST_ERROR)
+        weight = 1.0 / (error * error)
+        weighted += weight * (product / gain if gain != 0.0 else 0.0)
+        weights += weight
+    return Lag(assumed + weighted / weights, 1.0 / sqrt(weights))
 
 
 class Sampled(NamedTuple):
@@ -188,19 +248,22 @@ def begin_sampling(time: float, now: Sample, plan: Plan, references: Angles = NO
     return Sampled(start(plan, now, references), time, time, now)
 
 
+def next_due(sampled: Sampled, plan: Plan) -> float:
+    """Return when the next sample is due [s]."""
+    return sampled.first + (sampled.state.samples + 1) * plan.settings.sample_time
+
+
 def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
     """Return whether a further sample is due up to ``time`` [s]."""
-    period = plan.settings.sample_time
-    return sampled.first + (sampled.state.samples + 1) * period <= time + _EARLY * period
+    return next_due(sampled, plan) <= time + _EARLY * plan.settings.sample_time
 
 
 def take_sample(
     sampled: Sampled, time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> tuple[IdentifierState, IdentifierOutput]:
     """Take in the next sample, which is due up to ``time`` [s], at which ``now`` and the ``references`` are read."""
-    period = plan.settings.sample_time
-    due = sampled.first + (sampled.state.samples + 1) * period
-    if due < time - _EARLY * period:
+    due = next_due(sampled, plan)
+    if due < time - _EARLY * plan.settings.sample_time:
         share = (due - sampled.before) / (time - sampled.before)
         last = sampled.previous
         pitch, elevation, travel = [a + share * (b - a) for a, b in zip(last[2:], now[2:], strict=True)]

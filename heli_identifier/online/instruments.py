@@ -68,7 +68,8 @@ def no_instruments(parameters: int) -> Instruments:
 
 def advance_references(r: References, references: tuple[float, float, float], count: int, h: float) -> References:
     """Return ``r`` after the sample numbered ``count`` of period ``h`` [s]; b changes where products are due."""
-    if not r.moved and not any(now != first for now, first in zip(references, r.first, strict=True)):
+    pitch, elevation, travel = r.first
+    if not r.moved and references[0] == pitch and references[1] == elevation and references[2] == travel:
         return r
     stride = products_every(h)
     if count % stride != 0:

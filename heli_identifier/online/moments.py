@@ -103,17 +103,6 @@ _OVERLAP = 1.5  # degrees of freedom, in blocks, that a parameter takes when nei
 _LEAST_FREEDOM = 4.0  # degrees of freedom below which the residual is not estimated
 
 
-def degrees_of_freedom(weights: list[float], parameters: int) -> float:
-    """Return B - 1.5 n, the degrees of freedom left after fitting ``parameters``."""
-    whole, squares = total(weights), dot(weights, weights)
-    return (whole * whole / squares if squares > 0.0 else 0.0) - _OVERLAP * parameters
-
-
-def variance_of_sum(terms: list[float]) -> float:
-    """Return the variance of the sum of ``terms`` under correlation between neighbours."""
-    return max(0.0, dot(terms, terms) + dot(terms[1:], terms))
-
-
 def standard_errors(
     weights: list[float], blocks: list[tuple[float, ...]], gain: list[list[float]], omega: tuple[float, ...],
     combinations: tuple[tuple[float, ...], ...], interval: float, whitened: bool = False,
@@ -126,7 +115,8 @@ def standard_errors(
     n = len(omega)
     directions = [[dot(j, column) for column in gain] for j in combinations]
     certain = tuple([sqrt(dot(d, j)) for d, j in zip(directions, combinations, strict=True)])
-    left = degrees_of_freedom(weights, n)
+    whole, squares = total(weights), dot(weights, weights)
+    left = (whole * whole / squares if squares > 0.0 else 0.0) - _OVERLAP * n  # B - 1.5 n
     if left < _LEAST_FREEDOM:
         return certain
     correction = 1.0 + _OVERLAP * n / left
@@ -135,7 +125,8 @@ def standard_errors(
     for direction in directions:
         form = bilinear_form((*direction, 0.0), residual)
         terms = [weight * interval * dot(form, block) for weight, block in zip(weights, blocks, strict=True)]
-        errors.append(sqrt(correction * variance_of_sum(terms)))
+        variance = max(0.0, dot(terms, terms) + dot(terms[1:], terms))  # neighbours are correlated
+        errors.append(sqrt(correction * variance))
     return tuple(map(max, errors, certain)) if whitened else tuple(errors)
 
 

@@ -110,26 +110,6 @@ def advance_signals(s: Signals, now: Sample, h: float, lag: float, limit: float,
     )
 
 
-Three = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
-"""Rows of numbers of pitch, elevation and travel."""
-
-
-def regressions(s: Signals, rest: float | None, f: FilterCoefficients) -> tuple[Angles, Three]:
-    """Return y and phi of the three axes, theta0 = ``rest`` [rad] or to be estimated."""
-    y_1, y_2, y_3 = [
-        second_derivative(xi, now, before, oldest, f)
-        for xi, now, before, oldest in zip(
-            (s.pitch_f, s.elevation_f, s.travel_f), s.angles, s.angles_1, s.angles_2, strict=True
-        )
-    ]
-    if rest is None:
-        phi_1: tuple[float, ...] = (-s.pitch_f[1], -s.sine_f[0], s.cosine_f[0], s.difference_f[0])
-    else:
-        phi_1 = (-s.pitch_f[1], -(cos(rest) * s.sine_f[0] - sin(rest) * s.cosine_f[0]), s.difference_f[0])
-    phi_2 = (-s.elevation_f[1], -s.elevation_f[0], -1.0, -s.rate_product_f[0], s.lift_f[0])
-    return (y_1, y_2, y_3), (phi_1, phi_2, (-s.travel_f[1], s.thrust_f[0]))
-
-
 _KNOWN = 0.5  # T_2 follows the estimate while that has a standard error of at most this share of it
 _SAME = 1e-3  # relative difference below which T_2 counts as T: R then has no figures left
 
@@ -175,3 +155,25 @@ def advance_lag(state: LagState, before: Signals, now: Signals, h: float, f: Fil
         difference_f=filter_line(state.difference_f, difference, difference, f),
         lift_f=filter_line(state.lift_f, lift, lift, f),
     )
+
+
+Three = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+"""Rows of numbers of pitch, elevation and travel."""
+
+
+def regressions(s: Signals, lag: LagState | None, rest: float | None, f: FilterCoefficients) -> Three:
+    """Return z = (phi, y) of the three axes; theta0 = ``rest`` [rad] or, as the ``lag``, estimated along."""
+    y_1, y_2, y_3 = [
+        second_derivative(xi, now, before, oldest, f)
+        for xi, now, before, oldest in zip(
+            (s.pitch_f, s.elevation_f, s.travel_f), s.angles, s.angles_1, s.angles_2, strict=True
+        )
+    ]
+    if rest is None:
+        phi_1: tuple[float, ...] = (-s.pitch_f[1], -s.sine_f[0], s.cosine_f[0], s.difference_f[0])
+    else:
+        phi_1 = (-s.pitch_f[1], -(cos(rest) * s.sine_f[0] - sin(rest) * s.cosine_f[0]), s.difference_f[0])
+    phi_2: tuple[float, ...] = (-s.elevation_f[1], -s.elevation_f[0], -1.0, -s.rate_product_f[0], s.lift_f[0])
+    if lag is not None:
+        phi_1, phi_2 = (*phi_1, -lag.difference_f[0]), (*phi_2, -lag.lift_f[0])
+    return (*phi_1, y_1), (*phi_2, y_2), (-s.travel_f[1], s.thrust_f[0], y_3)

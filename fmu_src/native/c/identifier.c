@@ -59,7 +59,7 @@ static void advance(Model *model, Unit *unit, double time, double step)
     }
     Sampled sampled = model->sampled.value;
     const double period = model->plan.settings.sample_time;
-    const double due = sampled.first + (double)(sampled.state.samples + 1) * period;
+    const double due = identifier_next_due(&sampled, &model->plan);
     if (time - due > (double)MOST_SUBSTEPS * period)
         refuse(
             &unit->space,

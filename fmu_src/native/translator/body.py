@@ -34,7 +34,6 @@ class Body:
         self.result: c.CType = returns or c.UNKNOWN  # type of the result, as far as it is known
         self.stored: set[str] = set()  # variables of which an element is changed, or to which one is appended: lists
         self.needs_space = self.is_external = False
-        self.begin()
 
     def begin(self) -> None:
         """Begin a pass."""
@@ -43,7 +42,7 @@ class Body:
         self.env: dict[str, Any] = {}  # values of the variables
         self.ended = False  # whether this is behind a return
         for name, kind in self.parameters.items():
-            self.env[name] = self.split_value(Expr(self, kind, f"(*{name})" if isinstance(kind, c.Struct) else name))
+            self.store(name, self.split_value(Expr(self, kind, f"(*{name})" if isinstance(kind, c.Struct) else name)))
 
     # Lines
 

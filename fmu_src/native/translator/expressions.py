@@ -45,7 +45,9 @@ def evaluate(body: Any, node: ast.expr | None) -> Any:
         case ast.Call(function, positional, keywords):
             call, given = of(function), list[Any]()
             for one in positional:
-                given += known_items(of(one)) or () if isinstance(one, ast.Starred) else [of(one)]
+                if (items := known_items(of(one)) if isinstance(one, ast.Starred) else [of(one)]) is None:
+                    raise NoType(f"{ast.unparse(one)} has no translation to C: how many values it holds is not known")
+                given += items
             return call(*given, **{str(one.arg): of(one.value) for one in keywords})
         case ast.Tuple(parts) | ast.List(parts):
             if any(isinstance(one, ast.Starred) for one in parts):

@@ -18,7 +18,7 @@ from heli_plant.dual import SLOPES, Dual
 
 from .body import Body
 from .types import BOOL, FLOAT, INT, NoType, join_types
-from .values import Expr, Run, choose, compare, either, known_items, type_of, unwrap
+from .values import Expr, Run, choose, compare, known_items, type_of, unwrap
 
 _MATHEMATICS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log2 sqrt copysign".split()
 REFUSED: dict[Any, str] = {
@@ -154,9 +154,6 @@ STAGED: dict[Any, Callable[..., Any]] = {
     enumerate: _enumerate,
     map: _map,
     functools.reduce: _reduce,
-    any: lambda body, over: functools.reduce(
-        lambda sofar, item: either(body, sofar, lambda: item), known_items(over) or (), False
-    ),
     tuple: _tuple,
     list: lambda body, over: body.make_display((True, over)),
     dataclasses.replace: Body.replace_fields,

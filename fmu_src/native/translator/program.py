@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from textwrap import fill
 from types import FunctionType
 from typing import Any
@@ -30,16 +30,13 @@ class Translation:
         self.entries: list[Body] = []
         self.types: list[c.CType] = []
 
-    def translate_entry(self, function: Callable[..., Any], *bound: Any, slopes_by: Collection[str] = ()) -> Body:
-        """Translate a function that C by hand calls, or raise Untranslatable.
-
-        ``bound`` are types for those parameters that have no annotation; the parameters ``slopes_by`` are dual numbers.
-        """
-        function, waiting = inspect.unwrap(function), map(c.annotation_type, bound)
+    def translate_entry(self, function: Callable[..., Any], given: Mapping[str, Any] | None = None) -> Body:
+        """Translate a function that C by hand calls, or raise Untranslatable; types that are ``given`` prevail."""
+        function, given = inspect.unwrap(function), given or {}
         assert isinstance(function, FunctionType)
         kinds = []
         for name, own in c.parameter_types(function).items():
-            kind = c.DUAL if name in slopes_by else own or next(waiting, None)
+            kind = c.annotation_type(given[name]) if name in given else own
             if kind is None:
                 Body(self, "", function, {}, None).refuse(None, f"the parameter {name} needs an annotation")
             kinds.append(kind)

@@ -23,8 +23,6 @@ def translate(body: Body) -> None:
     while body.result != before:
         before = body.result
         body.begin()
-        for name, value in tuple(body.env.items()):
-            body.store(name, value)
         translate_block(body, tree.body)
         if body.result == UNKNOWN:
             body.result = NOTHING

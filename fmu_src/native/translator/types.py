@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from functools import cache, reduce
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from heli_plant.dual import Dual
+
 
 @dataclass(frozen=True)
 class Scalar:
@@ -122,7 +124,7 @@ def fields(kind: type) -> dict[str, CType]:
     return {name: annotation_type(hints.get(name, float)) for name in inspect.signature(kind).parameters}
 
 
-PLAIN: dict[Any, CType] = {float: FLOAT, int: INT, bool: BOOL, str: TEXT, type(None): NOTHING}
+PLAIN: dict[Any, CType] = {float: FLOAT, int: INT, bool: BOOL, str: TEXT, type(None): NOTHING, Dual: DUAL}
 
 
 def annotation_type(hint: Any) -> CType:

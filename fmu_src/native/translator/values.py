@@ -91,14 +91,12 @@ _AS_PYTHON: dict[tuple[str, c.CType], str] = {
 
 
 def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
-    """Return the sum, difference, product, quotient or remainder of two numbers; the sum of two lists, a list again."""
+    """Return the sum, difference, product, quotient or remainder of two numbers, or ``[x] * n``, a list again."""
     a, b = unwrap(a), unwrap(b)
     kinds = type_of(a), type_of(b)
     if symbol == "*" and isinstance(a, tuple | list):
         one = body.name_value(a[0])
         return body.make_display((True, Run(body.as_type(b, c.INT).bare, lambda _: one)))
-    if symbol == "+" and any(isinstance(kind, c.Listing) for kind in kinds):
-        return body.make_display((True, a), (True, b))
     if symbol == "**":
         if isinstance(a, float) and a == 2.0 and kinds[1] == c.INT:
             return Expr(body, c.FLOAT, f"ldexp(1.0, (int){b.code})")
