@@ -36,7 +36,7 @@ from .fit import Fit, fit, fit_own
 from .likelihood import without
 from .noise import error_dynamics, match_steps, start_memory
 from .rig import Array, Record, records_of
-from .settings import ITERATIONS, PUSHED, SEEN_AT, SETTLING, UNKNOWN
+from .settings import PUSHED, SEEN_AT, SETTLING, UNKNOWN
 from .strangers import without_own
 
 LAG = round(MARGIN * SEEN_AT)
@@ -50,57 +50,52 @@ def find_pushes(fitted: Fit, logs: Sequence[Log]) -> tuple[Event, ...]:
 
     The events of the logs do not count. A log may begin with a push: a rig takes off, or a hand lets go of it.
     """
-    logged = records_of(logs, fitted.likelihood.rig, settled=True)
-    found: list[list[_Push]] = [[] for _ in logs]
-    for _ in range(ITERATIONS):
-        fitted, told = _tell(fitted, logs, logged, found)
-        of_axes = [_search_axis(fitted, i, told) for i in range(len(fitted.likelihood.rig.axes))]
-        last, found, stands = found, [], True
-        for old, of_log in zip(last, zip(*of_axes, strict=True), strict=True):
-            placed = [push for again, _ in of_log for push in again]
-            S, new = max((push for _, push in of_log), key=lambda push: push[0])
-            further = [(S, new)] if S > UNKNOWN and not any(_overlap(new, push) for _, push in placed) else []
-            stands &= not further and all(any(_leave_out(own, push) for _, own in old) for _, push in placed)
-            found.append([*placed, *further])
-        if stands:
-            break
-    return tuple(push for of_log in found for S, push in of_log if S > UNKNOWN)
+    logged, axes = records_of(logs, fitted.likelihood.rig, settled=True), range(len(fitted.likelihood.rig.axes))
+    found = [_Found(log.events) for log in logs]
+    while True:
+        fitted, told = _tell(fitted, logs, found, logged)
+        searched = zip(*(_search_axis(fitted, i, told) for i in axes), strict=True)
+        for i, of_log in enumerate(searched):
+            placed = [push for push, _ in of_log if push]
+            S, new = max((further for _, further in of_log), key=lambda further: further[0])
+            found[i] = _Found((*found[i].events, *placed), new if S > UNKNOWN else None)
+        if not any(own.newest for own in found):
+            return tuple(push for log, own in zip(logs, found, strict=True) for push in own.events[len(log.events) :])
 
 
-_Push = tuple[float, Event]
-"""S [nats] of a push, and the push."""
+class _Found(NamedTuple):
+    """What acts on a log beside the plant, as far as it is known."""
 
+    events: tuple[Event, ...]
+    newest: Event | None = None
+    """The push that was found last, by a fit that took it for air."""
 
-def _overlap(one: Event, other: Event) -> bool:
-    return one.axis == other.axis and one.start < other.end and other.start < one.end
-
-
-def _leave_out(old: Event, push: Event) -> bool:
-    """Whether all of a push lies within what an ``old`` one leaves out."""
-    return old.axis == push.axis and old.start - MARGIN <= push.start and push.end <= old.end + MARGIN
+    @property
+    def everything(self) -> tuple[Event, ...]:
+        """All that is left out of the log."""
+        return (*self.events, self.newest) if self.newest else self.events
 
 
 class _Told(NamedTuple):
-    """A log, its whole record, and the innovations e (N, a) [rad] of a filter that was told of pushes in it."""
+    """A log, its whole record, and the innovations e (N, a) [rad] of a filter that was told of what was found."""
 
     log: Log
+    found: _Found
     record: Record
     e: Array
     sizes: Array
-    """Of the torques of these pushes [rad/s^2], as :attr:`.Record.pushes` has them."""
-    pushes: Sequence[_Push]
+    """Of the torques of the pushes [rad/s^2], as :attr:`.Record.pushes` has them."""
 
 
 def _tell(
-    fitted: Fit, logs: Sequence[Log], logged: Sequence[Record], found: Sequence[Sequence[_Push]]
+    fitted: Fit, logs: Sequence[Log], found: Sequence[_Found], logged: Sequence[Record]
 ) -> tuple[Fit, list[_Told]]:
     """Let a fit go on without pushes, and run it along all logs."""
     likelihood, axes, count = fitted.likelihood, fitted.likelihood.rig.axes, len(fitted.e)
     whole = [without(likelihood.faults, own) for own in logged]
-    events = [(*log.events, *(push for _, push in own)) for log, own in zip(logs, found, strict=True)]
-    records, raw = (tuple(own.mark(of_log, axes) for own, of_log in zip(part, events, strict=True))
+    records, raw = (tuple(own.mark(of_log.everything, axes) for own, of_log in zip(part, found, strict=True))
                     for part in (whole, logged))  # fmt: skip
-    if any(found[:count]):
+    if any(of_log.newest for of_log in found[:count]):
         before = raw[:count] if likelihood.faults else ()
         fitted = fit(replace(likelihood, records=records[:count], logged=before), fitted.names, fitted)
     errors, own = list(fitted.e), list(fitted.point.own)
@@ -110,31 +105,35 @@ def _tell(
         errors += [without_own(fitted, record, e)[1] for record, e in zip(beside, kept.e, strict=True)]
         own += list(kept.point.own)
     return fitted, [
-        _Told(log, record, np.where(record.weights > 0.0, e, 0.0), b[5 * len(axes) :], pushes)
-        for log, record, e, b, pushes in zip(logs, whole, errors, own, found, strict=True)
+        _Told(log, of_log, record, np.where(record.weights > 0.0, e, 0.0), b[5 * len(axes) :])
+        for log, of_log, record, e, b in zip(logs, found, whole, errors, own, strict=True)
     ]
 
 
-def _search_axis(fitted: Fit, i: int, logs: Sequence[_Told]) -> list[tuple[list[_Push], _Push]]:
-    """Place the pushes on one axis of every log again, and find the largest further one."""
-    axis = fitted.likelihood.rig.axes[i]
-    on_axis = [_Axis.of(fitted, own, i) for own in logs]
-    placed = [[(push, _Axis.of(fitted, own, i, push)) for _, push in own.pushes if push.axis == axis] for own in logs]
+def _search_axis(fitted: Fit, i: int, logs: Sequence[_Told]) -> list[tuple[Event | None, tuple[float, Event]]]:
+    """Place the newest push of every log again, if it is on this axis, and find the largest further one with its S."""
+    axis, on_axis = fitted.likelihood.rig.axes[i], [_Axis.of(fitted, own, i) for own in logs]
     least, tau_squared = _dispersion(on_axis)
 
-    def largest(log: Log, own: _Axis, near: Event | None = None) -> _Push:
-        S = 0.5 * own.u**2 / (least + tau_squared * own.change**2)
-        starts = own.period * np.arange(S.shape[1])
-        ends = starts + own.period * np.array(WIDTHS)[:, None]
-        # where the voltages change fast tells whether it is a push, and not where it is
-        merit = S if near is None else own.u**2 * ((starts < near.end) & (ends > near.start))
-        k, first = map(int, np.unravel_index(merit.argmax(), S.shape))
-        start, end = float(starts[first]), float(ends[k, first])
+    def largest(log: Log, own: _Axis, merit: Array, S: Array) -> tuple[float, Event]:
+        k, first = map(int, np.unravel_index(merit.argmax(), merit.shape))
+        start, end = float(own.starts[first]), float(own.ends[k, first])
         size = -float(own.u[k, first] / own.root[k])  # e is what was measured less what was predicted
-        return float(S[k, first]), Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
+        push = Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
+        return float(S[k, first] * (merit[k, first] > 0.0)), push
 
-    return [([largest(own.log, again, push) for push, again in of_log], largest(own.log, others))
-            for own, others, of_log in zip(logs, on_axis, placed, strict=True)]  # fmt: skip
+    found = list[tuple[Event | None, tuple[float, Event]]]()
+    for told, own in zip(logs, on_axis, strict=True):
+        S, placed, newest = 0.5 * own.u**2 / (least + tau_squared * own.change**2), None, told.found.newest
+        if newest and newest.axis == axis:
+            there = _Axis.of(fitted, told._replace(found=_Found(told.found.events)), i, newest)
+            # where the voltages change fast tells whether it is a push, and not where it is
+            near = np.asarray(there.u**2 * there.overlap(newest), dtype=float)
+            S_there, push = largest(told.log, there, near, 0.5 * near / least)
+            placed = push if S_there > UNKNOWN else newest
+            S[own.overlap(placed)] = 0.0
+        found.append((placed, largest(told.log, own, S, S)))
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,22 +151,36 @@ class _Axis:
     change: NDArray[np.float32]
     """v' [V/s] by width and start, shape (W, n)."""
 
+    @property
+    def starts(self) -> Array:
+        """Instants [s] at which pulses start, shape (n,)."""
+        return np.asarray(self.period * np.arange(self.u.shape[1]))
+
+    @property
+    def ends(self) -> Array:
+        """Instants [s] at which they end, shape (W, n)."""
+        return np.asarray(self.starts + self.period * np.array(WIDTHS)[:, None])
+
+    def overlap(self, push: Event) -> NDArray[np.bool_]:
+        """Which pulses overlap a push, shape (W, n)."""
+        return np.asarray((self.starts < push.end) & (self.ends > push.start))
+
     @classmethod
     def of(cls, fitted: Fit, told: _Told, axis: int, untold: Event | None = None) -> "_Axis":
         """Match innovations of one axis with pulses, beside the log's start and the pushes that the filter knows of.
 
-        It was not told of the one that is ``untold``.
+        It is as if it had not been told of one that is ``untold``, which was the last one.
         """
         own, sigma = fitted.likelihood.filters(told.record, fitted.point)[axis], fitted.sigma[axis]
-        names, events = fitted.likelihood.rig.axes, [*told.log.events, *(push for _, push in told.pushes)]
-        record = told.record.mark([event for event in events if event is not untold], names, settled=True)
+        names = fitted.likelihood.rig.axes
+        record = told.record.mark(told.found.everything, names, settled=True)
         held, period, e, w = record.held, record.held * record.step, told.e[:, axis], record.weights[:, axis]
         inputs = record.slower.inputs
         rate = np.abs(np.diff(inputs, axis=0, prepend=inputs[:1])).sum(1) / period
         if untold is not None:
-            k = 2 * [event for event in events if event.kind == "force"].index(untold)
             courses = [course for _, course in told.record.mark([untold], names).pushes]
-            e = e - lfilter(*error_dynamics(own), told.sizes[k : k + 2] @ courses) * (e != 0.0)
+            sizes = told.sizes[len(record.pushes) : len(record.pushes) + 2]
+            e = e - lfilter(*error_dynamics(own), sizes @ courses) * (e != 0.0)
         courses = [course for of_axis, course in record.pushes if of_axis == axis]
         torques, begun = np.zeros((2 + len(courses), record.samples)), np.zeros((2 + len(courses), 5))
         begun[:2] = start_memory(own)
