@@ -36,10 +36,11 @@ __all__ = [
 ]
 
 from .fit import Fit, around, fit
-from .helicopter import BASE, Rig, helicopter, lag_voltages, plausible_range, record_start
+from .helicopter import BASE, Rig, helicopter, plausible_range
 from .identification import Identification, Progress, identify_plant
 from .instruments import instruments
 from .likelihood import Likelihood
+from .motion import lag_voltages, record_start
 from .noise import coordinates_of
 from .references import find_references
 from .score import Scores

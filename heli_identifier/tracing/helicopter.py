@@ -1,33 +1,43 @@
 """The bench helicopter as a rig: all that the tracer knows of the plant whose logs it reads.
 
-The only module of this room that imports the plant. The likelihood, the search and the instruments work with any plant
-of this form: axes with one angle and one acceleration each, inputs that are held over a sample, and parameters that
-enter the accelerations. docs/howto/another-rig.md brings one.
+With :mod:`.motion` the only module of this room that imports the plant. The likelihood, the search and the instruments
+work with any plant of this form: axes with one angle and one acceleration each, inputs that are held over a sample, and
+parameters that enter the accelerations. docs/howto/another-rig.md brings one.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
 from math import atan2, copysign, exp, hypot, inf, pi
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
 from heli_identifier.chain import local_cubic
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
-from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
+from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, effect_of
 from heli_plant.effects import Effect as Law
-from heli_plant.laws import bending_acceleration, input_delay, motor_input, motor_time_constant, thrust_voltage
-from heli_plant.motor import decay_factor
+from heli_plant.laws import bending_acceleration, motor_input, thrust_voltage
 from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.simulation import ALONE, run_accelerations, run_alone, run_filter
-from heli_plant.state import PlantState, start_state
-from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
+from heli_plant.state import PlantState
+from heli_plant.tabulated_torque import KNOTS, VARIABLES
 
-from .instruments import Regression, Term
+from .instruments import Regression
+from .motion import (
+    CONSTANTS,
+    LATE,
+    Tables,
+    drawn_variable,
+    equation_terms,
+    record_start,
+    signals_of,
+    smooth_acceleration,
+    smooth_motion,
+    sum_thrust,
+    thrust_slopes,
+)
 from .noise import physical
 from .rig import Array, Coordinate, Effect, Record
 from .settings import (
@@ -65,9 +75,6 @@ Elevation: the balanced arm's period is longer than some 3 s, the counterweight 
 LAG_WIDTH = 0.04
 """Width [s] of the prior of the motors' lag about what was given: half of a usual lag."""
 
-DAMPING = (0.1, 0.1)
-"""Mean and standard deviation that instruments know of every damping [1/s]: sister rigs have .02 to .25."""
-
 GROUND_CLEARANCE = 0.02
 """The ground lies so far [rad] below the lowest elevation in the logs."""
 
@@ -101,156 +108,6 @@ _FLY: Mapping[str, str] = {
 
 _DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "motor_lag": 0.01}
 """Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs can tell."""
-
-
-def record_start(angles: Array, inputs: Array, step: float) -> Array:
-    """State at a record's start, shape (12,): straight lines through the first .3 s, motors settled, cable slack."""
-    count = min(max(4, int(0.3 / step)), len(angles))
-    slopes, intercepts = np.polyfit(np.arange(count) * step, angles[:count], 1)
-    rates = (float(slopes[0]), float(slopes[1]), float(slopes[2]))
-    pitch, elevation, travel = map(float, intercepts)
-    state = start_state(pitch, elevation, travel, float(inputs[0, 0]), float(inputs[0, 1]), rates)
-    return np.array(tuple(state), dtype=float)
-
-
-def lag_voltages(voltages: Array, h: float, p: PlantParameters) -> Array:
-    """Give voltages (N, 2) [V], ``h`` [s] apart, behind the motors' lag of eq. (9), settled at the first sample."""
-    share, first = decay_factor(h, motor_time_constant(p)), voltages[0]
-    return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], voltages - first, axis=0) + first)
-
-
-class Tables:
-    """Torques over one variable of the motion, one table an axis, that the plant can take without knowing a law."""
-
-    variables = {name: unit for name, unit in VARIABLES.items() if name != "time"}
-    """What a table may run over, with units; a torque in time repeats in no other log."""
-    knots = KNOTS
-    turning = frozenset(("travel",))
-    """Those of them that count within one turn."""
-    held = frozenset((
-        ("pitch", "pitch"), ("pitch", "pitch_rate"), ("pitch", "mu_diff"), ("elevation", "elevation"),
-        ("elevation", "elevation_rate"), ("elevation", "mu_sum"), ("travel", "travel_rate"), ("travel", "pitch"),
-    ))  # fmt: skip
-    """Tables whose straight line is a term of the plant before."""
-
-    @staticmethod
-    def values(record: Record, parameters: PlantParameters, motion: Array) -> Array:
-        """Give the variables (n, V) along a motion (n, 6) at every :attr:`~.rig.Record.held`-th sample."""
-        nu = lag_voltages(record.inputs, record.step, parameters)[:: record.held]
-        return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
-
-    @staticmethod
-    @cache
-    def basis() -> Array:
-        """Weights (m, K) of a table's torques at points 1/50 of a spacing apart."""
-        s = np.linspace(0.0, KNOTS - 1.0, 50 * (KNOTS - 1) + 1).tolist()
-        return np.array([tabulated_torque(at, 0.0, 1.0, np.eye(KNOTS)) for at in s])
-
-    @staticmethod
-    def points(s: Array) -> NDArray[np.intp]:
-        """Give the nearest of these points to ``s`` (n,) spacings behind the first one."""
-        return np.clip(np.rint(50.0 * s), 0, 50 * (KNOTS - 1)).astype(np.intp)
-
-    @staticmethod
-    def fields(axis: str, variable: str) -> tuple[str, ...]:
-        """Torques of a table as parameters of the plant; the last of one that closes is tied to its first."""
-        last = KNOTS if variable == "travel" else KNOTS + 1
-        return tuple(f"table_torque_{k}_{axis}" for k in range(1, last))
-
-    @staticmethod
-    def first(axis: str) -> str:
-        """Where the first value of a table lies, as a parameter of the plant."""
-        return f"table_first_{axis}"
-
-    @staticmethod
-    def placed(axis: str, variable: str, first: float, spacing: float) -> dict[str, float]:
-        """Parameters that switch a table on."""
-        number = list(VARIABLES).index(variable) + 1.0
-        return {f"table_variable_{axis}": number, Tables.first(axis): first, f"table_spacing_{axis}": spacing}
-
-
-def _slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float, float]:
-    """Slope of the thrust about ``voltage`` [V] over that of a linear rotor, for each axis's gain.
-
-    The travel is driven by the thrust itself, so its share is thrust over voltage.
-    """
-    if not any(getattr(parameters, field) for field in _thrust_fields()):
-        return 1.0, 1.0, 1.0
-    low, high = (thrust_voltage(motor_input(voltage + d, parameters), 0.0, parameters) for d in (-0.25, 0.25))
-    slope = max((high - low) / 0.5, 0.05)
-    mean = max(0.5 * (low + high) / voltage, 0.05) if abs(voltage) > 0.25 else slope
-    return slope, slope, mean
-
-
-@cache
-def _thrust_fields() -> tuple[str, ...]:
-    return tuple(entry.field for entry in CATALOGUE if entry.place in (VOLTAGE, THRUST))
-
-
-def _thrust(record: Record, p: PlantParameters) -> Array:
-    """Sum of the rotors' thrust voltages (N,) [V] along a record; a delay is taken in whole samples."""
-    if not input_delay(p) and not any(getattr(p, field) for field in _thrust_fields()):
-        return np.asarray(lag_voltages(record.inputs, record.step, p).sum(1))
-    late = np.maximum(np.arange(record.samples) - round(input_delay(p) / record.step), 0)
-    nu = lag_voltages(np.vectorize(lambda v: motor_input(v, p))(record.inputs[late]), record.step, p)
-    return np.vectorize(lambda own, t: thrust_voltage(own, t, p))(nu, record.time[:, None]).sum(1)
-
-
-def _signals(record: Record, p: PlantParameters) -> Array:
-    """Signals (N, 7) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda', and -d/dT of the nu.
-
-    With the lag T of the motors, -dnu/dT = p nu/(1 + T p).
-    """
-    nu, rate = lag_voltages(record.inputs, record.step, p), np.gradient(record.angles[:, 2], record.step)
-    slope = (nu - lag_voltages(nu, record.step, p)) / max(motor_time_constant(p), TIMED)
-    both = [column for own in (nu, slope) for column in (own.sum(1), own[:, 0] - own[:, 1])]
-    return np.column_stack((*both[:2], record.angles[:, :2], rate, *both[2:]))
-
-
-def _terms(theta0: float) -> tuple[tuple[Term, ...], ...]:
-    """Equations of motion of the axes in these signals, but for constants and for the slopes of the lag."""
-    return (
-        (Term("a_wx", lambda s: -s[:, 2], 1, DAMPING), Term("a_th", lambda s: -np.sin(s[:, 2] - theta0)),
-         Term("k_x", lambda s: s[:, 1])),
-        (Term("a_wz", lambda s: -s[:, 3], 1, DAMPING), Term("a_e", lambda s: -s[:, 3]),
-         Term("k_z", lambda s: s[:, 0] * np.cos(s[:, 2]))),
-        (Term("a_wy", lambda s: -s[:, 4], 0, DAMPING), Term("k_y", lambda s: s[:, 0] * np.sin(s[:, 2]))),
-    )  # fmt: skip
-
-
-_LATE = (
-    Term("k_x late", lambda s: s[:, 6]), Term("k_z late", lambda s: s[:, 5] * np.cos(s[:, 2])),
-    Term("k_y late", lambda s: s[:, 5] * np.sin(s[:, 2])),
-)  # fmt: skip
-"""What a longer lag adds to each axis, with minus the gain times what it is longer by."""
-
-_CONSTANTS = ((Term("theta0", lambda s: np.cos(s[:, 2])),), (Term("a_1", lambda s: -np.ones(len(s))),), ())
-"""What the first estimate has beside them: a_th sin theta_0 cos theta, and a_1."""
-
-
-def _motion(record: Record, window: float) -> Array:
-    return np.column_stack([local_cubic(record.angles, record.step, window, order) for order in (0, 1)])
-
-
-def _smoothed(accelerations: Array, h: float) -> Array:
-    """Smooth accelerations (N,) as the second derivative of a local cubic smooths those of the angle."""
-    angle = h * h * np.cumsum(np.cumsum(accelerations))
-    return local_cubic(np.concatenate(([0.0], angle[:-1])), h, WINDOW, 2)
-
-
-def _variable(
-    record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters
-) -> tuple[str, str, Array]:
-    """Name, unit and values of a variable that effects are drawn over."""
-    if kind in ("mu_sum", "mu_rate"):
-        total = lag_voltages(record.inputs, record.step, parameters).sum(1)
-        return (kind, "V", total) if kind == "mu_sum" else (kind, "V/s", np.gradient(total, record.step))
-    if kind == "time":
-        return "time", "s", record.time
-    own, other = (f"{AXES[i]}_rate" for i in (axis, (1, 0, 1)[axis]))
-    name, _, rate = {"rate": own, "other_rate": other}.get(kind, kind).partition("_")
-    column = motion[:, AXES.index(name) + (3 if rate else 0)]
-    return (f"{name} rate", "rad/s", column) if rate else (name, "rad", column)
 
 
 def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
@@ -312,7 +169,7 @@ class Rig:
     @staticmethod
     def readings(record: Record, plants: Sequence[PlantParameters]) -> Array:
         """Give what the encoders of plants with the same rotors read beside the axes' angles [rad], (m, N, 3)."""
-        out, mu = np.zeros((len(plants), record.samples, 3)), _thrust(record, plants[0])
+        out, mu = np.zeros((len(plants), record.samples, 3)), sum_thrust(record, plants[0])
         for own, p in zip(out, plants, strict=True):
             q, rate, drive = (bending_acceleration(*unit, p) for unit in np.eye(3).tolist())  # the law is linear
             if drive:
@@ -336,7 +193,7 @@ class Rig:
         that an arm of which nothing is known still hovers.
         """
         q = p._replace(**{field: value for field, value in values.items() if field not in (*GAINS, WEIGHT)})
-        slopes = zip(GAINS, _slopes(p, self.operating_point), _slopes(q, self.operating_point), strict=True)
+        slopes = zip(GAINS, thrust_slopes(p, self.operating_point), thrust_slopes(q, self.operating_point), strict=True)
         q = q._replace(**{f: (values[f] if f in values else getattr(p, f) * old) / new for f, old, new in slopes})
         beyond = values[WEIGHT] if WEIGHT in values else self.read(p, WEIGHT)
         return q._replace(**{WEIGHT: self._lift(q) + beyond})
@@ -349,7 +206,7 @@ class Rig:
         if field == WEIGHT:
             return float(p.a_1) - self._lift(p)
         value = float(getattr(p, field))
-        return value * _slopes(p, self.operating_point)[GAINS.index(field)] if field in GAINS else value
+        return value * thrust_slopes(p, self.operating_point)[GAINS.index(field)] if field in GAINS else value
 
     def _lift(self, p: PlantParameters) -> float:
         thrust = thrust_voltage(motor_input(self.operating_point, p), 0.0, p)
@@ -416,10 +273,10 @@ class Rig:
     def estimate(self, records: Sequence[Record]) -> PlantParameters:
         """Least squares on smoothed derivatives; biased by the air, only the fit's start depends on it."""
         found: dict[str, float] = {}
-        for i, own in enumerate(zip(_terms(0.0), _CONSTANTS, strict=True)):
+        for i, own in enumerate(zip(equation_terms(0.0), CONSTANTS, strict=True)):
             terms, X, y = (*own[0], *own[1]), list[Array](), list[Array]()
             for record in records:
-                signals, window = _signals(record, self.parameters), int(WINDOW / record.step)
+                signals, window = signals_of(record, self.parameters), int(WINDOW / record.step)
                 inner = slice(window, -window) if record.samples > 4 * window else slice(None)
                 columns = [local_cubic(term.of(signals), record.step, WINDOW, term.order)[inner] for term in terms]
                 X.append(np.column_stack(columns))
@@ -433,7 +290,7 @@ class Rig:
 
     def measured(self, record: Record, *plants: PlantParameters, window: float = MOTION_WINDOW) -> Array:
         """Accelerations (m, N, 3) [rad/s^2] of plants along the measured motion, smoothed over ``window`` [s]."""
-        out = np.moveaxis(run_accelerations(record, plants, _motion(record, window))[0], 0, 2).copy()
+        out = np.moveaxis(run_accelerations(record, plants, smooth_motion(record, window))[0], 0, 2).copy()
         out[:, 1:] = 0.5 * (out[:, 1:] + out[:, :-1])  # from the middles of the steps to their ends
         return out
 
@@ -447,10 +304,11 @@ class Rig:
         """
         axis, h = AXES.index("elevation" if effect.axis not in AXES else effect.axis), record.step
         both = self.measured(record, parameters, bare, window=WINDOW)
-        whole, without = (_smoothed(own[:, axis], h) for own in both)
+        whole, without = (smooth_acceleration(own[:, axis], h) for own in both)
         inner = slice(round(1.0 / h), -round(1.0 / h))
         y = local_cubic(record.angles[:, axis], h, WINDOW, 2) - without
-        variable, unit, x = _variable(record, effect.drawn_against, axis, _motion(record, WINDOW), parameters)
+        motion = smooth_motion(record, WINDOW)
+        variable, unit, x = drawn_variable(record, effect.drawn_against, axis, motion, parameters)
         return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner]
 
     def regressions(
@@ -462,14 +320,14 @@ class Rig:
         was given, and what it is off by is one more parameter of every axis: instruments that took it from the
         likelihood would confirm a gain that is wrong because of it.
         """
-        terms = [(*own, late) for own, late in zip(_terms(parameters.theta0), _LATE, strict=True)]
+        terms = [(*own, late) for own, late in zip(equation_terms(parameters.theta0), LATE, strict=True)]
         off = dict.fromkeys((law.field for law in CATALOGUE if law.field not in self.base), 0.0)
         bare = self.assign(parameters, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
         known = [own - without for own, without in (self.measured(r, parameters, bare) for r in records)]
         return [
             Regression(axis, [record.angles[:, i] for record in records], own, [added[:, i] for added in known])
             for i, (axis, own) in enumerate(zip(AXES, terms, strict=True))
-        ], [_signals(record, self.parameters) for record in records]
+        ], [signals_of(record, self.parameters) for record in records]
 
 
 def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -> Rig:

@@ -28,7 +28,7 @@ from scipy.linalg import block_diag
 from scipy.special import chdtrc, chdtri, gammaln
 
 from .fit import Fit, covariance, fit
-from .helicopter import Tables
+from .motion import Tables
 from .rig import Array, Coordinate, Effect, means
 from .select import Selection, left_out_gain, select
 from .sensitivity import linearise

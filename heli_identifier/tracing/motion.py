@@ -1,0 +1,178 @@
+"""What the tracer computes of the bench helicopter along a record: signals, equations of motion, variables of torques.
+
+The rig itself, with its parameters and priors, is in :mod:`.helicopter`. Besides that no other module of this room
+imports the plant.
+"""
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from heli_identifier.chain import local_cubic
+from heli_plant.effects import AXES, CATALOGUE, THRUST, VOLTAGE
+from heli_plant.laws import input_delay, motor_input, motor_time_constant, thrust_voltage
+from heli_plant.motor import decay_factor
+from heli_plant.parameters import PlantParameters
+from heli_plant.state import start_state
+from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
+
+from .instruments import Term
+from .rig import Array, Record
+from .settings import TIMED, WINDOW
+
+DAMPING = (0.1, 0.1)
+"""Mean and standard deviation that instruments know of every damping [1/s]: sister rigs have .02 to .25."""
+
+
+def record_start(angles: Array, inputs: Array, step: float) -> Array:
+    """State at a record's start, shape (12,): straight lines through the first .3 s, motors settled, cable slack."""
+    count = min(max(4, int(0.3 / step)), len(angles))
+    slopes, intercepts = np.polyfit(np.arange(count) * step, angles[:count], 1)
+    rates = (float(slopes[0]), float(slopes[1]), float(slopes[2]))
+    pitch, elevation, travel = map(float, intercepts)
+    state = start_state(pitch, elevation, travel, float(inputs[0, 0]), float(inputs[0, 1]), rates)
+    return np.array(tuple(state), dtype=float)
+
+
+def lag_voltages(voltages: Array, h: float, p: PlantParameters) -> Array:
+    """Give voltages (N, 2) [V], ``h`` [s] apart, behind the motors' lag of eq. (9), settled at the first sample."""
+    share, first = decay_factor(h, motor_time_constant(p)), voltages[0]
+    return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], voltages - first, axis=0) + first)
+
+
+class Tables:
+    """Torques over one variable of the motion, one table an axis, that the plant can take without knowing a law."""
+
+    variables = {name: unit for name, unit in VARIABLES.items() if name != "time"}
+    """What a table may run over, with units; a torque in time repeats in no other log."""
+    knots = KNOTS
+    turning = frozenset(("travel",))
+    """Those of them that count within one turn."""
+    held = frozenset((
+        ("pitch", "pitch"), ("pitch", "pitch_rate"), ("pitch", "mu_diff"), ("elevation", "elevation"),
+        ("elevation", "elevation_rate"), ("elevation", "mu_sum"), ("travel", "travel_rate"), ("travel", "pitch"),
+    ))  # fmt: skip
+    """Tables whose straight line is a term of the plant before."""
+
+    @staticmethod
+    def values(record: Record, parameters: PlantParameters, motion: Array) -> Array:
+        """Give the variables (n, V) along a motion (n, 6) at every :attr:`~.rig.Record.held`-th sample."""
+        nu = lag_voltages(record.inputs, record.step, parameters)[:: record.held]
+        return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
+
+    @staticmethod
+    @cache
+    def basis() -> Array:
+        """Weights (m, K) of a table's torques at points 1/50 of a spacing apart."""
+        s = np.linspace(0.0, KNOTS - 1.0, 50 * (KNOTS - 1) + 1).tolist()
+        return np.array([tabulated_torque(at, 0.0, 1.0, np.eye(KNOTS)) for at in s])
+
+    @staticmethod
+    def points(s: Array) -> NDArray[np.intp]:
+        """Give the nearest of these points to ``s`` (n,) spacings behind the first one."""
+        return np.clip(np.rint(50.0 * s), 0, 50 * (KNOTS - 1)).astype(np.intp)
+
+    @staticmethod
+    def fields(axis: str, variable: str) -> tuple[str, ...]:
+        """Torques of a table as parameters of the plant; the last of one that closes is tied to its first."""
+        last = KNOTS if variable == "travel" else KNOTS + 1
+        return tuple(f"table_torque_{k}_{axis}" for k in range(1, last))
+
+    @staticmethod
+    def first(axis: str) -> str:
+        """Where the first value of a table lies, as a parameter of the plant."""
+        return f"table_first_{axis}"
+
+    @staticmethod
+    def placed(axis: str, variable: str, first: float, spacing: float) -> dict[str, float]:
+        """Parameters that switch a table on."""
+        number = list(VARIABLES).index(variable) + 1.0
+        return {f"table_variable_{axis}": number, Tables.first(axis): first, f"table_spacing_{axis}": spacing}
+
+
+def thrust_slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float, float]:
+    """Slope of the thrust about ``voltage`` [V] over that of a linear rotor, for each axis's gain.
+
+    The travel is driven by the thrust itself, so its share is thrust over voltage.
+    """
+    if not any(getattr(parameters, field) for field in _thrust_fields()):
+        return 1.0, 1.0, 1.0
+    low, high = (thrust_voltage(motor_input(voltage + d, parameters), 0.0, parameters) for d in (-0.25, 0.25))
+    slope = max((high - low) / 0.5, 0.05)
+    mean = max(0.5 * (low + high) / voltage, 0.05) if abs(voltage) > 0.25 else slope
+    return slope, slope, mean
+
+
+@cache
+def _thrust_fields() -> tuple[str, ...]:
+    """Coefficients of the effects that bend the thrust over the voltage."""
+    return tuple(entry.field for entry in CATALOGUE if entry.place in (VOLTAGE, THRUST))
+
+
+def sum_thrust(record: Record, p: PlantParameters) -> Array:
+    """Sum of the rotors' thrust voltages (N,) [V] along a record; a delay is taken in whole samples."""
+    if not input_delay(p) and not any(getattr(p, field) for field in _thrust_fields()):
+        return np.asarray(lag_voltages(record.inputs, record.step, p).sum(1))
+    late = np.maximum(np.arange(record.samples) - round(input_delay(p) / record.step), 0)
+    nu = lag_voltages(np.vectorize(lambda v: motor_input(v, p))(record.inputs[late]), record.step, p)
+    return np.vectorize(lambda own, t: thrust_voltage(own, t, p))(nu, record.time[:, None]).sum(1)
+
+
+def signals_of(record: Record, p: PlantParameters) -> Array:
+    """Signals (N, 7) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda', and -d/dT of the nu.
+
+    With the lag T of the motors, -dnu/dT = p nu/(1 + T p).
+    """
+    nu, rate = lag_voltages(record.inputs, record.step, p), np.gradient(record.angles[:, 2], record.step)
+    slope = (nu - lag_voltages(nu, record.step, p)) / max(motor_time_constant(p), TIMED)
+    both = [column for own in (nu, slope) for column in (own.sum(1), own[:, 0] - own[:, 1])]
+    return np.column_stack((*both[:2], record.angles[:, :2], rate, *both[2:]))
+
+
+def equation_terms(theta0: float) -> tuple[tuple[Term, ...], ...]:
+    """Equations of motion of the axes in these signals, but for constants and for the slopes of the lag."""
+    return (
+        (Term("a_wx", lambda s: -s[:, 2], 1, DAMPING), Term("a_th", lambda s: -np.sin(s[:, 2] - theta0)),
+         Term("k_x", lambda s: s[:, 1])),
+        (Term("a_wz", lambda s: -s[:, 3], 1, DAMPING), Term("a_e", lambda s: -s[:, 3]),
+         Term("k_z", lambda s: s[:, 0] * np.cos(s[:, 2]))),
+        (Term("a_wy", lambda s: -s[:, 4], 0, DAMPING), Term("k_y", lambda s: s[:, 0] * np.sin(s[:, 2]))),
+    )  # fmt: skip
+
+
+LATE = (
+    Term("k_x late", lambda s: s[:, 6]), Term("k_z late", lambda s: s[:, 5] * np.cos(s[:, 2])),
+    Term("k_y late", lambda s: s[:, 5] * np.sin(s[:, 2])),
+)  # fmt: skip
+"""What a longer lag adds to each axis, with minus the gain times what it is longer by."""
+
+CONSTANTS = ((Term("theta0", lambda s: np.cos(s[:, 2])),), (Term("a_1", lambda s: -np.ones(len(s))),), ())
+"""What the first estimate has beside them: a_th sin theta_0 cos theta, and a_1."""
+
+
+def smooth_motion(record: Record, window: float) -> Array:
+    """Angles [rad] and rates [rad/s] of a record by local cubics over ``window`` [s], shape (N, 6)."""
+    return np.column_stack([local_cubic(record.angles, record.step, window, order) for order in (0, 1)])
+
+
+def smooth_acceleration(accelerations: Array, h: float) -> Array:
+    """Smooth accelerations (N,) as the second derivative of a local cubic smooths those of the angle."""
+    angle = h * h * np.cumsum(np.cumsum(accelerations))
+    return local_cubic(np.concatenate(([0.0], angle[:-1])), h, WINDOW, 2)
+
+
+def drawn_variable(
+    record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters
+) -> tuple[str, str, Array]:
+    """Name, unit and values of a variable that effects are drawn over."""
+    if kind in ("mu_sum", "mu_rate"):
+        total = lag_voltages(record.inputs, record.step, parameters).sum(1)
+        return (kind, "V", total) if kind == "mu_sum" else (kind, "V/s", np.gradient(total, record.step))
+    if kind == "time":
+        return "time", "s", record.time
+    own, other = (f"{AXES[i]}_rate" for i in (axis, (1, 0, 1)[axis]))
+    name, _, rate = {"rate": own, "other_rate": other}.get(kind, kind).partition("_")
+    column = motion[:, AXES.index(name) + (3 if rate else 0)]
+    return (f"{name} rate", "rad/s", column) if rate else (name, "rad", column)
