@@ -125,7 +125,6 @@ def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_th
 
 @pytest.mark.parametrize(("kind", "parameters", "said"), [
     (LogPlayer, {"log.path": "none.csv"}, "none.csv cannot be read"),
-    (LogPlayer, {}, "log.path is empty"),
     (AdaptiveIdentifier, {"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
     (RigLink, {"link.address": "0.0.0.0"}, "stands for many machines or networks"),
     (RigLink, {"link.layout": "pitch"}, "lacks v_front"),

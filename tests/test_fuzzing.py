@@ -24,6 +24,7 @@ from fmu_src.master.instance import unpack
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import LogFormat, guess, read_configuration, read_log
 from heli_identifier.records.heli_toml import template_text
+from heli_identifier.records.units import SIGNALS
 from heli_identifier.results.sources import read_parameters
 from tests.faults.material import HEADER, ROWS, as_struct, columns, document
 from tests.faults.units import archive
@@ -31,9 +32,7 @@ from tests.units import entries
 
 LOG = "\n".join([HEADER, *ROWS[:540:2], ""]).encode()
 """5.4 seconds at 50 Hz: a fuzzer reads a small file often."""
-_NUMBERED = {
-    name: f"column {i}" for i, name in enumerate(("time", "v_front", "v_rear", "pitch", "elevation", "travel"), 1)
-}
+_NUMBERED = {name: f"column {i}" for i, name in enumerate(SIGNALS, 1)}
 _UNITS = {"time": "s", "v_front": "V", "v_rear": "V", "pitch": "rad", "elevation": "deg", "travel": "rad"}
 _FORMATS = (LogFormat(), LogFormat(decimal=","), LogFormat(columns=_NUMBERED, units=_UNITS))
 TOKENS = (
