@@ -159,11 +159,9 @@ def test_a_multisine_has_its_rms_and_only_its_tones_and_a_seed_fixes_it():
     (lambda: excitation.SquareChirp(period=0.0), "square.period = 0.0 s must be positive"),
     (lambda: excitation.SquareChirp(high=nan), "square.high = nan V"),
     (lambda: excitation.Multisine(highest=0.01), "multisine.highest = 0.01 Hz must lie in"),
-    (lambda: excitation.Multisine(lowest=1e-4, highest=2e-4, tones=1), "has no harmonic near 0.0001 Hz"),
     (lambda: excitation.Excitation(base=6.0), "excitation.base = 6.0 V must lie in"),
     (lambda: excitation.paper_excitation(3), "experiment = 3 must be 1 or 2"),
     (lambda: excitation.paper_excitation(1, "sum"), "channel = 'sum'"),
-    (lambda: IdentifierSettings(filter_frequency=25.0), "filter.frequency = 25.0 rad/s must lie in [0.001, 20]"),
     (lambda: IdentifierSettings(gain_limit=nan), "adaptation.gain_limit = nan must be positive"),
     (lambda: IdentifierSettings(initial=ModelParameters(k_x=nan)), "initial.k_x = nan"),
 ])  # fmt: skip

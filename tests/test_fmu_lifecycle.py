@@ -6,7 +6,6 @@ nanoseconds, a running sum, a product). A running sum of 10 000 steps is off by 
 by 2.5 V/s.
 """
 
-import json
 import os
 import shutil
 import socket
@@ -175,9 +174,8 @@ def orders(units, ours, tmp_path_factory):
         "connections": [[w.source_unit, w.source, w.target_unit, w.target] for w in CLOSED_LOOP.connections],
         "record": str(folder / "record.npy"),
     }
-    (folder / "order.json").write_text(json.dumps(order))
     ssp = write_ssp(CLOSED_LOOP, folder / "closed_loop.ssp", PARAMETERS, files)
-    return {"json": folder / "order.json", "ssp": ssp}
+    return {"json": written_orders(folder, order), "ssp": ssp}
 
 
 def imported(host, order, steps, names, out):

@@ -13,10 +13,10 @@ from fmu_src.units.exciter import Exciter
 from fmu_src.units.helicopter_plant import HelicopterPlant
 from fmu_src.units.log_player import LogPlayer, read_recording
 from fmu_src.units.rig_link import RigLink
-from heli_identifier.online import IdentifierSettings, ModelParameters, prepare, start, step
+from heli_identifier.online import IdentifierSettings, ModelParameters
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
 from heli_plant.parameters import TABLE_2
-from tests.simulated import closed_loop
+from tests.simulated import closed_loop, identified
 from tests.units import got, initialised, put
 
 
@@ -82,13 +82,9 @@ def test_the_identifier_takes_its_own_samples_and_bridges_a_longer_communication
     # at H = .02 s and h = .01 s every second angle is the mean of its neighbours, the voltage the earlier one
     unit = started(AdaptiveIdentifier, adaptation__hold_time=1.0)
     fed(unit, [k * 0.02 for k in range(500)], 0.02)
-    plan = prepare(IdentifierSettings(hold_time=1.0))
-    points = [tuple(map(float, motion(k * 0.02))) for k in range(500)]
-    state = start(plan, points[0])
-    for before, now in zip(points[:-1], points[1:], strict=True):
-        between = (before[0], before[1], *(a + 0.5 * (b - a) for a, b in zip(before[2:], now[2:], strict=True)))
-        state, _ = step(state, between, plan)
-        state, estimate = step(state, now, plan)
+    rows = np.repeat([motion(k * 0.02) for k in range(500)], 2, axis=0)[:-1]
+    rows[1::2, 2:] += 0.5 * (rows[2::2, 2:] - rows[1::2, 2:])
+    _, estimate = identified(rows[:, :2], rows[:, 2:], IdentifierSettings(hold_time=1.0))
     # the share of a point k H between two others is .5 to rounding, which the regression hardly notices
     assert got(unit, *ModelParameters._fields) == pytest.approx(estimate.parameters, rel=1e-6, abs=1e-9)
 
@@ -129,7 +125,6 @@ def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_th
 
 @pytest.mark.parametrize(("kind", "parameters", "said"), [
     (LogPlayer, {"log.path": "none.csv"}, "none.csv cannot be read"),
-    (LogPlayer, {}, "log.path is empty"),
     (AdaptiveIdentifier, {"method": "kalman"}, "method 'kalman' must be one of adaptation, prediction_error"),
     (RigLink, {"link.address": "0.0.0.0"}, "stands for many machines or networks"),
     (RigLink, {"link.layout": "pitch"}, "lacks v_front"),

@@ -9,7 +9,6 @@ import json
 import os
 import tempfile
 import traceback
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
@@ -19,20 +18,21 @@ import openpyxl
 import pytest
 from scipy.io import savemat
 
+from fmu_src import build
 from fmu_src.errors import FmuError
 from fmu_src.master.instance import unpack
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import LogFormat, guess, read_configuration, read_log
 from heli_identifier.records.heli_toml import template_text
+from heli_identifier.records.units import SIGNALS
 from heli_identifier.results.sources import read_parameters
-from tests.faults.material import HEADER, ROWS, as_struct, columns, document, plant_unit
+from tests.faults.material import HEADER, ROWS, as_struct, columns, document
+from tests.faults.units import archive
 from tests.units import entries
 
 LOG = "\n".join([HEADER, *ROWS[:540:2], ""]).encode()
 """5.4 seconds at 50 Hz: a fuzzer reads a small file often."""
-_NUMBERED = {
-    name: f"column {i}" for i, name in enumerate(("time", "v_front", "v_rear", "pitch", "elevation", "travel"), 1)
-}
+_NUMBERED = {name: f"column {i}" for i, name in enumerate(SIGNALS, 1)}
 _UNITS = {"time": "s", "v_front": "V", "v_rear": "V", "pitch": "rad", "elevation": "deg", "travel": "rad"}
 _FORMATS = (LogFormat(), LogFormat(decimal=","), LogFormat(columns=_NUMBERED, units=_UNITS))
 TOKENS = (
@@ -55,10 +55,8 @@ def _unit(path: Path, random: Random) -> None:
 
 
 def _description(path: Path, random: Random) -> None:
-    fmu = path.parent / "it.fmu"
-    with zipfile.ZipFile(fmu, "w") as file:
-        file.writestr("modelDescription.xml", path.read_bytes())
-    _unit(fmu, random)
+    archive(**{"modelDescription.xml": path.read_bytes()})(path.parent)
+    _unit(path.parent / "it.fmu", random)
 
 
 def _written(write: Callable[[io.BytesIO], object]) -> bytes:
@@ -78,14 +76,10 @@ def _spreadsheet(data: io.BytesIO) -> None:
 def _unit_and_description() -> tuple[bytes, bytes]:
     """Give an FMU without its binaries, and its description."""
     with tempfile.TemporaryDirectory() as folder:
-        found = {n: data for n, data in entries(plant_unit(Path(folder))).items() if n.endswith((".xml", ".txt"))}
-
-    def write(data: io.BytesIO) -> None:
-        with zipfile.ZipFile(data, "w") as file:
-            for name, content in found.items():
-                file.writestr(zipfile.ZipInfo(name), content)
-
-    return _written(write), found["modelDescription.xml"]
+        whole = entries(build("HelicopterPlant", folder))
+        found = {name: data for name, data in whole.items() if name.endswith((".xml", ".txt"))}
+        archive(**found)(Path(folder))
+        return (Path(folder) / "it.fmu").read_bytes(), found["modelDescription.xml"]
 
 
 TEXTS = (

@@ -47,8 +47,7 @@ def test_every_public_name_is_found_and_documented_and_every_result_is_frozen_an
         "Check": hi.check(log, parameters, factor=100.0),
         "Identification": hi.identify(log),
     }.items():
-        assert repr(result).startswith(f"<{name}: ")
-        assert len(repr(result)) < 200
+        assert len(repr(result)) < 200, name
         assert 1 < len(result.summary().splitlines()) < 40
         assert Page(result._repr_html_()).open == []
         assert json.dumps(result.to_dict(), allow_nan=False)
@@ -178,7 +177,6 @@ REFUSED = [
     (lambda log: hi.check([], example()), "no log was given"),
     (lambda log: hi.read_data_set(str(log)), "training is of type str; needed: sequence of path"),
     (lambda log: hi.diagnose(log, held_out=()), "no log is held out"),
-    (lambda log: hi.compare(example(), 3), "is of type int"),
     (lambda log: hi.compare(example(), "nowhere"), "nowhere/diagnosis.json does not exist"),
     *(
         (lambda log, voltages=voltages: hi.simulate(TABLE_2, voltages), r"must be finite and of shape \(N, 2\)")

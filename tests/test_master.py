@@ -100,12 +100,9 @@ def test_a_corrected_plant_under_a_log_is_the_offline_plant(ran, log, effects):
     encoders = effects == {"encoder.enabled": True}
     parameters = TABLE_2 if encoders else from_names(effects)
     first = start_state(0.1, 0.05, 0.3, held[0, 0], held[0, 1], (0.02, -0.03, 0.04))
-    initial = {
-        "initial.pitch": 0.1, "initial.elevation": 0.05, "initial.travel": 0.3,
-        "initial.pitch_rate": 0.02, "initial.elevation_rate": -0.03, "initial.travel_rate": 0.04,
-        "initial.v_front": held[0, 0], "initial.v_rear": held[0, 1],
-    }  # fmt: skip
-    given = {f"plant.{name}": value for name, value in {**initial, **effects}.items()}
+    names = (*first._fields[:6], "v_front", "v_rear")
+    given = {f"plant.initial.{name}": value for name, value in zip(names, first[:8], strict=True)}
+    given |= {f"plant.{name}": value for name, value in effects.items()}
     result = ran("plant_beside_log", 20.0, H, {"player.log.path": str(path), **given})
     assert np.array_equal(result.columns("player.v_front", "player.v_rear"), held)
     _, angles = simulate(held, H, first, parameters)

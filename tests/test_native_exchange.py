@@ -17,7 +17,7 @@ from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
 from tests.commands import heli, told
 from tests.diagnosis_example import stated
-from tests.hosts.unit_host import opened
+from tests.hosts.unit_host import Unit
 from tests.units import entries, host, needs_a_compiler
 
 OUTPUTS = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate")
@@ -77,7 +77,7 @@ def test_an_importers_solver_finds_the_solution_of_the_differential_equation(uni
 
 def modelled(path, parameters):
     """A model of either version, initialised, in event mode."""
-    return opened(str(path), "ModelExchange").fresh(parameters)
+    return Unit(str(path), "ModelExchange").fresh(parameters)
 
 
 def slopes_of(model, unknowns, known):

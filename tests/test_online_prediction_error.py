@@ -129,14 +129,9 @@ def test_a_log_at_500_hz_is_taken_every_10_ms_with_the_mean_of_its_voltages():
     fast = rng.uniform(0.0, 2.0, (1500, 2))
     fast[:5] = 1.0  # so that both begin at the same voltage
     angles = np.repeat(0.2 * rng.standard_normal((300, 3)).cumsum(axis=0) * 0.05, 5, axis=0)
-    plan_fast = online.prepare(online.IdentifierSettings(method=online.PREDICTION_ERROR, sample_time=0.002))
-    plan = online.prepare(online.IdentifierSettings(method=online.PREDICTION_ERROR))
-    means = fast.reshape(300, 5, 2).mean(axis=1)
-    state_fast, state = online.start(plan_fast, (*fast[0], *angles[0])), online.start(plan, (*means[0], *angles[0]))
-    for k in range(1, 1496):
-        state_fast, output_fast = online.step(state_fast, (*fast[k], *angles[k]), plan_fast)
-        if k % 5 == 0:
-            state, output = online.step(state, (*means[k // 5], *angles[k]), plan)
+    settings = online.IdentifierSettings(method=online.PREDICTION_ERROR)
+    _, output_fast = identified(fast[:1496], angles[:1496], replace(settings, sample_time=0.002))
+    _, output = identified(fast.reshape(300, 5, 2).mean(axis=1), angles[::5], settings)
     # The same sums in another order.
     assert output_fast.parameters == pytest.approx(output.parameters, rel=1e-6, abs=1e-9)
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmu_src import build
 from heli_identifier.records import demo_files
 from heli_identifier.results import ErrorFigure, to_plain
 from heli_identifier.results.parameters import PLANT, Expectation, ParameterSet, plant_values
@@ -79,8 +78,3 @@ def parameters(change=lambda d: None, more=good):
         (folder / "parameters.json").write_text(json.dumps(document(change)))
 
     return make
-
-
-def plant_unit(folder: Path) -> Path:
-    """Build the plant's unit."""
-    return build("HelicopterPlant", folder)

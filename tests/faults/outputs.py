@@ -45,8 +45,6 @@ FILES = (
     Fault("units built over the parameters", parameters(), "heli build HelicopterPlant -p parameters.json -o parameters.json", "parameters.json is read by this command and not written over"),
     Fault("`heli init` on a full disk", good, "heli init log.csv -o /dev/full", "/dev/full: No space left on device"),
     Fault("`heli init` on a folder", lambda f: (f / "d").mkdir(), "heli init d", "d is a folder; name the log files in it"),
-    Fault("`heli init` on columns that stand still", lambda f: (f / "log.csv").write_text("a,b,c,d,e,f\n" + "1,1,1,1,1,1\n" * 500), "heli init log.csv", "no column increases from row to row"),
-    Fault("a flight that is played from its own recording", inside("recorded.csv"), "heli follow out/recorded.csv --speed 0 -p parameters.json -o out", "out/recorded.csv is there already and is not replaced"),
     Fault("a log that has the name of a result, in the folder of the results", inside("history.csv"), "heli identify out/history.csv -o out", "out/history.csv is read by this command and not written over"),
     Fault("a disk that is full when the results come", good, "ulimit -f 4; heli identify log.csv -o out", "out/history.csv: File too large", shell=True),
 )  # fmt: skip

@@ -4,19 +4,19 @@ import zipfile
 
 from fmu_src import build
 from tests.faults.case import Fault
-from tests.faults.material import nothing, plant_unit, write
+from tests.faults.material import nothing, write
 from tests.units import entries
 
 RUN = "heli simulate open_loop -d 1 --fmu plant=it.fmu"
 
 
 def archive(**contents):
-    """Give a function that writes a zip."""
+    """Give a function that writes a zip, each time the same."""
 
     def make(folder):
-        with zipfile.ZipFile(folder / "it.fmu", "w", zipfile.ZIP_DEFLATED) as file:
+        with zipfile.ZipFile(folder / "it.fmu", "w") as file:
             for name, content in contents.items():
-                file.writestr(name, content)
+                file.writestr(zipfile.ZipInfo(name), content)
 
     return make
 
@@ -25,7 +25,7 @@ def rewritten(change):
     """Give a function that writes the plant's unit with its entries changed."""
 
     def make(folder):
-        path = plant_unit(folder)
+        path = build("HelicopterPlant", folder)
         found = entries(path)
         path.unlink()
         change(found)

@@ -49,7 +49,6 @@ OPTIONS = (
     Fault("a kind of controller that there is not", parameters(), f"{CONTROL} --kind lqg", "is not designed; choose of lqi, lqr, pid"),
     Fault("a command that there is not", good, "heli diagnos log.csv", "No such command 'diagnos'. Did you mean 'diagnose'"),
     Fault("an option that there is not", good, "heli diagnose log.csv --outputs out", "No such option: --outputs"),
-    Fault("a word for a number", good, "heli diagnose log.csv --from start", "Invalid value for '--from'"),
     Fault("a fleet of one rig by two names", lambda f: ((f / "a").mkdir(), good(f / "a"), (f / "b").symlink_to("a")), "heli fleet a b -o out", "a is given 2 times"),
     Fault("a generator that is no function", nothing, "heli campaign --generator os:nothing --rigs 1 -o out", "module os has no function nothing"),
 )  # fmt: skip

@@ -10,7 +10,7 @@ import random
 import struct
 import sys
 
-from unit_host import answer, opened
+from unit_host import Unit, answer
 
 
 def bits(values):
@@ -46,6 +46,6 @@ def main(units, order):
 
 if __name__ == "__main__":
     *paths, orders = sys.argv[1:]
-    builds = [opened(path) for path in paths]
+    builds = [Unit(path) for path in paths]
     with open(orders) as file:
         answer([main(builds, order) for order in json.load(file)])

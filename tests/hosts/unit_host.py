@@ -13,10 +13,11 @@ from fmpy.simulation import instantiate_fmu
 
 
 class Unit:
-    """One FMU, extracted once; it can be instantiated again and again."""
+    """One FMU of either version, extracted once; it can be instantiated again and again."""
 
     def __init__(self, path, kind="CoSimulation"):
         self.description, self.kind = fmpy.read_model_description(path), kind
+        self.is_third = self.description.fmiVersion == "3.0"
         self.folder = fmpy.extract(path)
         self.variables = {v.name: v for v in self.description.modelVariables}
         self.outputs = [v.name for v in self.description.modelVariables if v.causality == "output"]
@@ -32,10 +33,11 @@ class Unit:
         return self
 
     def start(self, parameters=None):
-        self.slave.setupExperiment(startTime=0.0)
+        if not self.is_third:
+            self.slave.setupExperiment(startTime=0.0)
         for name, value in (parameters or {}).items():
             self.set(name, value)
-        self.slave.enterInitializationMode()
+        self.slave.enterInitializationMode(**{"startTime": 0.0} if self.is_third else {})
         self.slave.exitInitializationMode()
         return self
 
@@ -47,7 +49,8 @@ class Unit:
         getattr(self.slave, f"set{variable.type}")([variable.valueReference], [value])
 
     def get(self, *names):
-        return self.slave.getReal([self.variables[name].valueReference for name in names])
+        read = self.slave.getFloat64 if self.is_third else self.slave.getReal
+        return list(read([self.variables[name].valueReference for name in names]))
 
     def shown(self):
         return self.get(*self.outputs)
@@ -77,25 +80,6 @@ class Unit:
     def free(self):
         self.slave.terminate()
         self.slave.freeInstance()
-
-
-class Unit3(Unit):
-    """A unit of FMI 3.0 under the same names."""
-
-    def start(self, parameters=None):
-        for name, value in (parameters or {}).items():
-            self.set(name, value)
-        self.slave.enterInitializationMode(startTime=0.0)
-        self.slave.exitInitializationMode()
-        return self
-
-    def get(self, *names):
-        return list(self.slave.getFloat64([self.variables[name].valueReference for name in names]))
-
-
-def opened(path, kind="CoSimulation"):
-    """A unit of either version."""
-    return (Unit3 if fmpy.read_model_description(path).fmiVersion == "3.0" else Unit)(path, kind)
 
 
 def answer(value):
