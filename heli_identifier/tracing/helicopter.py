@@ -273,10 +273,11 @@ class Rig:
     def estimate(self, records: Sequence[Record]) -> PlantParameters:
         """Least squares on smoothed derivatives; biased by the air, only the fit's start depends on it."""
         found: dict[str, float] = {}
+        every = [signals_of(record, self.parameters) for record in records]
         for i, own in enumerate(zip(equation_terms(0.0), CONSTANTS, strict=True)):
             terms, X, y = (*own[0], *own[1]), list[Array](), list[Array]()
-            for record in records:
-                signals, window = signals_of(record, self.parameters), int(WINDOW / record.step)
+            for record, signals in zip(records, every, strict=True):
+                window = int(WINDOW / record.step)
                 inner = slice(window, -window) if record.samples > 4 * window else slice(None)
                 columns = [local_cubic(term.of(signals), record.step, WINDOW, term.order)[inner] for term in terms]
                 X.append(np.column_stack(columns))
@@ -327,7 +328,7 @@ class Rig:
         return [
             Regression(axis, [record.angles[:, i] for record in records], own, [added[:, i] for added in known])
             for i, (axis, own) in enumerate(zip(AXES, terms, strict=True))
-        ], [signals_of(record, self.parameters) for record in records]
+        ], [signals_of(record, self.parameters, late=True) for record in records]
 
 
 def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -> Rig:

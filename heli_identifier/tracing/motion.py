@@ -120,15 +120,17 @@ def sum_thrust(record: Record, p: PlantParameters) -> Array:
     return np.vectorize(lambda own, t: thrust_voltage(own, t, p))(nu, record.time[:, None]).sum(1)
 
 
-def signals_of(record: Record, p: PlantParameters) -> Array:
-    """Signals (N, 7) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda', and -d/dT of the nu.
+def signals_of(record: Record, p: PlantParameters, late: bool = False) -> Array:
+    """Signals (N, 5) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda'.
 
-    With the lag T of the motors, -dnu/dT = p nu/(1 + T p).
+    Where the lag T of the motors may be ``late``, (N, 7), with -d/dT of the first two: -dnu/dT = p nu/(1 + T p).
     """
     nu, rate = lag_voltages(record.inputs, record.step, p), np.gradient(record.angles[:, 2], record.step)
-    slope = (nu - lag_voltages(nu, record.step, p)) / max(motor_time_constant(p), TIMED)
-    both = [column for own in (nu, slope) for column in (own.sum(1), own[:, 0] - own[:, 1])]
-    return np.column_stack((*both[:2], record.angles[:, :2], rate, *both[2:]))
+    columns = [nu.sum(1), nu[:, 0] - nu[:, 1], *record.angles[:, :2].T, rate]
+    if late:
+        slope = (nu - lag_voltages(nu, record.step, p)) / max(motor_time_constant(p), TIMED)
+        columns += [slope.sum(1), slope[:, 0] - slope[:, 1]]
+    return np.column_stack(columns)
 
 
 def equation_terms(theta0: float) -> tuple[tuple[Term, ...], ...]:
