@@ -12,10 +12,9 @@ from time import monotonic, sleep
 import numpy as np
 import pytest
 
-from heli_identifier.cli.arguments import controller_of
 from heli_identifier.cli.flight import Adviser, _drawbacks, choose_part
 from heli_identifier.online import Estimate
-from heli_identifier.records import demo_files, read_log, write_log
+from heli_identifier.records import ControllerConfiguration, demo_files, read_log, write_log
 from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters, plant_values
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
@@ -35,7 +34,7 @@ def flight(tmp_path_factory):
 
 @pytest.mark.slow
 def test_the_controller_is_judged_beside_the_loop_and_its_gains_are_offered(tmp_path):
-    adviser = Adviser(tmp_path, None)
+    adviser = Adviser(tmp_path, None, ControllerConfiguration())
     assert adviser.look() == ""
     adviser.ask(TABLE_2._replace(k_z=2.0 * TABLE_2.k_z), {"elevation.gain": 0.01}, 0.1)
     sentence = adviser.look(wait=True)
@@ -53,10 +52,10 @@ def test_the_longest_stretch_after_the_last_change_is_diagnosed_and_a_controller
     late = choose_part(times, [alarm, {"what": "adopted", "since_s": 80.0}])
     assert late[:2] == pytest.approx((0.0, 69.99)) and "may have changed" in late[2]
     assert choose_part(times[:1], []) == (0.0, 0.0, "")
-    # the controller of the rig is taken from its file
     gains = ParameterSet("PidController", {"pitch.integral": Estimate(1.25, None, "V/(rad s)")})
-    found = controller_of(PidSettings(), gains.write(tmp_path / "controller.json"))
-    assert found == PidSettings()._replace(pitch=PidSettings().pitch._replace(integral=1.25))
+    own = ControllerConfiguration(period=0.02, pid=PidSettings(voltage_limit=4.0))
+    found = Adviser(tmp_path, gains.write(tmp_path / "controller.json"), own).aim
+    assert found == replace(own, pid=own.pid._replace(pitch=own.pid.pitch._replace(integral=1.25)))
 
 
 FLOWN = {"events.json", "recorded.csv", "predictions.csv"}

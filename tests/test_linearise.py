@@ -10,6 +10,7 @@ from scipy.io import loadmat
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
+from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import document_text, read_parameters
 from heli_identifier.results.parameters import Covariance, ParameterSet, corrected_parameters, plant_values
 from heli_identifier.tools import control_advice, design_pid, margins
@@ -217,13 +218,13 @@ def test_the_covariance_of_a_diagnosis_is_written_and_read_and_its_damage_named(
 
 @pytest.mark.slow
 def test_a_loop_that_keeps_its_margins_is_left_alone_and_one_that_lost_them_is_offered_gains():
-    calm = PID._replace(elevation=AxisGains(10.0, 5.0, 8.0))
-    kept, none = control_advice(TABLE_2, {"pitch.gain": 0.005}, settings=calm)
+    calm = (ControllerConfiguration(period=h, pid=PID._replace(elevation=AxisGains(10.0, 5.0, 8.0))) for h in (H, 0.04))
+    (kept, none), (late, _) = (control_advice(TABLE_2, {"pitch.gain": 0.005}, aim=aim) for aim in calm)
     assert (kept["sentence"], none) == ("", None)
-    for peak in kept["sensitivity"].values():
+    for axis, peak in kept["sensitivity"].items():
+        assert peak["value"] < late["sensitivity"][axis]["value"]  # a controller that is called later
         assert peak["interval"][0] <= peak["value"] <= peak["interval"][1] <= PEAK
-    twice = TABLE_2._replace(k_x=2.0 * TABLE_2.k_x, k_z=2.0 * TABLE_2.k_z)
-    advice, gains = control_advice(twice, {"pitch.gain": 0.005})
+    advice, gains = control_advice(TABLE_2._replace(k_x=2 * TABLE_2.k_x, k_z=2 * TABLE_2.k_z), {"pitch.gain": 0.005})
     assert "offered, not applied" in advice["sentence"]
     assert 0.0 < gains.start_values["elevation.proportional"] < PID.elevation.proportional
     assert advice["gains"] == gains.start_values

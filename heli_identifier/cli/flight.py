@@ -72,11 +72,11 @@ def catch_interrupt() -> Iterator[Callable[[], bool]]:
 
 
 class Adviser:
-    """Judges the controller of a parameters.json, by default the project's PID, in a thread of its own; writes it."""
+    """Judges the controller of a heli.toml, or of a file that outranks it, in a thread of its own; writes it."""
 
-    def __init__(self, folder: Path, controller: Path | None) -> None:
+    def __init__(self, folder: Path, controller: Path | None, aim: records.ControllerConfiguration) -> None:
         self.folder = folder
-        self.settings = controller_of(PidSettings(), controller) if controller else None
+        self.aim = replace(aim, pid=controller_of(aim.pid or PidSettings(), controller)) if controller else aim
         self.thread = ThreadPoolExecutor(1)
         self.asked: Future[tuple[dict[str, Any], hi.ParameterSet | None]] | None = None
         self.sentence = ""
@@ -85,7 +85,7 @@ class Adviser:
         """Have the controller judged around a plant; what was asked before, and has not begun, is left."""
         if self.asked is not None:
             self.asked.cancel()
-        self.asked = self.thread.submit(tools.control_advice, plant, dict(errors), elevation, self.settings)
+        self.asked = self.thread.submit(tools.control_advice, plant, dict(errors), elevation, self.aim)
 
     def look(self, wait: bool = False) -> str:
         """Return what is to be said about the controller now, after a wait for it if asked for; write what is new."""

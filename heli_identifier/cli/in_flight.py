@@ -44,8 +44,8 @@ def follow(
     Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies; then
     parameters.json and HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the
     recording, in a folder of its own. The twin is replaced by that if it is better in every respect. After an
-    adoption the controller's margins are computed again: control_advice.json, and controller.json with gains that are
-    offered, not applied.
+    adoption the margins of the controller, that of heli.toml or --controller, are computed again: control_advice.json,
+    and controller.json with gains that are offered, not applied.
     """
     from heli_identifier.cli.flight import Adviser, catch_interrupt, conclude_flight, open_shows
     from heli_identifier.live.listening import Listening
@@ -64,7 +64,7 @@ def follow(
         inside = read is not None and os.path.realpath(read.parent) == os.path.realpath(output)
         refuse(inside, f"{read} lies in the folder of the flight, whose files would replace it; name another folder.")
     check_unused(output)
-    twin, adviser = args.read_with_doubts(parameters), Adviser(output, controller)
+    twin = args.read_with_doubts(parameters)
     with ExitStack() as stack:
         source: Player | Listening
         if log is not None:
@@ -76,6 +76,7 @@ def follow(
             stack.callback(port.close)
             source = Listening(port, rate, configuration.format)
             note("listening on {}:{}".format(*port.address))
+        adviser = Adviser(output, controller, configuration.controller)
         title = f"heli follow: {log if log is not None else f'a rig that sends to {listen}'}, twin of {parameters}"
         show = open_shows(stack, title, serve_at if serve else None)
         session = Session(output, twin, adviser.ask)

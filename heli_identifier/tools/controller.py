@@ -201,7 +201,7 @@ def control_advice(
     parameters: PlantParameters,
     standard_errors: Mapping[str, float],
     elevation: float = 0.0,
-    settings: PidSettings | None = None,
+    aim: ControllerConfiguration | None = None,
 ) -> tuple[dict[str, Any], ParameterSet | None]:
     """Judge the PID after a change was adopted in flight, and offer retuned gains if it does not keep its margins.
 
@@ -210,11 +210,9 @@ def control_advice(
     keep the margins. Takes some seconds.
 
     ``standard_errors`` are by structured name; parameters that are not in it keep their value. The elevation of the
-    operating point is in [rad], the present PID by default that of the units, called every .01 s. ConfigurationError if
-    there is no equilibrium.
+    operating point is in [rad], ``aim`` as in :func:`design_pid`. ConfigurationError if there is no equilibrium.
     """
     errors = {BY_NAME[name].field: Estimate(0.0, error or None, "1") for name, error in standard_errors.items()}
-    aim = ControllerConfiguration(pid=settings)
     made = design_pid(ParameterSet(PLANT, plant_values(parameters, errors)), 0.0, elevation, aim)
     peaks, new = ({axis: own.figures[f"{axis}.sensitivity"] for axis in LOOPS} for own in (made.baseline, made.robust))
     beyond = {axis: peak for axis, peak in peaks.items() if peak.interval[1] > PEAK}
