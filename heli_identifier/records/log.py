@@ -76,7 +76,7 @@ class Log:
     configuration: RigConfiguration | None = None
     """The rig's, if the log was read with one."""
     events: tuple[Event, ...] = ()
-    """Passages in which something else than the plant acts: a fit leaves them out, and knows of the forces in them."""
+    """Passages in which something else than the plant acts: every fit leaves them out, whatever forces leave behind."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate_hz", float(self.rate_hz))

@@ -209,7 +209,7 @@ class Record:
         return found
 
     def mark(self, events: Sequence[Event], axes: Sequence[str], settled: bool = False) -> "Record":
-        """Leave events out of what counts, and let the filter know of the forces among them.
+        """Leave events out of what counts, with torques of free size for the forces among them.
 
         The start of the record counts only where the filter is ``settled`` there.
         """
