@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from benchmarks.rigs import log_of, struck, windy_log, windy_logs
-from heli_identifier.chain import FAULTS, find_slips, is_counted, passages, undo_delays, undo_faults, undo_slips
+from heli_identifier.chain import (
+    FAULTS,
+    event_notes,
+    find_slips,
+    is_counted,
+    passages,
+    undo_delays,
+    undo_faults,
+    undo_slips,
+)
 from heli_identifier.chain.inspection import estimate_jitter, inspect_logs
 from heli_identifier.errors import LogError
 from heli_identifier.records import Event, Log
@@ -200,3 +209,5 @@ def test_what_is_left_out_is_the_event_with_its_margins_and_what_the_filter_then
     used = is_counted(log.time, pushed(30.0, 31.0)).sum() * log.step
     assert used == pytest.approx(log.duration - SETTLING - (end - start) - SETTLING, abs=3 * log.step)
     assert not is_counted(log.time, pushed(0.0, 90.0)).any()
+    doubts = ["not be of the rig" in event_notes([log], pushed(*ends))[0] for ends in ((30.0, 31.0), (10.0, 80.0))]
+    assert doubts == [False, True]

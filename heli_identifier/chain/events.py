@@ -93,6 +93,7 @@ def event_notes(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, ...]
             said = ", ".join(f"{e.axis} {e.start_in_file:.1f} to {e.end_in_file:.1f} s" for e in own)
             used = float(is_counted(log.time, own).sum() * log.step)
             rest = f"{used:.1f} of {log.duration:.1f} s are used" if used else "nothing remains of it"
+            rest += ", so little that the log may not be of the rig of the others" if 2.0 * used < log.duration else ""
             notes.append(
                 f"{log.name}: something other than the plant acted on it ({said}); {rest} (--keep-events keeps them)"
             )
