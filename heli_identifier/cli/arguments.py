@@ -195,11 +195,16 @@ def sets_by_unit(file: Path | None, units: Collection[str], refusal: str) -> dic
     return dict.fromkeys(takers, parameters)
 
 
+def set_of(unit: str, file: Path | None) -> "hi.ParameterSet | None":
+    """Give the parameters of a file that has to be one of a unit; none without a file."""
+    return sets_by_unit(file, [unit], f"those of the {unit} are needed").get(unit)
+
+
 def controller_of(default: PidSettings, file: Path | None, words: Sequence[str] = ()) -> PidSettings:
     """Give a PID with the parameters of its file, if there is one, and of ``name=value`` words, which outrank it."""
     unit = tools.CONTROLLER
-    given = sets_by_unit(file, [unit], f"those of the {unit} are needed")
-    values: dict[str, Any] = given[unit].start_values if given else {}
+    given = set_of(unit, file)
+    values: dict[str, Any] = given.start_values if given else {}
     own = fmu_src.check_start_values(fmu_src.unit_class(unit), parse_assignments(words))
     return tools.controller_settings(default, values | own)
 

@@ -93,10 +93,10 @@ def design(
 
 def _read_plant(file: Path | None) -> PlantParameters:
     """Give the plant of a parameters.json; without one the published model, and say so."""
-    if file is None:
-        note("no --parameters given: the published model, Table 2, stands in for the rig")
-        return PlantParameters()
-    return args.sets_by_unit(file, [results.PLANT], f"those of the {results.PLANT} are needed")[results.PLANT].plant()
+    if given := args.set_of(results.PLANT, file):
+        return given.plant()
+    note("no --parameters given: the published model, Table 2, stands in for the rig")
+    return PlantParameters()
 
 
 def linearise(

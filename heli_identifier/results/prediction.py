@@ -137,9 +137,9 @@ class Run:
         cls, model: Model, record: Record, offset: Array, aligned: Record | None = None, pushes: Sequence[float] = ()
     ) -> "Run":
         """Run on from the start of a record; predictions lie outside of what it leaves out."""
-        whole = cls(model, record, aligned or record, offset, pushes, ())
-        states = whole.states([first for first, _ in record.clear])
-        return replace(whole, passages=[(*own, state) for own, state in zip(record.clear, states, strict=True)])
+        whole, within = cls(model, record, aligned or record, offset, pushes, ()), record.clear
+        states = whole.states([first for first, _ in within])
+        return replace(whole, passages=[(*own, state) for own, state in zip(within, states, strict=True)])
 
     @cached_property
     def gains(self) -> Array:
@@ -151,7 +151,7 @@ class Run:
         """Innovations [rad] of the whole record, shape (N, a)."""
         return self.model.run(self.aligned, self.gains, self.torque, 0, self.record.samples, None)[1]
 
-    @property
+    @cached_property
     def torque(self) -> Array:
         """Torque [rad/s^2] beside the air, (a,), or (N, a) where there are pushes."""
         return self.record.torque(self.offset, self.pushes)

@@ -93,13 +93,12 @@ def _tell(
     """Let a fit go on without pushes, and run it along all logs."""
     likelihood, axes, count = fitted.likelihood, fitted.likelihood.rig.axes, len(fitted.e)
     whole = [without(likelihood.faults, own) for own in logged]
-    records, raw = (tuple(own.mark(of_log.everything, axes) for own, of_log in zip(part, found, strict=True))
-                    for part in (whole, logged))  # fmt: skip
+    marked = tuple(own.mark(of_log.everything, axes) for own, of_log in zip(logged, found, strict=True))
     if any(of_log.newest for of_log in found[:count]):
-        before = raw[:count] if likelihood.faults else ()
-        fitted = fit(replace(likelihood, records=records[:count], logged=before), fitted.names, fitted)
+        again = replace(likelihood, records=marked[:count], faults={}, logged=()).undo_faults(likelihood.faults)
+        fitted = fit(again, fitted.names, fitted)
     errors, own = list(fitted.e), list(fitted.point.own)
-    if beside := records[count:]:
+    if beside := tuple(without(likelihood.faults, record) for record in marked[count:]):
         others = replace(likelihood, records=beside, faults={}, logged=())
         kept = fit_own(others, others.resting(fitted.parameters, fitted.point.z), fitted.sigma)
         errors += [without_own(fitted, record, e)[1] for record, e in zip(beside, kept.e, strict=True)]
@@ -126,7 +125,7 @@ def _search_axis(fitted: Fit, i: int, logs: Sequence[_Told]) -> list[tuple[Event
     for told, own in zip(logs, on_axis, strict=True):
         S, placed, newest = 0.5 * own.u**2 / (least + tau_squared * own.change**2), None, told.found.newest
         if newest and newest.axis == axis:
-            there = _Axis.of(fitted, told._replace(found=_Found(told.found.events)), i, newest)
+            there = _Axis.of(fitted, told, i, untold=True)
             # where the voltages change fast tells whether it is a push, and not where it is
             near = np.asarray(there.u**2 * there.overlap(newest), dtype=float)
             S_there, push = largest(told.log, there, near, 0.5 * near / least)
@@ -166,19 +165,20 @@ class _Axis:
         return np.asarray((self.starts < push.end) & (self.ends > push.start))
 
     @classmethod
-    def of(cls, fitted: Fit, told: _Told, axis: int, untold: Event | None = None) -> "_Axis":
+    def of(cls, fitted: Fit, told: _Told, axis: int, untold: bool = False) -> "_Axis":
         """Match innovations of one axis with pulses, beside the log's start and the pushes that the filter knows of.
 
-        It is as if it had not been told of one that is ``untold``, which was the last one.
+        The newest one may be ``untold``: it is as if the filter had not been told of it.
         """
         own, sigma = fitted.likelihood.filters(told.record, fitted.point)[axis], fitted.sigma[axis]
         names = fitted.likelihood.rig.axes
-        record = told.record.mark(told.found.everything, names, settled=True)
+        known, everything = told.found.events, told.found.everything
+        record = told.record.mark(known if untold else everything, names, settled=True)
         held, period, e, w = record.held, record.held * record.step, told.e[:, axis], record.weights[:, axis]
         inputs = record.slower.inputs
         rate = np.abs(np.diff(inputs, axis=0, prepend=inputs[:1])).sum(1) / period
-        if untold is not None:
-            courses = [course for _, course in told.record.mark([untold], names).pushes]
+        if untold:
+            courses = [course for _, course in told.record.mark(everything[len(known) :], names).pushes]
             sizes = told.sizes[len(record.pushes) : len(record.pushes) + 2]
             e = e - lfilter(*error_dynamics(own), sizes @ courses) * (e != 0.0)
         courses = [course for of_axis, course in record.pushes if of_axis == axis]

@@ -86,6 +86,11 @@ def step_times(fitted: Fit, axis: int) -> list[float]:
     return found
 
 
+def fall_by(H: Array, g: Array, step: Array) -> float:
+    """Fall [nats] of a quadratic form with Hessian H (n, n) and gradient g (n,) by a step (n,)."""
+    return -float(g @ step + 0.5 * step @ H @ step)
+
+
 class Scores:
     """The quadratic form of F around a fit with columns of all candidates, and the scores of any subset of them."""
 
@@ -132,6 +137,10 @@ class Scores:
         """Give the same for some of the logs."""
         H, g = self.quadratic.H[list(logs)].sum(0), self.quadratic.g[list(logs)].sum(0)
         return self._with(H=H + np.eye(len(g)), g=g + self.quadratic.prior)
+
+    def all_but(self, log: int) -> "Scores":
+        """Give the same for all logs but one."""
+        return self.of_logs([other for other in range(len(self.quadratic.H)) if other != log])
 
     def without(self, fields: Collection[str]) -> "Scores":
         """Give the same with some parameters of the fit held at zero."""
@@ -195,8 +204,7 @@ class Scores:
 
     def fall(self, selected: Collection[str]) -> float:
         """Give how far F falls [nats] to that minimum."""
-        d, _ = self.minimum(selected)
-        return -float(self.g @ d + 0.5 * d @ self.H @ d)
+        return fall_by(self.H, self.g, self.minimum(selected)[0])
 
     def point(self, selected: Collection[str]) -> Point:
         """Give the point at which the quadratic form has that minimum."""

@@ -25,7 +25,7 @@ from scipy.special import expit
 from .fit import Fit, fit
 from .likelihood import Point
 from .rig import Array, Effect
-from .score import Score, Scores
+from .score import Score, Scores, fall_by
 from .settings import CATALOGUE_WIDTHS, HALVES_DRAWS, HALVES_SPLITS, KEPT, REFITTED, ROUGHLY, ROUNDS
 from .statements import Agreement
 
@@ -328,12 +328,12 @@ def left_out_gain(around: Scores, selected: Sequence[str], name: str = "", table
     H, g = around.quadratic.H, around.quadratic.g
     gain = 0.0
     for log in range(len(H)):
-        rest = around.of_logs([other for other in range(len(H)) if other != log])
+        rest = around.all_but(log)
         if name and rest.scores(selected, among=[name])[name].score < KEPT:
             continue
         without, _ = rest.without(table).minimum(selected)
         beside, _ = rest.minimum([*selected, name] if name else selected)
-        gain += sum(float(sign * (g[log] @ d + 0.5 * d @ H[log] @ d)) for sign, d in ((1.0, without), (-1.0, beside)))
+        gain += fall_by(H[log], g[log], beside) - fall_by(H[log], g[log], without)
     return gain
 
 

@@ -193,7 +193,7 @@ def _helps_others(after: Selection, u: Unknown) -> bool:
         return True
     table = likelihood.rig.tables.fields(u.axis, u.variable)
     for log in range(count):
-        others = around.of_logs([own for own in range(count) if own != log])
+        others = around.all_but(log)
         fall = others.fall(around.selected) - others.without(table).fall(around.selected)
         if _weighed(after, fall, u).score < NAMED:
             return False
