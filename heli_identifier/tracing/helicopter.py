@@ -61,6 +61,9 @@ GAINS = ("k_x", "k_z", "k_y")
 WEIGHT = "a_1"
 """Acceleration of the elevation [rad/s^2] by its weight, which the thrust carries at the operating point."""
 
+DRIVEN = tuple(law.field for law in CATALOGUE if "mu_sum" in law.arguments and "k_z" not in law.arguments)
+"""Coefficients of the laws that the sum of the thrusts drives."""
+
 HORIZONTAL = "horizontal_offset"
 """Shape that all laws with a sine of the elevation share."""
 
@@ -189,24 +192,29 @@ class Rig:
     def assign(self, p: PlantParameters, values: Mapping[str, float]) -> PlantParameters:
         """Set parameters as :meth:`read` gives them.
 
-        What is not given stays as it reads: gains at zero voltage follow their slopes, and a_1 follows the thrust, so
-        that an arm of which nothing is known still hovers.
+        What is not given stays as it reads: gains at zero voltage follow their slopes, what the thrust drives follows
+        it, and so does a_1, so that an arm of which nothing is known still hovers.
         """
-        q = p._replace(**{field: value for field, value in values.items() if field not in (*GAINS, WEIGHT)})
-        slopes = zip(GAINS, thrust_slopes(p, self.operating_point), thrust_slopes(q, self.operating_point), strict=True)
-        q = q._replace(**{f: (values[f] if f in values else getattr(p, f) * old) / new for f, old, new in slopes})
+        q = p._replace(**{field: value for field, value in values.items() if field not in (*GAINS, *DRIVEN, WEIGHT)})
+        old, new = self._slopes(p), self._slopes(q)
+        q = q._replace(**{f: (values[f] if f in values else getattr(p, f) * old[f]) / new[f] for f in new})
         beyond = values[WEIGHT] if WEIGHT in values else self.read(p, WEIGHT)
         return q._replace(**{WEIGHT: self._lift(q) + beyond})
 
     def read(self, p: PlantParameters, field: str) -> float:
-        """Give the value of one parameter; of a gain the slope at the operating point, of a_1 what is beyond the lift.
+        """Give the value of one parameter as it acts at the operating point.
 
-        The lift is the acceleration [rad/s^2] of the elevation by the thrust at the operating point.
+        Of a gain this is the slope, of what the thrust drives its share of the voltage, and of a_1 what is beyond the
+        lift, the acceleration [rad/s^2] of the elevation by the thrust.
         """
         if field == WEIGHT:
             return float(p.a_1) - self._lift(p)
-        value = float(getattr(p, field))
-        return value * thrust_slopes(p, self.operating_point)[GAINS.index(field)] if field in GAINS else value
+        return float(getattr(p, field)) * self._slopes(p).get(field, 1.0)
+
+    def _slopes(self, p: PlantParameters) -> dict[str, float]:
+        """Give how many times larger gains and coefficients of :data:`DRIVEN` act than at a linear rotor."""
+        slope, share = thrust_slopes(p, self.operating_point)
+        return dict.fromkeys(self.lifting, slope) | dict.fromkeys(("k_y", *DRIVEN), share)
 
     def _lift(self, p: PlantParameters) -> float:
         thrust = thrust_voltage(motor_input(self.operating_point, p), 0.0, p)
@@ -266,6 +274,10 @@ class Rig:
         entry = effect_of(field)
         lower = max(entry.lower, TIMED - start.T_m) if entry.place == LAG else entry.lower
         usual = LAG_WIDTH if entry.place == LAG else entry.upper / CATALOGUE_WIDTHS
+        if field == "quadratic_thrust_rotors" and field not in self.known:  # its thrust is linear in c/(1 + 2 c v)
+            bend = 2.0 * max(self.operating_point, 1.0)
+            width = entry.upper / (1.0 + bend * entry.upper)
+            return Coordinate(field, 0.0, width, max(entry.lower, -0.5 / bend), entry.upper, bend=bend)
         centre, width = self.known.get(field, (0.0, usual))
         step = _DIFFERENCE.get(entry.name, DIFFERENCE * width) / width
         return Coordinate(field, centre, width, lower, entry.upper, step=step, in_reading=entry.place == BENDING)

@@ -92,17 +92,14 @@ class Tables:
         return {f"table_variable_{axis}": number, Tables.first(axis): first, f"table_spacing_{axis}": spacing}
 
 
-def thrust_slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float, float]:
-    """Slope of the thrust about ``voltage`` [V] over that of a linear rotor, for each axis's gain.
-
-    The travel is driven by the thrust itself, so its share is thrust over voltage.
-    """
+def thrust_slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float]:
+    """Slope of the thrust about ``voltage`` [V], and thrust over voltage there; both are 1 of a linear rotor."""
     if not any(getattr(parameters, field) for field in _thrust_fields()):
-        return 1.0, 1.0, 1.0
-    low, high = (thrust_voltage(motor_input(voltage + d, parameters), 0.0, parameters) for d in (-0.25, 0.25))
+        return 1.0, 1.0
+    near = (voltage - 0.25, voltage, voltage + 0.25)
+    low, there, high = (thrust_voltage(motor_input(own, parameters), 0.0, parameters) for own in near)
     slope = max((high - low) / 0.5, 0.05)
-    mean = max(0.5 * (low + high) / voltage, 0.05) if abs(voltage) > 0.25 else slope
-    return slope, slope, mean
+    return slope, max(there / voltage, 0.05) if abs(voltage) > 0.25 else slope
 
 
 @cache

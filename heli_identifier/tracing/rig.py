@@ -44,7 +44,8 @@ Parameters = Any
 class Coordinate:
     """A parameter as the fit moves it: x has a standard normal prior.
 
-    p = centre + width x, or for a gain, whose ``sign`` is the wiring's, p = sign centre exp(width x).
+    p = u/(1 - bend u) with u = centre + width x, or for a gain, whose ``sign`` is the wiring's,
+    p = sign centre exp(width x).
     """
 
     field: str
@@ -56,7 +57,9 @@ class Coordinate:
     upper: float = inf
     """lower, upper: Bounds in the parameter's unit: what is physically possible."""
     sign: float = 0.0
-    """Of a gain; 0 for a parameter whose coordinate is linear."""
+    """Of a gain, otherwise 0."""
+    bend: float = 0.0
+    """Of a parameter that acts through u, in one over its unit; 0 for one that acts in proportion."""
     step: float = DIFFERENCE
     """Width of a finite difference, in x."""
     in_reading: bool = False
@@ -80,7 +83,10 @@ class Coordinate:
 
     def value(self, x: float) -> float:
         """Give the parameter at a coordinate."""
-        return self.sign * self.centre * exp(self.width * x) if self.sign else self.centre + self.width * x
+        if self.sign:
+            return self.sign * self.centre * exp(self.width * x)
+        u = self.centre + self.width * x
+        return u / (1.0 - self.bend * u)
 
     def assigned(self, x: float) -> dict[str, float]:
         """Give what the plant's parameters are at a coordinate, by field."""
@@ -102,13 +108,14 @@ class Coordinate:
 
     def _unbounded(self, value: float) -> float:
         if not self.sign:
-            return (value - self.centre) / self.width
+            u = value / (1.0 + self.bend * value) if self.bend else value  # a bound may be infinite
+            return (u - self.centre) / self.width
         size = value * self.sign / self.centre
         return min(max(log(size) / self.width, -FARTHEST), FARTHEST) if size > 0.0 else -FARTHEST
 
     def slope(self, value: float) -> float:
         """Give abs(dp/dx) at a value, in the parameter's unit."""
-        return abs(self.width * value) if self.sign else self.width
+        return abs(self.width * value) if self.sign else self.width * (1.0 + self.bend * value) ** 2
 
 
 @dataclass(frozen=True)

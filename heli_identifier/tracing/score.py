@@ -246,9 +246,12 @@ class Scores:
             allowed = (x > zero and c.bounds[1] > zero) or (x < zero and c.bounds[0] < zero)
             S = max(0.5 * u[k] ** 2 / information[k] / phi[k] - self.price[c.field], 0.0) if allowed else 0.0
             if c.field not in found or S > found[c.field].score:
-                width = c.slope(0.0)
+                rig, unit = self.fitted.likelihood.rig, 1.0
+                if c.fault is None:  # of the plant's own parameter, which may act by more at the operating point
+                    unit = getattr(rig.assign(self.fitted.parameters, {c.field: 1.0}), c.field)
+                error = unit * c.slope(0.0) * np.sqrt(phi[k] / information[k])
                 found[c.field] = Score(
-                    c.field, float(S), c.value(float(x)), float(width * np.sqrt(phi[k] / information[k])),
+                    c.field, float(S), unit * c.value(float(x)), float(error),
                     float(min(information[k] / seen[j], 1.0)) if seen[j] > 0.0 else 0.0, c.beside, int(j),
                 )  # fmt: skip
         return found

@@ -14,7 +14,7 @@ def rotor_mismatch(mu_sum: float, c: float) -> float:
 
 
 @declared(
-    "nu -> nu + c nu abs(nu)", ROTORS, unit="1/V", bounds=(-0.2, 1.0),
+    "nu -> nu + c nu abs(nu)", ROTORS, unit="1/V", bounds=(-0.2, 10.0),
     source="paper, footnote on thrust", family="curve of the thrust", place=THRUST, drawn_against="mu_sum",
     experiment="Raise the voltage sum in steps from 0 to 5 V, each held until the elevation rests.",
 )  # fmt: skip
