@@ -150,7 +150,12 @@ def write_log(log: Log, path: str | PathLike[str]) -> Path:
 
 
 def _freeze(values: ArrayLike) -> Array:
-    """Return a copy that cannot be written to; C order, so that compiled loops see one array type only."""
+    """Return a copy that cannot be written to; C order, so that compiled loops see one array type only.
+
+    What another log has frozen already is shared with it.
+    """
+    if isinstance(values, np.ndarray) and values.flags.owndata and not values.flags.writeable:
+        return values
     array = np.array(values, dtype=float, order="C")
     array.flags.writeable = False
     return array

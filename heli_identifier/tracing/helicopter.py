@@ -5,7 +5,7 @@ work with any plant of this form: axes with one angle and one acceleration each,
 parameters that enter the accelerations. docs/howto/another-rig.md brings one.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import atan2, copysign, exp, hypot, inf, pi
 from typing import ClassVar
@@ -314,8 +314,8 @@ class Rig:
 
     def regressions(
         self, records: Sequence[Record], parameters: PlantParameters
-    ) -> tuple[list[Regression], list[Array]]:
-        """Equations of motion for instruments, and their signals (N, 7) of every record.
+    ) -> tuple[list[Regression], Iterator[Array]]:
+        """Equations of motion for instruments, and their signals (N, 7) of one record after the other.
 
         What effects and tables of the plant add to the model before counts as known. The motors' lag is the one that
         was given, and what it is off by is one more parameter of every axis: instruments that took it from the
@@ -328,7 +328,7 @@ class Rig:
         return [
             Regression(axis, [record.angles[:, i] for record in records], own, [added[:, i] for added in known])
             for i, (axis, own) in enumerate(zip(AXES, terms, strict=True))
-        ], [signals_of(record, self.parameters, late=True) for record in records]
+        ], (signals_of(record, self.parameters, late=True) for record in records)
 
 
 def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -> Rig:
