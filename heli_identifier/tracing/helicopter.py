@@ -167,15 +167,16 @@ class Rig:
         return physical(z, _USUAL_AIR)
 
     @staticmethod
-    def readings(record: Record, plants: Sequence[PlantParameters]) -> Array:
-        """Give what the encoders of plants with the same rotors read beside the axes' angles [rad], (m, N, 3)."""
-        out, mu = np.zeros((len(plants), record.samples, 3)), sum_thrust(record, plants[0])
-        for own, p in zip(out, plants, strict=True):
+    def readings(record: Record, plants: Sequence[PlantParameters]) -> Iterator[Array]:
+        """Give what the encoders of plants with the same rotors read beside the axes' angles [rad], (N, 3) each."""
+        mu = sum_thrust(record, plants[0])
+        for p in plants:
+            own = np.zeros((record.samples, 3))
             q, rate, drive = (bending_acceleration(*unit, p) for unit in np.eye(3).tolist())  # the law is linear
             if drive:
                 b, a, _ = cont2discrete(([drive], [1.0, -rate, -q]), record.step, "foh")
                 own[:, 1] = lfilter(b[0], a, mu - mu[0]) - drive / q * mu[0]
-        return out
+            yield own
 
     @property
     def candidates(self) -> tuple[Effect, ...]:
@@ -278,10 +279,11 @@ class Rig:
             terms, X, y = (*own[0], *own[1]), list[Array](), list[Array]()
             for record, signals in zip(records, every, strict=True):
                 window = int(WINDOW / record.step)
-                inner = slice(window, -window) if record.samples > 4 * window else slice(None)
-                columns = [local_cubic(term.of(signals), record.step, WINDOW, term.order)[inner] for term in terms]
-                X.append(np.column_stack(columns))
-                y.append(local_cubic(record.angles[:, i], record.step, WINDOW, 2)[inner])
+                long = record.samples > 4 * window
+                inner, ends = (slice(window, -window), "nearest") if long else (slice(None), "interp")
+                smooth = (local_cubic(term.of(signals), record.step, WINDOW, term.order, ends) for term in terms)
+                X.append(np.column_stack([column[inner] for column in smooth]))
+                y.append(local_cubic(record.angles[:, i], record.step, WINDOW, 2, ends)[inner])
             values = np.linalg.lstsq(np.concatenate(X), np.concatenate(y), rcond=None)[0]
             found |= {term.name: float(value) for term, value in zip(terms, values, strict=True)}
         sine, cosine = found["a_th"], found["theta0"]

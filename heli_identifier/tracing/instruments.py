@@ -287,7 +287,7 @@ def _predict(signals: Array, bank: Array, others: Sequence[Array], banks: Sequen
         return np.tile(signals.mean(axis=0), (len(signals), 1))
     scale = np.linalg.norm(x, axis=0)
     scale[scale == 0.0] = inf
-    x = x / scale
+    x /= scale
     gains = np.linalg.solve(x.T @ x + 1e-6 * np.eye(x.shape[1]), x.T @ y) / scale[:, None]
     return signals.mean(axis=0) + (bank - bank.mean(axis=0)) @ gains
 

@@ -228,7 +228,7 @@ class Sensitivities:
 
         if bent := [j for j, move in enumerate(moves) if move.in_reading]:
             plants = [self.point.parameters, *(moves[j].parameters for j in bent)]
-            first, *others = L.rig.readings(record, plants)
+            first = next(others := L.rig.readings(record, plants))
             for j, own in zip(bent, others, strict=True):
                 pass_on(j, first - own, reading_dynamics)
         for j, faults in ((j, move.faults) for j, move in enumerate(moves) if move.faults is not None):
