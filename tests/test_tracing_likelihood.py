@@ -86,7 +86,7 @@ def test_torques_of_a_log_are_integrated_over(clean):
 
 def test_chunks_make_no_difference(clean, monkeypatch):
     fitted = clean[2]
-    at = (fitted.point, fitted.coordinates, fitted.x, fitted.sigma, (fitted.e, fitted.motion))
+    at = (fitted.point, fitted.coordinates, fitted.x, fitted.sigma)
     whole = sensitivity.linearise(fitted.likelihood, *at)
     monkeypatch.setattr(sensitivity, "CHUNK", 900)
     pieces = sensitivity.linearise(fitted.likelihood, *at)

@@ -107,10 +107,13 @@ def _reduce_log(log: Log) -> Log:
     return replace(log, rate_hz=log.rate_hz / factor, voltages=voltages, angles=angles, references={})
 
 
-def local_cubic(values: Array, step: float, window: float, order: int = 0) -> Array:
-    """Give the derivative of ``order`` of a signal (N, ...) by local cubics over ``window`` [s]."""
+def local_cubic(values: Array, step: float, window: float, order: int = 0, ends: str = "interp") -> Array:
+    """Give the derivative of ``order`` of a signal (N, ...) by local cubics over ``window`` [s].
+
+    Its ``ends`` are those of the first and last cubic; where nobody reads them "nearest" saves the time for these.
+    """
     length = min(_window_length(step, window), (len(values) - 1) // 2 * 2 + 1)
-    return np.asarray(savgol_filter(values, length, 3, order, step, axis=0))
+    return np.asarray(savgol_filter(values, length, 3, order, step, axis=0, mode=ends))
 
 
 def _window_length(step: float, window: float) -> int:

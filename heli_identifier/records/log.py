@@ -150,7 +150,9 @@ def write_log(log: Log, path: str | PathLike[str]) -> Path:
 
 
 def _freeze(values: ArrayLike) -> Array:
-    """Return a copy that cannot be written to; C order, so that compiled loops see one array type only."""
-    array = np.array(values, dtype=float, order="C")
-    array.flags.writeable = False
+    """Copy to what cannot be written to, unless it is frozen already; C order: compiled loops see one type only."""
+    array = np.asarray(values, dtype=float, order="C")
+    if array.flags.writeable or not array.flags.owndata:
+        array = array.copy()
+        array.flags.writeable = False
     return array

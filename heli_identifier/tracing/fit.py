@@ -46,11 +46,8 @@ class Fit:
     x: Array
     """Shape (P,)."""
     point: Point
-    e: list[Array]
-    motion: list[Array]
-    """e, motion: Innovations [rad], and the filter's motion [rad], [rad/s], as of :meth:`.Likelihood.run_all`."""
     sigma: Array
-    """Their scales [rad], shape (a,)."""
+    """Scales of the innovations [rad], shape (a,)."""
     value: float
     """F [nats]."""
 
@@ -64,15 +61,19 @@ class Fit:
                 faults[c.fault] = c.value(float(v))
         likelihood = likelihood.undo_faults(faults) if faults != likelihood.faults else likelihood
         point = replace(point, parameters=likelihood.rig.assign(point.parameters, values))
-        e, motion = likelihood.run_all(point)
-        of_axes, sigma = likelihood.of_axes(e)
+        of_axes, sigma = likelihood.of_axes(likelihood.run_all(point)[0])
         value = float((of_axes + likelihood.volume(point, sigma)).sum()) + likelihood.priors(x, point)
-        return cls(likelihood, coordinates, x, point, e, motion, sigma, value)
+        return cls(likelihood, coordinates, x, point, sigma, value)
+
+    @property
+    def e(self) -> list[Array]:
+        """Innovations [rad] of every record, as of :meth:`.Likelihood.run_all`."""
+        return self.likelihood.run_all(self.point)[0]
 
     @cached_property
     def quadratic(self) -> Quadratic:
         """Quadratic form of F."""
-        return linearise(self.likelihood, self.point, self.coordinates, self.x, self.sigma, (self.e, self.motion))
+        return linearise(self.likelihood, self.point, self.coordinates, self.x, self.sigma)
 
     @property
     def hessian(self) -> Array:

@@ -5,7 +5,7 @@ work with any plant of this form: axes with one angle and one acceleration each,
 parameters that enter the accelerations. docs/howto/another-rig.md brings one.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import atan2, copysign, exp, hypot, inf, pi
 from typing import ClassVar
@@ -170,15 +170,16 @@ class Rig:
         return physical(z, _USUAL_AIR)
 
     @staticmethod
-    def readings(record: Record, plants: Sequence[PlantParameters]) -> Array:
-        """Give what the encoders of plants with the same rotors read beside the axes' angles [rad], (m, N, 3)."""
-        out, mu = np.zeros((len(plants), record.samples, 3)), sum_thrust(record, plants[0])
-        for own, p in zip(out, plants, strict=True):
+    def readings(record: Record, plants: Sequence[PlantParameters]) -> Iterator[Array]:
+        """Give what the encoders of plants with the same rotors read beside the axes' angles [rad], (N, 3) each."""
+        mu = sum_thrust(record, plants[0])
+        for p in plants:
+            own = np.zeros((record.samples, 3))
             q, rate, drive = (bending_acceleration(*unit, p) for unit in np.eye(3).tolist())  # the law is linear
             if drive:
                 b, a, _ = cont2discrete(([drive], [1.0, -rate, -q]), record.step, "foh")
                 own[:, 1] = lfilter(b[0], a, mu - mu[0]) - drive / q * mu[0]
-        return out
+            yield own
 
     @property
     def candidates(self) -> tuple[Effect, ...]:
@@ -290,10 +291,11 @@ class Rig:
             terms, X, y = (*own[0], *own[1]), list[Array](), list[Array]()
             for record, signals in zip(records, every, strict=True):
                 window = int(WINDOW / record.step)
-                inner = slice(window, -window) if record.samples > 4 * window else slice(None)
-                columns = [local_cubic(term.of(signals), record.step, WINDOW, term.order)[inner] for term in terms]
-                X.append(np.column_stack(columns))
-                y.append(local_cubic(record.angles[:, i], record.step, WINDOW, 2)[inner])
+                long = record.samples > 4 * window
+                inner, ends = (slice(window, -window), "nearest") if long else (slice(None), "interp")
+                smooth = (local_cubic(term.of(signals), record.step, WINDOW, term.order, ends) for term in terms)
+                X.append(np.column_stack([column[inner] for column in smooth]))
+                y.append(local_cubic(record.angles[:, i], record.step, WINDOW, 2, ends)[inner])
             values = np.linalg.lstsq(np.concatenate(X), np.concatenate(y), rcond=None)[0]
             found |= {term.name: float(value) for term, value in zip(terms, values, strict=True)}
         sine, cosine = found["a_th"], found["theta0"]
@@ -326,8 +328,8 @@ class Rig:
 
     def regressions(
         self, records: Sequence[Record], parameters: PlantParameters
-    ) -> tuple[list[Regression], list[Array]]:
-        """Equations of motion for instruments, and their signals (N, 7) of every record.
+    ) -> tuple[list[Regression], Iterator[Array]]:
+        """Equations of motion for instruments, and their signals (N, 7) of one record after the other.
 
         What effects and tables of the plant add to the model before counts as known. The motors' lag is the one that
         was given, and what it is off by is one more parameter of every axis: instruments that took it from the
@@ -340,7 +342,7 @@ class Rig:
         return [
             Regression(axis, [record.angles[:, i] for record in records], own, [added[:, i] for added in known])
             for i, (axis, own) in enumerate(zip(AXES, terms, strict=True))
-        ], [signals_of(record, self.parameters, late=True) for record in records]
+        ], (signals_of(record, self.parameters, late=True) for record in records)
 
 
 def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -> Rig:

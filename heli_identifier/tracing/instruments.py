@@ -29,7 +29,7 @@ and chapter 6; J. D. Angrist, G. W. Imbens, A. B. Krueger, J. Appl. Econometrics
 Shea, Rev. Economics and Statistics 79 (1997) 348, for the share.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
@@ -132,7 +132,7 @@ class InstrumentEstimates:
 
 def instruments(
     regressions: Sequence[Regression],
-    signals: Sequence[Array],
+    signals: Iterable[Array],
     references: Sequence[Array],
     rates: Sequence[float],
     keep: Sequence[NDArray[np.bool_]] | None = None,
@@ -143,7 +143,7 @@ def instruments(
     ----------
     regressions : sequence of Regression
         The axes.
-    signals : sequence of NDArray, shape (N, n) each
+    signals : iterable of NDArray, shape (N, n) each
         s of each log, at its own rate.
     references : sequence of NDArray, shape (N, m) each
         What came from outside, zeros where a log lacks a column.
@@ -161,12 +161,12 @@ def instruments(
         if rate < SEEN_AT * (1.0 - 1e-6):
             raise LogError(f"log {index + 1}: its rate {rate:g} Hz must be at least {SEEN_AT:g} Hz for instruments.")
 
-    def seen(own: Sequence[Array]) -> list[Array]:
+    def seen(own: Iterable[Array]) -> list[Array]:
         return [_reduce(np.reshape(signal, (len(signal), -1)), rate) for signal, rate in zip(own, rates, strict=True)]
 
     inputs = seen(signals)
     hats = _cross_fit(inputs, [_bank(own) for own in seen(references)])
-    kept = seen([np.ones(len(own)) if keep is None else keep[i].astype(float) for i, own in enumerate(signals)])
+    kept = seen([np.ones(len(own)) if keep is None else keep[i].astype(float) for i, own in enumerate(references)])
     blocks, axes = _blocks([own[:, 0] > 0.99 for own in kept]), []
     for own in regressions:
         measured = [_filter(y, 2) for y in seen(own.outputs)]
@@ -287,7 +287,7 @@ def _predict(signals: Array, bank: Array, others: Sequence[Array], banks: Sequen
         return np.tile(signals.mean(axis=0), (len(signals), 1))
     scale = np.linalg.norm(x, axis=0)
     scale[scale == 0.0] = inf
-    x = x / scale
+    x /= scale
     gains = np.linalg.solve(x.T @ x + 1e-6 * np.eye(x.shape[1]), x.T @ y) / scale[:, None]
     return signals.mean(axis=0) + (bank - bank.mean(axis=0)) @ gains
 

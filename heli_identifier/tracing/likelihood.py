@@ -22,7 +22,7 @@ Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 196
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -100,6 +100,7 @@ class Likelihood:
         found[: len(own), : own.shape[1]] = own[:, : len(self.tau)]
         return found
 
+    @lru_cache(maxsize=1)  # noqa: B019 - it is large, and many fits live at a time: they run again when asked
     def run_all(self, point: Point) -> tuple[list[Array], list[Array]]:
         """Give the innovations (N_i, a) [rad] of every record and its filter's motion (n_i, 2a) [rad], [rad/s].
 

@@ -287,5 +287,5 @@ def _answers(own: AxisFilter, held: int) -> tuple[Array, Array]:
     M, B = one, np.vstack((push, np.eye(5)[:2]))
     for _ in range(held - 1):
         M, B[0] = one @ M, one @ B[0] + push
-    a = polynomial(M)
-    return a - polynomial(M - B[:, :, None] * C), a
+    a, *others = polynomial(np.concatenate((M[None], M - B[:, :, None] * C)))
+    return a - np.array(others), a

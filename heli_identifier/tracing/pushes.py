@@ -91,7 +91,7 @@ def _tell(
     fitted: Fit, logs: Sequence[Log], found: Sequence[_Found], logged: Sequence[Record]
 ) -> tuple[Fit, list[_Told]]:
     """Let a fit go on without pushes, and run it along all logs."""
-    likelihood, axes, count = fitted.likelihood, fitted.likelihood.rig.axes, len(fitted.e)
+    likelihood, axes, count = fitted.likelihood, fitted.likelihood.rig.axes, len(fitted.point.own)
     whole = [without(likelihood.faults, own) for own in logged]
     marked = tuple(own.mark(of_log.everything, axes) for own, of_log in zip(logged, found, strict=True))
     if any(of_log.newest for of_log in found[:count]):
@@ -123,7 +123,8 @@ def _search_axis(fitted: Fit, i: int, logs: Sequence[_Told]) -> list[tuple[Event
 
     found = list[tuple[Event | None, tuple[float, Event]]]()
     for told, own in zip(logs, on_axis, strict=True):
-        S, placed, newest = 0.5 * own.u**2 / (least + tau_squared * own.change**2), None, told.found.newest
+        S = np.array([0.5 * u**2 / (least[w] + tau_squared[w] * own.change(w) ** 2) for w, u in enumerate(own.u)])
+        placed, newest = None, told.found.newest
         if newest and newest.axis == axis:
             there = _Axis.of(fitted, told, i, untold=True)
             # where the voltages change fast tells whether it is a push, and not where it is
@@ -147,8 +148,8 @@ class _Axis:
     """sqrt(I) by width for a torque of 1 rad/s^2, shape (W,)."""
     counts: NDArray[np.bool_]
     """Where a pulse may start, shape (n,)."""
-    change: NDArray[np.float32]
-    """v' [V/s] by width and start, shape (W, n)."""
+    rate: NDArray[np.float32]
+    """How fast the voltages change [V/s] at these starts, shape (n,)."""
 
     @property
     def starts(self) -> Array:
@@ -159,6 +160,10 @@ class _Axis:
     def ends(self) -> Array:
         """Instants [s] at which they end, shape (W, n)."""
         return np.asarray(self.starts + self.period * np.array(WIDTHS)[:, None])
+
+    def change(self, w: int) -> NDArray[np.float32]:
+        """Give v' [V/s] of the pulses of a width by start, shape (n,)."""
+        return maximum_filter1d(self.rate, WIDTHS[w] + LAG, origin=(LAG - WIDTHS[w] + 1) // 2)
 
     def overlap(self, push: Event) -> NDArray[np.bool_]:
         """Which pulses overlap a push, shape (W, n)."""
@@ -192,19 +197,18 @@ class _Axis:
         root = [np.linalg.norm(step - np.pad(step, (width * held, 0))[: len(step)]) for width in WIDTHS]
         counts, n = w[::held] > 0.0, len(rate)
         sums = np.pad(match_steps(own, w * left)[::held] / sigma**2, (0, WIDTHS[-1]))
-        u, change = np.empty((2, len(WIDTHS), n), dtype=np.float32)  # of long logs these are large
+        u = np.empty((len(WIDTHS), n), dtype=np.float32)  # of long logs it is large
         for k, width in enumerate(WIDTHS):
             u[k] = counts * (sums[:n] - sums[width : width + n]) / root[k]
-            change[k] = maximum_filter1d(rate, width + LAG, origin=(LAG - width + 1) // 2)
-        return cls(period, u, np.array(root), counts, change)
+        return cls(period, u, np.array(root), counts, rate.astype(np.float32))
 
 
 def _dispersion(logs: Sequence[_Axis]) -> tuple[Array, Array]:
     """Give phi_0 and tau^2 (W, 1) of one axis in all logs; a tenth of the samples may lie in pushes."""
     least, tau_squared = np.ones((len(WIDTHS), 1)), np.zeros((len(WIDTHS), 1))
     for w in range(len(WIDTHS)):
-        u, rate = (np.concatenate([part[w, own.counts] for own, part in parts])
-                   for parts in ([(own, own.u) for own in logs], [(own, own.change) for own in logs]))  # fmt: skip
+        u = np.concatenate([own.u[w, own.counts] for own in logs])
+        rate = np.concatenate([own.change(w)[own.counts] for own in logs])
         if not len(u):
             break
         least[w] = max(1.0, float(np.quantile(u**2, 1.0 - PUSHED)) / ndtri(1.0 - 0.5 * PUSHED) ** 2)

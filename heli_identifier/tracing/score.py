@@ -104,9 +104,7 @@ class Scores:
         further = [c for e in candidates if e.field not in fitted.names for c in columns_of(e, fitted)]
         self.coordinates = [*inside, *further]
         self.x = np.array([*fitted.x, *(c.coordinate(0.0) for c in further)])
-        self.quadratic = linearise(
-            fitted.likelihood, fitted.point, self.coordinates, self.x, fitted.sigma, (fitted.e, fitted.motion)
-        )
+        self.quadratic = linearise(fitted.likelihood, fitted.point, self.coordinates, self.x, fitted.sigma)
         self.H, self.g = self.quadratic.total
         P = self.P = len(self.x)
         self.low, self.high = np.full(len(self.g), -np.inf), np.full(len(self.g), np.inf)

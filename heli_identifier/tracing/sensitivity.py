@@ -79,13 +79,11 @@ class Quadratic:
 
 
 def linearise(
-    likelihood: Likelihood, point: Point, coordinates: Sequence[Coordinate], x: Array, sigma: Array,
-    filtered: tuple[Sequence[Array], Sequence[Array]],
-) -> Quadratic:  # fmt: skip
+    likelihood: Likelihood, point: Point, coordinates: Sequence[Coordinate], x: Array, sigma: Array
+) -> Quadratic:
     """Give the quadratic form of F around a point.
 
-    The ``coordinates`` that may move are at ``x`` (P,), the scales ``sigma`` (a,) and what :meth:`.Likelihood.run_all`
-    gives are those at the point.
+    The ``coordinates`` that may move are at ``x`` (P,), the scales ``sigma`` (a,) are those at the point.
     """
     rig, names = likelihood.rig, [c.field for c in coordinates]
     a, P = len(rig.axes), len(x)
@@ -100,7 +98,7 @@ def linearise(
             T[j, n + 3 * a + rig.gains.index(c.field)] = 1.0 / c.width
     H, g, information = np.zeros((logs, n, n)), np.zeros((logs, n)), np.zeros((a, n))
     covariance, blocks, back, promised = list[Array](), list[Array](), list[tuple[Array, Array]](), 0.0
-    for i, (e, motion) in enumerate(zip(*filtered, strict=True)):
+    for i, (e, motion) in enumerate(zip(*likelihood.run_all(point), strict=True)):
         of_axes, scores = _normal_equations(sensitivities, i, sigma, e, motion)
         information += np.diagonal(of_axes, axis1=1, axis2=2)[:, kept[:n]]
         scores = scores @ T
@@ -230,7 +228,7 @@ class Sensitivities:
 
         if bent := [j for j, move in enumerate(moves) if move.in_reading]:
             plants = [self.point.parameters, *(moves[j].parameters for j in bent)]
-            first, *others = L.rig.readings(record, plants)
+            first = next(others := L.rig.readings(record, plants))
             for j, own in zip(bent, others, strict=True):
                 pass_on(j, first - own, reading_dynamics)
         for j, faults in ((j, move.faults) for j, move in enumerate(moves) if move.faults is not None):

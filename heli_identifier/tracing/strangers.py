@@ -61,7 +61,7 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
     The first of the ``logs`` are those of the fit, which goes on with them if one of these is shifted. Given are the
     fit, the logs, and a sentence for each log that is shifted.
     """
-    likelihood, count = fitted.likelihood, len(fitted.e)
+    likelihood, count = fitted.likelihood, len(fitted.point.own)
     zeros = _find_zeros(fitted, [without(likelihood.faults, record_of(log, likelihood.rig)) for log in logs])
     moved = tuple(replace(log, angles=log.angles + z * (np.arange(3) == ELEVATION)) if z else log
                   for log, z in zip(logs, zeros, strict=True))  # fmt: skip
@@ -79,7 +79,7 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
 
 def _find_zeros(fitted: Fit, records: Sequence[Record]) -> Array:
     """Angles (L,) [rad] by which the elevation of each log reads less than that of the others, or zero."""
-    count = len(fitted.e)
+    count = len(fitted.point.own)
     zeros, least = _zeros_under(fitted, records)
     if not (apart := _lie_apart(zeros, least)).any():
         return np.zeros(len(records))

@@ -76,9 +76,8 @@ def _weigh_torques(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unkno
     columns = [Coordinate("", 0.0, width, step=1.0, torque=(a, torque, which))
                for *_, width, torques, which in groups for torque in torques.T]  # fmt: skip
     P, all_x = len(fitted.x), np.concatenate((fitted.x, np.zeros(len(columns))))
-    H, g = linearise(
-        fitted.likelihood, fitted.point, (*fitted.coordinates, *columns), all_x, fitted.sigma, (fitted.e, fitted.motion)
-    ).total
+    every = (*fitted.coordinates, *columns)
+    H, g = linearise(fitted.likelihood, fitted.point, every, all_x, fitted.sigma).total
     beside, found, last = np.linalg.solve(H[:P, :P], H[:P]), list[Unknown](), P
     for variable, head, spacing, width, torques, _ in groups:
         J = slice(last, last := last + torques.shape[1])
@@ -92,8 +91,8 @@ def _weigh_torques(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unkno
 
 def _variables(fitted: Fit) -> list[Array]:
     """Give the variables of the tables along each record's motion, shape (n_i, V)."""
-    L, tables = fitted.likelihood, fitted.likelihood.rig.tables
-    return [tables.values(record, fitted.parameters, own) for record, own in zip(L.records, fitted.motion, strict=True)]
+    L, motion = fitted.likelihood, fitted.likelihood.run_all(fitted.point)[1]
+    return [L.rig.tables.values(record, fitted.parameters, own) for record, own in zip(L.records, motion, strict=True)]
 
 
 def _values_visited(fitted: Fit, a: int, variables: Sequence[Array]) -> Array:
@@ -219,9 +218,7 @@ def _set_harmonics(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
     heads = [((axes.index(u.axis), 2.0 * np.pi * u.spacing), u.weights) for u in unknowns if u.variable == TIME]
     rows = [[[*head, *x[2 * i : 2 * i + 2]] for head, x in heads] for i in range(count)]
     harmonics = tuple(np.array(own, dtype=float).reshape(-1, 4) for own in rows)
-    point = replace(fitted.point, harmonics=harmonics)
-    e, motion = fitted.likelihood.run_all(point)
-    return replace(fitted, point=point, e=e, motion=motion)
+    return replace(fitted, point=replace(fitted.point, harmonics=harmonics))
 
 
 def _weighed(around: Selection, fall: float, u: Unknown) -> Unknown:
