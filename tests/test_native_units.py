@@ -181,6 +181,38 @@ answer(wrong)
     assert host(script, twins["LogPlayer"], twins["HelicopterPlant"], log) == 0
 
 
+def test_a_state_is_restored_whole_or_not_at_all(log, fmus, twins, tmp_path):
+    """Over another log that was read while initialising, and where its own log is gone."""
+    script = """
+import os, shutil
+def tried(player, log, other):
+    with open(log) as first, open(other, "w") as file:
+        file.write(first.read().replace(",.1,", ",.4,"))
+    player.fresh({"log.path": other})
+    states = [player.saved(True) for _ in range(2)]
+    player.instantiate().slave.setupExperiment(startTime=0.0)
+    player.set("log.path", log)
+    player.slave.enterInitializationMode()
+    seen = player.get("pitch")
+    player.set("log.path", other)
+    player.restore(states[0])
+    statuses = [player.step(0.0, 0.01)]
+    seen += player.get("pitch")
+    player.fresh({"log.path": log}).step(0.0, 0.01)
+    os.remove(other)
+    player.log.clear()
+    try:
+        player.restore(states[1])
+    except Exception as problem:
+        assert problem.status == 2
+    return [*statuses, player.step(0.01, 0.01)], seen + player.get("pitch"), player.log[0][2]
+answer([tried(Unit(path), *sys.argv[3:]) for path in sys.argv[1:3]])
+"""
+    ours, theirs = host(script, fmus["LogPlayer"], twins["LogPlayer"], log, tmp_path / "other.csv")
+    assert ours == theirs and ours[:2] == [[0, 0], [0.1, 0.4, 0.1]]
+    assert "other.csv cannot be read: No such file or directory" in ours[2]
+
+
 def test_a_long_step_has_the_bits_of_python_and_takes_little_memory(fmus, twins):
     """As many samples as one step may have; the state of before stays until the step is accepted."""
     script = """

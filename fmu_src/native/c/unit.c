@@ -40,9 +40,7 @@ void unit_free(Unit *unit)
 {
     if (!unit)
         return;
-    for (size_t i = 0; unit->values && i < VARIABLE_COUNT; i++)
-        free(unit->values[i].text);
-    free(unit->values);
+    free_values(unit->values);
     space_free(&unit->space);
     space_free(&unit->spare);
     space_free(&unit->settled);
@@ -55,7 +53,6 @@ void unit_free(Unit *unit)
 static void forget(Unit *unit)
 {
     unit->initialised = false;
-    space_empty(&unit->space);
     space_empty(&unit->settled);
     memset(unit->model, 0, MODEL.size);
 }

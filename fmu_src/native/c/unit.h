@@ -133,12 +133,13 @@ Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value);
 Status unit_get_text(Unit *unit, uint32_t reference, const char **text);
 void unit_show(Unit *unit, size_t first, const double values[], size_t count); /* those of variables in a row */
 bool unit_set_starts(Unit *unit);
+void free_values(Value values[]);
 char *copied(const char *text); /* on the heap, or NULL */
 
 /* Write why a value is refused. */
 const char *out_of_range(size_t reference, double value, char reason[MESSAGE_SIZE]);
 
-/* state.c: the whole state as bytes that the host keeps. One of another unit is refused and changes nothing. */
+/* state.c: the whole state as bytes that the host keeps. One that is refused changes nothing. */
 typedef struct {
     size_t size;
     unsigned char bytes[];

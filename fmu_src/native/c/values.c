@@ -11,6 +11,13 @@ char *copied(const char *text)
     return copy ? strcpy(copy, text) : NULL;
 }
 
+void free_values(Value values[])
+{
+    for (size_t i = 0; values && i < VARIABLE_COUNT; i++)
+        free(values[i].text);
+    free(values);
+}
+
 bool unit_set_starts(Unit *unit)
 {
     unit->refused_count = 0;
