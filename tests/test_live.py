@@ -109,6 +109,17 @@ def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them(
     assert fresh[again:] == [True] * 60 and len(kept) == 120
 
 
+def test_what_comes_in_while_the_caller_waits_for_its_disk_is_no_silence():
+    """One that takes a second, in which the rig goes on."""
+    delays = iter([1.0])
+    contents = [datagram(k) for k in range(120)]
+    seen, kept, _ = heard(
+        contents, lambda seen, kept: bool(kept and sleep(next(delays, 0.0))) or len(kept) == 120, pauses=[(60, 0.1)]
+    )
+    assert all(sample.fresh for sample in seen)
+    assert [row[0] for row in kept] == pytest.approx([k * H for k in range(120)])
+
+
 @pytest.mark.parametrize("form, layout, wanted", [
     (
         LogFormat(signs={"pitch": -1}, swap_rotors=True, clip=True, voltage_limit=1.5),
@@ -144,7 +155,10 @@ UNNUMBERED = USUAL_LAYOUT.partition(" ")[2]
     ],
     ids=["milliseconds since 1970", "stuck", "stepping back", "no time", "stuck, no rate", "stuck, no rate, no number"],
 )
-def test_a_rigs_clock_that_lies_or_is_not_there_loses_no_sample_and_is_said(layout, clock, rate, pause, note):
+def test_a_rigs_clock_that_lies_or_is_not_there_loses_no_sample_and_is_said(
+    layout, clock, rate, pause, note, monkeypatch
+):
+    monkeypatch.setattr("heli_identifier.live.listening.SILENCE", LONGEST)  # a loaded machine sends with pauses
     form, pauses = read_layout(layout), [(k, pause) for k in range(120)]
     contents = [datagram(k, clock(k), form) for k in range(120)]
     _, kept, listening = heard(contents, lambda seen, kept: len(kept) == 120, pauses, layout=form, rate=rate)
