@@ -151,6 +151,19 @@ def test_what_the_initialisation_refuses_is_said_as_python_says_it(fmus, twins, 
     assert status == 3 and reason in ours and ours == theirs
 
 
+def test_a_controller_whose_estimate_overflows_refuses_the_step_and_shows_no_nan(fmus, twins):
+    script = """
+def first_refused(unit):
+    unit.fresh({"transition.pitch.pitch": 1e6, "innovation.pitch.pitch": 1.0, "gain.front.pitch": 1.0})
+    unit.set("pitch", 0.1)
+    k = next(k for k in range(100) if unit.step(0.01 * k, 0.01) == 2)
+    return k, unit.shown(), unit.log[-1][2]
+answer([first_refused(Unit(path)) for path in sys.argv[1:]])
+"""
+    ours, theirs = host(script, fmus["StateFeedback"], twins["StateFeedback"])
+    assert ours == theirs and "no longer finite" in ours[2] and all(abs(voltage) <= 5.0 for voltage in ours[1])
+
+
 def test_a_damaged_state_is_refused_and_changes_nothing(log, twins):
     """Every bit of some bytes of a state is flipped; one is cut off, one is of another unit."""
     script = """

@@ -6,6 +6,7 @@ They read angles and an excitation that is added to the voltages, and have refer
 from __future__ import annotations
 
 from functools import partial
+from math import isfinite
 from typing import ClassVar
 
 from heli_plant import control, state_feedback
@@ -161,5 +162,9 @@ class StateFeedback(Controller):
         since, references = time - self.start_time, self.references_at(time)
         held = state_feedback.start_holding(pitch, elevation, travel, s) if self.held is None else self.held
         angles, added = state_feedback.Angles(pitch, elevation, travel), state_feedback.Rotors(more_front, more_rear)
-        self.held = state_feedback.sample_and_hold(held, since, step_size, angles, references, added, s)
-        self.show((self.held.v_front, self.held.v_rear))
+        held = state_feedback.sample_and_hold(held, since, step_size, angles, references, added, s)
+        if not isfinite(held.state.now.front + held.state.now.rear):
+            said = f"the voltages are no longer finite in the step from t = {time:g} s"
+            raise Refusal(f"{said}; check the transition and innovation matrices")
+        self.held = held
+        self.show((held.v_front, held.v_rear))

@@ -43,6 +43,11 @@ static void advance(Model *model, Unit *unit, double time, double step)
         ? model->held.value
         : state_feedback_start_holding(angles.pitch, angles.elevation, angles.travel, &model->settings);
     const Held next = state_feedback_sample_and_hold(&held, since, step, &angles, references, &added, &model->settings);
+    if (!isfinite(next.state.now.front + next.state.now.rear))
+        refuse(
+            &unit->space,
+            "the voltages are no longer finite in the step from t = %g s; check the transition and innovation matrices",
+            time);
     model->held = (Maybe_Held){true, next};
     values[REF_v_front].real = next.v_front;
     values[REF_v_rear].real = next.v_rear;
