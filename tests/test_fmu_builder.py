@@ -128,6 +128,11 @@ def test_a_value_is_good_or_its_problem_names_variable_value_bounds_and_unit(var
     assert problem_with(variable, value) == said
 
 
+def test_the_step_that_an_importer_takes_by_default_is_one_that_the_controller_takes(tmp_path):
+    fast = build("StateFeedback", tmp_path, {"sample.time": 0.002})
+    assert float(read_model_description(fast).defaultExperiment.stepSize) == 0.002
+
+
 def test_a_build_that_fails_in_writing_leaves_what_was_there_and_no_part(tmp_path):
     in_the_way = tmp_path / "Exciter.fmu" / "old"
     in_the_way.mkdir(parents=True)
