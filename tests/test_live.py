@@ -90,6 +90,11 @@ def test_a_network_that_loses_doubles_and_delays_gives_every_instant_once_and_co
     assert [counts[one] for one in ("received", "lost", "duplicated")] == [len(there), 200 - len(there), len(twice)]
 
 
+def test_a_rig_whose_datagrams_all_come_twice_has_its_rate():
+    _, _, listening = heard([datagram(k // 2) for k in range(120)], lambda seen, kept: len(kept) == 60)
+    assert listening.rate == 100.0 and listening.order.counts["duplicated"] == 60
+
+
 def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them():
     brought = []
 

@@ -62,7 +62,8 @@ class RigClock:
     """
 
     def __init__(self, heard: list[tuple[Datagram, float]], rate: float | None) -> None:
-        times = sorted([datagram.time for datagram, _ in heard if not isnan(datagram.time)])
+        once = {(one.number if one.number >= 0 else -k, one.time) for k, (one, _) in enumerate(heard, 1)}
+        times = sorted([time for _, time in once if not isnan(time)])
         (first, begin), (last, end) = heard[0], heard[-1]
         self.notes: list[str] = []
         self.unit, moves = find_unit(times, end - begin), len(set(times)) > 1
