@@ -115,14 +115,10 @@ def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them(
 
 
 def test_what_comes_in_while_the_caller_waits_for_its_disk_is_no_silence():
-    """One that takes a second, in which the rig goes on."""
-    delays = iter([1.0])
-    contents = [datagram(k) for k in range(120)]
-    seen, kept, _ = heard(
-        contents, lambda seen, kept: bool(kept and sleep(next(delays, 0.0))) or len(kept) == 120, pauses=[(60, 0.1)]
-    )
-    assert all(sample.fresh for sample in seen)
-    assert [row[0] for row in kept] == pytest.approx([k * H for k in range(120)])
+    delays = iter([1.0])  # [s]
+    until = lambda seen, kept: bool(kept and sleep(next(delays, 0.0))) or len(kept) == 120  # noqa: E731
+    seen, kept, _ = heard([datagram(k) for k in range(120)], until, pauses=[(60, 0.1)])
+    assert all(one.fresh for one in seen) and [row[0] for row in kept] == pytest.approx([k * H for k in range(120)])
 
 
 @pytest.mark.parametrize("form, layout, wanted", [

@@ -35,12 +35,10 @@ static bool pass_values(Unit *unit, Bytes *bytes, const Value had[])
     for (size_t i = 0; i < VARIABLE_COUNT; i++) {
         const Variable *variable = &VARIABLES[i];
         Value *own = &unit->values[i];
-        const bool settable = variable->causality == INPUT || variable->causality == PARAMETER;
         pass_double(bytes, &own->real);
         pass_bool(bytes, &own->refused);
         pass_double(bytes, &own->refused_as);
-        if ((variable->causality == PARAMETER && !variable->tunable) ||
-            (settable && !exchange_lets_change(unit, (uint32_t)i)))
+        if (variable->causality == PARAMETER && (!variable->tunable || unit->exchange))
             other |= own->real != had[i].real;
         if (variable->kind == STRING) {
             pass_text(bytes, &own->text);
@@ -117,15 +115,6 @@ Status state_get(Unit *unit, void **state)
     return OK;
 }
 
-/* Free what one copy of a unit owns and the other one does not. */
-static void free_parts(Unit *unit, const Unit *other)
-{
-    free_values(unit->values);
-    free(unit->model);
-    if (unit->settled.chunks != other->settled.chunks)
-        space_free(&unit->settled);
-}
-
 Status state_set(Unit *unit, const State *state)
 {
     const size_t token = strlen(UNIT_TOKEN) + 1, head = token + sizeof(int64_t);
@@ -151,7 +140,7 @@ Status state_set(Unit *unit, const State *state)
     if (setjmp(unit->refusal.back)) { /* as where the log that the state plays is gone */
         unit_say(unit, DISCARD, "setFMUstate: %s", unit->refusal.message);
         before.spare = unit->spare;
-        free_parts(unit, &before);
+        unit_free_parts(unit, &before);
         *unit = before;
         return DISCARD;
     }
@@ -159,7 +148,7 @@ Status state_set(Unit *unit, const State *state)
         refuse(&unit->spare, "there is no memory left");
     memcpy(unit->model, before.model, MODEL.size);
     pass_state(unit, &bytes, &before);
-    free_parts(&before, unit);
+    unit_free_parts(&before, unit);
     return OK;
 }
 

@@ -11,13 +11,6 @@ char *copied(const char *text)
     return copy ? strcpy(copy, text) : NULL;
 }
 
-void free_values(Value values[])
-{
-    for (size_t i = 0; values && i < VARIABLE_COUNT; i++)
-        free(values[i].text);
-    free(values);
-}
-
 bool unit_set_starts(Unit *unit)
 {
     unit->refused_count = 0;
@@ -76,9 +69,10 @@ static bool open_to_set(const Unit *unit, uint32_t reference)
 {
     const Variable *variable = &VARIABLES[reference];
     const bool early = unit->phase == INSTANTIATED || unit->phase == INITIALISING;
-    if (unit->phase == TERMINATED || (!early && !exchange_lets_change(unit, reference)))
+    if (unit->phase == TERMINATED)
         return false;
-    return variable->causality == INPUT || (variable->causality == PARAMETER && (early || variable->tunable));
+    return variable->causality == INPUT ||
+           (variable->causality == PARAMETER && (early || (variable->tunable && !unit->exchange)));
 }
 
 /* Say that a variable may not be set to ``value`` now. */
