@@ -56,6 +56,15 @@ def check_due(late: float, period: float, time: float) -> None:
         )
 
 
+def check_length(step: float, longest: float, time: float) -> None:
+    """Refuse a ``step`` from ``time`` on that needs more inside than one may have; each is at most ``longest`` [s]."""
+    if step > MOST_SUBSTEPS * longest:
+        raise Refusal(
+            f"the step of {step:g} s from t = {time:g} s needs {step / longest:.3g} steps of solver.step = "
+            f"{longest:g} s; at most {MOST_SUBSTEPS} are taken, take a shorter step"
+        )
+
+
 class SlaveBase(Fmi2Slave):
     """A co-simulation unit that never raises through the C boundary."""
 

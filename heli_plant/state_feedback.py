@@ -15,8 +15,10 @@ further beyond its limit. The period between reading and acting, and the input d
 Source: K. J. Astrom and B. Wittenmark, Computer-Controlled Systems, 1997, sections 4.5 (delays), 11.3 and 11.4.
 """
 
+from math import isfinite
 from typing import Any, NamedTuple, TypeVar
 
+from .errors import PlantError
 from .motor import saturate
 
 MOST_DELAY = 8  # most periods of input delay: the controller keeps the voltages of so many periods
@@ -124,12 +126,19 @@ def sample_and_hold(
 ) -> Held:  # fmt: skip
     """Take a sample if one is due at ``time`` [s] since the start; show at its end what a step of ``step`` [s] reaches.
 
-    Voltages wait until the sampling instant after that of their angles, however short the step is.
+    Voltages wait until the sampling instant after that of their angles, however short the step is. PlantError if they
+    are not finite, or the step is longer than a period.
     """
+    if step > (1.0 + EARLY) * s.period:
+        raise PlantError(
+            f"a step of {step:g} s leaves out samples of sample.time = {s.period:g} s; take steps no longer"
+        )
     state, samples = held.state, held.samples
     if time >= (samples - EARLY) * s.period:
         state = feedback_step(state, angles.pitch, angles.elevation, angles.travel, references, added, s)
         samples = samples + 1
+    if not isfinite(state.now.front + state.now.rear):
+        raise PlantError(f"no finite voltages follow at {time:g} s; check the transition and innovation matrices")
     if time + step >= (samples - EARLY) * s.period:
         return Held(state, samples, s.hover.front + state.now.front, s.hover.rear + state.now.rear)
     return Held(state, samples, held.v_front, held.v_rear)

@@ -100,12 +100,14 @@ def test_a_unit_breaks_no_rule_is_built_to_the_same_bytes_and_imports_only_itsel
             assert {module.split(".")[0] for module in modules} <= own | sys.stdlib_module_names
 
 
-def test_parameters_become_start_values_of_their_type_and_change_hash_and_guid(fmus, tmp_path):
+def test_parameters_become_start_values_of_their_type_and_change_hash_and_guid_and_the_default_step(fmus, tmp_path):
     given = {"effects.dry_friction.pitch": 0.025, "encoder.enabled": 1.0, "encoder.counts_pitch": 2048.0}
     corrected = build("HelicopterPlant", tmp_path, given)
     assert validate_fmu(str(corrected)) == []
     start = {variable.name: variable.start for variable in read_model_description(corrected).modelVariables}
     assert [start[name] for name in given] == ["0.025", "true", "2048"]
+    fast = build("StateFeedback", tmp_path, {"sample.time": 0.002})  # takes no longer step
+    assert float(read_model_description(fast).defaultExperiment.stepSize) == 0.002
     one, other = entries(fmus["HelicopterPlant"]), entries(corrected)
     assert one["resources/slavemodule.txt"] != other["resources/slavemodule.txt"]
     assert len({files["modelDescription.xml"].partition(b"guid=")[2][:40] for files in (one, other)}) == 2

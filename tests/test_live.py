@@ -90,6 +90,11 @@ def test_a_network_that_loses_doubles_and_delays_gives_every_instant_once_and_co
     assert [counts[one] for one in ("received", "lost", "duplicated")] == [len(there), 200 - len(there), len(twice)]
 
 
+def test_a_rig_whose_datagrams_all_come_twice_has_its_rate():
+    _, _, listening = heard([datagram(k // 2) for k in range(120)], lambda seen, kept: len(kept) == 60)
+    assert listening.rate == 100.0 and listening.order.counts["duplicated"] == 60
+
+
 def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them():
     brought = []
 
@@ -107,6 +112,13 @@ def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them(
     assert first == 60 and max(brought) > 60
     assert again == 160 or (again == max(brought) > 160)
     assert fresh[again:] == [True] * 60 and len(kept) == 120
+
+
+def test_what_comes_in_while_the_caller_waits_for_its_disk_is_no_silence():
+    delays = iter([1.0])  # [s]
+    until = lambda seen, kept: bool(kept and sleep(next(delays, 0.0))) or len(kept) == 120  # noqa: E731
+    seen, kept, _ = heard([datagram(k) for k in range(120)], until, pauses=[(60, 0.1)])
+    assert all(one.fresh for one in seen) and [row[0] for row in kept] == pytest.approx([k * H for k in range(120)])
 
 
 @pytest.mark.parametrize("form, layout, wanted", [
@@ -144,7 +156,10 @@ UNNUMBERED = USUAL_LAYOUT.partition(" ")[2]
     ],
     ids=["milliseconds since 1970", "stuck", "stepping back", "no time", "stuck, no rate", "stuck, no rate, no number"],
 )
-def test_a_rigs_clock_that_lies_or_is_not_there_loses_no_sample_and_is_said(layout, clock, rate, pause, note):
+def test_a_rigs_clock_that_lies_or_is_not_there_loses_no_sample_and_is_said(
+    layout, clock, rate, pause, note, monkeypatch
+):
+    monkeypatch.setattr("heli_identifier.live.listening.SILENCE", LONGEST)  # a loaded machine sends with pauses
     form, pauses = read_layout(layout), [(k, pause) for k in range(120)]
     contents = [datagram(k, clock(k), form) for k in range(120)]
     _, kept, listening = heard(contents, lambda seen, kept: len(kept) == 120, pauses, layout=form, rate=rate)

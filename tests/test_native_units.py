@@ -151,6 +151,17 @@ def test_what_the_initialisation_refuses_is_said_as_python_says_it(fmus, twins, 
     assert status == 3 and reason in ours and ours == theirs
 
 
+def test_a_controller_whose_estimate_overflows_refuses_the_step_and_shows_no_nan(fmus, twins):
+    script = """
+def first_refused(unit):
+    unit.fresh({"transition.pitch.pitch": 1e6, "gain.front.pitch": 1.0, "point.pitch": 0.1})
+    return next(k for k in range(100) if unit.step(0.01 * k, 0.01)), unit.shown(), unit.log[-1][2]
+answer([first_refused(Unit(path)) for path in sys.argv[1:]])
+"""
+    ours, theirs = host(script, fmus["StateFeedback"], twins["StateFeedback"])
+    assert ours == theirs and ours[1] == [5.0, 0.0] and "no finite voltages follow" in ours[2]
+
+
 def test_a_damaged_state_is_refused_and_changes_nothing(log, twins):
     """Every bit of some bytes of a state is flipped; one is cut off, one is of another unit."""
     script = """
@@ -179,6 +190,35 @@ for path in sys.argv[1:3]:
 answer(wrong)
 """
     assert host(script, twins["LogPlayer"], twins["HelicopterPlant"], log) == 0
+
+
+def test_a_state_is_restored_whole_or_not_at_all(log, fmus, twins, tmp_path):
+    """Over another log that was read while initialising, and where its own log is gone."""
+    script = """
+import os
+def tried(player, log, other):
+    with open(log) as first, open(other, "w") as second:
+        second.write(first.read().replace(",.1,", ",.4,"))
+    state = player.fresh({"log.path": other}).saved(True)
+    player.instantiate().slave.setupExperiment(startTime=0.0)
+    player.slave.enterInitializationMode()
+    player.set("log.path", log)
+    seen = player.get("pitch")
+    player.set("log.path", other)
+    player.slave.setFMUState(state)
+    seen += [player.step(0.0, 0.01), *player.get("pitch")]
+    player.fresh({"log.path": log}).step(0.0, 0.01)
+    os.remove(other)
+    try:
+        player.restore(state)
+    except Exception as problem:
+        assert problem.status == 2
+    return seen + player.get("pitch"), player.step(0.01, 0.01), player.log[-1][2]
+answer([tried(Unit(path), *sys.argv[3:]) for path in sys.argv[1:3]])
+"""
+    ours, theirs = host(script, fmus["LogPlayer"], twins["LogPlayer"], log, tmp_path / "other.csv")
+    assert ours == theirs and ours[:2] == [[0.1, 0, 0.4, 0.1], 0]
+    assert "other.csv cannot be read: No such file or directory" in ours[2]
 
 
 def test_a_long_step_has_the_bits_of_python_and_takes_little_memory(fmus, twins):

@@ -17,7 +17,7 @@ from heli_plant.state_feedback import FeedbackSettings, feedback_step, start_fee
 
 from ..description import TOOL, render, render_xml
 from ..errors import BuildError
-from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
+from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, SlaveBase
 from ..variables import Variable
 from ..vendoring import content_guid
 from .definitions import DEFINITIONS, Exchange
@@ -90,8 +90,7 @@ def _sources(
     found["variables.h"] = render("variables.h.j2", variables=variables, settings=settings, reference=reference)
     found["variables.c"] = render(
         "variables.c.j2", unit=unit, variables=variables, exchanged=exchange is not None, longest_step=LONGEST_STEP,
-        clock_tolerance=CLOCK_TOLERANCE, most_substeps=MOST_SUBSTEPS, quoted=quote,
-        number=lambda value: repr(float(value)),
+        clock_tolerance=CLOCK_TOLERANCE, quoted=quote, number=lambda value: repr(float(value)),
     )  # fmt: skip
     return found
 

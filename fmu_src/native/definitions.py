@@ -12,6 +12,7 @@ from heli_plant import communication, control, laws, motor, plant, state, state_
 from heli_plant.dual import Dual
 from heli_plant.parameters import PlantParameters
 
+from .. import slave_base
 from ..units import adaptive_identifier
 from ..variables import Variable
 
@@ -71,6 +72,7 @@ DEFINITIONS = {
         (
             communication.start_memory, communication.communicate, communication.is_finite, communication.read_sensors,
             state.start_state, (laws.motor_time_constant, _OF_PLANT), (laws.input_delay, _OF_PLANT),
+            slave_base.check_length,
         ),
         PlantParameters,
         communication.PlantMemory,
@@ -81,6 +83,7 @@ DEFINITIONS = {
         (
             online.prepare, online.is_due, online.next_due, online.take_sample, online.begin_sampling,
             online.before_samples, online.default_settings, online.is_closed, adaptive_identifier.output_values,
+            adaptive_identifier.check_estimate, slave_base.check_due,
             (online.IdentifierSettings.__post_init__, {"self": online.IdentifierSettings}),
         ),
         online.IdentifierSettings,

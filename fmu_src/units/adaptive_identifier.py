@@ -81,6 +81,18 @@ def output_values(estimate: online.IdentifierOutput, is_in_closed_loop: bool) ->
     )
 
 
+def check_estimate(
+    estimate: online.ModelParameters, time: float, measured: tuple[float, float, float, float, float]
+) -> None:
+    """Refuse an estimate that is not finite in the step from ``time`` [s] on; voltages and angles were ``measured``."""
+    if not isfinite(online.total([*estimate])):
+        v_front, v_rear, pitch, elevation, travel = measured
+        raise Refusal(
+            f"the estimate is no longer finite in the step from t = {time:g} s; the inputs (voltages [V] and angles "
+            f"[rad]) were [{v_front}, {v_rear}, {pitch}, {elevation}, {travel}]"
+        )
+
+
 class AdaptiveIdentifier(SlaveBase):
     """Samples its inputs every ``sample.time`` [s], independent of the communication step."""
 
@@ -115,9 +127,7 @@ class AdaptiveIdentifier(SlaveBase):
         check_due(time - online.next_due(self.sampled, self.plan), self.plan.settings.sample_time, time)
         sampled, estimate = online.take_samples(self.sampled, time, measured, self.plan, references)
         if estimate is not None:
-            if not isfinite(online.total(estimate.parameters)):
-                said = f"the estimate is no longer finite in the step from t = {time:g} s"
-                raise Refusal(f"{said}; the inputs (voltages [V] and angles [rad]) were {list(measured)}")
+            check_estimate(estimate.parameters, time, measured)
             self._show(estimate)
         self.sampled = sampled
 

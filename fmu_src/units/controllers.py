@@ -11,7 +11,6 @@ from typing import ClassVar
 from heli_plant import control, state_feedback
 from heli_plant.motor import saturate
 
-from ..errors import Refusal
 from ..slave_base import SlaveBase
 from ..variables import Variable, for_each, parameter, real_input, setting
 from .signals import ANGLE_INPUTS, AXES, EARLY, ROTORS, VOLTAGE_BOUND, voltage_outputs
@@ -32,16 +31,11 @@ def controller_variables(*voltages_depend_on: str) -> tuple[Variable, ...]:
 class Controller(SlaveBase):
     """A sampled controller."""
 
-    def initialise(self, time: float) -> None:
-        """Read the step of the references."""
-        to_pitch, to_elevation, to_travel = (self.value(f"reference.step_{axis}") for axis in AXES)
-        self.rises = (to_pitch, to_elevation, to_travel)
-        self.step_time = self.value("reference.step_time") - EARLY
-
     def references_at(self, time: float) -> tuple[float, float, float]:
         """Return the references of pitch, elevation and travel [rad] at ``time`` [s]."""
-        pitch, elevation, travel = self.values[7:10]
-        return control.step_references((pitch, elevation, travel), self.rises, time - self.start_time, self.step_time)
+        pitch, elevation, travel, to_pitch, to_elevation, to_travel, step_time = self.values[7:14]
+        given, rises = (pitch, elevation, travel), (to_pitch, to_elevation, to_travel)
+        return control.step_references(given, rises, time - self.start_time, step_time - EARLY)
 
 
 _PID = control.PidSettings()
@@ -68,7 +62,6 @@ class PidController(Controller):
 
     def initialise(self, time: float) -> None:
         """Read the settings; show the trim voltages."""
-        super().initialise(time)
         self.pid = self.settings(_PID)
         self.state: control.PidState | None = None
         self._show(0.5 * self.pid.trim, 0.5 * self.pid.trim)
@@ -146,7 +139,6 @@ class StateFeedback(Controller):
 
     def initialise(self, time: float) -> None:
         """Read the settings; show the voltages of the operating point."""
-        super().initialise(time)
         self.feedback = self.settings(_FEEDBACK)
         self.held: state_feedback.Held | None = None
         self.show(saturate(voltage, self.feedback.voltage_limit) for voltage in self.feedback.hover)
@@ -154,9 +146,6 @@ class StateFeedback(Controller):
     def advance(self, time: float, step_size: float) -> None:
         """Read the angles at ``time`` [s]; show the voltages of ``time + step_size``."""
         s = self.feedback
-        if step_size > (1.0 + state_feedback.EARLY) * s.period:
-            said = f"a step of {step_size:g} s leaves out samples of sample.time = {s.period:g} s"
-            raise Refusal(f"{said}; take steps no longer")
         pitch, elevation, travel, more_front, more_rear = self.values[:5]
         since, references = time - self.start_time, self.references_at(time)
         held = state_feedback.start_holding(pitch, elevation, travel, s) if self.held is None else self.held

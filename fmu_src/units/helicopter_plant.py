@@ -12,7 +12,7 @@ from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, check_pa
 from heli_plant.state import rest_state, start_state
 
 from ..errors import Refusal
-from ..slave_base import MOST_SUBSTEPS, SlaveBase
+from ..slave_base import SlaveBase, check_length
 from ..variables import Variable, for_each, output, parameter, real_input
 from .signals import ANGLE_BOUND, AXES, RATE_BOUND, ROTORS, VOLTAGE_BOUND, VOLTAGE_INPUTS
 
@@ -93,11 +93,7 @@ class HelicopterPlant(SlaveBase):
 
     def _step(self, memory: PlantMemory, v_front: float, v_rear: float, time: float, step_size: float) -> PlantMemory:
         """Return the memory one communication step later."""
-        if step_size > MOST_SUBSTEPS * self.inner_step:
-            raise Refusal(
-                f"the step of {step_size:g} s from t = {time:g} s needs {step_size / self.inner_step:.3g} steps of "
-                f"solver.step = {self.inner_step:g} s; at most {MOST_SUBSTEPS} are taken, take a shorter step"
-            )
+        check_length(step_size, self.inner_step, time)
         try:
             later = communicate(
                 memory, v_front, v_rear, self.values[2], time, self.start_time, step_size, self.inner_step, self.delay,

@@ -36,7 +36,6 @@ _SHOWN = 300  # characters of a text from the file that a message shows
 class Recording(NamedTuple):
     """A log in SI units; times [s] count from the first row."""
 
-    path: str
     times: tuple[float, ...]
     rows: tuple[tuple[float, ...], ...]
 
@@ -52,13 +51,9 @@ class LogPlayer(SlaveBase):
     summary = "Plays the voltages and angles of a measured log"
     has_past = False
 
-    recording: Recording | None = None
-
     def initialise(self, time: float) -> None:
         """Read the log and show its first row."""
-        path = self.value("log.path")
-        if self.recording is None or self.recording.path != path:
-            self.recording = read_recording(path)
+        self.recording = read_recording(self.value("log.path"))
         self._show(time)
 
     def advance(self, time: float, step_size: float) -> None:
@@ -66,8 +61,6 @@ class LogPlayer(SlaveBase):
         self._show(time + step_size)
 
     def _show(self, time: float) -> None:
-        if self.recording is None:
-            raise Refusal("there is no log to play; set log.path before initialisation ends")
         since_first = time - self.start_time + self.value("log.start")
         index = bisect_right(self.recording.times, since_first + EARLY) - 1
         self.show(self.recording.rows[max(index, 0)])
@@ -96,7 +89,7 @@ def read_recording(path: str) -> Recording:
         rows.append(tuple(row[1:]))
     if not rows:
         raise Refusal(f"the log {path} has no rows below its header")
-    return Recording(path, tuple(time - times[0] for time in times), tuple(rows))
+    return Recording(tuple(time - times[0] for time in times), tuple(rows))
 
 
 def _contents(path: str) -> str:

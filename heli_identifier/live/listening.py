@@ -62,7 +62,8 @@ class RigClock:
     """
 
     def __init__(self, heard: list[tuple[Datagram, float]], rate: float | None) -> None:
-        times = sorted([datagram.time for datagram, _ in heard if not isnan(datagram.time)])
+        once = {(one.number if one.number >= 0 else -k, one.time) for k, (one, _) in enumerate(heard, 1)}
+        times = sorted([time for _, time in once if not isnan(time)])
         (first, begin), (last, end) = heard[0], heard[-1]
         self.notes: list[str] = []
         self.unit, moves = find_unit(times, end - begin), len(set(times)) > 1
@@ -110,7 +111,7 @@ class Listening:
         self.unread: list[tuple[Datagram, float]] = []  # samples that are not in order yet, and when they came in [s]
         self.order = Order(self.sample_time)
         self.grid: Grid | None = None
-        self.heard = monotonic()
+        self.heard = self.looked = monotonic()  # when something came in last, and up to when all of it was read
         self.last = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self.quiet_from = -1  # instant from which on nothing has come in
         self.elections = 0
@@ -159,7 +160,7 @@ class Listening:
         while not stopped() and not self.port.lost:
             select([self.port], [], [], WAIT)
             self._read()
-            silent = monotonic() - self.heard > OVERTAKEN
+            silent = self.looked - self.heard > OVERTAKEN
             found = self._place(0.0 if silent else OVERTAKEN, keep)
             if found:
                 yield None  # lets the caller write what came in before the twin computes
@@ -170,6 +171,7 @@ class Listening:
 
     def _read(self) -> None:
         """Take the samples that have come in, and put them in order once clock and rate are known."""
+        self.looked = monotonic()
         for datagram in self.port.receive(_MOST):
             self.heard = monotonic()
             if self.port.elections > self.elections:  # somebody else is the rig: it has another clock
@@ -220,10 +222,10 @@ class Listening:
         return found
 
     def _pass_instants(self) -> list[Sample]:
-        """Give the instants that this computer's clock brings while nothing comes in."""
+        """Give the instants that this computer's clock brings while nothing comes in; a busy caller is no silence."""
         if self.grid is None:
             return []
-        silence = monotonic() - self.heard
+        silence = self.looked - self.heard
         if silence < SILENCE:
             self.quiet_from = self.grid.tick
             return []

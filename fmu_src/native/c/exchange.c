@@ -24,11 +24,6 @@ void exchange_begin(Unit *unit)
     unit->next_event = EXCHANGE->next_event(unit->model, unit->passed);
 }
 
-bool exchange_lets_change(const Unit *unit, uint32_t reference)
-{
-    return !unit->exchange || reference < EXCHANGE->inputs;
-}
-
 void exchange_refresh(Unit *unit)
 {
     const double *states = EXCHANGE->state(unit->model);

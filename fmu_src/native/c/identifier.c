@@ -3,8 +3,6 @@
 #include "model.h"
 #include "variables.h"
 
-enum { PARAMETERS = sizeof(ModelParameters) / sizeof(double) };
-
 struct Model {
     Plan plan;
     bool warned;
@@ -58,14 +56,8 @@ static void advance(Model *model, Unit *unit, double time, double step)
         return;
     }
     Sampled sampled = model->sampled.value;
-    const double period = model->plan.settings.sample_time;
     const double due = identifier_next_due(&sampled, &model->plan);
-    if (time - due > (double)MOST_SUBSTEPS * period)
-        refuse(
-            &unit->space,
-            "%.3g samples of sample.time = %g s are due at t = %g s; at most %lld are taken in one step, take shorter "
-            "ones",
-            (time - due) / period, period, time, (long long)MOST_SUBSTEPS);
+    slave_base_check_due(&unit->space, time - due, model->plan.settings.sample_time, time);
     Row_IdentifierState_IdentifierOutput next;
     bool taken = false;
     for (; identifier_is_due(&sampled, time, &model->plan); taken = true) {
@@ -79,17 +71,7 @@ static void advance(Model *model, Unit *unit, double time, double step)
         sampled.state = next.x0;
     }
     if (taken) {
-        const double *estimates = &next.x1.parameters.a_wx;
-        double total = 0.0;
-        for (int i = 0; i < PARAMETERS; i++)
-            total += estimates[i];
-        if (!isfinite(total))
-            refuse(
-                &unit->space,
-                "the estimate is no longer finite in the step from t = %g s; the inputs (voltages [V] and angles "
-                "[rad]) were [%s, %s, %s, %s, %s]",
-                time, shortest(&unit->space, now.x0), shortest(&unit->space, now.x1), shortest(&unit->space, now.x2),
-                shortest(&unit->space, now.x3), shortest(&unit->space, now.x4));
+        adaptive_identifier_check_estimate(&unit->space, &next.x1.parameters, time, now);
         show(model, unit, &next.x1);
     }
     sampled.before = time;

@@ -5,8 +5,6 @@
 
 struct Model {
     PidSettings settings;
-    Row3 rises;
-    double step_time;
     Maybe_PidState state;
 };
 
@@ -18,12 +16,7 @@ static void show(const Model *model, Unit *unit, double v_front, double v_rear)
 
 static void initialise(Model *model, Unit *unit)
 {
-    const Value *values = unit->values;
-    set_PidSettings(&model->settings, values);
-    model->rises = (Row3){
-        values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
-        values[REF_reference_step_travel].real};
-    model->step_time = values[REF_reference_step_time].real - EARLY;
+    set_PidSettings(&model->settings, unit->values);
     model->state.some = false;
     show(model, unit, 0.5 * model->settings.trim, 0.5 * model->settings.trim);
 }
@@ -35,7 +28,11 @@ static void advance(Model *model, Unit *unit, double time, double step)
     const double travel = values[REF_travel].real;
     const Row3 given = {
         values[REF_reference_pitch].real, values[REF_reference_elevation].real, values[REF_reference_travel].real};
-    const Row3 references = control_step_references(given, model->rises, time - unit->start_time, model->step_time);
+    const Row3 rises = {
+        values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
+        values[REF_reference_step_travel].real};
+    const Row3 references = control_step_references(
+        given, rises, time - unit->start_time, values[REF_reference_step_time].real - EARLY);
     const PidState state = model->state.some ? model->state.value : control_start_pid(pitch, elevation, travel);
     const Row_PidState_Row2 next = control_pid_step(
         &state, pitch, elevation, travel, references, step, &model->settings);

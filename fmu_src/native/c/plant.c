@@ -43,12 +43,7 @@ static void advance(Model *model, Unit *unit, double time, double step)
 {
     const Value *values = unit->values;
     take_parameters(model, unit);
-    if (step > (double)MOST_SUBSTEPS * model->longest_step)
-        refuse(
-            &unit->space,
-            "the step of %g s from t = %g s needs %.3g steps of solver.step = %g s; at most %lld are taken, take a "
-            "shorter step",
-            step, time, step / model->longest_step, model->longest_step, (long long)MOST_SUBSTEPS);
+    slave_base_check_length(&unit->space, step, model->longest_step, time);
     const PlantMemory next = communication_communicate(
         &unit->space, &model->memory, values[REF_v_front].real, values[REF_v_rear].real,
         values[REF_mass_position].real, time, unit->start_time, step, model->longest_step, model->delay,

@@ -38,23 +38,19 @@ static char *contents(Space *space, const char *path)
         refuse(space, "log.path is empty: set it to a CSV log before initialisation ends");
     if (stat(path, &status) == 0 && !S_ISREG(status.st_mode))
         refuse(space, "the log %s is no file", path);
+    const size_t size = (size_t)status.st_size;
+    char *text = space_take(space, (int64_t)size + 1, 1);
     FILE *file = fopen(path, "rb");
     if (!file)
         refuse(space, "the log %s cannot be read: %s", path, strerror(errno));
-    const size_t size = (size_t)status.st_size;
-    char *text = malloc(size + 1);
-    const size_t got = text ? fread(text, 1, size, file) : 0;
-    char *kept = NULL;
+    const size_t got = fread(text, 1, size, file);
     fclose(file);
-    if (text && got == size)
-        kept = memcpy(space_take(space, (int64_t)size + 1, 1), text, size);
-    free(text);
-    if (!kept)
+    if (got != size)
         refuse(space, "the log %s cannot be read: %s", path, strerror(EIO));
-    if (memchr(kept, '\0', size))
+    if (memchr(text, '\0', size))
         refuse(space, "the log %s holds a NUL byte: it is no text", path);
-    kept[size] = '\0';
-    return strncmp(kept, "\xef\xbb\xbf", 3) == 0 ? kept + 3 : kept;
+    text[size] = '\0';
+    return strncmp(text, "\xef\xbb\xbf", 3) == 0 ? text + 3 : text;
 }
 
 /* The beginning of a text as ASCII. */

@@ -27,38 +27,31 @@ static void pass_text(Bytes *bytes, char **text)
     pass_bytes(bytes, *text, (size_t)length);
 }
 
-/* Pass the values; return whether a parameter differs from what the model was initialised with. */
-static bool pass_values(Unit *unit, Bytes *bytes)
+/* Pass the values; return whether a parameter differs from ``had``, with which the model was initialised. */
+static bool pass_values(Unit *unit, Bytes *bytes, const Value had[])
 {
     bool other = false;
     unit->refused_count = 0;
     for (size_t i = 0; i < VARIABLE_COUNT; i++) {
         const Variable *variable = &VARIABLES[i];
         Value *own = &unit->values[i];
-        const double before = own->real;
-        const bool settable = variable->causality == INPUT || variable->causality == PARAMETER;
         pass_double(bytes, &own->real);
         pass_bool(bytes, &own->refused);
         pass_double(bytes, &own->refused_as);
-        if ((variable->causality == PARAMETER && !variable->tunable) ||
-            (settable && !exchange_lets_change(unit, (uint32_t)i)))
-            other |= own->real != before;
-        if (own->text) {
-            char *had = copied(own->text);
+        if (variable->causality == PARAMETER && (!variable->tunable || unit->exchange))
+            other |= own->real != had[i].real;
+        if (variable->kind == STRING) {
             pass_text(bytes, &own->text);
-            other |= !had || strcmp(had, own->text) != 0;
-            free(had);
+            other |= strcmp(had[i].text, own->text) != 0;
         }
         unit->refused_count += own->refused;
     }
     return other;
 }
 
-/* Pass the state; one that is read has the right sum, so that it fits this unit. */
-static void pass_state(Unit *unit, Bytes *bytes)
+/* Pass the state; one that is read has the right sum, so that it fits this unit. What ``before`` owns stays whole. */
+static void pass_state(Unit *unit, Bytes *bytes, const Unit *before)
 {
-    const double start_time = unit->start_time;
-    const bool had_model = unit->initialised;
     int64_t phase = unit->phase, length = (int64_t)strlen(unit->failure) + 1;
     pass_int64_t(bytes, &phase);
     pass_count(bytes, &length);
@@ -68,15 +61,17 @@ static void pass_state(Unit *unit, Bytes *bytes)
     pass_double(bytes, &unit->start_time);
     pass_double(bytes, &unit->reached);
     Bytes again = *bytes;
-    const bool other = pass_values(unit, bytes) || !had_model || unit->start_time != start_time;
+    const bool other = pass_values(unit, bytes, before->values) || !before->initialised || before->outdated ||
+                       unit->start_time != before->start_time;
     if (bytes->reading)
         unit->outdated = phase == INITIALISING || (phase == STEPPING && !unit->initialised);
     if (!unit->initialised)
         return;
     if (bytes->reading && other) {
         const double reached = unit->reached;
+        unit->settled = (Space){.refusal = &unit->refusal};
         unit_initialise(unit);
-        pass_values(unit, &again); /* the initialisation has set the outputs of the start time */
+        pass_values(unit, &again, before->values); /* the initialisation has set the outputs of the start time */
         unit->reached = reached;
     }
     if (MODEL.pass)
@@ -107,13 +102,13 @@ Status state_get(Unit *unit, void **state)
     if (unit->outdated)
         unit_prepare(unit, "getFMUstate");
     pass_bool(&bytes, &unit->exchange);
-    pass_state(unit, &bytes);
+    pass_state(unit, &bytes, unit);
     State *kept = with_room(unit, "getFMUstate", head + bytes.used, state);
     if (!kept)
         return ERROR;
     bytes = (Bytes){.at = kept->bytes + head, .size = bytes.used};
     pass_bool(&bytes, &unit->exchange);
-    pass_state(unit, &bytes);
+    pass_state(unit, &bytes, unit);
     const int64_t sum = sum_of(bytes.at, bytes.size);
     memcpy(kept->bytes, UNIT_TOKEN, token);
     memcpy(kept->bytes + token, &sum, sizeof sum);
@@ -133,18 +128,27 @@ Status state_set(Unit *unit, const State *state)
     if (state->size <= head || memcmp(state->bytes, UNIT_TOKEN, token) != 0 ||
         sum != sum_of(state->bytes + head, state->size - head))
         return unit_say(unit, DISCARD, "setFMUstate: these bytes are no state of this unit; nothing was changed");
-    space_empty(&unit->spare);
-    if (setjmp(unit->refusal.back)) {
-        unit->initialised = false;
-        memcpy(unit->failure, unit->refusal.message, sizeof unit->failure);
-        return unit_say(unit, ERROR, "setFMUstate: %s", unit->refusal.message);
-    }
     pass_bool(&bytes, &exchange);
     if (exchange != unit->exchange)
         return unit_say(
             unit, DISCARD, "setFMUstate: this is a state of an instance for %s; nothing was changed",
             exchange ? "model exchange" : "co-simulation");
-    pass_state(unit, &bytes);
+    space_empty(&unit->spare);
+    Unit before = *unit;
+    unit->values = calloc(VARIABLE_COUNT, sizeof *unit->values);
+    unit->model = malloc(MODEL.size);
+    if (setjmp(unit->refusal.back)) { /* as where the log that the state plays is gone */
+        unit_say(unit, DISCARD, "setFMUstate: %s", unit->refusal.message);
+        before.spare = unit->spare;
+        unit_free_parts(unit, &before);
+        *unit = before;
+        return DISCARD;
+    }
+    if (!unit->values || !unit->model)
+        refuse(&unit->spare, "there is no memory left");
+    memcpy(unit->model, before.model, MODEL.size);
+    pass_state(unit, &bytes, &before);
+    unit_free_parts(&before, unit);
     return OK;
 }
 

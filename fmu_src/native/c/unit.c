@@ -36,17 +36,23 @@ Unit *unit_new(const char *name)
     return NULL;
 }
 
+void unit_free_parts(Unit *unit, const Unit *other)
+{
+    for (size_t i = 0; unit->values && i < VARIABLE_COUNT; i++)
+        free(unit->values[i].text);
+    free(unit->values);
+    free(unit->model);
+    if (unit->settled.chunks != other->settled.chunks)
+        space_free(&unit->settled);
+}
+
 void unit_free(Unit *unit)
 {
     if (!unit)
         return;
-    for (size_t i = 0; unit->values && i < VARIABLE_COUNT; i++)
-        free(unit->values[i].text);
-    free(unit->values);
+    unit_free_parts(unit, &(Unit){.values = NULL});
     space_free(&unit->space);
     space_free(&unit->spare);
-    space_free(&unit->settled);
-    free(unit->model);
     free(unit->before_step);
     free(unit->name);
     free(unit);
@@ -55,7 +61,6 @@ void unit_free(Unit *unit)
 static void forget(Unit *unit)
 {
     unit->initialised = false;
-    space_empty(&unit->space);
     space_empty(&unit->settled);
     memset(unit->model, 0, MODEL.size);
 }
@@ -159,9 +164,11 @@ static Status refuse_for_values(Unit *unit, double time)
         unit, DISCARD, "doStep: the step from t = %g s is refused until this is corrected: %s", time, reasons);
 }
 
-static Status refuse_step(Unit *unit, double time, double step)
+static Status check_step(Unit *unit, double time, double step)
 {
     char first[NUMBER_SIZE], second[NUMBER_SIZE];
+    if (unit->exchange)
+        return unit_say(unit, ERROR, "doStep: the unit was instantiated for model exchange");
     if (unit->phase != STEPPING)
         return unit_say(
             unit, DISCARD, "doStep: the unit is %s and cannot step from t = %g s: finish its initialisation first",
@@ -172,6 +179,9 @@ static Status refuse_step(Unit *unit, double time, double step)
         return unit_say(
             unit, DISCARD, "doStep: communication step = %s s at t = %g s must be positive and below %g s",
             write_shortest(first, step), time, LONGEST_STEP);
+    /* otherwise the state would belong to another time */
+    if (fabs(time - unit->reached) <= CLOCK_TOLERANCE * step || (!HAS_PAST && isfinite(time)))
+        return OK;
     return unit_say(
         unit, DISCARD,
         "doStep: the step begins at t = %s s, the one before ended at %s s: time must neither repeat nor jump; to go "
@@ -213,13 +223,9 @@ void unit_keep(Unit *unit)
 
 Status unit_step(Unit *unit, double time, double step)
 {
-    if (unit->exchange)
-        return unit_say(unit, ERROR, "doStep: the unit was instantiated for model exchange");
-    /* otherwise the state would belong to another time */
-    const bool begins_well = fabs(time - unit->reached) <= CLOCK_TOLERANCE * step || (!HAS_PAST && isfinite(time));
-    if (unit->phase != STEPPING || unit->refused_count || !unit->initialised ||
-        !(step > 0.0 && step < LONGEST_STEP) || !begins_well)
-        return refuse_step(unit, time, step);
+    const Status status = check_step(unit, time, step);
+    if (status != OK)
+        return status;
     if (setjmp(unit->refusal.back)) {
         unit_say(unit, DISCARD, "doStep: %s", unit->refusal.message);
         if (unit->before_step)

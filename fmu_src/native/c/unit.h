@@ -75,7 +75,6 @@ extern const char UNIT_TOKEN[];
 /* The limits of the unit in Python: fmu_src/slave_base.py. */
 extern const bool HAS_PAST;          /* whether outputs depend on earlier steps; if not, a step may begin at any time */
 extern const double LONGEST_STEP;    /* of a communication step [s]; this also keeps infinity out */
-extern const int64_t MOST_SUBSTEPS;  /* inside of one communication step */
 extern const double CLOCK_TOLERANCE; /* of the begin of a step, as a share of the step */
 
 struct Unit {
@@ -106,6 +105,7 @@ struct Unit {
 /* unit.c: from the first call to the last. */
 Unit *unit_new(const char *name);
 void unit_free(Unit *unit);
+void unit_free_parts(Unit *unit, const Unit *other); /* values, and what follows from them that ``other`` has not */
 Status unit_reset(Unit *unit);
 Status unit_setup(Unit *unit, double start_time);
 Status unit_enter_initialisation(Unit *unit);
@@ -138,7 +138,7 @@ char *copied(const char *text); /* on the heap, or NULL */
 /* Write why a value is refused. */
 const char *out_of_range(size_t reference, double value, char reason[MESSAGE_SIZE]);
 
-/* state.c: the whole state as bytes that the host keeps. One of another unit is refused and changes nothing. */
+/* state.c: the whole state as bytes that the host keeps. One that is refused changes nothing. */
 typedef struct {
     size_t size;
     unsigned char bytes[];
@@ -151,7 +151,6 @@ Status state_deserialise(Unit *unit, const void *bytes, size_t size, void **stat
 /* exchange.c: Model Exchange. */
 void exchange_begin(Unit *unit); /* may refuse */
 void exchange_refresh(Unit *unit); /* compute the variables that follow from state and time */
-bool exchange_lets_change(const Unit *unit, uint32_t reference); /* whether it may be set after the initialisation */
 Status exchange_set_time(Unit *unit, double time);
 Status exchange_set_states(Unit *unit, const double states[], size_t count);
 Status exchange_get_states(Unit *unit, double states[], size_t count);

@@ -69,9 +69,10 @@ static bool open_to_set(const Unit *unit, uint32_t reference)
 {
     const Variable *variable = &VARIABLES[reference];
     const bool early = unit->phase == INSTANTIATED || unit->phase == INITIALISING;
-    if (unit->phase == TERMINATED || (!early && !exchange_lets_change(unit, reference)))
+    if (unit->phase == TERMINATED)
         return false;
-    return variable->causality == INPUT || (variable->causality == PARAMETER && (early || variable->tunable));
+    return variable->causality == INPUT ||
+           (variable->causality == PARAMETER && (early || (variable->tunable && !unit->exchange)));
 }
 
 /* Say that a variable may not be set to ``value`` now. */
