@@ -18,12 +18,12 @@ from heli_identifier.chain import (
 )
 from heli_identifier.chain.inspection import estimate_jitter, inspect_logs
 from heli_identifier.errors import LogError
-from heli_identifier.records import Event, Log
+from heli_identifier.records import Event, Log, quantisation_step
 from heli_identifier.results import diagnose
 from heli_identifier.tracing import identify_plant
 from heli_identifier.tracing.settings import SETTLING
 from heli_plant.effects import AXES
-from tests.blind.damage import DAMAGES
+from tests.blind.damage import DAMAGES, jittered, low_pass
 from tests.blind.generator import make_rig, simulate_log
 from tests.blind.windy import windy_rig
 
@@ -105,6 +105,21 @@ def test_what_no_plant_can_explain_is_refused_by_name(damage, said):
 ])  # fmt: skip
 def test_a_defect_that_a_log_shows_of_itself_is_named(damage, defects):
     assert [(d.name, d.channel) for d in inspect_logs(logs_of(damage), COUNTS, 5.0)] == defects
+
+
+@pytest.mark.parametrize("counts", [1024, 4096, 16384])
+def test_an_encoder_is_seen_where_no_value_comes_twice_and_not_behind_a_filter(counts):
+    """A travel that never turns round, in degrees of three decimals; means of radians show the digits of a text."""
+    step = 360.0 / counts
+    read = (step * np.round((60.0 * TIME + 9.0 * np.sin(0.9 * TIME)) / step)).round(3)
+    assert len(np.unique(read)) == len(read)
+    assert quantisation_step(read) == pytest.approx(step, rel=1e-5)
+    assert quantisation_step(low_pass(5.0)(TIME, read)) == quantisation_step(jittered(0.002)(TIME, read)) == 0.0
+    assert quantisation_step(np.radians(np.convolve(read, np.ones(5) / 5.0, "valid")).round(3)) == pytest.approx(1e-3)
+    (log, *_) = logs_of("none")
+    turning = log_of("turning", 100.0, np.column_stack([TIME, log.voltages[:3000], log.angles[:3000, :2], read]))
+    with pytest.raises(LogError, match="the travel moves .* its column is in degrees and was read as radians"):
+        inspect_logs([turning], (4096, 4096, counts), 5.0)
 
 
 def test_a_slip_of_an_encoder_is_found_and_shifted_back():

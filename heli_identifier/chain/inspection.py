@@ -22,7 +22,7 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from heli_identifier.errors import LogError
-from heli_identifier.records import ANGLES, Array, Log
+from heli_identifier.records import ANGLES, Array, Log, is_on_grid, quantisation_step
 
 from .faults import parabola_samples
 
@@ -35,6 +35,9 @@ OTHER_COUNTS = 1.5
 COARSE = 4.0
 """Ratio of steps beyond which the reading of an encoder stays and jumps, as that of an axis with friction or of an
 encoder with backlash does, and is held for long enough to pass for late."""
+
+FINEST = 1.0 / 6.0
+"""Ratio of steps below which they may be digits of a text, or of an interpolation by shares of a sample."""
 
 FLAT_SHARE = 0.02
 """Share of the samples at the largest value that no excitation has by chance."""
@@ -49,11 +52,8 @@ CERTAIN = 5.0
 OPPOSED = 0.5
 """Least mean [V] of either voltage from which opposite signs are no trim: below it a rotor hardly turns."""
 
-FEWEST_CHANGES = 8
-"""Changes of a signal from which its steps are known; a voltage has to take as many values, it may be a square wave."""
-
-ON_GRID = 0.1
-"""Largest distance from a grid, in steps, that a value on it may have: decimals of a file."""
+FEWEST_LEVELS = 8
+"""Values of a voltage whose steps are those of its digits: a square wave has fewer."""
 
 TIMING, BENDING = ("lag or delay of the rotors",), ("arm bending of the elevation",)
 THRUST = ("curve of the thrust", "thrust fade of the rotors", "thrust tilt of the elevation", "torque on the travel")
@@ -87,12 +87,11 @@ def inspect_logs(logs: Sequence[Log], counts: Sequence[int], voltage_limit: floa
     found: list[Defect] = []
     for log in logs:
         _refuse_log(log)
-    steps_of = [[quantisation_step(log.angles[:, k]) for log in logs] for k in range(len(ANGLES))]
+    steps = [sorted(quantisation_step(log.angles[:, k]) for log in logs)[len(logs) // 2] for k in range(len(ANGLES))]
     expected = [all(is_on_grid(log.angles[:, k], 2.0 * np.pi / counts[k]) for log in logs) for k in range(len(ANGLES))]
-    for axis, steps, count, usual in zip(ANGLES, steps_of, counts, expected, strict=True):
-        if all(steps):
-            found += _compare_counts(axis, float(np.median(steps)), count)
-        elif not usual and not any(steps) and (any(expected) or any(map(all, steps_of))):
+    for axis, step, count, usual in zip(ANGLES, steps, counts, expected, strict=True):
+        found += _compare_counts(axis, step, count)
+        if not step and not usual and any((*steps, *expected)):
             words = (
                 f"the {axis} has no steps of an encoder, other angles have: a filter or a resampling delays and bends "
                 f"it, or a drift was added; log what the encoder of the {axis} reads"
@@ -105,11 +104,11 @@ def inspect_logs(logs: Sequence[Log], counts: Sequence[int], voltage_limit: floa
             "jitter", "clock", f"the angles were read {1e3 * np.median(sure):.2g} ms early or late, by chance: all err "
             "at once, each by its rate. Log in the task that reads the encoders, or log the time of each reading",
         ))  # fmt: skip
-    grids = [(quantisation_step(v, FEWEST_CHANGES), float(v.std())) for log in logs for v in log.voltages.T]
-    steps = [step for step, std in grids if step > LEAST_STEP * std]
-    if len(steps) > len(logs):
+    many = [v for log in logs for v in log.voltages.T if len(np.unique(v)) >= FEWEST_LEVELS]
+    grids = [step for v in many if (step := quantisation_step(v)) > LEAST_STEP * float(v.std())]
+    if len(grids) > len(logs):
         found.append(Defect(
-            "rounded", "voltages", f"the voltages come in steps of {np.median(steps):.2g} V: log them with three "
+            "rounded", "voltages", f"the voltages come in steps of {np.median(grids):.2g} V: log them with three "
             "decimals. Timing and curve of the thrust cannot be told on these logs", TIMING + THRUST + BENDING,
         ))  # fmt: skip
     if tops := [top for log in logs if (top := _clipping_level(log, voltage_limit))]:
@@ -148,26 +147,6 @@ def estimate_jitter(angles: Array, step: float) -> tuple[float, float]:
     return float(tau), float(own / 40.0 / tau) if tau > 0.0 else 0.0
 
 
-def quantisation_step(values: Array, fewest: int = 1) -> float:
-    """Step of a signal (N,) that takes values on a grid only, ``fewest`` steps apart; 0 if it does not."""
-    levels = np.unique(values)
-    gaps = np.diff(levels)
-    gaps = gaps[gaps > 1e-6 * max(float(np.ptp(levels)), 1e-300)] if len(levels) > 1 else gaps
-    changes = np.count_nonzero(np.diff(values))
-    if len(gaps) < fewest or changes < FEWEST_CHANGES or 2 * len(levels) > len(values):
-        return 0.0
-    step = float(np.median(gaps))
-    step = float(np.ptp(levels)) / max(round(float(np.ptp(levels)) / step), 1)
-    return step if is_on_grid(levels, step) else 0.0
-
-
-def is_on_grid(values: Array, step: float) -> bool:
-    """Whether a signal (N,) takes values on a grid only; how long it stays on one of them does not matter."""
-    levels = np.unique(values)
-    off = (levels - levels[0]) / step
-    return bool((np.abs(off - np.round(off)) < ON_GRID).mean() > 0.95)
-
-
 def _refuse_log(log: Log) -> None:
     """Refuse copies, angles that are folded, and voltages of opposite signs."""
     for i, j in ((0, 1), (0, 2), (1, 2)):
@@ -195,13 +174,13 @@ def _compare_counts(axis: str, step: float, counts: int) -> list[Defect]:
     """Compare an encoder's step with that of the configuration."""
     ratio = step * counts / (2.0 * np.pi)
     for factor, read, true in ((np.pi / 180.0, "degrees", "radians"), (180.0 / np.pi, "radians", "degrees")):
-        if abs(np.log(ratio / factor)) < np.log(OTHER_COUNTS) and abs(ratio / factor - 1.0) < 0.02:
+        if abs(ratio / factor - 1.0) < 0.02:
             raise LogError(
                 f"the {axis} moves in steps of {step:.2g} rad, {ratio:.3g} times those of an encoder of {counts} "
                 f"counts a turn: its column is in {true} and was read as {read}. Mend its unit in the header or in "
                 "heli.toml."
             )
-    if 1.0 / OTHER_COUNTS < ratio < OTHER_COUNTS:
+    if ratio < FINEST or 1.0 / OTHER_COUNTS < ratio < OTHER_COUNTS:
         return []
     words = (
         f"the {axis} moves in steps of {1e3 * step:.3g} mrad, {2.0 * np.pi / step:.0f} a turn, and heli.toml says "

@@ -24,6 +24,8 @@ from .log import Event as Event
 from .log import Log as Log
 from .log import write_log as write_log
 from .overlap import shared_flight as shared_flight
+from .plausibility import is_on_grid as is_on_grid
+from .plausibility import quantisation_step as quantisation_step
 from .reading import read_log as read_log
 from .response import suspicions as suspicions
 from .timing import GAP_STEPS as GAP_STEPS

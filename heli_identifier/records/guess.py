@@ -28,7 +28,7 @@ from heli_identifier.errors import LogError
 
 from .columns import DECIMAL_COMMA, Array, Table, name_and_unit, plain_name, read_stamps
 from .configuration import CONTRACT, LogFormat
-from .plausibility import encoder_step
+from .plausibility import quantisation_step
 from .reading import open_table
 from .response import ELEVATION_SURE, PITCH_SURE, Gains, average, derivatives, filter_columns, find_responses, fit_gains
 from .text import NUMBERED
@@ -195,7 +195,7 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     found = filter_columns(values, step)
     taken = derivatives(found) | {*known.values()}
     free = [i for i, extent in enumerate(np.ptp(values, axis=0)) if extent > 0.0 and i not in taken]
-    in_steps = [_IN_STEPS * (encoder_step(column) is not None) for column in columns.T]
+    in_steps = [_IN_STEPS * (quantisation_step(column) > 0.0) for column in columns.T]
     measured = [i for i in free if in_steps[i]]  # by encoders; a reference or an estimate of an angle is smooth
     options = {signal: free for signal in (*VOLTAGES, *COMBINED)}
     options |= dict.fromkeys(ANGLES, measured if len(measured) >= len(ANGLES) else free)
@@ -243,8 +243,7 @@ def _guess_unit(signal: str, header: str, values: Array) -> tuple[str, str, int 
 
 def _angle_unit(values: Array) -> tuple[str, str, int | None]:
     """Give the unit of an angle, why, and the counts of its encoder if its steps tell them."""
-    step = encoder_step(values)
-    if step is not None:
+    if step := quantisation_step(values):
         if abs(step - 1.0) < 1e-6:
             return "counts", "it changes by whole numbers", None
         for count in _COUNTS:

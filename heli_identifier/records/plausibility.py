@@ -38,6 +38,13 @@ FLICKER = 2
 quietly goes further, though its encoder may jump by a count at every sample: noise of up to half a squared count. An
 axis whose noise is larger is not read by an encoder."""
 
+FEWEST_CHANGES = 20  # of a signal whose steps are known: what is set by hand changes less often
+MOST_STEPS = 50  # in a usual change: 16384 counts a turn at 1 rad/s and 50 Hz; those of fine digits are mostly more
+
+DIGITS = 0.25
+"""Largest digit of a text, in steps, beside which an encoder is seen: that of two decimals of a degree and 8192 counts.
+Beside larger ones, readings that were interpolated look like those of an encoder with two or three times the counts."""
+
 EXCURSION = 0.3  # way there and back within one sample [rad] that no rig makes: at 50 Hz it needs 15 rad/s each way
 
 _ASKED_FOR = ("ms", "mV", "rad", "deg", "counts")  # units that loggers use; others are rare enough to confuse
@@ -94,20 +101,36 @@ def why_still(angle: Array) -> str | None:
     noise, spread = 0.5 * float(np.mean(np.diff(angle) ** 2)), float(np.var(angle))
     if noise <= NOISE_ALONE * spread:
         return None
-    count = encoder_step(angle)
-    is_flown = count is not None and noise <= 0.5 * count**2 and extent > (FLICKER + 0.5) * count
+    is_flown = noise <= 0.5 * (count := quantisation_step(angle)) ** 2 and extent > (FLICKER + 0.5) * count
     return None if is_flown else "holds nothing but noise"
 
 
-def encoder_step(values: Array) -> float | None:
-    """Give the step by which a column changes, if it changes in whole steps as an encoder's angle does."""
-    changes = np.abs(np.diff(values))
-    changes = changes[changes > 1e-9 * max(1.0, float(np.ptp(values)))]
-    if len(changes) < 20:
-        return None
-    step = float(np.median(np.sort(changes)[: max(5, len(changes) // 10)]))
-    off = np.abs(changes / step - np.round(changes / step))
-    return step if np.mean(off < 0.02) > 0.9 else None
+def quantisation_step(values: Array) -> float:
+    """Step of the coarsest grid on which the values of a signal, shape (N,), lie; 0 if there is none.
+
+    An encoder makes a grid, a converter, or a text by its digits; a filter leaves none, a mean of n readings one that
+    is n times as fine. A usual change is a whole number of steps even where no value comes twice.
+    """
+    changes = np.diff(values, prepend=values[0])
+    sizes = np.abs(changes)[np.abs(changes) > 1e-9 * float(np.ptp(values))]
+    if len(sizes) < FEWEST_CHANGES:
+        return 0.0
+    usual = float(np.median(sizes))
+    sizes = sizes[sizes < 2.0 * usual]
+    for parts in range(1, MOST_STEPS + 1):
+        whole = np.round(sizes * (parts / usual))
+        step = float(sizes @ whole / (whole @ whole))
+        if np.abs(sizes / step - whole).mean() < DIGITS / 3.0:  # of differences of two numbers that are rounded
+            step = float(np.polyfit(np.cumsum(np.round(changes / step)), values, 1)[0])
+            if step > 0.0 and is_on_grid(values, step):
+                return step
+    return 0.0
+
+
+def is_on_grid(values: Array, step: float) -> bool:
+    """Whether the values of a signal, shape (N,), lie on a grid but for digits; how long it rests does not matter."""
+    comes = values[np.diff(values, prepend=np.nan) != 0.0]
+    return bool(np.abs(np.exp(2j * np.pi / step * comes).mean()) > np.sinc(DIGITS))  # the mean of even errors
 
 
 def check_plausible(columns: Sequence[Column], values: Mapping[str, Array], rate_hz: float, file: str) -> None:
