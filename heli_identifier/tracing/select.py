@@ -16,7 +16,7 @@ bootstrap, with the corrected plant as the truth, says how often they would agre
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import combinations
 
 import numpy as np
@@ -89,7 +89,6 @@ class Selection:
 def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) -> Selection:
     """Search the candidates beside the model before, ``null``, from a ``start`` with effects or curves of its own."""
     fitted, left, barred = start or null, set[str](), set[str]()
-    lost: dict[tuple[str, ...], float] = {} if start else {(): null.value}
     for _ in range(ROUNDS):
         around = Scores(fitted, candidates)
         selected = around.selected
@@ -98,7 +97,7 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
         barred |= gone & left
         left |= gone
         if set(chosen) == set(selected) and (chosen := _simpler(around, selected, barred)) == selected:
-            findings = _weighed(around, null, lost)
+            findings = _weighed(around, null)
             needless = _needless(around, findings)
             if not needless:
                 break
@@ -107,11 +106,11 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
         fitted = _fit_entered(around, chosen)
     else:  # the set swings: what is not worth its place leaves once more
         around = Scores(fitted, candidates)
-        findings = _weighed(around, null, lost)
+        findings = _weighed(around, null)
         if needless := _needless(around, findings):
             kept = [name for name in around.selected if name not in needless]
             around = Scores(refit(fitted, candidates, kept), candidates)
-            findings = _weighed(around, null, lost)
+            findings = _weighed(around, null)
     findings.sort(key=lambda f: -f.stated)
     return Selection(null, around.fitted, tuple(findings), around.scores(around.selected), around)
 
@@ -165,7 +164,7 @@ def fit_delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     candidates = selection.null.likelihood.rig.candidates
     mechanics = [effect.field for effect in candidates if effect.certain]
     kept = [f.effect.field for f in selection.findings if f.effect.fault is None and f.effect.field not in dropped]
-    alone, likelihood = selection.fit, selection.fit.likelihood
+    alone = selection.fit
     if dropped:
         alone = refit(selection.fit, candidates, kept)
     beside = [own for name, own in selection.scores.items() if name in mechanics and name not in kept]
@@ -173,32 +172,44 @@ def fit_delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     away = [0.5 * (1.0 - own.value) ** 2 / square - own.score for own, square in zip(beside, squares, strict=True)]
     if sum(away) > 3.0 * KEPT:  # nats by the quadratic form, each term apart: it errs by less
         return alone
-    rig = likelihood.rig.expecting(dict.fromkeys(mechanics, (1.0, 1.0 / CATALOGUE_WIDTHS)))
-    begun = {name: 1.0 for name in mechanics if name not in kept}
-    start = replace(alone, likelihood=replace(likelihood, rig=rig))
     proven = any(f.established and f.effect.certain for f in selection.findings)
     least = alone.value + proven * KEPT
-    whole = refit(start, candidates, [*kept, *begun], begun, value_only=True)
+    whole = _add_mechanics(alone, candidates, kept)
     if whole.value < least + 2.0 * ROUGHLY:
-        whole = refit(whole, candidates, [*kept, *begun])
+        whole = refit(whole, candidates, [*kept, *(name for name in mechanics if name not in kept)])
     return alone if whole.value > least else whole
 
 
-def _weighed(around: Scores, null: Fit, lost: Mapping[tuple[str, ...], float]) -> list[Finding]:
-    """Weigh the effects of the set; each family is refitted without it once, where F without it is not ``lost``."""
-    known, selected, fitted, rig = dict(lost), around.selected, around.fitted, null.likelihood.rig
-    values = {name: null.estimate(name) for name in null.fields}
+def _add_mechanics(fitted: Fit, candidates: Sequence[Effect], kept: Sequence[str]) -> Fit:
+    """Fit roughly with some effects and all terms of rigid-body mechanics."""
+    mechanics = [effect.field for effect in candidates if effect.certain]
+    begun = {name: 1.0 for name in mechanics if name not in kept}
+    rig = fitted.likelihood.rig.expecting(dict.fromkeys(mechanics, (1.0, 1.0 / CATALOGUE_WIDTHS)))
+    start = replace(fitted, likelihood=replace(fitted.likelihood, rig=rig))
+    return refit(start, candidates, [*kept, *begun], begun, value_only=True)
+
+
+def _weighed(around: Scores, null: Fit) -> list[Finding]:
+    """Weigh the effects of the set; each family is refitted without it.
+
+    The plant has rigid-body mechanics or not, whichever is likelier with the effect and without: a law that bends the
+    elevation stands for the gravity of a heavy arm as long as that is left out.
+    """
+    selected, fitted, rig = tuple(around.selected), around.fitted, null.likelihood.rig
+    effects, values = list(around.effects.values()), {name: null.estimate(name) for name in null.fields}
     bare = replace(null.point, parameters=rig.assign(fitted.parameters, values), harmonics=fitted.point.harmonics)
 
-    def without(gone: Sequence[str]) -> float:
-        rest = tuple(name for name in selected if name not in gone)
-        if rest not in known:
-            effects = list(around.effects.values())
-            known[rest] = refit(fitted, effects, rest, value_only=True, other=bare).value
-        return known[rest]
+    @cache
+    def least(kept: tuple[str, ...], mechanics: bool) -> float:
+        plain = fitted if kept == selected else refit(fitted, effects, kept, value_only=True, other=bare)
+        return min(plain.value, _add_mechanics(plain, effects, kept).value) if mechanics else plain.value
+
+    def lost(gone: Sequence[str]) -> float:
+        mechanics = not any(around.effects[name].certain for name in gone)
+        return least(tuple(name for name in selected if name not in gone), mechanics) - least(selected, mechanics)
 
     scores = around.scores(selected)
-    return [_weigh_effect(around, name, selected, scores, without) for name in selected]
+    return [_weigh_effect(around, name, selected, scores, lost) for name in selected]
 
 
 def stepwise(around: Scores, start: Sequence[str], barred: Collection[str] = ()) -> list[str]:
@@ -245,9 +256,9 @@ def established_families(around: Scores, selected: Sequence[str]) -> set[str]:
 
 def _weigh_effect(
     around: Scores, name: str, selected: Sequence[str], scores: dict[str, Score],
-    without: Callable[[Sequence[str]], float] | None = None,
+    lost: Callable[[Sequence[str]], float] | None = None,
 ) -> Finding:  # fmt: skip
-    """Weigh an effect of a set; what seems established is refitted ``without``, and its rivals are looked for."""
+    """Weigh an effect of a set; of what seems established a refit says what is ``lost``, and its rivals are named."""
     effect, own = around.effects[name], scores[name]
     relatives = [other for other in selected if around.effects[other].family == effect.family]
     names, bound = around.fitted.names, around.fitted.at_bound
@@ -263,10 +274,10 @@ def _weigh_effect(
     leads = all(scores[other].score <= scores[name].score for other in relatives)
     at_end = any(bound[names.index(shape)] for shape in effect.shapes if shape in names)
     found = Finding(effect, own, family, (), leads, at_end=at_end)
-    if without is None:
+    if lost is None:
         return found
     if found.established:
-        exact = (without(relatives) - around.fitted.value) / phi - around.price[name] - KEPT * (len(relatives) - 1)
+        exact = lost(relatives) / phi - around.price[name] - KEPT * (len(relatives) - 1)
         found = replace(found, exact=max(exact, 0.0))
     return replace(found, alternatives=tuple(_alternatives(around, name, selected, own)))
 
