@@ -61,8 +61,8 @@ GAINS = ("k_x", "k_z", "k_y")
 WEIGHT = "a_1"
 """Acceleration of the elevation [rad/s^2] by its weight, which the thrust carries at the operating point."""
 
-DRIVEN = tuple(law.field for law in CATALOGUE if "mu_sum" in law.arguments and "k_z" not in law.arguments)
-"""Coefficients of the laws that the sum of the thrusts drives."""
+DRIVEN = tuple(law.field for law in CATALOGUE if "mu_sum" in law.arguments and not {*GAINS} & {*law.arguments})
+"""Coefficients of the laws that the sum of the thrusts drives, by no gain."""
 
 HORIZONTAL = "horizontal_offset"
 """Shape that all laws with a sine of the elevation share."""

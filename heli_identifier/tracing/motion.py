@@ -166,9 +166,10 @@ def drawn_variable(
     record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters
 ) -> tuple[str, str, Array]:
     """Name, unit and values of a variable that effects are drawn over."""
-    if kind in ("mu_sum", "mu_rate"):
-        total = lag_voltages(record.inputs, record.step, parameters).sum(1)
-        return (kind, "V", total) if kind == "mu_sum" else (kind, "V/s", np.gradient(total, record.step))
+    if kind.startswith("mu_"):
+        nu = lag_voltages(record.inputs, record.step, parameters)
+        total = nu[:, 0] - nu[:, 1] if kind == "mu_diff" else nu.sum(1)
+        return (kind, "V/s", np.gradient(total, record.step)) if kind == "mu_rate" else (kind, "V", total)
     if kind == "time":
         return "time", "s", record.time
     own, other = (f"{AXES[i]}_rate" for i in (axis, (1, 0, 1)[axis]))

@@ -23,6 +23,7 @@ ALONE = (
     "quadratic_thrust", "reverse_thrust_loss", "dead_zone", "motor_lag", "input_delay", "thrust_fade", "rotor_mismatch",
     "speed_stability", "rotor_drag_torque", "cable_stiffness", "thrust_tilt", "translational_lift",
     "large_angle_gravity", "pitch_gravity_coupling", "ground_effect", "moving_mass", "arm_bending",
+    "product_of_inertia",
 )  # fmt: skip
 """Effects with one coefficient."""
 

@@ -305,6 +305,7 @@ def accelerations(t, q, w, mu_s, mu_d, p, u, room):
     a[2] = travel_torque(q[0], q[1], q[2], w[1], w[2], mu_s, p)
     for i in range(3):
         a[i] += room[i]
+    a[2] += p.product_of_inertia * a[0]
     if u.axis >= 0:
         a[u.axis] += strange_torque(t, q[u.axis], q[2], u)
     return a

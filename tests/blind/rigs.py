@@ -120,9 +120,12 @@ STRENGTHS: Mapping[str, tuple[tuple[tuple[str, float], ...], ...]] = {
     "rotor_drag_torque": (((_T, 0.01),),),
     "pitch_gravity_coupling": (((_P, 1.0),),),
     "ground_effect": (((_E, 0.4),),),
+    "product_of_inertia": (((_T, 0.01),),),
 }
 
-EITHER_SIGN = frozenset({"rotor_mismatch", "moving_mass", "constant_torque", "rotor_drag_torque"})
+EITHER_SIGN = frozenset(
+    {"rotor_mismatch", "moving_mass", "constant_torque", "rotor_drag_torque", "product_of_inertia"}
+)
 """Effects whose sign is drawn."""
 
 SHAPES: Mapping[str, Mapping[str, tuple[float, float]]] = {
