@@ -157,7 +157,8 @@ FAULTS: tuple[Fault, ...] = (
     *(Fault("backlash", axis, f"the {axis}'s encoder has a play of {{size}}", "rad", 0.0, 0.06, 0.002, _undo_backlash,
             f"Turn the {axis} by hand to and fro: the encoder has to follow at once. Tighten its gear or coupling.")
       for axis in ANGLES),
-    Fault("scale", "v_front", "v_front is 1 + {size} times what is logged", "1", -0.5, 0.5, 0.02, _undo_scale,
+    Fault("scale", "v_front", "v_front is 1 + {size} times what is logged, if the rotors pull alike", "1",
+          -0.5, 0.5, 0.02, _undo_scale,
           "Measure both voltages at the motors with a meter while the log runs, and mend the factor of the column."),
 )  # fmt: skip
 """The catalogue of faults that are searched in the likelihood."""

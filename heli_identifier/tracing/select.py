@@ -26,7 +26,7 @@ from .fit import Fit, fit
 from .likelihood import Point
 from .rig import Array, Effect
 from .score import Score, Scores, fall_by
-from .settings import CATALOGUE_WIDTHS, HALVES_DRAWS, HALVES_SPLITS, KEPT, REFITTED, ROUGHLY, ROUNDS
+from .settings import CATALOGUE_WIDTHS, HALVES_DRAWS, HALVES_SPLITS, KEPT, REFITTED, ROUGHLY, ROUNDS, TIMED
 from .statements import Agreement
 
 _NOT: Mapping[str, float] = {}
@@ -116,8 +116,11 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
 
 
 def _needless(around: Scores, findings: Sequence[Finding]) -> list[str]:
-    """Effects of the set that a refit shows to be worth less than their entry."""
-    return [name for f in findings if f.stated < around.entry_score(name := f.effect.field)]
+    """Effects of the set that a refit shows to be worth less than their entry, and faults that no log could time."""
+    faults = around.fitted.likelihood.faults.items()
+    on_time = {fault.field for fault, size in faults if fault.unit == "s" and size < TIMED}
+    little = {name for f in findings if f.stated < around.entry_score(name := f.effect.field)}
+    return [f.effect.field for f in findings if f.effect.field in little | on_time]
 
 
 def _fit_entered(around: Scores, chosen: Sequence[str]) -> Fit:

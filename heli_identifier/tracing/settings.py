@@ -107,7 +107,7 @@ COARSE = 60.0
 
 TIMED = 0.5 * RECORD_STEP
 """No log times its channels better than to half a sample [s]. A lag of the motors that lies less off what was given is
-no finding, and none is shorter."""
+no finding, and none is shorter; a channel that is less late is on time."""
 
 GAIN_WIDTH = log(2.0)
 """Width of the prior of the logarithm of a gain or of a scale: a factor of two is usual."""
