@@ -26,7 +26,7 @@ from .fit import Fit, fit
 from .likelihood import Point
 from .rig import Array, Effect
 from .score import Score, Scores, fall_by
-from .settings import CATALOGUE_WIDTHS, HALVES_DRAWS, HALVES_SPLITS, KEPT, REFITTED, ROUGHLY, ROUNDS, TIMED
+from .settings import CATALOGUE_WIDTHS, HALVES_DRAWS, HALVES_SPLITS, KEPT, REFITTED, ROUGHLY, ROUNDS, TIMED, UNKNOWN
 from .statements import Agreement
 
 _NOT: Mapping[str, float] = {}
@@ -170,21 +170,28 @@ def fit_delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     alone = selection.fit
     if dropped:
         alone = refit(selection.fit, candidates, kept)
-    beside = [own for name, own in selection.scores.items() if name in mechanics and name not in kept]
-    squares = [CATALOGUE_WIDTHS**-2 + own.standard_error**2 for own in beside]
-    away = [0.5 * (1.0 - own.value) ** 2 / square - own.score for own, square in zip(beside, squares, strict=True)]
-    if sum(away) > 3.0 * KEPT:  # nats by the quadratic form, each term apart: it errs by less
+    if _lack_mechanics(selection.last, kept):
         return alone
     proven = any(f.established and f.effect.certain for f in selection.findings)
     least = alone.value + proven * KEPT
-    whole = _add_mechanics(alone, candidates, kept)
+    whole = _add_mechanics(alone, kept)
     if whole.value < least + 2.0 * ROUGHLY:
         whole = refit(whole, candidates, [*kept, *(name for name in mechanics if name not in kept)])
     return alone if whole.value > least else whole
 
 
-def _add_mechanics(fitted: Fit, candidates: Sequence[Effect], kept: Sequence[str]) -> Fit:
+def _lack_mechanics(around: Scores, kept: Collection[str]) -> bool:
+    """Whether the logs say that terms of rigid-body mechanics are missing beside some effects."""
+    certain = [name for name, effect in around.effects.items() if effect.certain and name not in kept]
+    beside = around.scores(kept, among=certain).values()
+    squares = [CATALOGUE_WIDTHS**-2 + own.standard_error**2 for own in beside]
+    away = [0.5 * (1.0 - own.value) ** 2 / square - own.score for own, square in zip(beside, squares, strict=True)]
+    return sum(away) > 3.0 * KEPT  # nats by the quadratic form, each term apart: it errs by less
+
+
+def _add_mechanics(fitted: Fit, kept: Sequence[str]) -> Fit:
     """Fit roughly with some effects and all terms of rigid-body mechanics."""
+    candidates = fitted.likelihood.rig.candidates
     mechanics = [effect.field for effect in candidates if effect.certain]
     begun = {name: 1.0 for name in mechanics if name not in kept}
     rig = fitted.likelihood.rig.expecting(dict.fromkeys(mechanics, (1.0, 1.0 / CATALOGUE_WIDTHS)))
@@ -205,11 +212,16 @@ def _weighed(around: Scores, null: Fit) -> list[Finding]:
     @cache
     def least(kept: tuple[str, ...], mechanics: bool) -> float:
         plain = fitted if kept == selected else refit(fitted, effects, kept, value_only=True, other=bare)
-        return min(plain.value, _add_mechanics(plain, effects, kept).value) if mechanics else plain.value
+        if not mechanics or _lack_mechanics(around, kept):
+            return plain.value
+        of_plant = [name for name in kept if around.effects[name].fault is None]
+        return min(plain.value, _add_mechanics(plain, of_plant).value)
 
     def lost(gone: Sequence[str]) -> float:
+        rest = tuple(name for name in selected if name not in gone)
         mechanics = not any(around.effects[name].certain for name in gone)
-        return least(tuple(name for name in selected if name not in gone), mechanics) - least(selected, mechanics)
+        nats = least(rest, mechanics) - fitted.value
+        return nats if not mechanics or nats > UNKNOWN else nats + fitted.value - least(selected, mechanics)
 
     scores = around.scores(selected)
     return [_weigh_effect(around, name, selected, scores, lost) for name in selected]
