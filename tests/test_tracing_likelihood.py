@@ -16,6 +16,7 @@ from heli_identifier.tracing import noise as filters
 from heli_identifier.tracing.fit import Fit, around, bounded_step, covariance, fit, fit_own_spread
 from heli_identifier.tracing.rig import block_samples, record_of, records_of
 from heli_identifier.tracing.settings import COLOURED, HUBER, OWN_PRIOR
+from heli_plant.laws import thrust_voltage
 from tests.blind.generator import Case
 from tests.blind.windy import windy_rig
 
@@ -141,6 +142,23 @@ def test_a_log_with_gains_or_a_zero_of_its_own_hovers_as_the_quadratic_form_says
     there = fit_at(own + np.array([change for change, _ in away.quadratic.back]))
     assert away.quadratic.by_own > 1.0
     assert away.value - there.value == pytest.approx(away.quadratic.by_own, rel=rel)
+
+
+def test_at_the_slopes_of_the_gains_all_that_the_thrust_does_is_linear_in_the_coordinate_of_its_curve():
+    """From rotors that are linear to ones that are all but purely quadratic; a drag torque at hover stays as it is."""
+    rig = helicopter([Log("hover", 100.0, np.full((200, 2), 3.0), np.zeros((200, 3)))])
+    field, drag, voltages = "quadratic_thrust_rotors", "rotor_drag_torque_travel", np.linspace(0.5, 5.0, 10)
+    bare = rig.assign(rig.parameters, {"k_x": 0.6, "k_z": 0.2, drag: 0.02})
+    coordinate = rig.coordinate(field, bare)
+    x = np.linspace(0.0, coordinate.bounds[1], 5)
+    plants = [rig.assign(bare, coordinate.assigned(own)) for own in x.tolist()]
+    thrust = np.array([[thrust_voltage(v, 0.0, p) for v in voltages] for p in plants])
+    lift = np.array([p.k_z for p in plants])[:, None] * thrust
+    np.testing.assert_allclose(np.diff(lift, axis=0), np.tile((lift[1] - lift[0]), (4, 1)), rtol=1e-9, atol=1e-12)
+    assert lift[-1, -1] / lift[-1, 4] == pytest.approx((voltages[-1] / voltages[4]) ** 2, rel=0.03)
+    at_hover = [getattr(p, drag) * thrust_voltage(3.0, 0.0, p) / 3.0 for p in plants]
+    np.testing.assert_allclose(at_hover, 0.02, rtol=1e-12)
+    assert coordinate.coordinate(getattr(plants[3], field)) == pytest.approx(x[3], rel=1e-12)
 
 
 def test_bounds_hold_and_the_rest_is_minimised():

@@ -16,8 +16,9 @@ from heli_identifier.tracing.fit import covariance, fit, fit_own_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_times
-from heli_identifier.tracing.select import fit_delivered, halves_agree, left_out_gain, open_structure, refit, stepwise
+from heli_identifier.tracing.select import fit_delivered, refit, stepwise
 from heli_identifier.tracing.settings import KEPT, UNKNOWN
+from heli_identifier.tracing.stability import halves_agree, left_out_gain, open_structure
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
 from heli_plant.tabulated_torque import KNOTS, tabulated_torque
@@ -64,7 +65,7 @@ def test_rounding_by_the_encoders_does_not_become_friction_in_long_flights():
     ("kind", "index"),
     [
         ("dry_friction:pitch", 1), pytest.param("quadratic_thrust", 1, marks=pytest.mark.slow), ("moving_mass", 1),
-        ("arm_bending", 0),
+        ("arm_bending", 0), ("product_of_inertia", 0),
     ],
 )  # fmt: skip
 def test_an_effect_of_usual_strength_is_named_alone(kind, index):

@@ -194,7 +194,7 @@ def parameter_reports(
 ) -> dict[str, ParameterReport]:
     """State of every base parameter of a fit what its value rests on.
 
-    ``C`` (P, P) is the covariance of its coordinates, with what :func:`.select.open_structure` gives; ``outside`` is
+    ``C`` (P, P) is the covariance of its coordinates, with what :func:`.stability.open_structure` gives; ``outside`` is
     None where nothing came from outside.
     """
     rig, found = fitted.likelihood.rig, {}

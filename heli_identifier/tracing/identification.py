@@ -33,8 +33,9 @@ from .likelihood import Likelihood
 from .pushes import find_pushes
 from .references import References, find_references
 from .rig import Effect, average_blocks
-from .select import Finding, Selection, fit_delivered, halves_agree, left_out_gain, open_structure, select
+from .select import Finding, Selection, fit_delivered, select
 from .settings import KEPT, SETTLING, UNKNOWN, DiagnosisSettings
+from .stability import halves_agree, left_out_gain, open_structure
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .strangers import align_zeros, refuse_mirrored, sign_notes
 from .unknown import search_unknown

@@ -30,9 +30,10 @@ from scipy.special import chdtrc, chdtri, gammaln
 from .fit import Fit, covariance, fit
 from .motion import Tables
 from .rig import Array, Coordinate, Effect, means
-from .select import Selection, left_out_gain, select
+from .select import Selection, select
 from .sensitivity import linearise
 from .settings import FORCE, NAMED, OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
+from .stability import left_out_gain
 from .statements import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 
 TIME, POINTS = "time", 121
