@@ -96,7 +96,7 @@ def changing(seconds, after=TABLE_2, change=np.inf, seed=0, before=TABLE_2, fron
     return np.hstack([voltages, COUNT * np.round(counts)]).tolist()
 
 
-def closed_loop(parameters, seconds, seed, name="closed loop"):
+def closed_loop(parameters, seconds, seed, name="closed loop", torque=process_noise):
     """Record under the PID, whose references for pitch and elevation step about, one period of delay in the loop."""
     count = round(seconds / H)
     random = np.random.default_rng(seed)
@@ -110,7 +110,7 @@ def closed_loop(parameters, seconds, seed, name="closed loop"):
         waiting.append(voltages)
         return waiting.pop(0)
 
-    voltages, angles = pushed(parameters, np.full((count, 2), 0.5), process_noise(count, seed), None, controller)
+    voltages, angles = pushed(parameters, np.full((count, 2), 0.5), torque(count, seed), None, controller)
     return Log(name, 1.0 / H, voltages, read(angles))
 
 
@@ -123,10 +123,6 @@ def random_tables():
         out |= {f"table_variable_{axis}": float(number), f"table_first_{axis}": draw.uniform(-1.5, -0.5)}
         out |= {f"table_spacing_{axis}": draw.uniform(0.05, 0.2)}
     return out
-
-
-UNSTABLE = TABLE_2._replace(a_th=-0.4, theta0=0.1)
-"""A pitch that tips over when it is left alone: the body's mass above its axis."""
 
 
 def multisines(seed, period, base=1.0):

@@ -83,8 +83,6 @@ def test_a_damaged_cache_is_dropped_and_filled_again(tmp_path, ending):
     assert run(COUNTED, tmp_path) == ["5.0", "1"]
 
 
-BY = tuple(range(1, 14))
-"""States and inputs among the arguments of rates_of_change."""
 DRAWN = ((6, (-0.8, 0.8)), (2, (0.5, 5.0)), (2, (0.5, 4.8)))
 """Angles with their rates, motors and voltages: how many of them, and their range."""
 
@@ -128,7 +126,7 @@ def test_the_jacobian_is_that_of_central_differences(p):
     for _ in range(50):
         motion, motors, held = ([draw.uniform(*span) for _ in range(n)] for n, span in DRAWN)
         given = [draw.uniform(0.0, 50.0), *motion, *motors, 0.01, -0.02, *held, draw.uniform(-0.1, 0.1), 0.3, p]
-        check_slopes(rates_of_change, given, BY, 1e-5, 2e-6)
+        check_slopes(rates_of_change, given, range(1, 14), 1e-5, 2e-6)  # by states and inputs
 
 
 def test_a_mass_at_rest_in_its_middle_and_a_whole_step_have_slopes_and_the_next_step_of_a_law_is_told():

@@ -19,7 +19,6 @@ from heli_plant.parameters import PlantParameters
 from tests.commands import told
 
 PLANT = PlantParameters()
-WIDE = Limits(pitch=10.0, elevation=10.0)
 
 
 def multisines(base: float, strength: float) -> Proposal:
@@ -27,7 +26,7 @@ def multisines(base: float, strength: float) -> Proposal:
 
 
 def seen(proposal, *effects):
-    found = experiment.fly_proposal(proposal, PLANT, effects, 40.0, WIDE)
+    found = experiment.fly_proposal(proposal, PLANT, effects, 40.0, Limits(pitch=10.0, elevation=10.0))
     assert found is not None
     return found
 

@@ -23,13 +23,11 @@ from heli_plant.laws import motor_input, switched_on, thrust_voltage
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.plant import accelerations
 from tests.blind import plant as blind_plant
-from tests.blind.coefficients import ON_AXES, Coefficients
-from tests.blind.plant import elevation_torque, pitch_torque, travel_torque
+from tests.blind.coefficients import ON_AXES, Coefficients, Strange
 from tests.commands import python
 
 FAST = 30.0
 """Rates [rad/s] at which the smoothed sign of dry friction equals the sign to the last bit, also after rescaling."""
-
 
 SEEDS = st.integers(0, 2**32 - 1)
 """Seeds of :func:`drawn`: values of the size of a flight, where a relative tolerance has a meaning."""
@@ -158,19 +156,17 @@ angle, rate, volts = st.floats(-0.8, 0.8), st.floats(-2.0, 2.0), st.floats(-10.0
 @given(th=angle, ep=angle, la=angle, w=rate, w_e=rate, w_l=rate, mu_s=volts, mu_d=volts, zero=st.floats(-0.3, 0.3))
 def test_blind_generator_and_plant_accelerate_alike(e, th, ep, la, w, w_e, w_l, mu_s, mu_d, zero):
     """The arm is horizontal at another elevation than the encoder's zero. Friction, set-valued there, is left out."""
-    # in the generator a moving mass also changes the large-angle gravity, so these two effects do not simply add
-    on = [x for x in SMOOTH if x.name != "moving_mass"] if e is None else [e]
+    # in the generator a moving mass also changes the large-angle gravity, and a product of inertia takes what every
+    # effect does to the pitch, so these do not simply add
+    on = [x for x in SMOOTH if x.name not in ("moving_mass", "product_of_inertia")] if e is None else [e]
     shapes = {"ground_elevation": -0.2, "ground_height": 0.15, "moving_mass_time": 1.0}
     p = TABLE_2._replace(horizontal_offset=zero, **shapes, **{x.field: 0.3 * x.upper for x in on})
     blind = Coefficients(
         elevation_zero=zero, ground_angle=-0.2, ground_length=0.15, mass_time=1.0,
         **{blind_field(x): 0.3 * x.upper for x in on},
     )  # fmt: skip
-    expected = (
-        pitch_torque(th, ep, w, w_e, w_l, mu_s, mu_d, blind),
-        elevation_torque(2.0, th, ep, w, w_e, w_l, mu_s, blind),
-        travel_torque(th, ep, la, w_e, w_l, mu_s, blind),
-    )
+    motion = np.array([th, ep, la]), np.array([w, w_e, w_l])
+    expected = blind_plant.accelerations(2.0, *motion, mu_s, mu_d, blind, Strange(), np.zeros(3))
     found = accelerations(2.0, th, ep, la, w, w_e, w_l, mu_d, mu_s, 0.0, 0.0, switched_on(p), p)
     # sums of terms up to 1000 rad/s^2 in another order
     assert found == pytest.approx(expected, rel=1e-11, abs=1e-11)

@@ -24,8 +24,6 @@ from tests.blind.coefficients import BASE
 from tests.blind.rigs import STRENGTHS
 from tests.simulated import random_tables
 
-BY_AXIS = [e for e in CATALOGUE if e.place == ACCELERATION]
-OF_ROTORS = [e for e in CATALOGUE if e.axis == ROTORS]
 ALL_ON = TABLE_2._replace(**{e.field: 0.01 for e in CATALOGUE})
 h = 0.01
 
@@ -46,7 +44,7 @@ def test_shapes_of_effects_that_are_off_change_no_bit_and_an_effect_switches_its
         changed = step(changed, 3.0, -1.0, 0.0, k * h, h, shaped)
     assert changed == plain
     assert switched_on(TABLE_2) == (False, False, False)
-    for e in BY_AXIS:
+    for e in [e for e in CATALOGUE if e.place == ACCELERATION]:
         assert switched_on(on(e, 1e-9)) == tuple(axis == e.axis for axis in AXES), e.field
 
 
@@ -61,7 +59,7 @@ def test_effect_vanishes_with_its_coefficient_and_shows_within_a_second(e):
     slow = START._replace(pitch_rate=0.03, elevation_rate=-0.04, travel_rate=0.06)  # breakaway friction fades above
     _, without = simulate(V, h, slow, TABLE_2)
     _, measured = simulate(V, h, slow, on(e, 0.1 * e.upper, **shapes))
-    index = [AXES.index(axis) for axis in (AXES if e in OF_ROTORS else (e.axis,))]
+    index = [AXES.index(axis) for axis in (AXES if e.axis == ROTORS else (e.axis,))]
     # a tenth of the range is far above rounding, 1e-15
     assert np.abs(measured - without)[:, index].max(axis=0).min() > 1e-7
 

@@ -180,15 +180,12 @@ def test_an_input_fed_twice_and_a_unit_that_is_not_there_are_refused():
         Scenario("lost", "", (("a", "A"),), (Connection("a", "x", "z", "u"),))
 
 
-GIVEN = {"plant.pitch.gain": 1.0 / 3.0, "plant.encoder.enabled": True}
-
-
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_a_file_is_valid_flat_the_same_again_and_holds_wiring_and_parameters(name, fmus, tmp_path):
-    wiring = SCENARIOS[name]
+    wiring, given = SCENARIOS[name], {"plant.pitch.gain": 1.0 / 3.0, "plant.encoder.enabled": True}
     files = {name: fmus[kind] for name, kind in wiring.units}
-    path = write_ssp(wiring, tmp_path / "once.ssp", GIVEN, files)
-    assert write_ssp(wiring, tmp_path / "again.ssp", GIVEN, files).read_bytes() == path.read_bytes()
+    path = write_ssp(wiring, tmp_path / "once.ssp", given, files)
+    assert write_ssp(wiring, tmp_path / "again.ssp", given, files).read_bytes() == path.read_bytes()
     system = read_ssd(str(path), validate=True).system
     assert [component.name for component in find_components(system)] == [name for name, _ in wiring.units]
     wires = {(a.parent.name, a.name, b.parent.name, b.name) for a, b in get_connections(system)}
@@ -199,7 +196,7 @@ def test_a_file_is_valid_flat_the_same_again_and_holds_wiring_and_parameters(nam
         expected = [v.name for v in unit_class(kind).variables if v.causality == "parameter"]
         assert [parameter.name for parameter in parameters] == expected
         held |= {f"{name}.{parameter.name}": parameter.value for parameter in parameters}
-    for name, value in {**dict(wiring.parameters), **GIVEN}.items():
+    for name, value in {**dict(wiring.parameters), **given}.items():
         assert held[name] == (repr(value).lower() if isinstance(value, bool) else str(value))
     assert system.connectors == [] and not any(hasattr(element, "elements") for element in system.elements)
     for component in find_components(system):

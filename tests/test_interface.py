@@ -172,7 +172,7 @@ def test_another_type_of_any_argument_is_refused_in_a_sentence_that_names_it(nam
             function(**{**({"training": []} if "training" in given else {}), **needed, own: b"x"})
 
 
-REFUSED = [
+@pytest.mark.parametrize("call, said", [
     (lambda log: hi.check([log, 3], example()), "logs is of type list, with int in it; needed: Log, path or sequence"),
     (lambda log: hi.check([], example()), "no log was given"),
     (lambda log: hi.read_data_set(str(log)), "training is of type str; needed: sequence of path"),
@@ -182,10 +182,7 @@ REFUSED = [
         (lambda log, voltages=voltages: hi.simulate(TABLE_2, voltages), r"must be finite and of shape \(N, 2\)")
         for voltages in (np.zeros(5), np.zeros((5, 3)), np.zeros((0, 2)), np.full((5, 2), np.nan))
     ),
-]
-
-
-@pytest.mark.parametrize("call, said", REFUSED)
+])  # fmt: skip
 def test_what_a_function_cannot_take_is_said_with_what_it_needs(written, call, said):
     with pytest.raises((ConfigurationError, LogError), match=said):
         call(written[1])

@@ -161,10 +161,7 @@ def test_default_travel_loop_is_stable_wherever_there_is_lift_and_needs_it():
     assert max(modes(0.03, TRAVEL).real) > 0.0
 
 
-small = st.floats(-1.0, 1.0)
-
-
-@given(small, small, small, st.floats(-1, 1), st.floats(-1, 1))
+@given(*[st.floats(-1.0, 1.0)] * 5)
 def test_no_voltage_leaves_its_limit(pitch, elevation, travel, i_p, i_e):
     state = PidState(i_p, i_e, 0.0, 0.0, 0.0, 0.0)
     _, voltages = pid_step(state, pitch, elevation, travel, LEVEL, H, TRAVEL)

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 from fmpy import read_model_description
+from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 
 from fmu_src import BuildError, build, unit_class
@@ -13,6 +14,7 @@ from fmu_src.native import NATIVE_UNITS
 from fmu_src.native.toolchain import PLATFORMS, find_compiler
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
+from tests.hosts.unit_host import Unit
 from tests.simulated import random_tables
 from tests.test_fmu_builder import findings
 from tests.units import entries, host, written_orders
@@ -164,32 +166,21 @@ answer([first_refused(Unit(path)) for path in sys.argv[1:]])
 
 def test_a_damaged_state_is_refused_and_changes_nothing(log, twins):
     """Every bit of some bytes of a state is flipped; one is cut off, one is of another unit."""
-    script = """
-import random
-draw, wrong, others = random.Random(1), 0, []
-for path in sys.argv[1:3]:
-    unit = Unit(path).instantiate()
-    unit.start({"log.path": sys.argv[3]} if "log.path" in unit.variables else {})
-    unit.step(0.0, 0.01)
-    data = bytes(unit.slave.serializeFMUstate(unit.slave.getFMUstate()))
-    others.append(data)
-    damaged = [data[:-1], data[: len(data) // 2], others[0] if len(others) > 1 else b"", *(
-        data[:at] + bytes([data[at] ^ (1 << draw.randrange(8))]) + data[at + 1 :]
-        for at in [*range(45, 90), *(draw.randrange(len(data)) for _ in range(100))])]
-    before = unit.shown()
-    for bad in damaged:
-        state = unit.slave.deSerializeFMUstate(bad or b"x")
-        try:
-            unit.slave.setFMUstate(state)
-            wrong += 1
-        except Exception:
-            wrong += not unit.log.pop()[2].endswith("no state of this unit; nothing was changed")
-        wrong += unit.shown() != before
-    unit.restore(unit.slave.deSerializeFMUstate(data))
-    wrong += unit.step(0.01, 0.01) != 0
-answer(wrong)
-"""
-    assert host(script, twins["LogPlayer"], twins["HelicopterPlant"], log) == 0
+    draw, others = Random(1), [b"x"]
+    for kind, parameters in (("LogPlayer", {"log.path": str(log)}), ("HelicopterPlant", {})):
+        unit = Unit(twins[kind]).fresh(parameters)
+        unit.step(0.0, 0.01)
+        data, before = bytes(unit.slave.serializeFMUstate(unit.slave.getFMUstate())), unit.shown()
+        flipped = [*range(45, 90), *(draw.randrange(len(data)) for _ in range(100))]
+        for bad in (data[:-1], data[: len(data) // 2], others[-1], *(
+            data[:at] + bytes([data[at] ^ (1 << draw.randrange(8))]) + data[at + 1 :] for at in flipped
+        )):  # fmt: skip
+            with pytest.raises(FMICallException):
+                unit.slave.setFMUstate(unit.slave.deSerializeFMUstate(bad))
+            assert unit.log.pop()[2].endswith("no state of this unit; nothing was changed") and unit.shown() == before
+        unit.restore(unit.slave.deSerializeFMUstate(data))
+        assert unit.step(0.01, 0.01) == 0
+        others.append(data)
 
 
 def test_a_state_is_restored_whole_or_not_at_all(log, fmus, twins, tmp_path):

@@ -21,19 +21,17 @@ from heli_identifier.tracing.settings import NOISE_WIDTH, OWN
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
-from tests import simulated
-from tests.simulated import UNSTABLE, H, drive, rest
+from tests.simulated import H, closed_loop, drive, process_noise, rest
 
 LEVEL, RATE = np.array([0.1, 0.04, 0.015]), 2.5
 """Torque of windy air [rad/s^2] and its rate [1/s]."""
 NOISE = np.array([0.0006, 0.0006, 0.0003])
-PROCESS = simulated.process_noise  # tests put another one in its place
 VOLTAGES = drive(60.0, 2)
 RIG = helicopter([Log("at rest", 100.0, VOLTAGES, np.zeros((len(VOLTAGES), 3)))])
 
 
 def torque(count, seed):
-    columns = [PROCESS(count, 10 * seed + i, s, 1.0 / RATE)[:, i] for i, s in enumerate(LEVEL)]
+    columns = [process_noise(count, 10 * seed + i, s, 1.0 / RATE)[:, i] for i, s in enumerate(LEVEL)]
     return np.column_stack(columns)
 
 
@@ -56,10 +54,9 @@ def windy(seed, seconds=60.0):
     return Log(f"windy{seed}", 1.0 / H, v, recorded(TABLE_2, v, seed, torque(len(v), seed)))
 
 
-def flown(seed, monkeypatch, seconds=60.0):
+def flown(seed, seconds=60.0):
     """The same under a controller."""
-    monkeypatch.setattr(simulated, "process_noise", torque)
-    return simulated.closed_loop(TABLE_2, seconds, seed, f"flown{seed}")
+    return closed_loop(TABLE_2, seconds, seed, f"flown{seed}", torque)
 
 
 EXACT = Log("exact", 1.0 / H, VOLTAGES, simulate(VOLTAGES, H, rest(TABLE_2, VOLTAGES), TABLE_2)[1])
@@ -118,9 +115,9 @@ def test_a_push_that_is_known_leaves_nothing_behind():
 
 
 @pytest.mark.parametrize("gain", ["k_x", "k_z", "k_y"])
-def test_the_likelihood_of_unseen_flights_ranks_the_true_gain_first(monkeypatch, gain):
+def test_the_likelihood_of_unseen_flights_ranks_the_true_gain_first(gain):
     # encoders of counts: their noise is that of a uniform distribution and the plant's own scales follow
-    record = record_of(flown(5, monkeypatch), RIG)
+    record = record_of(flown(5), RIG)
     nats = {}
     for factor in (0.8, 1.0, 1.25):
         plant = TABLE_2._replace(**{gain: factor * getattr(TABLE_2, gain)})
@@ -168,10 +165,11 @@ def test_the_noise_floor_is_the_true_plants_own_error():
             assert least.low < mine.high
 
 
-def test_an_unstable_plant_in_closed_loop_has_a_floor_and_no_free_run(monkeypatch):
-    run = Run.along(model(UNSTABLE), record_of(flown(7, monkeypatch), RIG), np.zeros(3))
+def test_an_unstable_plant_in_closed_loop_has_a_floor_and_no_free_run():
+    unstable = TABLE_2._replace(a_th=-0.4, theta0=0.1)  # the body's mass lies above the pitch axis
+    run = Run.along(model(unstable), record_of(flown(7), RIG), np.zeros(3))
     assert np.isfinite(simulate_record(run).errors()["ahead_200ms"]).all()
-    assert RIG.stable(UNSTABLE) == (False, True, False)
+    assert RIG.stable(unstable) == (False, True, False)
     assert RIG.stable(TABLE_2._replace(cable_stiffness_travel=0.01)) == (True, True, True)
 
 
@@ -256,11 +254,10 @@ def test_use_follows_from_the_gain_and_from_predictions_and_what_a_gain_rests_on
     assert _rests_on(replace(gain, standard_error=0.01), beside, 0.1, 0.07, True)[2]
 
 
-def test_plant_and_recovered_controller_fly_a_log_again(monkeypatch):
+def test_plant_and_recovered_controller_fly_a_log_again():
     """In calm air the true plant errs by the encoders' noise and its start; gains 20 % off err more than twice that."""
-    (laws,) = controllers_of([flown(4, monkeypatch, 30.0)])
-    monkeypatch.setattr(simulated, "process_noise", lambda count, *_, **__: np.zeros((count, 3)))
-    log = simulated.closed_loop(TABLE_2, 45.0, 3, "again")
+    (laws,) = controllers_of([flown(4, 30.0)])
+    log = closed_loop(TABLE_2, 45.0, 3, "again", lambda count, seed: np.zeros((count, 3)))
     assert {law.channel for law in laws} == {"v_front - v_rear", "v_front + v_rear"}
     record, errors = record_of(log, RIG), {}
     for name, plant in (("true", TABLE_2), ("wrong", TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, k_z=0.8 * TABLE_2.k_z))):

@@ -19,7 +19,7 @@ LONGEST = 900.0
 
 
 class Fault(NamedTuple):
-    """A fault as the page names it, what makes its files in a folder, and the command of ``heli`` that meets it.
+    """A fault as the page names it, a function that makes its files in a folder, and the command that meets it.
 
     ``said``: a part of the sentence that is wanted; ``makes``: names of what the command may leave in the folder;
     ``shell``: the command is a script of bash, which has a process of its own: pipes, signals, limits.

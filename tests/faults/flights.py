@@ -11,7 +11,6 @@ LISTEN = f"{INTO} --listen 127.0.0.1:0"
 STREAM = "heli stream log.csv --to 127.0.0.1:9"
 MANY = "- " * 10_000 + "time v_front v_rear pitch elevation travel"
 
-
 FLIGHTS = (
     Fault("neither a log nor a rig", parameters(), FOLLOW, "one of the two"),
     Fault("a folder with an earlier flight", beside(lambda out: (out / "recorded.csv").write_text("time [s]\n")), f"{FOLLOW} log.csv -o out", "out/recorded.csv is there already and is not replaced"),

@@ -7,7 +7,6 @@ from tests.faults.material import CHECK, DESIGN, IDENTIFY, configured, document,
 
 
 def friction(value):
-    """Give a function that makes a log and a heli.toml with this expectation of a friction."""
     return configured(f"[rig.effects]\ndry_friction_pitch = {value}\n")
 
 

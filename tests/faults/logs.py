@@ -18,14 +18,11 @@ TIME, FRONT, REAR, PITCH, ELEVATION, TRAVEL = range(6)
 
 
 def text(values, headers=HEADERS, separator=","):
-    """Give columns as the text of a log."""
     rows = [separator.join(map(repr, row)) for row in np.transpose(values).tolist()]
     return "\n".join([separator.join(headers), *rows, ""])
 
 
 def changed(change, headers=HEADERS):
-    """Give a function that writes a log with its columns changed in place."""
-
     def make(folder):
         values = columns()
         change(values)
@@ -40,7 +37,6 @@ def headed(**names):
 
 
 def matlab(**variables):
-    """Give a function that writes a MATLAB file."""
     return lambda folder: savemat(folder / "log.mat", variables)
 
 
@@ -49,7 +45,6 @@ def lines(*found):
 
 
 def at(column, rows, value):
-    """Give a function that writes a log with another value in some rows of a column."""
     return changed(lambda values: values[column].__setitem__(rows, value))
 
 
@@ -102,7 +97,6 @@ COLUMNS = (
 
 
 def cell(row, column, content):
-    """Give a function that writes a log with another content in one cell."""
     cells = ROWS[row].split(",")
     cells[column] = content
     return lines(HEADER, *ROWS[:row], ",".join(cells), *ROWS[row + 1 :])

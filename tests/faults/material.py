@@ -27,7 +27,6 @@ def columns():
 
 
 def write(content, name="log.csv"):
-    """Give a function that writes a file."""
     data = content.encode() if isinstance(content, str) else content
     return lambda folder: (folder / name).write_bytes(data)
 
@@ -47,8 +46,6 @@ def pipe(path: Path):
 
 
 def configured(toml, make=good):
-    """Give a function that writes a heli.toml beside a log."""
-
     def both(folder):
         make(folder)
         (folder / "heli.toml").write_text(toml)
@@ -57,7 +54,6 @@ def configured(toml, make=good):
 
 
 def as_struct():
-    """Give the six signals as a struct."""
     names = ("time_s", "v_front_V", "v_rear_V", "pitch_rad", "elevation_rad", "travel_rad")
     return dict(zip(names, columns(), strict=True))
 
@@ -71,8 +67,6 @@ def document(change=lambda d: None):
 
 
 def parameters(change=lambda d: None, more=good):
-    """Give a function that writes a parameters.json, and a log."""
-
     def make(folder):
         more(folder)
         (folder / "parameters.json").write_text(json.dumps(document(change)))

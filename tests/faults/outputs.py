@@ -9,8 +9,6 @@ SIMULATE = "heli simulate open_loop -d 1"
 
 
 def beside(make):
-    """Give a function that makes what ``make`` makes in the folder ``out``, beside a log and a parameters.json."""
-
     def both(folder):
         parameters()(folder)
         (folder / "out").mkdir()

@@ -22,8 +22,6 @@ def archive(**contents):
 
 
 def rewritten(change):
-    """Give a function that writes the plant's unit with its entries changed."""
-
     def make(folder):
         path = build("HelicopterPlant", folder)
         found = entries(path)
@@ -35,14 +33,11 @@ def rewritten(change):
 
 
 def described(old, new):
-    """Give a function that writes the plant's unit with a text of its description changed."""
     name = "modelDescription.xml"
     return rewritten(lambda found: found.update({name: found[name].replace(old.encode(), new.encode())}))
 
 
 def scripted(code):
-    """Give a function that writes the plant's unit with another script in it."""
-
     def change(found):
         script = found["resources/slavemodule.txt"].decode()
         found[f"resources/{script}.py"] = code.encode() + b"\n" + found[f"resources/{script}.py"]

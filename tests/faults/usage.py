@@ -6,7 +6,6 @@ from tests.faults.material import CHECK, configured, good, nothing, parameters, 
 CONTROL = "heli design-controller parameters.json --plants 20 -o out"
 FOLLOW = "heli follow -p parameters.json -o out"
 
-
 OPTIONS = (
     Fault("a unit by half of its name", nothing, "heli build Helicopter -o out", "did you mean 'HelicopterPlant'"),
     Fault("a parameter with a letter missing", nothing, "heli build HelicopterPlant -o out -s effects.dry_friction.pich=.02", "did you mean 'effects.dry_friction.pitch'"),
@@ -66,8 +65,6 @@ def campaigned(folder):
 
 
 def rigs(change=nothing):
-    """Give a function that makes two rigs of a fleet with a log each, and then changes something."""
-
     def make(folder):
         for name in "ab":
             (folder / name).mkdir()
