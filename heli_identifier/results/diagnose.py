@@ -140,7 +140,7 @@ def diagnose(
             *found.references.notes,
             *_plant_notes(found, settings.effects),
             *_size_notes(effects),
-            *_geometry_notes(settings.geometry, after_values, after.fields, joint),
+            *_geometry_notes(settings.geometry, after, joint),
             *_voltage_notes((*training, *kept), settings.voltage_limit),
             *_held_out_notes(nats.gain, after),
         ),
@@ -217,9 +217,9 @@ def _plant_notes(found: Identification, expected: Mapping[str, Estimate]) -> Ite
             f"these logs do not determine {', '.join(missing)}: the plant has their likeliest values within what is "
             "plausible for any rig of this kind"
         )
-    at_bound = dict(zip(plant.names, plant.at_bound, strict=True))
+    at_end = {c.field for c, end in zip(plant.coordinates, plant.at_bound, strict=True) if end and not c.bend}
     for effect in plant.likelihood.rig.candidates:
-        if at_bound.get(effect.field) and not effect.certain:
+        if effect.field in at_end and not effect.certain:
             yield (
                 f"the {effect.name.replace('_', ' ')} of the {effect.axis} comes out at "
                 f"{plant.estimate(effect.field):.3g}, the end of what is plausible, and these logs ask for more of it: "
@@ -248,17 +248,15 @@ def _size_notes(effects: Sequence[FoundEffect]) -> Iterator[str]:
             )
 
 
-def _geometry_notes(
-    geometry: Geometry, values: Mapping[str, Estimate], fields: Sequence[str], joint: Array
-) -> Iterator[str]:
+def _geometry_notes(geometry: Geometry, after: Fit, joint: Array) -> Iterator[str]:
     """Name the ratios of gains that masses and lengths contradict; the force per volt is not in them."""
     for field, (low, high) in geometry.ratios.items():
-        if not {field, "k_y"} <= set(fields):
+        if not {field, "k_y"} <= set(after.fields):
             continue
-        one, other = values[field].value, values["k_y"].value
-        i, j = fields.index(field), fields.index("k_y")
+        one, other = after.estimate(field), after.estimate("k_y")
+        i, j = after.fields.index(field), after.fields.index("k_y")
         spread = joint[i, i] / one**2 + joint[j, j] / other**2 - 2.0 * joint[i, j] / (one * other)
-        ratio = abs(one / other)
+        ratio = abs(getattr(after.parameters, field) / after.parameters.k_y)
         beyond = geometry.deviations(field, ratio, sqrt(max(spread, 0.0)))
         if beyond > SURE:
             yield (

@@ -237,8 +237,8 @@ def draw_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dic
     """Draw a plant's parameters that have standard errors from a normal law, kept in their ranges, by structured name.
 
     Those of a diagnosis are drawn with their joint covariance, gains by the logarithm of their slope at its operating
-    point. Others are drawn independently, so that intervals of figures that depend on several of them may be too wide
-    or too narrow.
+    point and a curve of the thrust in what the thrust is linear in. Others are drawn independently, so that intervals
+    of figures that depend on several of them may be too wide or too narrow.
     """
     plant, known, random = parameters.plant(), parameters.covariance, np.random.default_rng(seed)
     if known is None:
@@ -249,13 +249,22 @@ def draw_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dic
     variances, axes = np.linalg.eigh(known.matrix)
     moves = random.standard_normal((count, len(known.names))) @ (axes * np.sqrt(np.maximum(variances, 0.0))).T
     now = {name: rig.read(plant, BY_NAME[name].field) for name in known.names}
+    curve = rig.coordinate(tracing.CURVE, plant)
+
+    def moved(name: str, d: float) -> float:
+        value = now[name]
+        if name in known.logarithms:
+            return value * exp(d)
+        if BY_NAME[name].field != tracing.CURVE:
+            return value + d
+        low, high = curve.bounds
+        return curve.value(min(max(curve.coordinate(value) + d / curve.slope(value), low), high))
+
     drawn = []
     for move in moves.tolist():
-        values = {
-            BY_NAME[name].field: now[name] * exp(d) if name in known.logarithms else now[name] + d
-            for name, d in zip(known.names, move, strict=True)
-        }
-        own = rig.assign(plant, values)
+        own = rig.assign(
+            plant, {BY_NAME[name].field: moved(name, d) for name, d in zip(known.names, move, strict=True)}
+        )
         drawn.append(_clip({name: getattr(own, BY_NAME[name].field) for name in known.names}))
     return drawn
 

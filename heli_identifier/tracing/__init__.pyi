@@ -2,6 +2,7 @@ __all__ = [
     "Agreement",
     "Array",
     "BASE",
+    "CURVE",
     "CatalogueVerdict",
     "CurveShape",
     "Determination",
@@ -36,7 +37,7 @@ __all__ = [
 ]
 
 from .fit import Fit, around, fit
-from .helicopter import BASE, Rig, helicopter, plausible_range
+from .helicopter import BASE, CURVE, Rig, helicopter, plausible_range
 from .identification import Identification, Progress, identify_plant
 from .instruments import instruments
 from .likelihood import Likelihood

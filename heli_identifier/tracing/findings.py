@@ -14,7 +14,7 @@ made of them need no such model: they judge what the likelihood says.
 """
 
 from collections.abc import Collection, Sequence
-from math import floor, inf, log10
+from math import copysign, floor, inf, log10, sqrt
 from operator import attrgetter
 
 import numpy as np
@@ -43,11 +43,20 @@ from .statements import (
 
 
 def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimate]:
-    """Give parameters of a plant, as the plant has them, with their standard errors; one that was given has none."""
+    """Give parameters of a plant, as the plant has them, with their standard errors; one that was given has none.
+
+    Those of gains at 0 V are beside the plant's own curve of the thrust, and that of the curve leads towards a line.
+    """
     units, found = fitted.likelihood.rig.units, {}
+    curve = next((i for i, c in enumerate(fitted.coordinates) if c.bend), None)
     for name in fields:
         gradient = fitted.gradient(attrgetter(name))
+        if curve is not None and fitted.names[curve] != name:
+            gradient[curve] = 0.0
         error = float(np.sqrt(gradient @ C @ gradient)) if gradient.any() else None
+        if curve is not None and fitted.names[curve] == name:
+            c, x = fitted.coordinates[curve], fitted.x[curve]
+            error = abs(c.value(x) - c.value(x - copysign(1.96 * sqrt(C[curve, curve]), x))) / 1.96
         found[name] = Estimate(float(getattr(fitted.parameters, name)), error, units[name])
     return found
 

@@ -61,6 +61,9 @@ GAINS = ("k_x", "k_z", "k_y")
 WEIGHT = "a_1"
 """Acceleration of the elevation [rad/s^2] by its weight, which the thrust carries at the operating point."""
 
+CURVE = "quadratic_thrust_rotors"
+"""Coefficient c of the curve of the thrust: with given slopes the thrust is linear in c/(1 + 2 c v)."""
+
 DRIVEN = tuple(law.field for law in CATALOGUE if "mu_sum" in law.arguments and not {*GAINS} & {*law.arguments})
 """Coefficients of the laws that the sum of the thrusts drives, by no gain."""
 
@@ -196,8 +199,9 @@ class Rig:
         What is not given stays as it reads: gains at zero voltage follow their slopes, what the thrust drives follows
         it, and so does a_1, so that an arm of which nothing is known still hovers.
         """
-        q = p._replace(**{field: value for field, value in values.items() if field not in (*GAINS, *DRIVEN, WEIGHT)})
-        old, new = self._slopes(p), self._slopes(q)
+        old = self._slopes(p)
+        q = p._replace(**{field: value for field, value in values.items() if field not in (*old, WEIGHT)})
+        new = self._slopes(q)
         q = q._replace(**{f: (values[f] if f in values else getattr(p, f) * old[f]) / new[f] for f in new})
         beyond = values[WEIGHT] if WEIGHT in values else self.read(p, WEIGHT)
         return q._replace(**{WEIGHT: self._lift(q) + beyond})
@@ -215,7 +219,8 @@ class Rig:
     def _slopes(self, p: PlantParameters) -> dict[str, float]:
         """Give how many times larger gains and coefficients of :data:`DRIVEN` act than at a linear rotor."""
         slope, share = thrust_slopes(p, self.operating_point)
-        return dict.fromkeys(self.lifting, slope) | dict.fromkeys(("k_y", *DRIVEN), share)
+        driven = (field for field in DRIVEN if field not in self.known)  # what is given is given as the law has it
+        return dict.fromkeys(self.lifting, slope) | dict.fromkeys(("k_y", *driven), share)
 
     def _lift(self, p: PlantParameters) -> float:
         thrust = thrust_voltage(motor_input(self.operating_point, p), 0.0, p)
@@ -275,7 +280,7 @@ class Rig:
         entry = effect_of(field)
         lower = max(entry.lower, TIMED - start.T_m) if entry.place == LAG else entry.lower
         usual = LAG_WIDTH if entry.place == LAG else entry.upper / CATALOGUE_WIDTHS
-        if field == "quadratic_thrust_rotors" and field not in self.known:  # its thrust is linear in c/(1 + 2 c v)
+        if field == CURVE and field not in self.known:
             bend = 2.0 * max(self.operating_point, 1.0)
             width = entry.upper / (1.0 + bend * entry.upper)
             return Coordinate(field, 0.0, width, max(entry.lower, -0.5 / bend), entry.upper, bend=bend)
@@ -348,7 +353,7 @@ class Rig:
 def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -> Rig:
     """Build the rig for logs of one bench helicopter, with what is given of it.
 
-    The operating point is their median voltage: near hover, however long a log stays at a limit.
+    The operating point is the median of their voltages' sizes: near hover, however long a log stays at a limit.
     """
     settings, voltages = settings or DiagnosisSettings(), np.concatenate([log.voltages for log in logs])
     given = {name: (value.value, value.standard_error or 0.0) for name, value in settings.effects.items()}
@@ -364,5 +369,5 @@ def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -
         tuple(field for field in BASE if field not in settings.given) + tuple(given), parameters,
         2.0 * pi / np.array(settings.counts, dtype=float),
         tuple(_effect(law, lowest, settings) for law in CATALOGUE if law.field not in given),
-        float(np.median(voltages)), given | settings.geometry.priors(),
+        float(np.median(np.abs(voltages))), given | settings.geometry.priors(),
     )  # fmt: skip

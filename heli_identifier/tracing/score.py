@@ -229,7 +229,7 @@ class Scores:
             return {}
         d, i = self.minimum(selected)
         columns = np.array([j for own in tried.values() for j in own])
-        inside = np.array(i)
+        inside = np.array([j for j in i if self.low[j] < d[j] < self.high[j]])  # at a bound nothing moves
         a = np.linalg.solve(self.H[np.ix_(inside, inside)], self.H[np.ix_(inside, columns)])
         g = self.g + self.H @ d
         raw = self.H[columns, columns]
@@ -249,7 +249,7 @@ class Scores:
                     unit = getattr(rig.assign(self.fitted.parameters, {c.field: 1.0}), c.field)
                 error = unit * c.slope(0.0) * np.sqrt(phi[k] / information[k])
                 found[c.field] = Score(
-                    c.field, float(S), unit * c.value(float(x)), float(error),
+                    c.field, float(S), unit * c.value(float(np.clip(x, *c.bounds))), float(error),
                     float(min(information[k] / seen[j], 1.0)) if seen[j] > 0.0 else 0.0, c.beside, int(j),
                 )  # fmt: skip
         return found
