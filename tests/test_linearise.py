@@ -176,9 +176,9 @@ def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay()
     assert {plant.T_m for plant in plants} == {AFTER.T_m}
 
 
-def drawn_by(plant, *names):
-    """400 draws by the covariance of a gain, known to 20 % at 3 V, and another parameter, known to .01."""
-    known = Covariance(names, names[:1], 3.0, np.diag([0.2, 0.01]) ** 2)
+def drawn_by(plant, *names, error=0.01):
+    """400 draws by the covariance of a gain, known to 20 % at 3 V, and another parameter, known to its error."""
+    known = Covariance(names, names[:1], 3.0, np.diag([0.2, error]) ** 2)
     return margins.draw_plants(ParameterSet("HelicopterPlant", plant_values(plant, {}), covariance=known), 400)
 
 
@@ -191,6 +191,11 @@ def test_drawn_plants_keep_the_slope_at_the_operating_point_and_lift_their_weigh
     assert np.log(slopes).std() == pytest.approx(0.2, rel=0.14)
     assert np.std([p.quadratic_thrust_rotors for p in drawn]) == pytest.approx(0.01, rel=0.14)
     assert np.corrcoef([p.k_x for p in drawn], [p.quadratic_thrust_rotors for p in drawn])[0, 1] < -0.1
+    # rotors that are all but purely quadratic, whose coefficient may as well be 1 or beyond all bounds
+    square = AFTER._replace(quadratic_thrust_rotors=9.0)
+    drawn = drawn_by(square, "pitch.gain", "effects.quadratic_thrust.rotors", error=75.0)
+    slopes = np.array([p.k_x * (1.0 + 6.0 * p.quadratic_thrust_rotors) for p in drawn])
+    assert np.log(slopes / square.k_x / 55.0).std() == pytest.approx(0.2, rel=0.14)
     # an arm does not fall: the weight beyond what 3 V on both rotors lift is known to .01 rad/s^2
     beyond = np.array([p.a_1 - 6.0 * p.k_z for p in drawn_by(AFTER, "elevation.gain", "elevation.offset")])
     # four standard deviations of the mean and of the spread of 400 draws

@@ -56,7 +56,7 @@ def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimat
         error = float(np.sqrt(gradient @ C @ gradient)) if gradient.any() else None
         if curve is not None and fitted.names[curve] == name:
             c, x = fitted.coordinates[curve], fitted.x[curve]
-            error = abs(c.value(x) - c.value(x - copysign(1.96 * sqrt(C[curve, curve]), x))) / 1.96
+            error = float(abs(c.value(x) - c.value(x - copysign(1.96 * sqrt(C[curve, curve]), x))) / 1.96)
         found[name] = Estimate(float(getattr(fitted.parameters, name)), error, units[name])
     return found
 
