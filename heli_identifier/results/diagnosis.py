@@ -207,7 +207,7 @@ class DiagnosisFile:
     """Every log."""
     settings: Mapping[str, Any]
     """What was given of the rig, the score [nats] from which an effect is shown (`score_needed`, and
-    `score_needed_certain` for one that every rig has), and the median voltage (`operating_point` [V])."""
+    `score_needed_certain` for one that every rig has), and the median size of the voltages (`operating_point` [V])."""
     notes: tuple[str, ...]
     """Remarks that matter for this diagnosis."""
     seconds: float
