@@ -55,7 +55,7 @@ class Coordinate:
     """centre, width: Of the prior, in the parameter's unit; of a gain the width of its logarithm."""
     lower: float = -inf
     upper: float = inf
-    """lower, upper: Bounds in the parameter's unit: what is physically possible; a gain has none."""
+    """lower, upper: Bounds in the parameter's unit: what is physically possible."""
     sign: float = 0.0
     """Of a gain, otherwise 0."""
     bend: float = 0.0
@@ -103,8 +103,6 @@ class Coordinate:
     @property
     def bounds(self) -> tuple[float, float]:
         """Bounds of the coordinate."""
-        if self.sign:
-            return -inf, inf
         low, high = sorted((self._unbounded(self.lower), self._unbounded(self.upper)))
         return low, high
 

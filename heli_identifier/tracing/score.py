@@ -247,9 +247,10 @@ class Scores:
                 rig, unit = self.fitted.likelihood.rig, 1.0
                 if c.fault is None:  # of the plant's own parameter, which may act by more at the operating point
                     unit = getattr(rig.assign(self.fitted.parameters, {c.field: 1.0}), c.field)
+                at = float(np.clip(x, *c.bounds) if c.bend else x)  # a bent one has a pole beyond its bound
                 error = unit * c.slope(0.0) * np.sqrt(phi[k] / information[k])
                 found[c.field] = Score(
-                    c.field, float(S), unit * c.value(float(np.clip(x, *c.bounds))), float(error),
+                    c.field, float(S), unit * c.value(at), float(error),
                     float(min(information[k] / seen[j], 1.0)) if seen[j] > 0.0 else 0.0, c.beside, int(j),
                 )  # fmt: skip
         return found
