@@ -220,7 +220,7 @@ class Rig:
         """Give how many times larger gains and coefficients of :data:`DRIVEN` act than at a linear rotor."""
         slope, share = thrust_slopes(p, self.operating_point)
         driven = (field for field in DRIVEN if field not in self.known)  # what is given is given as the law has it
-        return dict.fromkeys(self.lifting, slope) | dict.fromkeys(("k_y", *driven), share)
+        return dict(zip(GAINS, (slope, slope, share), strict=True)) | dict.fromkeys(driven, share)
 
     def _lift(self, p: PlantParameters) -> float:
         thrust = thrust_voltage(motor_input(self.operating_point, p), 0.0, p)

@@ -164,6 +164,14 @@ class Scores:
                 phi[axis] = max(1.0, float(np.median(squares / np.diag(self.quadratic.H.sum(0))[J])))
         return np.asarray(phi[own])
 
+    @cached_property
+    def units(self) -> dict[str, float]:
+        """Give by coordinate what the plant has where it acts as 1 at the operating point; sizes of faults are 1."""
+        rig, p = self.fitted.likelihood.rig, self.fitted.parameters
+        fields = {c.field for c in self.coordinates if c.fault is None}
+        own = {name: float(getattr(rig.assign(p, {name: 1.0}), name)) for name in self.effects.keys() & fields}
+        return dict.fromkeys(self.effects, 1.0) | own
+
     def entry_score(self, name: str) -> float:
         """Score at which an effect enters the model [nats]: a fault of the log is named or is none."""
         return NAMED if self.effects[name].fault else KEPT
@@ -244,9 +252,7 @@ class Scores:
             allowed = (x > zero and c.bounds[1] > zero) or (x < zero and c.bounds[0] < zero)
             S = max(0.5 * u[k] ** 2 / information[k] / phi[k] - self.price[c.field], 0.0) if allowed else 0.0
             if c.field not in found or S > found[c.field].score:
-                rig, unit = self.fitted.likelihood.rig, 1.0
-                if c.fault is None:  # of the plant's own parameter, which may act by more at the operating point
-                    unit = getattr(rig.assign(self.fitted.parameters, {c.field: 1.0}), c.field)
+                unit = self.units[c.field]
                 at = float(np.clip(x, *c.bounds) if c.bend else x)  # a bent one has a pole beyond its bound
                 error = unit * c.slope(0.0) * np.sqrt(phi[k] / information[k])
                 found[c.field] = Score(

@@ -9,7 +9,7 @@ much: the quadratic form of a law with corners, such as a dead zone, promises fi
 family are one finding: its score is what the likelihood loses without all its members.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
@@ -109,8 +109,7 @@ def _needless(around: Scores, findings: Sequence[Finding]) -> list[str]:
     """Effects of the set that a refit shows to be worth less than their entry, and faults that no log could time."""
     faults = around.fitted.likelihood.faults.items()
     on_time = {fault.field for fault, size in faults if fault.unit == "s" and size < TIMED}
-    little = {name for f in findings if f.stated < around.entry_score(name := f.effect.field)}
-    return [f.effect.field for f in findings if f.effect.field in little | on_time]
+    return [name for f in findings if (name := f.effect.field) in on_time or f.stated < around.entry_score(name)]
 
 
 def _fit_entered(around: Scores, chosen: Sequence[str]) -> Fit:
@@ -155,7 +154,6 @@ def fit_delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     1/3: one that is established brings the others, unless the logs say that they are missing.
     """
     candidates = selection.null.likelihood.rig.candidates
-    mechanics = [effect.field for effect in candidates if effect.certain]
     kept = [f.effect.field for f in selection.findings if f.effect.fault is None and f.effect.field not in dropped]
     alone = selection.fit
     if dropped:
@@ -166,14 +164,18 @@ def fit_delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     least = alone.value + proven * KEPT
     whole = _add_mechanics(alone, kept)
     if whole.value < least + 2.0 * ROUGHLY:
-        whole = refit(whole, candidates, [*kept, *(name for name in mechanics if name not in kept)])
+        whole = refit(whole, candidates, [*kept, *_absent_mechanics(candidates, kept)])
     return alone if whole.value > least else whole
+
+
+def _absent_mechanics(candidates: Iterable[Effect], kept: Collection[str]) -> list[str]:
+    """Terms of rigid-body mechanics that are not among some effects."""
+    return [effect.field for effect in candidates if effect.certain and effect.field not in kept]
 
 
 def _lack_mechanics(around: Scores, kept: Collection[str]) -> bool:
     """Whether the logs say that terms of rigid-body mechanics are missing beside some effects."""
-    certain = [name for name, effect in around.effects.items() if effect.certain and name not in kept]
-    beside = around.scores(kept, among=certain).values()
+    beside = around.scores(kept, among=_absent_mechanics(around.effects.values(), kept)).values()
     squares = [CATALOGUE_WIDTHS**-2 + own.standard_error**2 for own in beside]
     away = [0.5 * (1.0 - own.value) ** 2 / square - own.score for own, square in zip(beside, squares, strict=True)]
     return sum(away) > 3.0 * KEPT  # nats by the quadratic form, each term apart: it errs by less
@@ -181,10 +183,9 @@ def _lack_mechanics(around: Scores, kept: Collection[str]) -> bool:
 
 def _add_mechanics(fitted: Fit, kept: Sequence[str]) -> Fit:
     """Fit roughly with some effects and all terms of rigid-body mechanics."""
-    candidates = fitted.likelihood.rig.candidates
-    mechanics = [effect.field for effect in candidates if effect.certain]
-    begun = {name: 1.0 for name in mechanics if name not in kept}
-    rig = fitted.likelihood.rig.expecting(dict.fromkeys(mechanics, (1.0, 1.0 / CATALOGUE_WIDTHS)))
+    candidates, expected = fitted.likelihood.rig.candidates, (1.0, 1.0 / CATALOGUE_WIDTHS)
+    begun = dict.fromkeys(_absent_mechanics(candidates, kept), 1.0)
+    rig = fitted.likelihood.rig.expecting(dict.fromkeys(_absent_mechanics(candidates, ()), expected))
     start = replace(fitted, likelihood=replace(fitted.likelihood, rig=rig))
     return refit(start, candidates, [*kept, *begun], begun, value_only=True)
 
@@ -210,8 +211,8 @@ def _weighed(around: Scores, null: Fit) -> list[Finding]:
     def lost(gone: Sequence[str]) -> float:
         rest = tuple(name for name in selected if name not in gone)
         mechanics = not any(around.effects[name].certain for name in gone)
-        nats = least(rest, mechanics) - fitted.value
-        return nats if not mechanics or nats > UNKNOWN else nats + fitted.value - least(selected, mechanics)
+        F = least(rest, mechanics)
+        return F - least(selected, mechanics and F - fitted.value < UNKNOWN)  # what is clear needs no further fit
 
     scores = around.scores(selected)
     return [_weigh_effect(around, name, selected, scores, lost) for name in selected]
