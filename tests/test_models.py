@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from heli_identifier.tools.linearisation import linear_model
 from heli_identifier.tools.margins import close_loop
 from heli_plant.control import AxisGains, PidSettings, PidState, pid_step, start_pid
+from heli_plant.effects.arm import inertial_coupling_pitch
 from heli_plant.models import GRAVITY, general_accelerations, simplified_accelerations
 from heli_plant.parameters import TABLE_2
 from heli_plant.state import rest_state
@@ -101,6 +102,14 @@ def test_masses_gravity_thrusts_and_friction_do_no_virtual_work_together(p, pitc
     # the central difference errs by eps v / h and by h^2 / 6 of the velocity's third derivative
     assert np.abs(work).max() < 1e-8 * size * (1.0 + np.abs(a).max())
 
+
+@given(angle, tilt, rate, rate, st.floats(0.2, 3.0), st.floats(0.5, 6.0))
+def test_inertial_coupling_of_the_pitch_is_that_of_a_thin_beam_in_eq_1(theta, elevation, w_1, w_2, w_3, mu_sum):
+    """With rotors on their axis nothing else turns the pitch; the law gets the travel's acceleration of eq. (1)."""
+    thin = CONSERVATIVE._replace(d1=1e-9, d2=1e-9)
+    pitch, _, travel = general_accelerations(theta, elevation, w_1, w_2, w_3, 0.0, mu_sum, thin)
+    law = inertial_coupling_pitch(theta, elevation, w_2, w_3, mu_sum, 0.0, -travel / w_3, 1.0)
+    assert law == pytest.approx(pitch, rel=1e-6, abs=1e-6)  # drops of 1 nm turn it by 1e-8 of gravity over its length
 
 @given(st.floats(-8.0, 8.0))
 def test_lift_of_equal_rotors_raises_the_arm_to_its_new_rest(mu_sum):

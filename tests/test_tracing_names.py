@@ -105,6 +105,15 @@ def test_an_interval_holds_what_the_gains_would_be_with_an_effect_that_is_hardly
     assert (deviation < np.sqrt(np.diag(covariance(plant)))).all(), "these logs leave little open"
 
 
+def test_a_raised_arm_that_turns_back_and_forth_turns_the_pitch_as_a_thin_beam():
+    """What three logs in calm air tell of it, beside the couplings of the other axes."""
+    likelihood = likelihood_of(windy_logs(windy_rig(53, "calm", effects="beam", counts={"a": 3}), "a"))
+    selection = select(fit_own_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
+    assert "inertial_coupling_pitch" in shown(selection)
+    found = selection.scores["inertial_coupling_pitch"]
+    assert abs(found.value - 1.0) < 3.0 * found.standard_error < 0.5
+
+
 def test_terms_of_mechanics_enter_the_plant_together_and_help_under_another_controller():
     """A rig that has all three, of which 100 s in rough air establish none: another flight is likelier with them."""
     rig = windy_rig(48, "ou", counts={"a": 3, "c": 1})

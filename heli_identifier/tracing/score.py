@@ -226,9 +226,15 @@ class Scores:
         """Score every candidate: outside of ``selected`` what it would add, inside what would be lost without it."""
         wanted = [name for name in self.effects if among is None or name in among]
         found = self._added(selected, {name: [self.chosen[name]] for name in wanted if name not in selected})
+        whole = self.minimum(selected)[0]
+        fall = fall_by(self.H, self.g, whole)
         for name in selected:
             if name in wanted:
-                found |= self._added([other for other in selected if other != name], {name: [self.chosen[name]]})
+                rest, j = [other for other in selected if other != name], self.chosen[name]
+                lost = (fall - self.fall(rest)) / float(self.dispersion[j]) - self.price[name]
+                value = self.units[name] * self.coordinates[j].value(float(self.x[j] + whole[j]))
+                own = self._added(rest, {name: [j]})[name]  # without it others may stop at a bound
+                found[name] = replace(own, score=max(lost, 0.0), value=value)
         return found
 
     def _added(self, selected: Collection[str], tried: Mapping[str, Sequence[int]]) -> dict[str, Score]:

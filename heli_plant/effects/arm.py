@@ -44,6 +44,28 @@ def inertial_coupling_travel(horizontal_elevation: float, elevation_rate: float,
 
 
 @declared(
+    "-c (sin(eps_h) (k_y mu_s sin(theta) - a_wy lambda') + (lambda'^2 cos(eps_h)^2 - eps'^2) sin(2 theta)/2"
+    " + eps' lambda' cos(eps_h) (1 - cos(2 theta)))", "pitch", unit="1", bounds=(0.0, 3.0),
+    source="paper, eq. (1), omega x K", family="inertial coupling", drawn_against="other_rate",
+    experiment="Turn the travel fast (above .5 rad/s), back and forth, the elevation far from the horizontal arm.",
+)  # fmt: skip
+def inertial_coupling_pitch(
+    pitch: float, horizontal_elevation: float, elevation_rate: float, travel_rate: float, mu_sum: float, k_y: float,
+    a_wy: float, c: float,
+) -> float:  # fmt: skip
+    """Inertial coupling of the pitch: the body turns about its axis at theta' + lambda' sin(eps_h), not at theta'.
+
+    The travel's acceleration turns it against a raised or lowered arm, and the centrifugal torque pulls the rotors into
+    the plane in which the arm turns. Theory wants c = 1 for rotors on a thin beam, and less for a thick body.
+    """
+    return -c * (
+        sin(horizontal_elevation) * (k_y * mu_sum * sin(pitch) - a_wy * travel_rate)
+        + 0.5 * sin(2.0 * pitch) * ((travel_rate * cos(horizontal_elevation)) ** 2 - elevation_rate * elevation_rate)
+        + elevation_rate * travel_rate * cos(horizontal_elevation) * (1.0 - cos(2.0 * pitch))
+    )
+
+
+@declared(
     "c (a_e eps + a_1 - a_e sin(eps_h) - (a_1 - a_e eps_0) cos(eps_h))", "elevation", unit="1", bounds=(0.0, 1.0),
     source="paper, small-angle step",
     drawn_against="elevation", certain=True,

@@ -15,7 +15,7 @@ BASE = {
 ON_AXES = {
     "dry_friction": AXES, "breakaway_friction": AXES, "quadratic_drag": AXES, "constant_torque": ("pitch", "travel"),
     "airspeed_thrust_loss": ("pitch", "elevation"), "gyroscopic_coupling": ("pitch", "elevation"),
-    "inertial_coupling": ("elevation", "travel"),
+    "inertial_coupling": AXES,
 }  # fmt: skip
 """Effects with a coefficient on each of several axes; in `Coefficients` its name ends with the axis."""
 

@@ -297,6 +297,18 @@ def pitch_reference(joystick: float, travel_reference: float, travel: float, tra
 
 
 @njit
+def beam_acceleration(th: float, horizon: float, w_e: float, w_l: float, a_l: float) -> float:
+    """Angular acceleration about the pitch axis of a thin beam across it that nothing turns [rad/s^2].
+
+    By Euler's equation of the beam's own axes, x' = -y z with rates x about the pitch axis, y along the beam and z;
+    x is the pitch's rate and the travel's share of it, and the travel accelerates with a_l.
+    """
+    y = w_l * math.cos(horizon) * math.sin(th) - w_e * math.cos(th)
+    z = w_l * math.cos(horizon) * math.cos(th) + w_e * math.sin(th)
+    return -y * z - (a_l * math.sin(horizon) + w_l * w_e * math.cos(horizon))
+
+
+@njit
 def accelerations(t, q, w, mu_s, mu_d, p, u, room):
     """Smooth accelerations of the three axes, the unknown torque u and the added torques `room` among them."""
     a = np.empty(3)
@@ -306,6 +318,8 @@ def accelerations(t, q, w, mu_s, mu_d, p, u, room):
     for i in range(3):
         a[i] += room[i]
     a[2] += p.product_of_inertia * a[0]
+    if p.inertial_coupling_pitch != 0.0:
+        a[0] += p.inertial_coupling_pitch * beam_acceleration(q[0], q[1] + p.elevation_zero, w[1], w[2], a[2])
     if u.axis >= 0:
         a[u.axis] += strange_torque(t, q[u.axis], q[2], u)
     return a

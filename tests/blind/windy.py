@@ -136,12 +136,13 @@ def _base(rate: float, rng: np.random.Generator) -> tuple[Coefficients, tuple[fl
 def _effects(kind: str | None, rng: np.random.Generator) -> tuple[Effect, ...]:
     """Effects of a kind; if none is given every other rig is bare."""
     bare, word, where = rng.random() < 0.5, str(rng.choice(list(STRENGTHS))), rng.random(len(STRENGTHS))
-    words = ([] if bare else [word]) if kind is None else [w for w in kind.split("+") if w != "coupled"]
+    words = ([] if bare else [word]) if kind is None else [w for w in kind.split("+") if w not in ("coupled", "beam")]
     if kind == "bare" or (kind is None and bare):
         return ()
     unknown = [w for w in words if w not in STRENGTHS]
     if unknown:
-        raise ValueError(f"effect {unknown[0]!r} is not known; choose bare, coupled, or of {', '.join(STRENGTHS)}")
+        known = ", ".join(("bare", "coupled", "beam", *STRENGTHS))
+        raise ValueError(f"effect {unknown[0]!r} is not known; choose of {known}")
     drawn = []
     for w in words:
         axis, low, high = STRENGTHS[w]
@@ -150,6 +151,7 @@ def _effects(kind: str | None, rng: np.random.Generator) -> tuple[Effect, ...]:
         Effect("inertial_coupling", "elevation", 1.0),
         Effect("inertial_coupling", "travel", 1.0),
         Effect("large_angle_gravity", "elevation", 1.0),
+        *([Effect("inertial_coupling", "pitch", 1.0)] if kind and "beam" in kind.split("+") else []),
         *drawn,
     )
 
@@ -291,8 +293,9 @@ def windy_rig(
     """Draw a windy rig and fly its logs; what is not given follows the seed.
 
     ``colour`` of the air: ou, slow or swirl; ``quiet``: references a fifth as large; ``rate`` of samples and
-    controller, 100 or 500 [Hz]; ``effects``: bare, coupled (inertial coupling and trigonometric gravity) or names of
-    `STRENGTHS` joined by ``+``, which come on top of the latter, drawn if not given; ``references``: whether they are
+    controller, 100 or 500 [Hz]; ``effects``: bare, coupled (inertial coupling of elevation and travel, trigonometric
+    gravity), on top of that joined by ``+`` beam (inertial coupling of the pitch, a thin beam) and names of
+    `STRENGTHS`, drawn if not given; ``references``: whether they are
     logged; ``counts`` of logs by letter, which do not change one another; ``pushes`` by a hand, by the log's name;
     ``finer``: how many times finer the encoders are that write the log, the controller keeps its own.
     """
