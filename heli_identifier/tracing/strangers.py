@@ -10,7 +10,8 @@ that reads z less than the others needs the voltages of another height:
 
 Up to three standard deviations of b_l a zero is an offset of its log, which the fits allow for. The plant that is found
 decides, fitted to the logs that do not lie apart: the simplified model takes a curve of the thrust for zeros of logs
-that hover elsewhere. An arm that was balanced otherwise looks the same.
+that hover elsewhere. An arm that was balanced otherwise needs other voltages as well; sines of the elevation tell the
+two apart, and a log is not shifted where that makes it less likely.
 
 **Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.UNKNOWN` nats with
 the sign of an axis changed or the rotors swapped, its own offsets and scale of the noise allowed. No plant fits logs of
@@ -50,7 +51,7 @@ from .helicopter import Rig
 from .likelihood import Likelihood, without
 from .noise import error_dynamics
 from .rig import Array, Record, record_of
-from .settings import ALIEN, FEWEST, HUBER, OUTLYING, OWN, SURE, UNKNOWN
+from .settings import ALIEN, FEWEST, HUBER, KEPT, OUTLYING, OWN, SURE, UNKNOWN
 
 ELEVATION = 1
 
@@ -62,31 +63,36 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
     fit, the logs, and a sentence for each log that is shifted.
     """
     likelihood, count = fitted.likelihood, len(fitted.point.own)
-    zeros = _find_zeros(fitted, [without(likelihood.faults, record_of(log, likelihood.rig)) for log in logs])
-    moved = tuple(replace(log, angles=log.angles + z * (np.arange(3) == ELEVATION)) if z else log
-                  for log, z in zip(logs, zeros, strict=True))  # fmt: skip
-    if zeros[:count].any():
+    records = [without(likelihood.faults, record_of(log, likelihood.rig)) for log in logs]
+    zeros, judge = _find_zeros(fitted, records)
+    moved, notes = list(logs), list[str]()
+    for i in np.flatnonzero(zeros):
+        z = zeros[i] * (np.arange(3) == ELEVATION)
+        amount = f"{abs(zeros[i]):.2f} rad {'less' if zeros[i] > 0.0 else 'more'}"
+        read = f"{logs[i].name}: its elevation reads {amount} than that of the other logs at like voltages, as if"
+        shifted = _restart(replace(records[i], angles=records[i].angles + z), likelihood.rig)
+        if _misfit(judge, records[i])[0] < _misfit(judge, shifted)[0] - KEPT:
+            notes.append(f"{read} the arm had been balanced otherwise; its gains may differ as well")
+        else:
+            moved[i] = replace(logs[i], angles=logs[i].angles + z)
+            notes.append(f"{read} its encoder had been zeroed in another position; it was shifted by that much")
+    if any(own is not log for own, log in zip(moved[:count], logs, strict=False)):
         again = Likelihood.of(moved[:count], likelihood.rig).undo_faults(likelihood.faults)
         fitted = fit(replace(again, widths=likelihood.widths), fitted.names, fitted)
-    return fitted, moved, tuple(
-        f"{log.name}: its elevation reads {abs(z):.2f} rad {'less' if z > 0.0 else 'more'} than that of the other logs "
-        "at like voltages, as if its encoder had been zeroed in another position or the arm balanced otherwise; it was "
-        "shifted by that much"
-        for log, z in zip(logs, zeros, strict=True)
-        if z
-    )  # fmt: skip
+    return fitted, tuple(moved), tuple(notes)
 
 
-def _find_zeros(fitted: Fit, records: Sequence[Record]) -> Array:
-    """Angles (L,) [rad] by which the elevation of each log reads less than that of the others, or zero."""
+def _find_zeros(fitted: Fit, records: Sequence[Record]) -> tuple[Array, Fit]:
+    """Angles (L,) [rad] by which the elevation of each log reads less than that of the others, or zero; their fit."""
     count = len(fitted.point.own)
     zeros, least = _zeros_under(fitted, records)
     if not (apart := _lie_apart(zeros, least)).any():
-        return np.zeros(len(records))
+        return np.zeros(len(records)), fitted
     others = np.flatnonzero(~apart[:count])
     if len(others) < count:
-        zeros, least = _zeros_under(_fit_some(fitted, others), records)
-    return np.where(apart & _lie_apart(zeros, least), zeros, 0.0)
+        fitted = _fit_some(fitted, others)
+        zeros, least = _zeros_under(fitted, records)
+    return np.where(apart & _lie_apart(zeros, least), zeros, 0.0), fitted
 
 
 def _zeros_under(fitted: Fit, records: Sequence[Record]) -> tuple[Array, float]:
@@ -234,7 +240,12 @@ def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
     for i, axis in enumerate(rig.axes):
         signs = np.where(np.arange(len(rig.axes)) == i, -1.0, 1.0)
         found.append((f"the sign of the {axis} changed", replace(record, angles=record.angles * signs)))
-    return [(what, replace(other, start=rig.begin(other.angles, other.inputs, other.step))) for what, other in found]
+    return [(what, _restart(other, rig)) for what, other in found]
+
+
+def _restart(record: Record, rig: Rig) -> Record:
+    """Begin a record whose angles or inputs were changed as these say."""
+    return replace(record, start=rig.begin(record.angles, record.inputs, record.step))
 
 
 _PITCH: Mapping[int, tuple[str, str]] = {
