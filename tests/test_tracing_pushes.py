@@ -27,12 +27,16 @@ OPEN = (Push("travel", 40.0, 40.6, 1.5), Push("pitch", 30.0, 30.4, -1.2), Push("
 
 
 @cache
-def flown(seed, kind="clean", pushed=False):
-    """Three logs of a rig in open loop; half the voltages' difference, so that a pushed pitch does not turn over."""
+def flown(seed, kind="clean", pushed=False, heavier=0.0):
+    """Three logs of a rig in open loop; half the voltages' difference, so that a pushed pitch does not turn over.
+
+    In the first one the arm's weight pulls it down by ``heavier`` [rad/s^2] more.
+    """
     rig, logs = draw_rig(seed, kind), []
     for number, push in enumerate(OPEN):
         v = multisines(90.0, np.random.default_rng(seed + number))
-        samples = simulate_log(rig, v @ [[0.75, 0.25], [0.25, 0.75]], seed + number, (push,) if pushed else ())
+        own = rig._replace(base=rig.base._replace(a_1=rig.base.a_1 + heavier * (number == 0)))
+        samples = simulate_log(own, v @ [[0.75, 0.25], [0.25, 0.75]], seed + number, (push,) if pushed else ())
         logs.append(log_of(f"log{number}", 100.0, samples))
     return tuple(logs)
 
@@ -106,6 +110,15 @@ def test_an_elevation_that_was_zeroed_elsewhere_is_shifted_and_a_curve_of_the_th
     assert note.startswith("log0: its elevation reads 0.6")
     for name in ("k_x", "k_z", "k_y"):  # a fortieth of the gain; the offset itself costs a little of what is known
         assert other.plant.estimate(name) == pytest.approx(found.plant.estimate(name), rel=0.025)
+
+
+def test_a_log_whose_arm_was_balanced_otherwise_is_not_shifted():
+    """The sines of the couplings have the true elevation; in a linear plant another zero would look the same."""
+    found = identify_plant(flown(13, "inertial_coupling+large_angle_gravity", heavier=1.2))
+    (note,) = [note for note in found.notes if "reads" in note]
+    assert note.startswith("log0: its elevation reads 0.4") and "balanced otherwise" in note
+    (own, *others) = (float(np.median(record.angles[:, 1])) for record in found.plant.likelihood.records)
+    assert own < min(others) - 0.3
 
 
 def test_an_event_that_comes_with_a_log_is_left_out_and_listed():

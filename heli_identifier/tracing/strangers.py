@@ -60,13 +60,13 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
     """Read the elevation of logs that were zeroed elsewhere as the others have it.
 
     The first of the ``logs`` are those of the fit, which goes on with them if one of these is shifted. Given are the
-    fit, the logs, and a sentence for each log that is shifted.
+    fit, the logs, and a sentence for each log that lies apart.
     """
     likelihood, count = fitted.likelihood, len(fitted.point.own)
     records = [without(likelihood.faults, record_of(log, likelihood.rig)) for log in logs]
     zeros, judge = _find_zeros(fitted, records)
     moved, notes = list(logs), list[str]()
-    for i in np.flatnonzero(zeros):
+    for i in np.flatnonzero(zeros).tolist():
         z = zeros[i] * (np.arange(3) == ELEVATION)
         amount = f"{abs(zeros[i]):.2f} rad {'less' if zeros[i] > 0.0 else 'more'}"
         read = f"{logs[i].name}: its elevation reads {amount} than that of the other logs at like voltages, as if"
