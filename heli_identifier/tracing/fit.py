@@ -1,8 +1,8 @@
-"""The fit: Gauss-Newton on the criterion between bounds, from several airs against local optima.
+"""The fit: Gauss-Newton on the criterion between bounds, from calm and swirling air against local optima.
 
 The plant's coordinates x, the air's z and what the logs have of their own, b, move together. A step is at most
 :data:`.settings.LARGEST_STEP` widths of a prior and is halved where F grows. A first fit begins with the first
-:data:`.settings.COARSE` s of flight in each of the airs :data:`.settings.AIRS`, and every axis goes on from the best.
+:data:`.settings.COARSE` s of flight in each of the airs :data:`.settings.AIRS`, and every axis goes on from the better.
 Once a step brings nothing more, the air of every axis is tried on a coarse grid around where it is; the fit goes on
 from there where F falls.
 """

@@ -85,10 +85,10 @@ ITERATIONS, ROUNDS = 30, 8
 """Most Gauss-Newton steps of a fit; halvings of one step, steps of what a held-out log has of its own, and times that a
 selected set is refitted and scored again: twice what was ever needed."""
 
-AIRS = ((0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.5, -2.2, 0.0, 0.0), (0.0, 0.5, -2.2, FARTHEST, 0.0))
-"""Coordinates of the air from which a first fit begins: calm air, and air that swirls with torque at rest and without.
-Every axis goes on from the likeliest. Begun in calm air alone, half of the fits in swirling air stop 15 to 100 nats too
-high: a gain is wrong as if the voltages made the swirl, and no other air at that gain is better."""
+AIRS = ((0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.5, -2.2, FARTHEST, 0.0))
+"""Coordinates of the air from which a first fit begins: calm air, and air that swirls without torque at rest. Every
+axis goes on from the likelier. Begun in calm air alone, half of the fits in swirling air stop 15 to 100 nats too high:
+a gain is wrong as if the voltages made the swirl, and no other air at that gain is better."""
 
 AIR_SCAN = tuple(
     (level / 1.5, rate / 0.7, 0.0, 0.0, 0.0)
