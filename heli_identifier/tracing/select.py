@@ -78,14 +78,12 @@ class Selection:
 
 def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) -> Selection:
     """Search the candidates beside the model before, ``null``, from a ``start`` with effects or curves of its own."""
-    fitted, left, barred = start or null, set[str](), set[str]()
-    for _ in range(ROUNDS):
+    fitted, barred = start or null, set[str]()
+    while True:  # what leaves stays away, so that the set stands some time
         around = Scores(fitted, candidates)
         selected = around.selected
         chosen = stepwise(around, selected, barred)
-        gone = set(selected) - set(chosen)
-        barred |= gone & left
-        left |= gone
+        barred |= set(selected) - set(chosen)
         if set(chosen) == set(selected) and (chosen := _simpler(around, selected, barred)) == selected:
             findings = _weighed(around, null)
             needless = _needless(around, findings)
@@ -94,13 +92,6 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
             barred.update(needless)
             chosen = [name for name in selected if name not in needless]
         fitted = _fit_entered(around, chosen)
-    else:  # the set swings: what is not worth its place leaves once more
-        around = Scores(fitted, candidates)
-        findings = _weighed(around, null)
-        if needless := _needless(around, findings):
-            kept = [name for name in around.selected if name not in needless]
-            around = Scores(refit(fitted, candidates, kept), candidates)
-            findings = _weighed(around, null)
     findings.sort(key=lambda f: -f.stated)
     return Selection(null, around.fitted, tuple(findings), around.scores(around.selected), around)
 
