@@ -17,7 +17,7 @@ from .fit import Fit, fit
 from .likelihood import Point
 from .rig import Effect
 from .score import Score, Scores
-from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, ROUNDS, TIMED, UNKNOWN
+from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, TIMED, UNKNOWN
 
 _NOT: Mapping[str, float] = {}
 
