@@ -2,8 +2,8 @@
 
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
 set stands, the model is refitted and the catalogue is scored again around it, until the set stands there as well. What
-is in the fit leaves before others enter, or a round later: two laws that bend one curve, a dead zone and a quadratic
-thrust, seem to replace each other until both are fitted. Of laws of one family that the data do not tell apart the one
+has left stays away. What is in the fit leaves before others enter, or a round later: two laws that bend one curve, a
+dead zone and a quadratic thrust, seem to replace each other until both are fitted. Of laws of one family that the data do not tell apart the one
 with the fewest shapes is taken. What scores :data:`.settings.NAMED` is established, if a refit without it loses as
 much: the quadratic form of a law with corners, such as a dead zone, promises five times what it keeps. Effects of one
 family are one finding: its score is what the likelihood loses without all its members.
@@ -79,7 +79,7 @@ class Selection:
 def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) -> Selection:
     """Search the candidates beside the model before, ``null``, from a ``start`` with effects or curves of its own."""
     fitted, barred = start or null, set[str]()
-    while True:  # what leaves stays away, so that the set stands some time
+    while True:
         around = Scores(fitted, candidates)
         selected = around.selected
         chosen = stepwise(around, selected, barred)

@@ -82,8 +82,8 @@ CONVERGED, ROUGHLY = 0.01, 0.5
 and one of which the value alone is asked for."""
 
 ITERATIONS, ROUNDS = 30, 8
-"""Most Gauss-Newton steps of a fit; halvings of one step, and steps of what a held-out log has of its own: twice what was
-ever needed."""
+"""Most Gauss-Newton steps of a fit; halvings of one step, and steps of what a held-out log has of its own: twice what
+was ever needed."""
 
 AIRS = ((0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.5, -2.2, FARTHEST, 0.0))
 """Coordinates of the air from which a first fit begins: calm air, and air that swirls without torque at rest. Every
