@@ -3,10 +3,10 @@
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
 set stands, the model is refitted and the catalogue is scored again around it, until the set stands there as well. What
 has left stays away. What is in the fit leaves before others enter, or a round later: two laws that bend one curve, a
-dead zone and a quadratic thrust, seem to replace each other until both are fitted. Of laws of one family that the data do not tell apart the one
-with the fewest shapes is taken. What scores :data:`.settings.NAMED` is established, if a refit without it loses as
-much: the quadratic form of a law with corners, such as a dead zone, promises five times what it keeps. Effects of one
-family are one finding: its score is what the likelihood loses without all its members.
+dead zone and a quadratic thrust, seem to replace each other until both are fitted. Of laws of one family that the data
+do not tell apart the one with the fewest shapes is taken. What scores :data:`.settings.NAMED` is established, if a
+refit without it loses as much: the quadratic form of a law with corners, such as a dead zone, promises five times what
+it keeps. Effects of one family are one finding: its score is what the likelihood loses without all its members.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
