@@ -106,7 +106,6 @@ def test_an_interval_holds_what_the_gains_would_be_with_an_effect_that_is_hardly
 
 
 def test_a_raised_arm_that_turns_back_and_forth_turns_the_pitch_as_a_thin_beam():
-    """What three logs in calm air tell of it, beside the couplings of the other axes."""
     likelihood = likelihood_of(windy_logs(windy_rig(53, "calm", effects="beam", counts={"a": 3}), "a"))
     selection = select(fit_own_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
     assert "inertial_coupling_pitch" in shown(selection)

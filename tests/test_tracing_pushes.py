@@ -28,10 +28,7 @@ OPEN = (Push("travel", 40.0, 40.6, 1.5), Push("pitch", 30.0, 30.4, -1.2), Push("
 
 @cache
 def flown(seed, kind="clean", pushed=False, heavier=0.0):
-    """Three logs of a rig in open loop; half the voltages' difference, so that a pushed pitch does not turn over.
-
-    In the first one the arm's weight pulls it down by ``heavier`` [rad/s^2] more.
-    """
+    """Three logs in open loop, half the voltages' difference: no pushed pitch turns over; the first arm is heavier."""
     rig, logs = draw_rig(seed, kind), []
     for number, push in enumerate(OPEN):
         v = multisines(90.0, np.random.default_rng(seed + number))
@@ -113,7 +110,7 @@ def test_an_elevation_that_was_zeroed_elsewhere_is_shifted_and_a_curve_of_the_th
 
 
 def test_a_log_whose_arm_was_balanced_otherwise_is_not_shifted():
-    """The sines of the couplings have the true elevation; in a linear plant another zero would look the same."""
+    """The couplings' sines have the true elevation; in a linear plant another zero would look the same."""
     found = identify_plant(flown(13, "inertial_coupling+large_angle_gravity", heavier=1.2))
     (note,) = [note for note in found.notes if "reads" in note]
     assert note.startswith("log0: its elevation reads 0.4") and "balanced otherwise" in note

@@ -6,7 +6,8 @@ With H and g of F for base, air and all candidates as columns, and i what is in 
 
 at the minimum over i; u/I is its coefficient. phi >= 1 is the dispersion of the axis on which j acts: the mean square
 of the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right;
-what is in a fit is judged by its own dispersion (:attr:`.Fit.dispersion`), across whole logs as well. An effect whose
+what is in a fit is judged by its own dispersion (:attr:`.Fit.dispersion`), across whole logs as well. Of an effect in
+the model S is what the quadratic form loses without it, where other parameters may stop at a bound. An effect whose
 coefficient would have a sign that physics forbids has the score 0. Where a law is tried with several shapes, the
 logarithm of their number is taken off (Bonferroni).
 
