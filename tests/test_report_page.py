@@ -95,7 +95,7 @@ def test_the_first_experiment_is_the_one_that_settles_most():
     whole = example()
     (gain, first), *others = experiments_of(whole)
     assert gain == ["travel gain"] and first.startswith("Lean the pitch")
-    assert any("Turn the travel fast." in text and len(names) == 2 for names, text in others)
+    assert any("Turn the travel fast." in text and len(names) == 3 for names, text in others)
     settled = replace(adequate(), parameters={}, catalogue=())
     assert experiments_of(settled) == []
     assert "These logs leave no question open" in report_page(settled, "rig")
@@ -108,7 +108,7 @@ def test_tables_name_the_effect_its_size_what_could_stand_in_for_it_the_leading_
     assert rows["A periodic torque on the elevation at 0.700 Hz"][-2] == "no"
     assert rows["Motor lag of the rotors"][0] == "possible"
     assert effect_table(adequate()).rows == []
-    assert "2 of" in words.verdict_line(adequate())
+    assert "3 of" in words.verdict_line(adequate())
     # under a controller the errors that its voltages answer do not lead
     flown = replace(example(), closed_loop=True)
     assert error_table(flown).rows[0][1] == ".1 s ahead"
