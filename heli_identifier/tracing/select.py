@@ -173,10 +173,12 @@ def _lack_mechanics(around: Scores, kept: Collection[str]) -> bool:
 
 
 def _add_mechanics(fitted: Fit, kept: Sequence[str]) -> Fit:
-    """Fit roughly with some effects and all terms of rigid-body mechanics."""
+    """Fit roughly with some effects and all terms of rigid-body mechanics, where the rig has such terms."""
     candidates, expected = fitted.likelihood.rig.candidates, (1.0, 1.0 / CATALOGUE_WIDTHS)
+    if not (terms := _absent_mechanics(candidates, ())):
+        return fitted
     begun = dict.fromkeys(_absent_mechanics(candidates, kept), 1.0)
-    rig = fitted.likelihood.rig.expecting(dict.fromkeys(_absent_mechanics(candidates, ()), expected))
+    rig = fitted.likelihood.rig.expecting(dict.fromkeys(terms, expected))
     start = replace(fitted, likelihood=replace(fitted.likelihood, rig=rig))
     return refit(start, candidates, [*kept, *begun], begun, value_only=True)
 
