@@ -111,6 +111,7 @@ def test_inertial_coupling_of_the_pitch_is_that_of_a_thin_beam_in_eq_1(theta, el
     law = inertial_coupling_pitch(theta, elevation, w_2, w_3, mu_sum, 0.0, -travel / w_3, 1.0)
     assert law == pytest.approx(pitch, rel=1e-6, abs=1e-6)  # drops of 1 nm turn it by 1e-8 of gravity over its length
 
+
 @given(st.floats(-8.0, 8.0))
 def test_lift_of_equal_rotors_raises_the_arm_to_its_new_rest(mu_sum):
     rest = rest_state(TABLE_2, mu_sum)

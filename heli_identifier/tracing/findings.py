@@ -50,13 +50,14 @@ def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimat
     units, found = fitted.likelihood.rig.units, {}
     curve = next((i for i, c in enumerate(fitted.coordinates) if c.bend), None)
     for name in fields:
-        gradient = fitted.gradient(attrgetter(name))
-        if curve is not None and fitted.names[curve] != name:
-            gradient[curve] = 0.0
-        error = float(np.sqrt(gradient @ C @ gradient)) if gradient.any() else None
+        error: float | None
         if curve is not None and fitted.names[curve] == name:
             c, x = fitted.coordinates[curve], fitted.x[curve]
             error = float(abs(c.value(x) - c.value(x - copysign(1.96 * sqrt(C[curve, curve]), x))) / 1.96)
+        else:
+            gradient = fitted.gradient(attrgetter(name))
+            gradient[[] if curve is None else curve] = 0.0
+            error = float(np.sqrt(gradient @ C @ gradient)) if gradient.any() else None
         found[name] = Estimate(float(getattr(fitted.parameters, name)), error, units[name])
     return found
 

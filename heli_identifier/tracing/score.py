@@ -196,7 +196,7 @@ class Scores:
         """Column of every effect: of several shapes the one that explains most beside what the fit has."""
         columns = {name: self.of_field[name] for name in self.effects}
         several = {name: own for name, own in columns.items() if len(own) > 1}
-        best = {name: own.column for name, own in self._added(self.selected, several).items()}
+        best = {name: own.column for name, own in self._added(self.minimum(self.selected), several).items()}
         return {name: own[0] for name, own in columns.items()} | best
 
     def minimum(self, selected: Collection[str]) -> tuple[Array, list[int]]:
@@ -226,23 +226,23 @@ class Scores:
     def scores(self, selected: Collection[str], among: Collection[str] | None = None) -> dict[str, Score]:
         """Score every candidate: outside of ``selected`` what it would add, inside what would be lost without it."""
         wanted = [name for name in self.effects if among is None or name in among]
-        found = self._added(selected, {name: [self.chosen[name]] for name in wanted if name not in selected})
-        whole = self.minimum(selected)[0]
-        fall = fall_by(self.H, self.g, whole)
+        whole = self.minimum(selected)
+        found = self._added(whole, {name: [self.chosen[name]] for name in wanted if name not in selected})
+        fall = fall_by(self.H, self.g, whole[0])
         for name in selected:
             if name in wanted:
-                rest, j = [other for other in selected if other != name], self.chosen[name]
-                lost = (fall - self.fall(rest)) / float(self.dispersion[j]) - self.price[name]
-                value = self.units[name] * self.coordinates[j].value(float(self.x[j] + whole[j]))
-                own = self._added(rest, {name: [j]})[name]  # without it others may stop at a bound
+                j, least = self.chosen[name], self.minimum([other for other in selected if other != name])
+                lost = (fall - fall_by(self.H, self.g, least[0])) / float(self.dispersion[j]) - self.price[name]
+                value = self.units[name] * self.coordinates[j].value(float(self.x[j] + whole[0][j]))
+                own = self._added(least, {name: [j]})[name]  # without it others may stop at a bound
                 found[name] = replace(own, score=max(lost, 0.0), value=value)
         return found
 
-    def _added(self, selected: Collection[str], tried: Mapping[str, Sequence[int]]) -> dict[str, Score]:
-        """Score candidates outside of ``selected`` by the best of the columns that are ``tried``."""
+    def _added(self, least: tuple[Array, list[int]], tried: Mapping[str, Sequence[int]]) -> dict[str, Score]:
+        """Score candidates outside of a model from its minimum, ``least``, by the best of the ``tried`` columns."""
         if not tried:
             return {}
-        d, i = self.minimum(selected)
+        d, i = least
         columns = np.array([j for own in tried.values() for j in own])
         inside = np.array([j for j in i if self.low[j] < d[j] < self.high[j]])  # at a bound nothing moves
         a = np.linalg.solve(self.H[np.ix_(inside, inside)], self.H[np.ix_(inside, columns)])

@@ -165,7 +165,9 @@ def _absent_mechanics(candidates: Iterable[Effect], kept: Collection[str]) -> li
 
 
 def _lack_mechanics(around: Scores, kept: Collection[str]) -> bool:
-    """Whether the logs say that terms of rigid-body mechanics are missing beside some effects."""
+    """Whether the rig has no terms of rigid-body mechanics, or the logs say that they are missing beside effects."""
+    if not _absent_mechanics(around.fitted.likelihood.rig.candidates, ()):
+        return True
     beside = around.scores(kept, among=_absent_mechanics(around.effects.values(), kept)).values()
     squares = [CATALOGUE_WIDTHS**-2 + own.standard_error**2 for own in beside]
     away = [0.5 * (1.0 - own.value) ** 2 / square - own.score for own, square in zip(beside, squares, strict=True)]
@@ -173,12 +175,10 @@ def _lack_mechanics(around: Scores, kept: Collection[str]) -> bool:
 
 
 def _add_mechanics(fitted: Fit, kept: Sequence[str]) -> Fit:
-    """Fit roughly with some effects and all terms of rigid-body mechanics, where the rig has such terms."""
+    """Fit roughly with some effects and all terms of rigid-body mechanics."""
     candidates, expected = fitted.likelihood.rig.candidates, (1.0, 1.0 / CATALOGUE_WIDTHS)
-    if not (terms := _absent_mechanics(candidates, ())):
-        return fitted
     begun = dict.fromkeys(_absent_mechanics(candidates, kept), 1.0)
-    rig = fitted.likelihood.rig.expecting(dict.fromkeys(terms, expected))
+    rig = fitted.likelihood.rig.expecting(dict.fromkeys(_absent_mechanics(candidates, ()), expected))
     start = replace(fitted, likelihood=replace(fitted.likelihood, rig=rig))
     return refit(start, candidates, [*kept, *begun], begun, value_only=True)
 

@@ -73,10 +73,11 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
         shifted = _restart(replace(records[i], angles=records[i].angles + z), likelihood.rig)
         if _misfit(judge, records[i])[0] < _misfit(judge, shifted)[0] - KEPT:
             notes.append(f"{read} the arm had been balanced otherwise; its gains may differ as well")
+            zeros[i] = 0.0
         else:
             moved[i] = replace(logs[i], angles=logs[i].angles + z)
             notes.append(f"{read} its encoder had been zeroed in another position; it was shifted by that much")
-    if any(own is not log for own, log in zip(moved[:count], logs, strict=False)):
+    if zeros[:count].any():
         again = Likelihood.of(moved[:count], likelihood.rig).undo_faults(likelihood.faults)
         fitted = fit(replace(again, widths=likelihood.widths), fitted.names, fitted)
     return fitted, tuple(moved), tuple(notes)

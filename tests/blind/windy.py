@@ -141,8 +141,7 @@ def _effects(kind: str | None, rng: np.random.Generator) -> tuple[Effect, ...]:
         return ()
     unknown = [w for w in words if w not in STRENGTHS]
     if unknown:
-        known = ", ".join(("bare", "coupled", "beam", *STRENGTHS))
-        raise ValueError(f"effect {unknown[0]!r} is not known; choose of {known}")
+        raise ValueError(f"effect {unknown[0]!r} is not known; choose of bare, coupled, beam, {', '.join(STRENGTHS)}")
     drawn = []
     for w in words:
         axis, low, high = STRENGTHS[w]
@@ -293,11 +292,11 @@ def windy_rig(
     """Draw a windy rig and fly its logs; what is not given follows the seed.
 
     ``colour`` of the air: ou, slow or swirl; ``quiet``: references a fifth as large; ``rate`` of samples and
-    controller, 100 or 500 [Hz]; ``effects``: bare, coupled (inertial coupling of elevation and travel, trigonometric
-    gravity), on top of that joined by ``+`` beam (inertial coupling of the pitch, a thin beam) and names of
-    `STRENGTHS`, drawn if not given; ``references``: whether they are
-    logged; ``counts`` of logs by letter, which do not change one another; ``pushes`` by a hand, by the log's name;
-    ``finer``: how many times finer the encoders are that write the log, the controller keeps its own.
+    controller, 100 or 500 [Hz]; ``effects``, drawn if not given: bare, coupled (inertial coupling of elevation and
+    travel, trigonometric gravity), on top of that joined by ``+`` beam (inertial coupling of the pitch) and names of
+    `STRENGTHS`; ``references``: whether they are logged; ``counts`` of logs by letter, which do not change one another;
+    ``pushes`` by a hand, by the log's name; ``finer``: how many times finer the encoders are that write the log, the
+    controller keeps its own.
     """
     drawn, air, held, tuning, pilot, flights = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(6))
     base, hover = _base(rate, drawn)
