@@ -114,9 +114,16 @@ def header(translation: Translation, memory: c.CType = c.NOTHING) -> str:
     external = [body for body in translation.functions.values() if body.is_external]
     return render_types(
         "model.h.j2", translation, heads=[_head(body) for body in (*translation.entries, *external)],
-        kept=[kind for kind in translation.types if kind in kept],
+        kept=[kind for kind in translation.types if kind in kept], plain=set(filter(_is_plain, kept)),
         maybes=[kind for kind in translation.types if isinstance(kind, c.Maybe)],
     )  # fmt: skip
+
+
+def _is_plain(kind: c.CType) -> bool:
+    """Return whether all bytes of a type are its doubles' and integers', so that it passes as it lies in memory."""
+    if isinstance(kind, c.Struct | c.Row):
+        return all(_is_plain(inner) for _, inner in c.parts_of(kind))
+    return kind in (c.FLOAT, c.INT)
 
 
 def _all_parts(kind: c.CType) -> Iterator[c.CType]:
