@@ -67,12 +67,25 @@ def thrust_tilt(mu_sum: float, pitch: float, c: float) -> float:
     return c * mu_sum * sin(pitch)
 
 
-@declared(
-    "c mu_s lambda'^2 cos(theta)", "elevation", unit="1/(V rad)", bounds=(0.0, 0.1),
-    source="Padfield, Helicopter Flight Dynamics (induced inflow in forward flight)",
+_translation = partial(
+    declared, unit="s^2/rad^2", bounds=(-0.5, 0.5),
+    source="Padfield, Helicopter Flight Dynamics (induced inflow in forward flight)", family="thrust in translation",
     drawn_against="travel_rate",
-    experiment="Let the arm travel fast at a constant sum of the voltages, then stop it.",
+    experiment="Let the arm travel fast and slowly either way, rocking the pitch at a constant sum of the voltages.",
 )  # fmt: skip
-def translational_lift(mu_sum: float, pitch: float, travel_rate: float, c: float) -> float:
-    """Lift in translation: a rotor that travels through still air meets less of its own inflow and lifts more."""
-    return c * mu_sum * travel_rate * travel_rate * cos(pitch)
+
+
+@_translation("c k_z mu_s lambda'^2 cos(theta)", "elevation")
+def translational_lift_elevation(mu_sum: float, pitch: float, travel_rate: float, k_z: float, c: float) -> float:
+    """Lift in translation: the thrust changes with the square of the arm's speed along the travel.
+
+    A rotor that flies through still air meets less of its own inflow and pulls more, c > 0; the rear one of two, or
+    both where the arm comes round to its own wake, flies in air that moves down and pulls less, c < 0.
+    """
+    return c * k_z * mu_sum * travel_rate * travel_rate * cos(pitch)
+
+
+@_translation("c k_y mu_s lambda'^2 sin(theta)", "travel")
+def translational_lift_travel(mu_sum: float, pitch: float, travel_rate: float, k_y: float, c: float) -> float:
+    """As on the elevation, for the part of the thrust that drives the travel."""
+    return c * k_y * mu_sum * travel_rate * travel_rate * sin(pitch)

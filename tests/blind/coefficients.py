@@ -15,15 +15,14 @@ BASE = {
 ON_AXES = {
     "dry_friction": AXES, "breakaway_friction": AXES, "quadratic_drag": AXES, "constant_torque": ("pitch", "travel"),
     "airspeed_thrust_loss": ("pitch", "elevation"), "gyroscopic_coupling": ("pitch", "elevation"),
-    "inertial_coupling": AXES,
+    "inertial_coupling": AXES, "translational_lift": ("elevation", "travel"),
 }  # fmt: skip
 """Effects with a coefficient on each of several axes; in `Coefficients` its name ends with the axis."""
 
 ALONE = (
     "quadratic_thrust", "reverse_thrust_loss", "dead_zone", "motor_lag", "input_delay", "thrust_fade", "rotor_mismatch",
-    "speed_stability", "rotor_drag_torque", "cable_stiffness", "thrust_tilt", "translational_lift",
-    "large_angle_gravity", "pitch_gravity_coupling", "ground_effect", "moving_mass", "arm_bending",
-    "product_of_inertia",
+    "speed_stability", "rotor_drag_torque", "cable_stiffness", "thrust_tilt", "large_angle_gravity",
+    "pitch_gravity_coupling", "ground_effect", "moving_mass", "arm_bending", "product_of_inertia",
 )  # fmt: skip
 """Effects with one coefficient."""
 

@@ -170,15 +170,15 @@ def elevation_torque(
 ) -> float:
     """Angular acceleration of elevation but for dry friction [rad/s^2]."""
     a_1 = p.a_1 + (p.moving_mass if t >= p.mass_time else 0.0)
-    lift = p.k_z * mu_s * math.cos(th)
+    more = p.translational_lift_elevation * w_l**2
     if p.ground_effect != 0.0:
-        lift *= 1.0 + p.ground_effect * math.exp(-(e - p.ground_angle) / p.ground_length)
+        more += p.ground_effect * math.exp(-(e - p.ground_angle) / p.ground_length)
     return (
         -p.a_wz * w_e
         - gravity_of_arm(e, a_1, p)
         - p.a_lt * w * w_l
-        + lift
-        + mu_s * (p.thrust_tilt * math.sin(th) + p.translational_lift * math.cos(th) * w_l * w_l)
+        + p.k_z * mu_s * math.cos(th) * (1.0 + more)
+        + p.thrust_tilt * mu_s * math.sin(th)
         - p.quadratic_drag_elevation * w_e * abs(w_e)
         - p.airspeed_thrust_loss_elevation * mu_s * w_e * math.cos(th)
         + p.gyroscopic_coupling_elevation * mu_s * w
@@ -192,7 +192,7 @@ def travel_torque(th: float, e: float, lam: float, w_e: float, w_l: float, mu_s:
     from_horizon = e + p.elevation_zero
     return (
         -p.a_wy * w_l
-        + p.k_y * mu_s * math.sin(th)
+        + p.k_y * mu_s * math.sin(th) * (1.0 + p.translational_lift_travel * w_l**2)
         - p.quadratic_drag_travel * w_l * abs(w_l)
         + p.constant_torque_travel
         + p.rotor_drag_torque * mu_s * math.cos(th) * math.cos(from_horizon)
