@@ -14,8 +14,7 @@ import typer
 from benchmarks.harness import write_section
 
 SECTIONS = {
-    "commands": "units", "loop": "units", "native": "units", "fit": "outside", "memory": "units", "runs": "units",
-    "soak": "soak",
+    **dict.fromkeys(("commands", "loop", "native", "memory", "runs"), "units"), "fit": "outside", "soak": "soak",
 }  # fmt: skip
 """Module of each section of docs/benchmarks.md; its function of the section's name gives the text."""
 

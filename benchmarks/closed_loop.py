@@ -30,12 +30,9 @@ JUDGED = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "k_z", "a_wy", "k_y")
 SHOWN = ("k_z", "a_e", "k_x")
 
 SETTINGS: tuple[tuple[str, dict[str, Any]], ...] = (
-    ("100 Hz", {}),
-    ("500 Hz", {"rate": 500.0}),
-    ("100 Hz, noise x 3", {"noise": 3.0}),
-    ("500 Hz, noise x 3", {"rate": 500.0, "noise": 3.0}),
-    ("100 Hz, lag .12 s, .08 s assumed", {"lag": 0.12}),
-)
+    ("100 Hz", {}), ("500 Hz", {"rate": 500.0}), ("100 Hz, noise x 3", {"noise": 3.0}),
+    ("500 Hz, noise x 3", {"rate": 500.0, "noise": 3.0}), ("100 Hz, lag .12 s, .08 s assumed", {"lag": 0.12}),
+)  # fmt: skip
 
 
 def rigs(tuning: bool, **given: Any) -> Iterator[tuple[Coefficients, list[Log]]]:

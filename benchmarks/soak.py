@@ -25,20 +25,14 @@ from heli_identifier.online.adaptation import gain_matrix
 from heli_identifier.results import to_digits
 from heli_plant.parameters import TABLE_2
 
-HOURS = 24
-STEP = 0.01
+HOURS, STEP = 24, 0.01  # [h], [s]
 MINUTE = round(60.0 / STEP)  # steps
 GAIN_LIMIT = 1e3
+PREDICTING = {"method": "prediction_error", "adaptation.forgetting": 0.3}
 CASES: dict[str, dict[str, Any]] = {
-    "adaptation (7), omega_f = 3 rad/s, forgetting .1 1/s": {
-        "method": "adaptation", "filter.frequency": 3.0, "adaptation.forgetting": 0.1,
-    },
-    "prediction errors, forgetting .3 1/s": {
-        "method": "prediction_error", "motor.lag_known": True, "adaptation.forgetting": 0.3,
-    },
-    "prediction errors, lag estimated, forgetting .3 1/s": {
-        "method": "prediction_error", "adaptation.forgetting": 0.3,
-    },
+    "adaptation (7), omega_f = 3 rad/s, forgetting .1 1/s": {"filter.frequency": 3.0, "adaptation.forgetting": 0.1},
+    "prediction errors, forgetting .3 1/s": {"motor.lag_known": True, **PREDICTING},
+    "prediction errors, lag estimated, forgetting .3 1/s": PREDICTING,
 }  # fmt: skip
 """Settings of the identifier. The adaptation's .1 is the least that follows on a flight with other excitation and
 jumps. A jump of this plant without noise raises the variance by which prediction errors are weighed ten thousandfold:

@@ -115,9 +115,7 @@ OURS = {
     "HelicopterPlant, all effects off": (alone("HelicopterPlant", {}), 15.0, 0.3),
     "HelicopterPlant, every effect on": (alone("HelicopterPlant", EVERY_EFFECT), 30.0, 1.0),
     "AdaptiveIdentifier, three axes": (alone("AdaptiveIdentifier", ADAPTING), 40.0, 1.0),
-    "AdaptiveIdentifier, prediction errors with the lag estimated": (
-        alone("AdaptiveIdentifier", PREDICTING), 80.0, 3.0,
-    ),
+    "AdaptiveIdentifier, prediction errors, lag estimated": (alone("AdaptiveIdentifier", PREDICTING), 80.0, 3.0),
     "scenario follow, on a rig that the twin does not fit": (
         replace(FOLLOW, parameters=(*FOLLOW.parameters, ("player.log.path", str(demo_files("rig-a")[0][0])))),
         250.0, 0.0,
