@@ -19,7 +19,7 @@ from scipy.optimize import lsq_linear
 from heli_identifier.chain import FAULTS
 
 from .likelihood import Likelihood, Point
-from .noise import SHAPES
+from .noise import LOWEST, SHAPES
 from .rig import Array, Coordinate, Parameters
 from .sensitivity import Quadratic, linearise
 from .settings import (
@@ -199,7 +199,7 @@ class Fit:
     def scan_air(self) -> "Fit | None":
         """Move the air of every axis to the best of a coarse grid; None if F does not fall by enough to go on."""
         z = self.point.z
-        airs = [z, *(np.clip(z + np.array(move)[:, None], -FARTHEST, FARTHEST) for move in AIR_SCAN)]
+        airs = [z, *(np.clip(z + np.array(move)[:, None], LOWEST, FARTHEST) for move in AIR_SCAN)]
         best = self.likelihood.in_airs(self.point, self.e, airs).argmin(0)
         if not best.any():
             return None
@@ -219,14 +219,14 @@ def bounded_step(H: Array, g: Array, low: Array, high: Array) -> Array:
 
 def fit(
     likelihood: Likelihood, fields: Sequence[str], start: Fit | None = None,
-    shapes: Mapping[str, float] | None = None, value_only: bool = False, other: Point | None = None,
+    shapes: Mapping[str, float] | None = None, value_only: bool = False, others: Sequence[Point] = (),
 ) -> Fit:  # fmt: skip
     """Fit a plant to the records of a rig.
 
     Estimated are the parameters and faults ``fields``. Other parameters keep the values of ``start``, or what the rig
     is given as; other faults of the likelihood stay undone as they are. ``shapes`` are values of parameters to begin
-    from. With ``value_only`` F alone is asked for: the fit is a rough one, from the air of ``start``. Where the
-    ``other`` point is likelier the fit begins there.
+    from. With ``value_only`` F alone is asked for: the fit is a rough one, from the air of ``start``. Where one of the
+    ``others`` is likelier the fit begins there.
     """
     rig, new = likelihood.rig, start is None or not set(fields) <= set(start.names)
     if start is None:
@@ -237,7 +237,7 @@ def fit(
         airs = (np.repeat(np.array(air)[:, None], len(rig.axes), axis=1) for air in AIRS)
         start = _join_airs([_descend(beginning, fields, [beginning.resting(first, z)], ROUGHLY, False) for z in airs])
         start = replace(start, point=replace(start.point, own=likelihood.fill(start.point.own)))
-    points = [replace(own, parameters=rig.assign(own.parameters, shapes or {})) for own in (start.point, other) if own]
+    points = [replace(own, parameters=rig.assign(own.parameters, shapes or {})) for own in (start.point, *others)]
     return _descend(likelihood, fields, points, ROUGHLY if value_only else CONVERGED, new and not value_only)
 
 
@@ -279,16 +279,16 @@ def _descend(
     likelihood: Likelihood, fields: Sequence[str], points: Sequence[Point], least: float, scan: bool = True
 ) -> Fit:
     """Fit from the likeliest of some points until F falls by less than ``least`` by a step, and by no ``scan``."""
-    starts = [replace(p, z=np.clip(p.z, -FARTHEST, FARTHEST), own=likelihood.fill(p.own)) for p in points]
+    starts = [replace(p, z=np.clip(p.z, LOWEST, FARTHEST), own=likelihood.fill(p.own)) for p in points]
     begun = [Fit.at(likelihood, *_coordinates_of(likelihood, fields, own.parameters), own) for own in starts]
     now = min(begun, key=lambda own: own.value)
     point = now.point
-    low, high = now.bounds
+    (low, high), lowest = now.bounds, np.repeat(LOWEST, point.z.shape[1])
     reach, moved = np.ones(point.z.size), np.zeros(point.z.size)  # of the air: shorter where it swings
     for _ in range(ITERATIONS):
         z, H, g = now.point.z.ravel(), now.hessian, now.quadratic.total[1]
         s = bounded_step(
-            H, g, np.concatenate((low - now.x, np.maximum(-reach, -FARTHEST - z))),
+            H, g, np.concatenate((low - now.x, np.maximum(-reach, lowest - z))),
             np.concatenate((high - now.x, np.minimum(reach, FARTHEST - z))),
         )  # fmt: skip
         promised = -(g @ s + 0.5 * s @ H @ s) + now.quadratic.by_own

@@ -9,7 +9,8 @@ rooms have; for f = 4 c an Ornstein-Uhlenbeck torque of an Ornstein-Uhlenbeck to
 the damping ratio sqrt(f/c)/2, as air that swirls round a closed room does; psi = pi/2 takes the torque at rest out of
 its spectrum; psi between mixes a fast and a slow part. These are all spectra of second order, CARMA(2, 1), so that the
 colour of the air is estimated and not assumed: a wrong colour biases the gains of a rig under a controller, and narrow
-intervals stay around the wrong values.
+intervals stay around the wrong values. Spectra are linear in sin(psi)^2, which is what a fit moves: psi and -psi give
+the same one.
 
 Angle plus error of the encoder is measured. The error has standard deviation r; the share :data:`.settings.COLOURED` of
 its variance is an Ornstein-Uhlenbeck process n of rate k, the rest is white. An encoder that turns slowly repeats its
@@ -31,10 +32,13 @@ import numpy as np
 from scipy.signal import lfilter
 
 from .rig import Array
-from .settings import COLOURED, LEAST_DAMPING, NOISE_CENTRE, NOISE_WIDTH
+from .settings import COLOURED, FARTHEST, LEAST_DAMPING, NOISE_CENTRE, NOISE_WIDTH
 
 SHAPES = len(NOISE_WIDTH)
 """Parameters of the noise of one axis: rho [1/s^2], c and f [1/s], psi [rad], k [1/s]; :func:`physical`."""
+
+LOWEST = np.array([[-FARTHEST], [-FARTHEST], [-FARTHEST], [0.0], [-FARTHEST]])
+"""Lower bounds of their coordinates, shape (5, 1); upper ones are :data:`.settings.FARTHEST`."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -86,7 +90,7 @@ def physical(z: Array, usual: Array) -> Array:
     found[[0, 1, 2, 4]] = np.exp(found[[0, 1, 2, 4]])
     found[0] *= usual
     found[2] += 4.0 * LEAST_DAMPING**2 * found[1]
-    found[3] = 0.5 * np.pi * np.tanh(found[3])
+    found[3] = np.arcsin(np.sqrt(np.tanh(np.maximum(found[3], 0.0))))
     return np.asarray(found)
 
 

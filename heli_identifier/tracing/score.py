@@ -26,7 +26,7 @@ from scipy.signal import lfilter
 
 from .fit import Fit, bounded_step
 from .likelihood import Point
-from .noise import error_dynamics, match_steps
+from .noise import LOWEST, error_dynamics, match_steps
 from .rig import Array, Coordinate, Effect
 from .sensitivity import linearise
 from .settings import KEPT, NAMED, SETTLING, STEP_APART, STEPS_TRIED
@@ -111,6 +111,7 @@ class Scores:
         self.low, self.high = np.full(len(self.g), -np.inf), np.full(len(self.g), np.inf)
         self.low[:P] = [c.bounds[0] for c in self.coordinates] - self.x
         self.high[:P] = [c.bounds[1] for c in self.coordinates] - self.x
+        self.low[P:] = (LOWEST - fitted.point.z).ravel()
         self.of_field: dict[str, list[int]] = {}
         for j, coordinate in enumerate(self.coordinates):
             self.of_field.setdefault(coordinate.field, []).append(j)

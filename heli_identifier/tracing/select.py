@@ -116,15 +116,15 @@ def _fit_entered(around: Scores, chosen: Sequence[str]) -> Fit:
     for name in new:
         shapes |= dict(around.coordinates[around.chosen[name]].beside)
     kept = [name for name in chosen if name in around.selected]
-    other = around.point([*kept, *new])
-    return refit(around.fitted, list(around.effects.values()), [*kept, *new], shapes, other=other)
+    chosen = [*kept, *new]
+    return refit(around.fitted, list(around.effects.values()), chosen, shapes, others=[around.point(chosen)])
 
 
 def refit(
     fitted: Fit, candidates: Sequence[Effect], chosen: Sequence[str], values: Mapping[str, float] = _NOT,
-    value_only: bool = False, other: Point | None = None,
+    value_only: bool = False, others: Sequence[Point] = (),
 ) -> Fit:  # fmt: skip
-    """Fit with other effects and faults of the candidates, from ``values`` of parameters or from an ``other`` point."""
+    """Fit with other effects and faults of the candidates, from ``values`` of parameters or from ``others``' points."""
     by_field, likelihood = {effect.field: effect for effect in candidates}, fitted.likelihood
     gone = by_field.keys() - set(chosen)
     kept = {fault: size for fault, size in likelihood.faults.items() if fault.field not in gone}
@@ -134,7 +134,7 @@ def refit(
     off = {name: 0.0 for name in fitted.fields if name in gone}
     return fit(
         likelihood if kept == likelihood.faults else likelihood.undo_faults(kept), list(dict.fromkeys(names)), fitted,
-        {**values, **off}, value_only, other,
+        {**values, **off}, value_only, others,
     )  # fmt: skip
 
 
@@ -195,7 +195,8 @@ def _weighed(around: Scores, null: Fit) -> list[Finding]:
 
     @cache
     def least(kept: tuple[str, ...], mechanics: bool) -> float:
-        plain = fitted if kept == selected else refit(fitted, effects, kept, value_only=True, other=bare)
+        others = () if kept == selected else (bare, around.point(kept))
+        plain = refit(fitted, effects, kept, value_only=True, others=others) if others else fitted
         if not mechanics or _lack_mechanics(around, kept):
             return plain.value
         of_plant = [name for name in kept if around.effects[name].fault is None]

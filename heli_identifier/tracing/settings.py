@@ -12,7 +12,7 @@ from heli_identifier.records import GivenRig, RigConfiguration
 # --- the noise of the likelihood (noise.py) ---
 
 NOISE_CENTRE = np.array([0.0, log(2.5), log(300.0), 0.0, log(300.0)])
-"""Centres of ln rho over what is usual on an axis, ln c, ln f [1/s], artanh(2 psi/pi), ln k [1/s]: measured rigs have
+"""Centres of ln rho over what is usual on an axis, ln c, ln f [1/s], artanh(sin(psi)^2), ln k [1/s]: measured rigs have
 torques that are correlated over .4 s, and no edge that logs resolve; an encoder that turns by ten counts in .1 s errs
 almost like white noise."""
 
