@@ -272,6 +272,7 @@ def test_the_torque_is_stationary_with_the_stated_variance_and_a_sample_the_inte
     Q = 80.0**2 * (np.eye(2) - F @ F.T)
     np.testing.assert_allclose(solve_discrete_lyapunov(F, Q), 80.0**2 * np.eye(2), rtol=1e-6, atol=1e-6)
     np.testing.assert_array_equal(A[2:4, 2:4], F)
+    np.testing.assert_allclose(solved(80.0, c, f, -psi).S, own.S, rtol=1e-9, err_msg="the spectrum is even in psi")
     np.testing.assert_allclose(A[:4, :4], van_loan(80.0, c, f, psi)[0], rtol=1e-9, atol=1e-12)
 
 

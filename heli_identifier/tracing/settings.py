@@ -17,8 +17,8 @@ torques that are correlated over .4 s, and no edge that logs resolve; an encoder
 almost like white noise."""
 
 NOISE_WIDTH = np.array([1.5, 0.7, 2.5, 0.8, 1.0])
-"""Their widths: a factor of 4.5 in level, of 2 in rate, of 12 in smoothness; all directions psi are about as likely;
-a factor of 3 in how fast an encoder turns."""
+"""Their widths: a factor of 4.5 in level, of 2 in rate, of 12 in smoothness; all shares sin(psi)^2 are about as
+likely; a factor of 3 in how fast an encoder turns."""
 
 COLOURED = 0.9
 """Share of the encoder's variance that has the colour of k; a remainder of white noise keeps the filter regular."""
@@ -87,8 +87,8 @@ was ever needed."""
 
 AIRS = ((0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.5, -2.2, FARTHEST, 0.0))
 """Coordinates of the air from which a first fit begins: calm air, and air that swirls without torque at rest. Every
-axis goes on from the likelier. Begun in calm air alone, half of the fits in swirling air stop 15 to 100 nats too high:
-a gain is wrong as if the voltages made the swirl, and no other air at that gain is better."""
+axis goes on from the likelier. Begun in calm air alone, three of four fits in swirling air stop 35 to 180 nats too
+high: a gain is wrong as if the voltages made the swirl, and no other air at that gain is better."""
 
 AIR_SCAN = tuple(
     (level / 1.5, rate / 0.7, 0.0, 0.0, 0.0)
