@@ -56,7 +56,8 @@ def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimat
             error = float(abs(c.value(x) - c.value(x - copysign(1.96 * sqrt(C[curve, curve]), x))) / 1.96)
         else:
             gradient = fitted.gradient(attrgetter(name))
-            gradient[[] if curve is None else curve] = 0.0
+            if curve is not None:
+                gradient[curve] = 0.0
             error = float(np.sqrt(gradient @ C @ gradient)) if gradient.any() else None
         found[name] = Estimate(float(getattr(fitted.parameters, name)), error, units[name])
     return found

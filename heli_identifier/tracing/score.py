@@ -108,10 +108,9 @@ class Scores:
         self.quadratic = linearise(fitted.likelihood, fitted.point, self.coordinates, self.x, fitted.sigma)
         self.H, self.g = self.quadratic.total
         P = self.P = len(self.x)
-        self.low, self.high = np.full(len(self.g), -np.inf), np.full(len(self.g), np.inf)
-        self.low[:P] = [c.bounds[0] for c in self.coordinates] - self.x
-        self.high[:P] = [c.bounds[1] for c in self.coordinates] - self.x
-        self.low[P:] = (LOWEST - fitted.point.z).ravel()
+        z = fitted.point.z
+        self.low = np.append([c.bounds[0] for c in self.coordinates] - self.x, LOWEST - z)
+        self.high = np.append([c.bounds[1] for c in self.coordinates] - self.x, np.full(z.shape, np.inf))
         self.of_field: dict[str, list[int]] = {}
         for j, coordinate in enumerate(self.coordinates):
             self.of_field.setdefault(coordinate.field, []).append(j)

@@ -195,8 +195,9 @@ def _weighed(around: Scores, null: Fit) -> list[Finding]:
 
     @cache
     def least(kept: tuple[str, ...], mechanics: bool) -> float:
-        others = () if kept == selected else (bare, around.point(kept))
-        plain = refit(fitted, effects, kept, value_only=True, others=others) if others else fitted
+        plain = fitted
+        if kept != selected:
+            plain = refit(fitted, effects, kept, value_only=True, others=(bare, around.point(kept)))
         if not mechanics or _lack_mechanics(around, kept):
             return plain.value
         of_plant = [name for name in kept if around.effects[name].fault is None]
