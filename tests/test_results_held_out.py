@@ -14,10 +14,10 @@ from heli_identifier.results import Use, hold_to, rms_figures
 from heli_identifier.results.held_out import _thin, compare, likelihood_of, use_of
 from heli_identifier.results.prediction import HORIZONS, Model, Run, simulate_record
 from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter
-from heli_identifier.tracing.findings import _rests_on
+from heli_identifier.tracing.findings import _judge_parameter
 from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.rig import record_of
-from heli_identifier.tracing.settings import NOISE_WIDTH, OWN
+from heli_identifier.tracing.settings import NOISE_WIDTH, PER_LOG
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
@@ -39,7 +39,7 @@ def model(parameters=TABLE_2, noise=NOISE):
     """A plant with the true noise: f far above c makes the torque Ornstein and Uhlenbeck's."""
     z = coordinates_of(LEVEL / noise, np.full(3, RATE), RIG.air(np.zeros((5, 3)))[0])
     z[[2, 4]] = np.log(10.0) / NOISE_WIDTH[[2, 4], None]
-    return Model(RIG, parameters, z, noise, np.repeat((0.02, *OWN[1:]), 3))
+    return Model(RIG, parameters, z, noise, np.repeat((0.02, *PER_LOG[1:]), 3))
 
 
 def recorded(parameters, v, seed, air):
@@ -148,7 +148,7 @@ def test_an_offset_beyond_hubers_bound_costs_no_more_than_its_prior():
     calm.z[0] -= np.log(50.0) / NOISE_WIDTH[0]
     for constant in (0.0, 0.03):
         log = Log("calm", 1.0 / H, v, recorded(TABLE_2, v, 3, air + [0.0, constant, 0.0]))
-        own = replace(calm, widths=np.repeat((0.2, *OWN[1:]), 3))
+        own = replace(calm, widths=np.repeat((0.2, *PER_LOG[1:]), 3))
         nats.append(float(likelihood_of(own, record_of(log, RIG))[1].sum()))
     assert nats[0] - nats[1] == pytest.approx(0.5 * (0.03 / 0.2) ** 2, abs=0.5)
 
@@ -248,10 +248,10 @@ def test_use_follows_from_the_gain_and_from_predictions_and_what_a_gain_rests_on
     assert used(Determination.OUTSIDE, 0.01, -1.0) is Use.NOTHING  # the rotors are exchanged
     # both intervals hold what either allows: a gain whose wide interval meets that of references is not contradicted
     gain, beside = Estimate(0.20, 0.14, "rad/s^2/V"), Estimate(-0.12, 0.10, "rad/s^2/V")
-    word, why, contradicted = _rests_on(gain, beside, 0.1, 0.07, True)
+    word, why, contradicted = _judge_parameter(gain, beside, 0.1, 0.07, True)
     assert (word, contradicted) == (Determination.NOT_DETERMINED, False) and "0.20 ± 0.27" in why
-    assert _rests_on(gain, replace(beside, value=-0.5), 0.1, 0.07, True)[2]  # 0.70 apart, the intervals reach 0.47
-    assert _rests_on(replace(gain, standard_error=0.01), beside, 0.1, 0.07, True)[2]
+    assert _judge_parameter(gain, replace(beside, value=-0.5), 0.1, 0.07, True)[2]  # 0.70 apart, intervals reach 0.47
+    assert _judge_parameter(replace(gain, standard_error=0.01), beside, 0.1, 0.07, True)[2]
 
 
 def test_plant_and_recovered_controller_fly_a_log_again():

@@ -13,7 +13,7 @@ from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 from heli_identifier.tracing.fit import fit
-from heli_identifier.tracing.identification import _outside
+from heli_identifier.tracing.identification import _estimate_outside
 from heli_identifier.tracing.instruments import Regression, Term, instruments
 from heli_identifier.tracing.references import controllers_of, feedback, find_references, refusal
 from tests.blind.coefficients import Coefficients
@@ -228,5 +228,5 @@ def test_what_comes_from_outside_does_not_take_the_timing_of_the_voltages_from_t
     likelihood, references = likelihood_of(logs), find_references(logs)
     plant = fit(likelihood, likelihood.rig.base)
     late = replace(plant, point=replace(plant.point, parameters=plant.parameters._replace(motor_lag_rotors=0.1)))
-    found = [_outside(own, logs, references).axes for own in (plant, late)]
+    found = [_estimate_outside(own, logs, references).axes for own in (plant, late)]
     np.testing.assert_array_equal(*(np.concatenate([axis.values for axis in axes]) for axes in found))

@@ -13,9 +13,9 @@ from heli_identifier.chain import MARGIN
 from heli_identifier.records import Event, Log
 from heli_identifier.tracing import helicopter, sensitivity
 from heli_identifier.tracing import noise as filters
-from heli_identifier.tracing.fit import Fit, around, bounded_step, covariance, fit, fit_own_spread
+from heli_identifier.tracing.fit import Fit, bounded_step, covariance, fit, fit_log_spread, known_fit
 from heli_identifier.tracing.rig import block_samples, record_of, records_of
-from heli_identifier.tracing.settings import COLOURED, HUBER, OWN_PRIOR
+from heli_identifier.tracing.settings import COLOURED, HUBER, PER_LOG_PRIOR
 from heli_plant.laws import thrust_voltage
 from tests.blind.generator import Case
 from tests.blind.windy import windy_rig
@@ -47,7 +47,7 @@ def test_the_scale_minimises_the_criterion(clean):
         return len(u) * log_sigma + np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2).sum()
 
     found = minimize_scalar(F, bracket=(-10.0, -5.0), tol=1e-12)
-    value, sigma = fitted.likelihood.of_axes([e], [record])
+    value, sigma = fitted.likelihood.data_terms([e], [record])
     assert np.log(sigma[0]) == pytest.approx(found.x, abs=1e-5)
     assert value[0] == pytest.approx(found.fun - 0.5 * len(counted), abs=1e-6 * abs(found.fun))
 
@@ -77,12 +77,12 @@ def test_torques_of_a_log_are_integrated_over(clean):
     fitted, expected = clean[2], np.zeros(3)
     likelihood, tau = fitted.likelihood, fitted.likelihood.widths[:3]
     for i, record in enumerate(likelihood.records):
-        own = fitted.point.own.copy()
+        own = fitted.point.per_log.copy()
         own[i, :3] += tau
-        e, _ = likelihood.run(i, replace(fitted.point, own=own))
+        e, _ = likelihood.run(i, replace(fitted.point, per_log=own))
         change = (e - fitted.e[i]) / fitted.sigma
         expected += 0.5 * np.log1p((record.weights * change**2).sum(0))
-    np.testing.assert_allclose(likelihood.volume(fitted.point, fitted.sigma), expected, atol=0.02)
+    np.testing.assert_allclose(likelihood.log_determinants(fitted.point, fitted.sigma), expected, atol=0.02)
 
 
 def test_chunks_make_no_difference(clean, monkeypatch):
@@ -107,18 +107,18 @@ def test_the_gradient_vanishes_where_the_fit_stops_at_the_gains_of_a_clean_rig(c
         assert abs(fitted.estimate(name) - getattr(truth.base, name)) < 4.0 * error
         assert error < 0.03 * abs(fitted.estimate(name))
     # offsets that all logs share are none: their spread is estimated near what is known beforehand, not at .1 rad/s^2
-    assert (fit_own_spread(fitted).likelihood.widths[:3] < 0.02).all()
+    assert (fit_log_spread(fitted).likelihood.widths[:3] < 0.02).all()
 
 
 def test_the_spread_of_gains_from_log_to_log_is_right_on_average_for_few_logs(clean, monkeypatch):
     """That of three logs has the mean square of the truth and the prior, whose mean of 2000 is known to 1.3 %."""
-    monkeypatch.setitem(fit_own_spread.__globals__, "fit", lambda likelihood, *others: likelihood)
+    monkeypatch.setitem(fit_log_spread.__globals__, "fit", lambda likelihood, *others: likelihood)
     fitted, squares = clean[2], []
     for own in np.random.default_rng(1).normal(0.0, 0.015, (2000, 3, 15)):
-        drawn = replace(fitted, point=replace(fitted.point, own=own))
+        drawn = replace(fitted, point=replace(fitted.point, per_log=own))
         drawn.__dict__["quadratic"] = replace(fitted.quadratic, covariance=np.zeros((3, 15, 15)))
-        squares.append(fit_own_spread(drawn).widths[9:12] ** 2)
-    assert np.mean(squares) == pytest.approx(0.015**2 + OWN_PRIOR[0] * OWN_PRIOR[2] ** 2 / 2.0, rel=4 * 0.013)
+        squares.append(fit_log_spread(drawn).widths[9:12] ** 2)
+    assert np.mean(squares) == pytest.approx(0.015**2 + PER_LOG_PRIOR[0] * PER_LOG_PRIOR[2] ** 2 / 2.0, rel=4 * 0.013)
 
 
 @pytest.mark.parametrize("at, off, rel", [(slice(9, 12), 0.02, 0.05), (12, 0.004, 0.05), (slice(15, 17), 0.3, 0.1)])
@@ -132,16 +132,16 @@ def test_a_log_with_gains_or_a_zero_of_its_own_hovers_as_the_quadratic_form_says
     logs, _, fitted = clean
     pushed = replace(logs[0], events=(Event(logs[0].name, "pitch", 20.0, 21.0, 20.0, 21.0, "force", 1.0),))
     likelihood = replace(likelihood_of([pushed, *logs[1:]]), widths=fitted.likelihood.widths)
-    own = likelihood.fill(fitted.point.own)
+    own = likelihood.pad_per_log(fitted.point.per_log)
     own[0, at] += off
 
     def fit_at(own):
-        return Fit.at(likelihood, fitted.coordinates, fitted.x, replace(fitted.point, own=own))
+        return Fit.at(likelihood, fitted.coordinates, fitted.x, replace(fitted.point, per_log=own))
 
     away = fit_at(own)
-    there = fit_at(own + np.array([change for change, _ in away.quadratic.back]))
-    assert away.quadratic.by_own > 1.0
-    assert away.value - there.value == pytest.approx(away.quadratic.by_own, rel=rel)
+    there = fit_at(own + np.array([change for change, _ in away.quadratic.per_log_steps]))
+    assert away.quadratic.per_log_fall > 1.0
+    assert away.value - there.value == pytest.approx(away.quadratic.per_log_fall, rel=rel)
 
 
 def test_at_the_slopes_of_the_gains_all_that_the_thrust_does_is_linear_in_the_coordinate_of_its_curve():
@@ -235,8 +235,8 @@ def test_air_that_swirls_is_found_from_nothing():
     found = fit(likelihood, base)
     true = rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in logs]))))
     air = np.repeat([[0.0], [0.5], [-2.2], [4.0], [0.0]], 3, axis=1)
-    begun = likelihood.resting(likelihood.rig.assign(found.parameters, true), air)
-    told = fit(likelihood, base, around(likelihood, base, begun, found.sigma))
+    begun = likelihood.neutral_point(likelihood.rig.assign(found.parameters, true), air)
+    told = fit(likelihood, base, known_fit(likelihood, base, begun, found.sigma))
     assert found.value < told.value + 1.0
 
 
@@ -324,10 +324,10 @@ def test_another_filter_is_a_linear_filter_of_the_innovations():
 def test_slopes_of_the_colour_are_those_of_recoloured():
     """Central differences over 2 d of what recoloured gives: their error is of the order d^2 = 1e-8."""
     e, air, d = np.random.default_rng(4).standard_normal(1000), np.array((80.0, 2.5, 15.0, 0.4, 40.0)), 1e-4
-    own = solved(*air)
-    steps = tuple((solved(*(air * (1.0 + d * sign))), d * sign) for sign in (1.0, -1.0))
-    found = filters.slope_of_colour(own, steps).mean(1) @ filters.past(*filters.behind(own, e), slice(0, len(e)))
-    up, down = filters.recolour(e, own, [other for other, _ in steps])
+    axis, steps = solved(*air), [(solved(*(air * (1.0 + d * sign))), d * sign) for sign in (1.0, -1.0)]
+    g, m = filters.filter_innovations(axis, e)
+    found = filters.slope_of_colour(axis, steps).mean(1) @ filters.lagged(g, m, slice(0, len(e)))
+    up, down = filters.recolour(e, axis, [other for other, _ in steps])
     slope = (up - down) / (2.0 * d)
     np.testing.assert_allclose(found, slope, atol=1e-6 * np.abs(slope).max())
 

@@ -12,7 +12,7 @@ from scipy.stats import chi2
 from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.results import log_likelihood
 from heli_identifier.tracing import Verdict, helicopter, select
-from heli_identifier.tracing.fit import covariance, fit, fit_own_spread
+from heli_identifier.tracing.fit import covariance, fit, fit_log_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_times
@@ -31,7 +31,7 @@ def searched(kind, index=0):
     """Selection and truth of a blind rig with three logs of 60 s."""
     logs, truth = logs_of(kind, index, count=3, seconds=60.0)
     likelihood = likelihood_of(logs)
-    null = fit_own_spread(fit(likelihood, likelihood.rig.base))
+    null = fit_log_spread(fit(likelihood, likelihood.rig.base))
     return select(null, likelihood.rig.candidates), truth
 
 
@@ -56,7 +56,7 @@ def test_rounding_by_the_encoders_does_not_become_friction_in_long_flights():
     torque = np.array([0.02, 0.01, 0.004])
     logs = [noisy(TABLE_2, drive(500.0, k), 10 + k, deviation=torque, name=f"{k}") for k in range(3)]
     likelihood = likelihood_of(logs)
-    selection = select(fit_own_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
+    selection = select(fit_log_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
     assert max(own.score for own in selection.scores.values()) > 8.0
     assert shown(selection) == set()
 
@@ -87,8 +87,8 @@ def test_a_coupling_is_one_family_on_two_axes_that_makes_left_out_logs_likelier_
     assert shown(selection) == {"gyroscopic_coupling_pitch", "gyroscopic_coupling_elevation"}
     assert len({f.effect.family for f in selection.findings if f.established}) == 1
     others = ["gyroscopic_coupling_elevation"]
-    assert left_out_gain(selection.last, others, "gyroscopic_coupling_pitch") > 50.0
-    agreement = halves_agree(selection.last)
+    assert left_out_gain(selection.form, others, "gyroscopic_coupling_pitch") > 50.0
+    agreement = halves_agree(selection.form)
     assert agreement.observed == agreement.expected == 1.0
 
 
@@ -107,7 +107,7 @@ def test_an_interval_holds_what_the_gains_would_be_with_an_effect_that_is_hardly
 
 def test_a_raised_arm_that_turns_back_and_forth_turns_the_pitch_as_a_thin_beam():
     likelihood = likelihood_of(windy_logs(windy_rig(53, "calm", effects="beam", counts={"a": 3}), "a"))
-    selection = select(fit_own_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
+    selection = select(fit_log_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
     assert "inertial_coupling_pitch" in shown(selection)
     found = selection.scores["inertial_coupling_pitch"]
     assert abs(found.value - 1.0) < 3.0 * found.standard_error < 0.5
@@ -118,7 +118,7 @@ def test_terms_of_mechanics_enter_the_plant_together_and_help_under_another_cont
     rig = windy_rig(48, "ou", counts={"a": 3, "c": 1})
     other, training = windy_logs(rig, "c"), windy_logs(rig, "a")
     likelihood = likelihood_of(training)
-    null = fit_own_spread(fit(likelihood, likelihood.rig.base))
+    null = fit_log_spread(fit(likelihood, likelihood.rig.base))
     selection = select(null, likelihood.rig.candidates)
     assert not MECHANICS & shown(selection)
     plant = fit_delivered(selection, [])
@@ -178,9 +178,9 @@ def test_a_pitch_that_is_zeroed_anew_in_every_log_is_no_effect_of_the_rig():
     for moved in (0.0 * zeros, zeros):
         read = [replace(log, angles=log.angles + [z, 0.0, 0.0]) for log, z in zip(logs, moved, strict=True)]
         likelihood = likelihood_of(read)
-        selection = select(fit_own_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
+        selection = select(fit_log_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
         assert shown(selection) == set()
-        found.append(selection.fit.point.own[:, 12])
+        found.append(selection.fit.point.per_log[:, 12])
     change = found[1] - found[0]
     np.testing.assert_allclose(change - change.mean(), zeros.mean() - zeros, atol=0.004)
 

@@ -30,10 +30,10 @@ from heli_identifier.tracing.findings import correlation, draw_curves, estimates
 from heli_identifier.tracing.fit import Fit, covariance, fit
 from heli_identifier.tracing.helicopter import LAG_FIELD
 from heli_identifier.tracing.identification import Identification, Progress, identify_plant
+from heli_identifier.tracing.outlying_logs import outlying_log_notes
 from heli_identifier.tracing.rig import Array, Parameters
 from heli_identifier.tracing.settings import NAMED, REFITTED, SETTLING, SURE, DiagnosisSettings
 from heli_identifier.tracing.statements import Determination, FoundEffect, Verdict
-from heli_identifier.tracing.strangers import stranger_notes
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
@@ -136,7 +136,7 @@ def diagnose(
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
             *event_notes((*training, *kept), () if settings.keep_events else found.events),
             *found.notes,
-            *stranger_notes(after, (*found.logs, *found.beside)),
+            *outlying_log_notes(after, (*found.logs, *found.beside)),
             *found.references.notes,
             *_plant_notes(found, settings.effects),
             *_size_notes(effects),

@@ -36,9 +36,9 @@ from heli_identifier.records import Event, Log
 from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
 from heli_identifier.results.prediction import FLOWN, HORIZONS, SPACING, Model, Run, simulate_record
-from heli_identifier.tracing.fit import Fit, fit, fit_own
+from heli_identifier.tracing.fit import Fit, fit, fit_per_log
 from heli_identifier.tracing.helicopter import helicopter
-from heli_identifier.tracing.likelihood import Likelihood, without
+from heli_identifier.tracing.likelihood import Likelihood, undo_in_record
 from heli_identifier.tracing.noise import filters, recolour
 from heli_identifier.tracing.references import CHANNELS, controllers_of
 from heli_identifier.tracing.rig import Array, Parameters, Record, records_of
@@ -55,14 +55,14 @@ def likelihood_of(model: Model, record: Record) -> tuple[Run, Array]:
     The run has the log's torques, start and zeros, and the gains of the plant.
     """
     likelihood, sigma = Likelihood(model.rig, (record,), model.widths), model.scales(record.step)
-    fitted = fit_own(likelihood, likelihood.resting(model.parameters, model.z), sigma)
-    b, tau = fitted.point.own[0], likelihood.tau
+    fitted = fit_per_log(likelihood, likelihood.neutral_point(model.parameters, model.z), sigma)
+    b, tau = fitted.point.per_log[0], likelihood.tau
     left = fitted.quadratic.covariance[0] / np.outer(tau, tau)  # of the prior's variance: (1 + tau H tau)^-1
     of_log = 0.5 * (float(((b / tau) ** 2).sum()) - np.linalg.slogdet(left)[1])
     u = np.abs(fitted.e[0]) / sigma
     loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
     density = -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - of_log / record.samples
-    aligned, pushes = likelihood.align(0, fitted.point), b[len(model.widths) :].tolist()
+    aligned, pushes = likelihood.aligned_record(0, fitted.point), b[len(model.widths) :].tolist()
     return Run.along(model, record, b[: len(sigma)], aligned, pushes), density
 
 
@@ -134,7 +134,7 @@ def _records(before: Fit, after: Fit, logs: Sequence[Log]) -> tuple[Record, ...]
     """Prepare held-out logs; an axis without a noise model has no likelihood, and faults are undone as in training."""
     known, likelihood = before.counts & after.counts, after.likelihood
     records = records_of(logs, likelihood.rig)
-    return tuple(without(likelihood.faults, replace(own, weights=own.weights * known)) for own in records)
+    return tuple(undo_in_record(likelihood.faults, replace(own, weights=own.weights * known)) for own in records)
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,10 +23,10 @@ from scipy.signal import lfilter
 from heli_identifier.chain import local_cubic
 from heli_identifier.tracing.fit import Fit, fit
 from heli_identifier.tracing.helicopter import Rig
-from heli_identifier.tracing.noise import SHAPES, AxisFilter, filters, gains
+from heli_identifier.tracing.noise import SHAPES, AxisFilter, filter_gains, filters
 from heli_identifier.tracing.references import CHANNELS, Controller
 from heli_identifier.tracing.rig import Array, Parameters, Record
-from heli_identifier.tracing.settings import BLOCK, OWN, SETTLING
+from heli_identifier.tracing.settings import BLOCK, PER_LOG, SETTLING
 
 SPACING = 0.25
 """Time [s] from one prediction's start to the next: those that overlap fail together."""
@@ -74,7 +74,7 @@ class Model:
     def alone(cls, rig: Rig, parameters: Parameters) -> "Model":
         """Take a plant without a fit: the air is that of any rig before a log is seen."""
         a = len(rig.axes)
-        return cls(rig, parameters, np.zeros((SHAPES, a)), rig.resolution / np.sqrt(12.0), np.repeat(OWN, a))
+        return cls(rig, parameters, np.zeros((SHAPES, a)), rig.resolution / np.sqrt(12.0), np.repeat(PER_LOG, a))
 
     def filters(self, step: float) -> list[AxisFilter]:
         """Give the axes' filters at a sampling interval [s]."""
@@ -144,7 +144,7 @@ class Run:
     @cached_property
     def gains(self) -> Array:
         """Gains of the filter."""
-        return gains(self.model.filters(self.record.step))
+        return filter_gains(self.model.filters(self.record.step))
 
     @cached_property
     def innovations(self) -> Array:

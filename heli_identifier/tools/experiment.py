@@ -182,7 +182,7 @@ def fly_proposal(
     air = tracing.coordinates_of(AIR / rounding, np.full_like(usual, 1.0 / AIR_TIME), usual)
     model = results.Model(rig, off, air, rounding, likelihood.widths)
     base = [name for name in rig.base if name not in fields]
-    known = tracing.around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
+    known = tracing.known_fit(likelihood, base, likelihood.neutral_point(off, model.z), model.scales(STEP))
     scores = tracing.Scores(known, [effect for effect in rig.effects if effect.field in fields])
     found = scores.scores((), among=fields)
     G = scores.signatures([found[field].column for field in fields], ())

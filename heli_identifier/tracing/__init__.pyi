@@ -21,13 +21,13 @@ __all__ = [
     "Rig",
     "Scores",
     "Verdict",
-    "around",
     "coordinates_of",
     "find_references",
     "fit",
     "helicopter",
     "identify_plant",
     "instruments",
+    "known_fit",
     "lag_voltages",
     "plausible_range",
     "record_start",
@@ -36,13 +36,14 @@ __all__ = [
     "variable_name",
 ]
 
-from .fit import Fit, around, fit
+from .fit import Fit, fit, known_fit
 from .helicopter import BASE, CURVE, Rig, helicopter, plausible_range
 from .identification import Identification, Progress, identify_plant
 from .instruments import instruments
 from .likelihood import Likelihood
 from .motion import lag_voltages, record_start
 from .noise import coordinates_of
+from .outlying_logs import sign_notes
 from .references import find_references
 from .score import Scores
 from .select import select
@@ -63,4 +64,3 @@ from .statements import (
     Verdict,
     variable_name,
 )
-from .strangers import sign_notes

@@ -3,14 +3,15 @@
 A likelihood is as good as its model of the air. References move the rig and know nothing of the air, so instruments
 made of them need no such model: they judge what the likelihood says.
 
-* The instruments' interval is narrow and holds the likelihood's value: *determined from outside*.
+* The instruments' interval is narrow and contains the likelihood's value: *determined from outside*.
 * It excludes that value, however wide it is: the two contradict each other. The value is *not determined*, and no
-  controller is to be designed on it.
-* Its instruments say little, but references move it, and the likelihood's interval is narrow: *rests on the noise
-  model*.
-* Else: *not determined*. The value is the likeliest within what is plausible for any rig of this kind. A gain that no
-  reference moves is among these unless three times its interval would determine it: in quiet flights in air that
-  swirls every sixth of the others is wrong.
+  controller should be designed on it.
+* The instruments' interval is wide, but references move the parameter and the likelihood's interval is narrow: *rests
+  on
+  the noise model*.
+* Otherwise: *not determined*. The value is the likeliest one within the plausible range of any rig of this kind. A gain
+  that no reference moves is determined only if three times its interval would be narrow enough: in quiet flights in air
+  that swirls, one in six of the others is wrong.
 """
 
 from collections.abc import Collection, Sequence
@@ -43,9 +44,10 @@ from .statements import (
 
 
 def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimate]:
-    """Give parameters of a plant, as the plant has them, with their standard errors; one that was given has none.
+    """Give parameters of a plant as its file has them, with standard errors; a parameter that was given has none.
 
-    Those of gains at 0 V are beside the plant's own curve of the thrust, and that of the curve leads towards a line.
+    The standard errors of gains, which the file has at 0 V, hold for a known curve of the thrust. The standard error of
+    the curve is the one towards a straight line.
     """
     units, found = fitted.likelihood.rig.units, {}
     curve = next((i for i, c in enumerate(fitted.coordinates) if c.bend), None)
@@ -64,7 +66,7 @@ def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimat
 
 
 def lag_score(fitted: Fit, C: Array) -> Score:
-    """Score the motors' lag by what the likelihood loses with the lag as it was given, without its prior."""
+    """Score the motors' lag: the loss of the likelihood with the lag that was given, without the prior."""
     j, (H, _) = fitted.fields.index(LAG_FIELD), fitted.quadratic.total
     information = 1.0 / np.linalg.inv(H)[j, j] - 1.0
     lag = estimates(fitted, C, [LAG_FIELD])[LAG_FIELD]
@@ -75,7 +77,7 @@ def lag_score(fitted: Fit, C: Array) -> Score:
 def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float | None = None) -> FoundEffect:
     """State one effect of a selection; ``fitted`` is the delivered plant."""
     effect, units, p = finding.effect, fitted.likelihood.rig.units, fitted.parameters
-    rivals, in_plant = [own for own in finding.alternatives if own.field not in fitted.fields], False
+    rivals, in_plant = [rival for rival in finding.alternatives if rival.field not in fitted.fields], False
     coefficient = Estimate(finding.score.value, finding.score.standard_error, effect.unit)
     shapes = {name: Estimate(float(value), None, units[name]) for name, value in finding.score.shapes.items()}
     if effect.field in fitted.fields:
@@ -86,57 +88,57 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float |
         verdict = Verdict.AMBIGUOUS if rivals else Verdict.SHOWN
         experiment = effect.experiment if rivals else ""
     if rivals and rivals[0].experiment != effect.experiment:
-        both = (f"For {own.name.replace('_', ' ')}: {own.experiment}" for own in (effect, rivals[0]))
+        both = (f"For {one.name.replace('_', ' ')}: {one.experiment}" for one in (effect, rivals[0]))
         experiment = " ".join(("Measure what shows either alone.", *both))
     timing = 1e3 * (p.T_m + p.motor_lag_rotors + p.input_delay_rotors)
     return FoundEffect(
         effect.name, effect.axis, coefficient, verdict, effect.family,
         tuple((other.name, other.axis) for other in rivals),
         NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
-        finding.stated, experiment, in_plant, left_out_gain,
+        finding.stated_score, experiment, in_plant, left_out_gain,
         f"lag and delay of the rotors together: {timing:.0f} ms" if (effect.family,) == TIMING else "",
     )  # fmt: skip
 
 
 def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFault, ...]:
-    """State what is wrong with the logs: faults that were undone, then defects that cannot be.
+    """State what is wrong with the logs: faults that were undone, then defects that cannot be undone.
 
-    What a defect looks like is undone as well, so that no effect stands for it, but it is no fault of its own.
+    A fault that a defect looks like is undone as well, so that no effect takes its place, but it is not stated.
     """
     found = [LogFault(defect.name, defect.channel, defect.words) for defect in defects]
     imitated = {family for defect in defects for family in defect.imitates}
     for finding in selection.findings:
         if (fault := finding.effect.fault) is not None and fault.family not in imitated:
             size = Estimate(selection.fit.likelihood.faults[fault], finding.score.standard_error, fault.unit)
-            law = fault.law.format(size=f"{size.value:.3g}{_behind(fault.unit)}")
+            law = fault.law.format(size=f"{size.value:.3g}{_unit_suffix(fault.unit)}")
             words = f"In your log, not in your rig: {law}; this was undone before the search for effects"
             others = tuple((other.name, other.axis) for other in finding.alternatives)
-            found.append(LogFault(fault.name, fault.channel, words, size, finding.stated, others, fault.advice))
-    return tuple(sorted(found, key=lambda own: -(own.score or 0.0)))
+            found.append(LogFault(fault.name, fault.channel, words, size, finding.stated_score, others, fault.advice))
+    return tuple(sorted(found, key=lambda fault: -(fault.score or 0.0)))
 
 
 def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | None:
-    """State the motors' lag where it is established that it differs from what was given, by more than logs are timed.
+    """State the motors' lag if it differs from the given one beyond doubt, by more than logs are timed; else None.
 
     A delay of the voltages, in the rig or in its log, may explain the timing about as well.
     """
-    own, effects = lag_score(fitted, C), {effect.field: effect for effect in fitted.likelihood.rig.effects}
+    lag, effects = lag_score(fitted, C), {effect.field: effect for effect in fitted.likelihood.rig.effects}
     if LAG_FIELD not in effects:  # the configuration gives it: it is part of the model before
         return None
-    if own.score <= NAMED or abs(own.value) < TIMED:
+    if lag.score <= NAMED or abs(lag.value) < TIMED:
         return None
-    around = selection.last.without([LAG_FIELD])
-    rivals = [e for e in around.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
-    scores = around.scores(around.selected, among=[e.field for e in rivals])
-    alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > own.score - KEPT)
-    return found_effect(Finding(effects[LAG_FIELD], own, own.score, alternatives), fitted, C)
+    form = selection.form.without([LAG_FIELD])
+    rivals = [e for e in form.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
+    scores = form.scores(form.selected, among=[e.field for e in rivals])
+    alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > lag.score - KEPT)
+    return found_effect(Finding(effects[LAG_FIELD], lag, lag.score, alternatives), fitted, C)
 
 
 def catalogue_verdicts(
     selection: Selection, effects: Sequence[FoundEffect], possible: Sequence[FoundEffect]
 ) -> tuple[CatalogueVerdict, ...]:
     """One verdict for every entry of the catalogue, those of the plant first."""
-    fitted, stated = selection.fit, {(own.name, own.axis): own for own in (*effects, *possible)}
+    fitted, stated = selection.fit, {(effect.name, effect.axis): effect for effect in (*effects, *possible)}
     scores = {LAG_FIELD: lag_score(fitted, covariance(fitted)), **selection.scores}
     rows = {
         (e.name, e.axis): _verdict(e, scores.get(e.field), stated.get((e.name, e.axis)))
@@ -145,14 +147,15 @@ def catalogue_verdicts(
     return tuple(rows[entry] for entry in dict.fromkeys((*stated, *rows)) if entry in rows)
 
 
-def _verdict(effect: Effect, found: Score | None, stated: FoundEffect | None) -> CatalogueVerdict:
-    """Give the verdict on an entry, which ``stated`` has where it is an effect of the diagnosis."""
-    if found is None:
-        blind, why = Estimate(0.0, None, effect.unit), "a defect of the logs looks like it"
-        return CatalogueVerdict(effect.name, effect.axis, Verdict.NOT_TESTABLE, blind, 0.0, 0.0, None, why, "")
-    verdict, estimate = Verdict.NOT_SHOWN, Estimate(found.value, found.standard_error, effect.unit)
-    score, experiment, unit = found.score, "", _behind(effect.unit)
-    error, largest, left = found.standard_error, max(abs(effect.lower), abs(effect.upper)), 100.0 * found.visibility
+def _verdict(effect: Effect, score_of: Score | None, stated: FoundEffect | None) -> CatalogueVerdict:
+    """Give the verdict on an entry; ``stated`` is not None if it is an effect of the diagnosis."""
+    if score_of is None:
+        zero, why = Estimate(0.0, None, effect.unit), "a defect of the logs looks like it"
+        return CatalogueVerdict(effect.name, effect.axis, Verdict.NOT_TESTABLE, zero, 0.0, 0.0, None, why, "")
+    verdict, estimate = Verdict.NOT_SHOWN, Estimate(score_of.value, score_of.standard_error, effect.unit)
+    score, experiment, unit = score_of.score, "", _unit_suffix(effect.unit)
+    error, largest = score_of.standard_error, max(abs(effect.lower), abs(effect.upper))
+    left = 100.0 * score_of.visibility
     if stated is not None:
         verdict, estimate, experiment = stated.verdict, stated.coefficient or estimate, stated.experiment
         score, why = stated.score, f"score {stated.score:.1f} nats"
@@ -165,50 +168,50 @@ def _verdict(effect: Effect, found: Score | None, stated: FoundEffect | None) ->
         why = f"its standard error of {error:.2g}{unit} could not show even {largest:g}{unit}: {because}"
     else:
         why = f"score {score:.1f} nats, {effect.shown_from:.3g} needed"
-    bound, share = None if verdict is Verdict.NOT_TESTABLE else _bound(effect, estimate), found.visibility
+    bound, share = None if verdict is Verdict.NOT_TESTABLE else _bound(effect, estimate), score_of.visibility
     return CatalogueVerdict(effect.name, effect.axis, verdict, estimate, score, share, bound, why, experiment)
 
 
-def _behind(unit: str) -> str:
-    """Give a unit as it stands behind a number: the unit 1 is not written."""
+def _unit_suffix(unit: str) -> str:
+    """Give a unit as it is written after a number; the unit 1 is not written."""
     return "" if unit == "1" else f" {unit}"
 
 
-def _between(value: float, half: float) -> str:
-    """Give a value and half of its interval to the second digit of the half."""
+def _with_half_width(value: float, half: float) -> str:
+    """Give a value and the half-width of its interval, both to the second digit of the half-width."""
     digits = max(1 - floor(log10(half)), 0) if 0.0 < half < inf else 3
     return f"{value:z.{digits}f} ± {half:.{digits}f}"
 
 
 def _bound(effect: Effect, estimate: Estimate) -> float:
-    """Largest abs(c) inside the 95 % interval; of a one-sided effect the upper end, never below one standard error.
+    """Largest abs(c) inside the 95 % interval; for a one-sided effect its upper end, at least one standard error.
 
-    The floor keeps a chance estimate far on the forbidden side from giving a bound tighter than the data allow.
+    Otherwise an estimate far on the forbidden side would by chance give a tighter bound than the data allow.
     """
     low, high = estimate.interval
     return max(high, estimate.standard_error or 0.0) if effect.lower >= 0.0 else max(abs(low), abs(high))
 
 
 def correlation(selection: Selection, among: Collection[str]) -> tuple[tuple[tuple[str, str], ...], Array]:
-    """Correlations between the signatures of the catalogue beside what is in the model."""
-    around = selection.last
-    names = [name for name in around.effects if name in among and name in selection.scores]
+    """Correlations between the signatures of the catalogue, beside the effects in the model."""
+    form = selection.form
+    names = [name for name in form.effects if name in among and name in selection.scores]
     columns = [selection.scores[name].column for name in names]
-    G = around.signatures(columns, around.selected)
+    G = form.signatures(columns, form.selected)
     scale = np.sqrt(np.maximum(np.diag(G), 1e-12))
-    labels = tuple((around.effects[name].name, around.effects[name].axis) for name in names)
+    labels = tuple((form.effects[name].name, form.effects[name].axis) for name in names)
     return labels, np.clip(G / scale / scale[:, None], -1.0, 1.0)
 
 
 def parameter_reports(
     fitted: Fit, C: Array, outside: InstrumentEstimates | None, structure: Sequence[tuple[Effect, Array]]
 ) -> dict[str, ParameterReport]:
-    """State of every base parameter of a fit what its value rests on.
+    """State for every base parameter of a fit what its value rests on.
 
-    ``C`` (P, P) is the covariance of its coordinates, with what :func:`.stability.open_structure` gives; ``outside`` is
-    None where nothing came from outside.
+    ``C`` (P, P) is the covariance of the coordinates, which contains that of ``structure``, the result of
+    :func:`.stability.open_structure`. ``outside`` is None where nothing came from outside.
     """
-    rig, found = fitted.likelihood.rig, {}
+    rig, reports = fitted.likelihood.rig, {}
     by_instruments = {
         name: (Estimate(float(value), float(half) / 1.96, rig.units[name]), float(share))
         for axis in (outside.axes if outside else ())
@@ -226,39 +229,44 @@ def parameter_reports(
         low, high = sorted(estimate.value - value + coordinate.value(x) for x in (-1.96, 1.96))
         instrument, share = by_instruments.get(name, (None, None))
         allowed = DETERMINED * (abs(estimate.value) if is_gain else 0.5 * (high - low))
-        word, why, contradicted = _rests_on(estimate, instrument, share, allowed, is_gain)
+        determination, why, contradicted = _judge_parameter(estimate, instrument, share, allowed, is_gain)
         if name == LAG_FIELD and fitted.likelihood.voltages_shifted:
-            word, why = Determination.NOT_DETERMINED, "it trades off against the timing of the voltages in the log"
-        fly = "" if word is Determination.OUTSIDE else rig.fly.get(name, "")
-        if word is Determination.NOT_DETERMINED and not contradicted:
+            determination = Determination.NOT_DETERMINED
+            why = "it trades off against the timing of the voltages in the log"
+        experiment = "" if determination is Determination.OUTSIDE else rig.fly.get(name, "")
+        if determination is Determination.NOT_DETERMINED and not contradicted:
             for effect, moves in structure:
                 if 2.0 * moves[i] ** 2 > C[i, i]:  # most of the interval, so one effect at most
                     what = f"{effect.name.replace('_', ' ')} of the {effect.axis}"
-                    why, fly = f"{why}, as these logs leave the {what} open", effect.experiment
-        found[name] = ParameterReport(estimate, word, share, instrument, contradicted, (low, high), why, fly)
-    return found
+                    why, experiment = f"{why}, as these logs leave the {what} open", effect.experiment
+        plausible = (low, high)
+        reports[name] = ParameterReport(
+            estimate, determination, share, instrument, contradicted, plausible, why, experiment
+        )
+    return reports
 
 
-def _rests_on(
+def _judge_parameter(
     estimate: Estimate, instrument: Estimate | None, share: float | None, allowed: float, is_gain: bool
 ) -> tuple[Determination, str, bool]:
     """Decide what one parameter rests on, why, and whether references contradict it.
 
     ``allowed`` is the half-width of an interval that determines it.
     """
-    half, unit, sure, said = 1.96 * (estimate.standard_error or 0.0), _behind(estimate.unit), False, ""
+    half, unit, confirmed, said = 1.96 * (estimate.standard_error or 0.0), _unit_suffix(estimate.unit), False, ""
     if instrument is not None:
         value, error = instrument.value, instrument.standard_error or 0.0
-        said = f"references alone give {_between(value, 1.96 * error)}{unit}"
+        said = f"references alone give {_with_half_width(value, 1.96 * error)}{unit}"
         agrees = abs(value - estimate.value) <= max(CONTRADICTION * error, MATTERS * abs(value))
         apart = abs(value - estimate.value) > half + 1.96 * error
         if is_gain and not agrees and (apart or half <= allowed):
-            why = f"{said}, the likelihood {_between(estimate.value, half)}{unit}"
+            why = f"{said}, the likelihood {_with_half_width(estimate.value, half)}{unit}"
             return Determination.NOT_DETERMINED, why, True
-        sure = agrees and 1.96 * error < DETERMINED * abs(value)
+        confirmed = agrees and 1.96 * error < DETERMINED * abs(value)
     if half > allowed:
-        return Determination.NOT_DETERMINED, f"its interval is wide, {_between(estimate.value, half)}{unit}", False
-    if sure:
+        interval = f"{_with_half_width(estimate.value, half)}{unit}"
+        return Determination.NOT_DETERMINED, f"its interval is wide, {interval}", False
+    if confirmed:
         return Determination.OUTSIDE, said, False
     if is_gain and (share or 0.0) < CONFIRMED and SURE * half > allowed:
         why = "no reference moves it, and what the air moves alone misleads a fit"
@@ -278,8 +286,8 @@ def draw_curves(fitted: Fit, effects: Sequence[FoundEffect]) -> tuple[EffectCurv
     for found in effects:
         shape, effect = found.shape, laws.get((found.name, found.axis))
         if isinstance(shape, CurveShape):
-            own = np.column_stack((shape.curve, shape.band[:, 1:]))
-            drawn.append(EffectCurve(found.name, found.axis, shape.variable, shape.unit, np.empty((0, 2)), own))
+            curve = np.column_stack((shape.curve, shape.band[:, 1:]))
+            drawn.append(EffectCurve(found.name, found.axis, shape.variable, shape.unit, np.empty((0, 2)), curve))
         if effect is None or found.coefficient is None or not found.in_plant:
             continue
         bare = rig.assign(fitted.parameters, {effect.field: 0.0})

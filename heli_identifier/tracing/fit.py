@@ -1,10 +1,10 @@
 """The fit: Gauss-Newton on the criterion between bounds, from calm and swirling air against local optima.
 
-The plant's coordinates x, the air's z and what the logs have of their own, b, move together. A step is at most
-:data:`.settings.LARGEST_STEP` widths of a prior and is halved where F grows. A first fit begins with the first
-:data:`.settings.COARSE` s of flight in each of the airs :data:`.settings.AIRS`, and every axis goes on from the better.
-Once a step brings nothing more, the air of every axis is tried on a coarse grid around where it is; the fit goes on
-from there where F falls.
+The plant's coordinates x, the air's z and the per-log parameters b move together. A step is at most
+:data:`.settings.LARGEST_STEP` widths of a prior and is halved while F grows. A first fit begins with the first
+:data:`.settings.COARSE` s of flight in each of the airs :data:`.settings.AIRS`, and every axis continues from the
+better one. When F falls no further, the fit tries a coarse grid of airs around the present one on every axis, and
+continues from there if F is lower.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -30,7 +30,7 @@ from .settings import (
     ITERATIONS,
     LARGEST_STEP,
     NOISE_WIDTH,
-    OWN_PRIOR,
+    PER_LOG_PRIOR,
     ROUGHLY,
     ROUNDS,
 )
@@ -42,7 +42,7 @@ class Fit:
 
     likelihood: Likelihood
     coordinates: tuple[Coordinate, ...]
-    """What is estimated, P of them, the sizes of faults last."""
+    """The P coordinates that are estimated, the sizes of faults last."""
     x: Array
     """Shape (P,)."""
     point: Point
@@ -53,7 +53,7 @@ class Fit:
 
     @classmethod
     def at(cls, likelihood: Likelihood, coordinates: tuple[Coordinate, ...], x: Array, point: Point) -> "Fit":
-        """Go to where the plant and the faults have the coordinates ``x`` (P,)."""
+        """Evaluate F where plant and faults have the coordinates ``x`` (P,), and the rest is that of ``point``."""
         values, faults = dict[str, float](), dict(likelihood.faults)
         for c, v in zip(coordinates, x, strict=True):
             values |= c.assigned(float(v))
@@ -61,8 +61,8 @@ class Fit:
                 faults[c.fault] = c.value(float(v))
         likelihood = likelihood.undo_faults(faults) if faults != likelihood.faults else likelihood
         point = replace(point, parameters=likelihood.rig.assign(point.parameters, values))
-        of_axes, sigma = likelihood.of_axes(likelihood.run_all(point)[0])
-        value = float((of_axes + likelihood.volume(point, sigma)).sum()) + likelihood.priors(x, point)
+        data, sigma = likelihood.data_terms(likelihood.run_all(point)[0])
+        value = float((data + likelihood.log_determinants(point, sigma)).sum()) + likelihood.priors(x, point)
         return cls(likelihood, coordinates, x, point, sigma, value)
 
     @property
@@ -77,7 +77,7 @@ class Fit:
 
     @property
     def hessian(self) -> Array:
-        """Hessian of F (n, n) for a step: innovations are about linear in exp(-k h) of an encoder, and not in ln k."""
+        """Hessian of F (n, n) for a step: innovations are nearly linear in exp(-k h) of an encoder, but not in ln k."""
         H, g = self.quadratic.total[0].copy(), self.quadratic.g.sum(0)
         k = np.arange(len(H))[-len(self.sigma) :]
         kh = self.likelihood.rig.air(self.point.z)[-1] * self.likelihood.records[0].step
@@ -89,25 +89,25 @@ class Fit:
         """Inverse Hessian (n, n) of F with coordinates at a bound held."""
         H, _ = self.quadratic.total
         free = np.concatenate((~self.at_bound, np.ones(len(H) - len(self.x), dtype=bool)))
-        found = np.zeros_like(H)
-        found[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
-        return found
+        inverse = np.zeros_like(H)
+        inverse[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
+        return inverse
 
     @cached_property
     def dispersion(self) -> tuple[Array, Array]:
         """Variances of the scores over those of the model, [H^-1 V H^-1]_jj / [H^-1]_jj, shape (n,) each.
 
-        V is the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s, and V_L that of whole logs: what
-        differs from log to log beyond what logs have of their own (a cable that lies otherwise, a drift of the air) is
-        no noise of a block. V_L of L logs is known badly: the blocks' V counts in it as one log more; a single log
-        tells nothing of it. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
+        V is the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s, and V_L that of whole logs: V does
+        not contain what differs from log to log beyond the per-log parameters (a cable that lies differently, a drift
+        of the air). L logs determine V_L badly, so the blocks' V counts as one further log in it. For a single log V_L
+        is V. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
         """
-        inverse, of_blocks = self.inverse, [own.sum(1) for own in self.quadratic.blocks]
+        inverse, of_blocks = self.inverse, [scores.sum(1) for scores in self.quadratic.blocks]
         model = np.maximum(np.diag(inverse), 1e-300)
         V = np.asarray(((inverse @ np.concatenate(of_blocks).T) ** 2).sum(1) / model)
         if (logs := len(of_blocks)) == 1:
             return V, V
-        squares = ((inverse @ np.array([own.sum(0) for own in of_blocks]).T) ** 2).sum(1) / model
+        squares = ((inverse @ np.array([scores.sum(0) for scores in of_blocks]).T) ** 2).sum(1) / model
         return V, np.asarray((squares * logs / (logs - 1) * logs + V) / (logs + 1))
 
     @property
@@ -128,7 +128,7 @@ class Fit:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all that was estimated: parameters of the plant, then sizes of faults of the logs."""
+        """Names of the coordinates: parameters of the plant, then sizes of faults of the logs."""
         return tuple(coordinate.field for coordinate in self.coordinates)
 
     @property
@@ -142,51 +142,53 @@ class Fit:
         return np.asarray(sum(record.weights.sum(0) for record in self.likelihood.records) > 0.0)
 
     def estimate(self, name: str) -> float:
-        """Give the value of a parameter as the rig reads it: of a gain the slope, of a_1 what is beyond the lift."""
+        """Give the value of a parameter as :meth:`.Rig.read` defines it at the operating point."""
         return self.likelihood.rig.read(self.parameters, name)
 
     def slope(self, name: str) -> float:
-        """Give abs(dp/dx) of a parameter where it is, in its unit."""
+        """Give abs(dp/dx) of a parameter at its present value, in its unit."""
         i = self.fields.index(name)
         return self.coordinates[i].slope(self.coordinates[i].value(self.x[i]))
 
     def gradient(self, read: Callable[[Parameters], float]) -> Array:
-        """Give the derivative (P,) of a number that is read off the plant by the coordinates of :attr:`fields`."""
-        rig, found = self.likelihood.rig, np.empty(len(self.fields))
-        for i in range(len(found)):
+        """Give the derivatives (P,), by the coordinates of the plant, of a number that ``read`` takes from it."""
+        rig, slopes = self.likelihood.rig, np.empty(len(self.fields))
+        for i in range(len(slopes)):
             c, x = self.coordinates[i], self.x[i]
             low, high = (read(rig.assign(self.parameters, c.assigned(x + d))) for d in (-1e-4, 1e-4))
-            found[i] = (high - low) / 2e-4
-        return found
+            slopes[i] = (high - low) / 2e-4
+        return slopes
 
     def air(self) -> Array:
         """Give level [rad/s^2], c, f [1/s], psi [rad] and k [1/s] of every axis, shape (5, a).
 
-        The level is the standard deviation of what lasts 1/:data:`.settings.SEEN_AT`: what is shorter moves no bench.
+        The level is the standard deviation of the part that lasts for 1/:data:`.settings.SEEN_AT`: a shorter torque
+        does not move a bench.
         """
-        found, record = self.likelihood.rig.air(self.point.z), self.likelihood.records[0]
-        own = self.likelihood.filters(record, self.point)
-        lasting = [max(np.linalg.matrix_power(axis.F, record.held)[0, 0], 0.0) for axis in own]
-        return np.vstack((found[0] * self.encoder_noise() * np.sqrt(lasting), found[1:]))
+        air, record = self.likelihood.rig.air(self.point.z), self.likelihood.records[0]
+        axes = self.likelihood.filters(record, self.point)
+        lasting = [max(np.linalg.matrix_power(axis.F, record.held)[0, 0], 0.0) for axis in axes]
+        return np.vstack((air[0] * self.encoder_noise() * np.sqrt(lasting), air[1:]))
 
     def encoder_noise(self) -> Array:
         """Give the standard deviation r [rad] of the encoders' noise, shape (a,)."""
-        own = self.likelihood.filters(self.likelihood.records[0], self.point)
-        return np.asarray(self.sigma / np.sqrt([axis.S for axis in own]))
+        axes = self.likelihood.filters(self.likelihood.records[0], self.point)
+        return np.asarray(self.sigma / np.sqrt([axis.S for axis in axes]))
 
     def take_step(self, s: Array) -> "tuple[Fit, float] | None":
-        """Go a step ``s`` (n,), halved until F falls, and give the share of it; None if it does not fall by enough.
+        """Take a step ``s`` (n,), halved until F falls, and give the share taken; None if F falls by too little.
 
-        Where F rises it is about a parabola along the step, which tells its lowest value: (share slope)^2 / (4 bend)
-        below the start.
+        Where F rises, a parabola through its slope and both values estimates the lowest value along the step:
+        (share slope)^2 / (4 bend) below the start.
         """
         P, shape = len(self.x), self.point.z.shape
         share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
-        slope = float(self.quadratic.total[1] @ s) - 2.0 * self.quadratic.by_own
+        slope = float(self.quadratic.total[1] @ s) - 2.0 * self.quadratic.per_log_fall
         for _ in range(ROUNDS):
             taken = share * s
-            own = self.point.own + np.array([share * c - D @ taken for c, D in self.quadratic.back])
-            point = replace(self.point, z=self.point.z + taken[P:].reshape(shape), own=own)
+            moved = np.array([share * c - D @ taken for c, D in self.quadratic.per_log_steps])
+            z = self.point.z + taken[P:].reshape(shape)
+            point = replace(self.point, z=z, per_log=self.point.per_log + moved)
             there = self.at(self.likelihood, self.coordinates, np.clip(self.x + taken[:P], *self.bounds), point)
             if there.value < self.value:
                 return there, share
@@ -200,7 +202,7 @@ class Fit:
         """Move the air of every axis to the best of a coarse grid; None if F does not fall by enough to go on."""
         z = self.point.z
         airs = [z, *(np.clip(z + np.array(move)[:, None], LOWEST, FARTHEST) for move in AIR_SCAN)]
-        best = self.likelihood.in_airs(self.point, self.e, airs).argmin(0)
+        best = self.likelihood.compare_airs(self.point, self.e, airs).argmin(0)
         if not best.any():
             return None
         chosen = np.choose(best, airs)
@@ -223,10 +225,10 @@ def fit(
 ) -> Fit:  # fmt: skip
     """Fit a plant to the records of a rig.
 
-    Estimated are the parameters and faults ``fields``. Other parameters keep the values of ``start``, or what the rig
-    is given as; other faults of the likelihood stay undone as they are. ``shapes`` are values of parameters to begin
-    from. With ``value_only`` F alone is asked for: the fit is a rough one, from the air of ``start``. Where one of the
-    ``others`` is likelier the fit begins there.
+    The parameters and faults ``fields`` are estimated. Other parameters keep the values of ``start``, or those that are
+    given of the rig; other faults of the likelihood stay undone as they are. The fit begins at ``start`` with the
+    values ``shapes`` of some parameters, or at one of ``others`` where F is lower. With ``value_only`` the caller wants
+    F alone: the fit stops early and does not scan the air.
     """
     rig, new = likelihood.rig, start is None or not set(fields) <= set(start.names)
     if start is None:
@@ -235,69 +237,68 @@ def fit(
         first = rig.assign(rig.parameters, {c.field: c.value(v) for c, v in zip(coordinates, within, strict=True)})
         beginning = replace(likelihood, records=likelihood.beginning)
         airs = (np.repeat(np.array(air)[:, None], len(rig.axes), axis=1) for air in AIRS)
-        start = _join_airs([_descend(beginning, fields, [beginning.resting(first, z)], ROUGHLY, False) for z in airs])
-        start = replace(start, point=replace(start.point, own=likelihood.fill(start.point.own)))
-    points = [replace(own, parameters=rig.assign(own.parameters, shapes or {})) for own in (start.point, *others)]
+        begin = (beginning.neutral_point(first, z) for z in airs)
+        start = _join_airs([_descend(beginning, fields, [point], ROUGHLY, False) for point in begin])
+        start = replace(start, point=replace(start.point, per_log=likelihood.pad_per_log(start.point.per_log)))
+    points = [replace(p, parameters=rig.assign(p.parameters, shapes or {})) for p in (start.point, *others)]
     return _descend(likelihood, fields, points, ROUGHLY if value_only else CONVERGED, new and not value_only)
 
 
-def _join_airs(begun: Sequence[Fit]) -> Fit:
-    """Take from the fit that explains an axis best its air, and the coordinates that this axis tells most of.
+def _join_airs(fits: Sequence[Fit]) -> Fit:
+    """Take for each axis the air of the fit that explains it best, and the coordinates that this axis determines most.
 
     Fits are compared by their evidence F + ln det(H)/2 over the air of the axis (Laplace; MacKay 1992): air that swirls
-    fits chance as well, but only in a small part of what its prior allows.
+    fits chance as well, but only in a small part of the range of its prior.
     """
-    least = min(begun, key=lambda fitted: fitted.value)
+    least = min(fits, key=lambda fitted: fitted.value)
     a, P, evidence = len(least.sigma), len(least.x), list[Array]()
-    for fitted in begun:
+    for fitted in fits:
         of_air = fitted.quadratic.total[0][P:, P:].reshape(SHAPES, a, SHAPES, a)
-        volume = np.linalg.slogdet(np.moveaxis(np.diagonal(of_air, axis1=1, axis2=3), 2, 0))[1]
-        evidence.append(fitted.likelihood.in_airs(fitted.point, fitted.e, [fitted.point.z])[0] + 0.5 * volume)
+        log_det = np.linalg.slogdet(np.moveaxis(np.diagonal(of_air, axis1=1, axis2=3), 2, 0))[1]
+        evidence.append(fitted.likelihood.compare_airs(fitted.point, fitted.e, [fitted.point.z])[0] + 0.5 * log_det)
     best = np.argmin(evidence, axis=0)
-    telling = best[least.quadratic.information[:, :P].argmax(0)]
-    x = np.choose(telling, [fitted.x for fitted in begun])
-    z = np.choose(best, [fitted.point.z for fitted in begun])
-    own = least.point.own.copy()
-    own[:, : 5 * a] = np.choose(np.tile(best, 5), [fitted.point.own[:, : 5 * a] for fitted in begun])
-    return Fit.at(least.likelihood, least.coordinates, x, replace(least.point, z=z, own=own))
+    x = np.choose(best[least.quadratic.information[:, :P].argmax(0)], [fitted.x for fitted in fits])
+    z = np.choose(best, [fitted.point.z for fitted in fits])
+    per_log = least.point.per_log.copy()
+    per_log[:, : 5 * a] = np.choose(np.tile(best, 5), [fitted.point.per_log[:, : 5 * a] for fitted in fits])
+    return Fit.at(least.likelihood, least.coordinates, x, replace(least.point, z=z, per_log=per_log))
 
 
 def _coordinates_of(
     likelihood: Likelihood, fields: Sequence[str], parameters: Parameters
 ) -> tuple[tuple[Coordinate, ...], Array]:
-    """Give the coordinates of some parameters and faults, and where (P,) a plant and the likelihood have them."""
+    """Give the coordinates of some parameters and faults, and their values x (P,) for a plant and a likelihood."""
     rig, faults = likelihood.rig, {fault.field: fault for fault in FAULTS}
     coordinates = [rig.coordinate(name, parameters) for name in fields if name not in faults]
     x = [c.coordinate(rig.read(parameters, c.field)) for c in coordinates]
-    wrong = [faults[name] for name in fields if name in faults]
-    coordinates += map(Coordinate.of_fault, wrong)
-    x += [Coordinate.of_fault(fault).coordinate(likelihood.faults.get(fault, 0.0)) for fault in wrong]
+    estimated = [faults[name] for name in fields if name in faults]
+    coordinates += map(Coordinate.of_fault, estimated)
+    x += [Coordinate.of_fault(fault).coordinate(likelihood.faults.get(fault, 0.0)) for fault in estimated]
     return tuple(coordinates), np.array(x)
 
 
 def _descend(
     likelihood: Likelihood, fields: Sequence[str], points: Sequence[Point], least: float, scan: bool = True
 ) -> Fit:
-    """Fit from the likeliest of some points until F falls by less than ``least`` by a step, and by no ``scan``."""
-    starts = [replace(p, z=np.clip(p.z, LOWEST, FARTHEST), own=likelihood.fill(p.own)) for p in points]
-    begun = [Fit.at(likelihood, *_coordinates_of(likelihood, fields, own.parameters), own) for own in starts]
-    now = min(begun, key=lambda own: own.value)
-    point = now.point
-    (low, high), lowest = now.bounds, np.repeat(LOWEST, point.z.shape[1])
-    reach, moved = np.ones(point.z.size), np.zeros(point.z.size)  # of the air: shorter where it swings
+    """Descend from the likeliest of some points until a step lowers F by less than ``least``, and no ``scan`` helps."""
+    points = [replace(p, z=np.clip(p.z, LOWEST, FARTHEST), per_log=likelihood.pad_per_log(p.per_log)) for p in points]
+    starts = [Fit.at(likelihood, *_coordinates_of(likelihood, fields, p.parameters), p) for p in points]
+    now = min(starts, key=lambda start: start.value)
+    (low, high), lowest = now.bounds, np.repeat(LOWEST, now.point.z.shape[1])
+    reach, moved = np.ones(now.point.z.size), np.zeros(now.point.z.size)  # longest steps of the air
     for _ in range(ITERATIONS):
         z, H, g = now.point.z.ravel(), now.hessian, now.quadratic.total[1]
         s = bounded_step(
             H, g, np.concatenate((low - now.x, np.maximum(-reach, lowest - z))),
             np.concatenate((high - now.x, np.minimum(reach, FARTHEST - z))),
         )  # fmt: skip
-        promised = -(g @ s + 0.5 * s @ H @ s) + now.quadratic.by_own
-        step = now.take_step(s) if promised >= least else None
+        predicted = -(g @ s + 0.5 * s @ H @ s) + now.quadratic.per_log_fall
+        step = now.take_step(s) if predicted >= least else None
         if step is not None:
-            fall, far = now.value - step[0].value, promised > 1.0 or step[1] < 1.0
+            fall, far = now.value - step[0].value, predicted > 1.0 or step[1] < 1.0
             now, last, moved = step[0], moved, step[0].point.z.ravel() - z
-            reach = np.where(moved * last < 0.0, 0.5 * reach, np.minimum(1.5 * reach, 1.0))
-            if fall > least and (far or abs(promised - fall) > CONVERGED):  # else the quadratic form is F's own
+            reach = np.where(moved * last < 0.0, 0.5 * reach, np.minimum(1.5 * reach, 1.0))  # shorter where it swings
+            if fall > least and (far or abs(predicted - fall) > CONVERGED):  # else F is as quadratic as predicted
                 continue
         better = now.scan_air() if scan else None
         if better is None:
@@ -306,47 +307,47 @@ def _descend(
     return now
 
 
-def around(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: Array) -> Fit:
-    """Take a plant, its air and the scales ``sigma`` (a,) [rad] as known; a fit would estimate ``fields``."""
+def known_fit(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: Array) -> Fit:
+    """Give the fit of ``fields`` whose result is known: a plant, its air, and scales ``sigma`` (a,) [rad]."""
     return replace(Fit.at(likelihood, *_coordinates_of(likelihood, fields, point.parameters), point), sigma=sigma)
 
 
-def fit_own(likelihood: Likelihood, point: Point, sigma: Array) -> Fit:
-    """Fit what logs have of their own to a plant, an air and scales ``sigma`` (a,) [rad] that are known."""
-    fitted = around(likelihood, (), point, sigma)
+def fit_per_log(likelihood: Likelihood, point: Point, sigma: Array) -> Fit:
+    """Fit the per-log parameters alone: plant, air and scales ``sigma`` (a,) [rad] are known."""
+    fitted = known_fit(likelihood, (), point, sigma)
     for _ in range(ROUNDS):
-        if fitted.quadratic.by_own < CONVERGED:
+        if fitted.quadratic.per_log_fall < CONVERGED:
             break
-        own = fitted.point.own + np.array([c for c, _ in fitted.quadratic.back])
-        fitted = around(likelihood, (), replace(fitted.point, own=own), sigma)
+        per_log = fitted.point.per_log + np.array([c for c, _ in fitted.quadratic.per_log_steps])
+        fitted = known_fit(likelihood, (), replace(fitted.point, per_log=per_log), sigma)
     return fitted
 
 
-def fit_own_spread(fitted: Fit) -> Fit:
+def fit_log_spread(fitted: Fit) -> Fit:
     """Estimate how much torques, gains and zeros differ from log to log, and fit again with that.
 
-    tau^2 = (nu s^2 + sum_l E (b_l - mean b)^2) / (nu + L - 3) on every axis, with what is known beforehand (nu, s): the
-    mean of the scaled inverse chi-squared posterior, as its mode gives too narrow intervals of the gains where logs are
-    few (Gelman et al., Bayesian Data Analysis, 3rd ed., section 2.6). What the logs have in common is none of their
-    own, and a plant has to name it; all of a single log's torques and zeros is, and nothing is known of its gains.
+    tau^2 = (nu s^2 + sum_l E (b_l - mean b)^2) / (nu + L - 3) on every axis, with the prior (nu, s): the mean of the
+    scaled inverse chi-squared posterior, as its mode gives too narrow intervals of the gains where logs are few (Gelman
+    et al., Bayesian Data Analysis, 3rd ed., section 2.6). The mean over the logs is taken off, because the plant has to
+    explain it. A single log keeps the width of its gains, as it says nothing of their spread.
     """
-    nu, *s = OWN_PRIOR
-    a, own, widths = len(fitted.likelihood.rig.axes), fitted.point.own, fitted.likelihood.widths.copy()
-    unsure = np.diagonal(fitted.quadratic.covariance, axis1=1, axis2=2).sum(0)
-    squares = ((own - own.mean(0)) ** 2).sum(0) + (1.0 - 1.0 / len(own)) * unsure
+    nu, *s = PER_LOG_PRIOR
+    a, b, widths = len(fitted.likelihood.rig.axes), fitted.point.per_log, fitted.likelihood.widths.copy()
+    variances = np.diagonal(fitted.quadratic.covariance, axis1=1, axis2=2).sum(0)
+    squares = ((b - b.mean(0)) ** 2).sum(0) + (1.0 - 1.0 / len(b)) * variances
     torques, gains, zeros = slice(0, a), slice(3 * a, 4 * a), slice(4 * a, 5 * a)
     for size, part in zip(s, (torques, gains, zeros), strict=True):
-        if len(own) > 1 or part != gains:
-            widths[part] = np.sqrt((nu * size**2 + squares[part]) / max(nu + len(own) - 3.0, 1.0))
+        if len(b) > 1 or part != gains:
+            widths[part] = np.sqrt((nu * size**2 + squares[part]) / max(nu + len(b) - 3.0, 1.0))
     return fit(replace(fitted.likelihood, widths=widths), fitted.names, fitted)
 
 
 def covariance(fitted: Fit) -> Array:
     """Covariance (P, P) of the plant's coordinates.
 
-    A coordinate at a bound moves nothing else, and its variance is that without the bound.
+    A coordinate at a bound does not move the others; its variance is the one without the bound.
     """
     P = len(fitted.fields)
-    found, bound = fitted.inverse[:P, :P].copy(), np.flatnonzero(fitted.at_bound[:P])
-    found[bound, bound] = np.diag(np.linalg.inv(fitted.quadratic.total[0]))[bound]
-    return found
+    C, bound = fitted.inverse[:P, :P].copy(), np.flatnonzero(fitted.at_bound[:P])
+    C[bound, bound] = np.diag(np.linalg.inv(fitted.quadratic.total[0]))[bound]
+    return C

@@ -1,8 +1,8 @@
 """The bench helicopter as a rig: all that the tracer knows of the plant whose logs it reads.
 
-With :mod:`.motion` the only module of this room that imports the plant. The likelihood, the search and the instruments
-work with any plant of this form: axes with one angle and one acceleration each, inputs that are held over a sample, and
-parameters that enter the accelerations. docs/howto/another-rig.md brings one.
+This module and :mod:`.motion` are the only ones of this room that import the plant. The likelihood, the search and the
+instruments work with any plant of this form: axes with one angle and one acceleration each, inputs that are held over a
+sample, and parameters that enter the accelerations. docs/howto/another-rig.md brings one.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -45,7 +45,7 @@ from .settings import (
     DIFFERENCE,
     GAIN_WIDTH,
     MOTION_WINDOW,
-    OWN,
+    PER_LOG,
     TIMED,
     WINDOW,
     DiagnosisSettings,
@@ -53,7 +53,7 @@ from .settings import (
 
 LAG_FIELD = "motor_lag_rotors"
 BASE = (*ModelParameters._fields, LAG_FIELD)
-"""What every fit estimates: the eleven parameters of Table 2, and the motors' lag beyond T_m."""
+"""Parameters that every fit estimates: the eleven of Table 2, and the motors' lag beyond T_m."""
 
 GAINS = ("k_x", "k_z", "k_y")
 """Gains of pitch, elevation, travel."""
@@ -62,10 +62,10 @@ WEIGHT = "a_1"
 """Acceleration of the elevation [rad/s^2] by its weight, which the thrust carries at the operating point."""
 
 CURVE = "quadratic_thrust_rotors"
-"""Coefficient c of the curve of the thrust: with given slopes the thrust is linear in c/(1 + 2 c v)."""
+"""Coefficient c of the curve of the thrust: for given slopes the thrust is linear in c/(1 + 2 c v)."""
 
 DRIVEN = tuple(law.field for law in CATALOGUE if "mu_sum" in law.arguments and not {*GAINS} & {*law.arguments})
-"""Coefficients of the laws that the sum of the thrusts drives, by no gain."""
+"""Coefficients of the laws that the sum of the thrusts drives without a gain."""
 
 HORIZONTAL = "horizontal_offset"
 """Shape that all laws with a sine of the elevation share."""
@@ -74,12 +74,12 @@ _LINEAR: Mapping[str, tuple[float, float]] = {
     "a_wx": (1.0, 0.0), "a_th": (4.0, -inf), "theta0": (0.5, -inf), "a_wz": (1.0, 0.0), "a_e": (4.0, 0.0),
     "a_1": (3.0, -inf), "a_lt": (0.5, -inf), "a_wy": (1.0, 0.0),
 }  # fmt: skip
-"""Width of the prior around zero and lower bound: what can be built on a bench. Dampings: a motion does not die out
+"""Width of the prior around zero, and lower bound: the range of benches. Dampings: a motion does not die out
 much faster than in a second. Pitch stiffness g d / l^2: the mass lies within some 2 cm of its axis, l = .2 m.
 Elevation: the balanced arm's period is longer than some 3 s, the counterweight leaves a fifth of g / l, l = .6 m."""
 
 LAG_WIDTH = 0.04
-"""Width [s] of the prior of the motors' lag about what was given: half of a usual lag."""
+"""Width [s] of the prior of the motors' lag about the given one: half of a usual lag."""
 
 GROUND_CLEARANCE = 0.02
 """The ground lies so far [rad] below the lowest elevation in the logs."""
@@ -89,8 +89,8 @@ _FULL_THRUST: Mapping[str, float] = {"k_x": 3.0, "k_z": 1.0, "k_y": 1.0}
 the travel turns the same mass, the body's smaller inertia makes the pitch some three times faster."""
 
 _USUAL_AIR = np.array([150.0, 60.0, 30.0])
-"""Usual level of the air over the encoder's noise on pitch, elevation and travel [1/s^2]: measured rigs have torques of
-.1, .03, .01 rad/s^2 over .5 to .7 mrad."""
+"""Usual level of the air over the encoder's noise, for pitch, elevation and travel [1/s^2]: measured rigs have torques
+of .1, .03, .01 rad/s^2 over .5 to .7 mrad."""
 
 
 def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
@@ -109,11 +109,11 @@ _FLY: Mapping[str, str] = {
     "a_th": "Step the pitch by 10 degrees every 5 s for a minute; under a controller step and log its reference.",
     "a_e": "Hover at three heights 10 degrees apart for 20 s each.",
 }
-"""What to fly so that a parameter is determined."""
+"""Experiments that determine a parameter."""
 
 
 _DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "motor_lag": 0.01}
-"""Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs can tell."""
+"""Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs resolve."""
 
 
 def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
@@ -141,20 +141,20 @@ class Rig:
     base: tuple[str, ...]
     """Parameters that every fit estimates."""
     parameters: PlantParameters
-    """What is given of the plant; the rest is overwritten by :meth:`estimate`."""
+    """The given values of the plant; :meth:`estimate` overwrites the others."""
     resolution: Array
     """One count of each encoder [rad], shape (3,)."""
     effects: tuple[Effect, ...]
     """The catalogue; an entry that is among ``base`` is estimated by every fit."""
     operating_point: float
-    """Voltage [V] about which the gains are slopes, and a_1 is expected to balance the thrust."""
+    """Voltage [V] about which the gains are slopes, and at which a_1 is expected to balance the thrust."""
     known: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """Centre and width of the priors of effects and gains that something is known of, by field."""
+    """Centre and width of known priors of effects and gains, by field."""
 
     axes: ClassVar = AXES
     gains: ClassVar = GAINS
     zeroed: ClassVar = (AXES.index("pitch"),)
-    """Axes whose encoder's zero acts otherwise than a constant torque does: a lean turns the thrust."""
+    """Axes on which a zero error of the encoder does not act as a constant torque: a lean turns the thrust."""
     lifting: ClassVar = GAINS[:2]
     """Gains that are positive on every rig that is wired as its model says."""
     units: ClassVar[Mapping[str, str]] = {row.field: row.unit for row in BY_FIELD.values()}
@@ -169,20 +169,20 @@ class Rig:
 
     @staticmethod
     def air(z: Array) -> Array:
-        """Give what :func:`.noise.physical` does of the axes' air at its coordinates z (5, 3)."""
+        """Give :func:`.noise.physical` of the axes' air at its coordinates z (5, 3)."""
         return physical(z, _USUAL_AIR)
 
     @staticmethod
     def readings(record: Record, plants: Sequence[PlantParameters]) -> Iterator[Array]:
-        """Give what the encoders of plants with the same rotors read beside the axes' angles [rad], (N, 3) each."""
+        """Give reading minus angle [rad], (N, 3) each, of plants with the same rotors, whose arms bend."""
         mu = sum_thrust(record, plants[0])
         for p in plants:
-            own = np.zeros((record.samples, 3))
+            bending = np.zeros((record.samples, 3))
             q, rate, drive = (bending_acceleration(*unit, p) for unit in np.eye(3).tolist())  # the law is linear
             if drive:
                 b, a, _ = cont2discrete(([drive], [1.0, -rate, -q]), record.step, "foh")
-                own[:, 1] = lfilter(b[0], a, mu - mu[0]) - drive / q * mu[0]
-            yield own
+                bending[:, 1] = lfilter(b[0], a, mu - mu[0]) - drive / q * mu[0]
+            yield bending
 
     @property
     def candidates(self) -> tuple[Effect, ...]:
@@ -190,14 +190,14 @@ class Rig:
         return tuple(effect for effect in self.effects if effect.field not in self.base)
 
     def expecting(self, priors: Mapping[str, tuple[float, float]]) -> "Rig":
-        """Give the same with other priors: centre and width by field."""
+        """Give the same rig with other priors: centre and width by field."""
         return replace(self, known={**self.known, **priors})
 
     def assign(self, p: PlantParameters, values: Mapping[str, float]) -> PlantParameters:
         """Set parameters as :meth:`read` gives them.
 
-        What is not given stays as it reads: gains at zero voltage follow their slopes, what the thrust drives follows
-        it, and so does a_1, so that an arm of which nothing is known still hovers.
+        Parameters that are not among ``values`` keep the value that :meth:`read` gives, also if the curve of the thrust
+        changes: gains at zero voltage, coefficients of laws that the thrust drives, and a_1 follow it.
         """
         old = self._slopes(p)
         q = p._replace(**{field: value for field, value in values.items() if field not in (*old, WEIGHT)})
@@ -209,17 +209,17 @@ class Rig:
     def read(self, p: PlantParameters, field: str) -> float:
         """Give the value of one parameter as it acts at the operating point.
 
-        Of a gain this is the slope, of what the thrust drives its share of the voltage, and of a_1 what is beyond the
-        lift, the acceleration [rad/s^2] of the elevation by the thrust.
+        For a gain this is the slope, for the coefficient of a law that the thrust drives the coefficient per volt, and
+        for a_1 its difference from the lift, the acceleration [rad/s^2] of the elevation by the thrust.
         """
         if field == WEIGHT:
             return float(p.a_1) - self._lift(p)
         return float(getattr(p, field)) * self._slopes(p).get(field, 1.0)
 
     def _slopes(self, p: PlantParameters) -> dict[str, float]:
-        """Give how many times larger gains and coefficients of :data:`DRIVEN` act than at a linear rotor."""
+        """Give by which factor gains and coefficients of :data:`DRIVEN` act more than with a linear rotor."""
         slope, share = thrust_slopes(p, self.operating_point)
-        driven = (field for field in DRIVEN if field not in self.known)  # what is given is given as the law has it
+        driven = (field for field in DRIVEN if field not in self.known)  # a given value is the coefficient of the law
         return dict(zip(GAINS, (slope, slope, share), strict=True)) | dict.fromkeys(driven, share)
 
     def _lift(self, p: PlantParameters) -> float:
@@ -227,7 +227,7 @@ class Rig:
         return 2.0 * float(p.k_z) * thrust
 
     def scaled(self, p: PlantParameters, factors: Sequence[float]) -> PlantParameters:
-        """Give a plant whose gains are so many times larger, as :meth:`assign` does."""
+        """Multiply the gains of a plant by ``factors``; a_1 keeps the value that :meth:`read` gives."""
         gains = {field: getattr(p, field) * factor for field, factor in zip(GAINS, factors, strict=True)}
         return p._replace(**gains, **{WEIGHT: p.a_1 + self._lift(p) * (factors[GAINS.index("k_z")] - 1.0)})
 
@@ -236,14 +236,14 @@ class Rig:
         return (p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)
 
     def stable(self, p: PlantParameters) -> tuple[bool, ...]:
-        """Whether each axis returns by itself, so that a run of the plant alone means something."""
+        """Whether each axis is stable on its own, so that a free run of the plant has a meaning."""
         stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
         return tuple(k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
 
     def placed(self, carry: Array, motion: Array) -> Array:
-        """State (21,) of a filter with the axes in a measured motion (6,): motors and bending stay, the air is calm.
+        """State (21,) of a filter in a measured motion (6,), with motors and bending of ``carry`` and calm air.
 
-        The elevation is the rigid arm's: the encoder's less the bending.
+        The state has the elevation of the rigid arm: that of the encoder minus the bending.
         """
         state = np.zeros(len(carry))
         state[:6], state[6 : len(self.state)] = motion, carry[6 : len(self.state)]
@@ -252,7 +252,7 @@ class Rig:
         return state
 
     def coordinate(self, field: str, start: PlantParameters) -> Coordinate:
-        """Prior of a parameter; ``start`` tells the signs of the gains."""
+        """Prior of a parameter; ``start`` has the signs of the gains."""
         if field in _FULL_THRUST:
             sign = copysign(1.0, getattr(start, field))
             centre, width = self.known.get(field, (_FULL_THRUST[field] / start.v_max, GAIN_WIDTH))
@@ -264,13 +264,13 @@ class Rig:
             axis = field.rpartition("_")[2]
             travel = list(VARIABLES).index("travel") + 1.0
             closes = field == f"table_torque_1_{axis}" and getattr(start, f"table_variable_{axis}") == travel
-            return Coordinate(field, 0.0, OWN[0], tied=f"table_torque_{KNOTS}_{axis}" if closes else "")
+            return Coordinate(field, 0.0, PER_LOG[0], tied=f"table_torque_{KNOTS}_{axis}" if closes else "")
         if field.startswith("table_first"):  # the table moves onto a notch: within half a spacing, at two widths
             spacing = getattr(start, f"table_spacing_{field.rpartition('_')[2]}")
             return Coordinate(field, getattr(start, field), 0.25 * spacing)
-        found = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)
-        if found is not None:
-            owner, shape = found
+        of_shape = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)
+        if of_shape is not None:
+            owner, shape = of_shape
             bends, centre = owner.place == BENDING, shape.default if field == HORIZONTAL else getattr(start, field)
             if shape.lower > 0.0:  # a scale: its logarithm moves
                 return Coordinate(field, centre, GAIN_WIDTH, shape.lower, shape.upper, 1.0, 0.05, in_reading=bends)
@@ -289,11 +289,11 @@ class Rig:
         return Coordinate(field, centre, width, lower, entry.upper, step=step, in_reading=entry.place == BENDING)
 
     def estimate(self, records: Sequence[Record]) -> PlantParameters:
-        """Least squares on smoothed derivatives; biased by the air, only the fit's start depends on it."""
-        found: dict[str, float] = {}
+        """Least squares on smoothed derivatives: biased by the air, good enough for the start of a fit."""
+        values: dict[str, float] = {}
         every = [signals_of(record, self.parameters) for record in records]
-        for i, own in enumerate(zip(equation_terms(0.0), CONSTANTS, strict=True)):
-            terms, X, y = (*own[0], *own[1]), list[Array](), list[Array]()
+        for i, (moving, constant) in enumerate(zip(equation_terms(0.0), CONSTANTS, strict=True)):
+            terms, X, y = (*moving, *constant), list[Array](), list[Array]()
             for record, signals in zip(records, every, strict=True):
                 window = int(WINDOW / record.step)
                 long = record.samples > 4 * window
@@ -301,12 +301,12 @@ class Rig:
                 smooth = (local_cubic(term.of(signals), record.step, WINDOW, term.order, ends) for term in terms)
                 X.append(np.column_stack([column[inner] for column in smooth]))
                 y.append(local_cubic(record.angles[:, i], record.step, WINDOW, 2, ends)[inner])
-            values = np.linalg.lstsq(np.concatenate(X), np.concatenate(y), rcond=None)[0]
-            found |= {term.name: float(value) for term, value in zip(terms, values, strict=True)}
-        sine, cosine = found["a_th"], found["theta0"]
-        found["a_th"] = copysign(hypot(sine, cosine), sine)
-        found["theta0"] = atan2(copysign(1.0, sine) * cosine, abs(sine))
-        return self.parameters._replace(**{name: value for name, value in found.items() if name in self.base})
+            theta = np.linalg.lstsq(np.concatenate(X), np.concatenate(y), rcond=None)[0]
+            values |= {term.name: float(value) for term, value in zip(terms, theta, strict=True)}
+        sine, cosine = values["a_th"], values["theta0"]
+        values["a_th"] = copysign(hypot(sine, cosine), sine)
+        values["theta0"] = atan2(copysign(1.0, sine) * cosine, abs(sine))
+        return self.parameters._replace(**{name: value for name, value in values.items() if name in self.base})
 
     def measured(self, record: Record, *plants: PlantParameters, window: float = MOTION_WINDOW) -> Array:
         """Accelerations (m, N, 3) [rad/s^2] of plants along the measured motion, smoothed over ``window`` [s]."""
@@ -317,14 +317,14 @@ class Rig:
     def partial_residual(
         self, record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect
     ) -> tuple[str, str, str, Array, Array, Array]:
-        """Give what an effect's curve is drawn from; effects of the rotors show on the elevation.
+        """Give the points of an effect's curve; an effect of the rotors is drawn on the elevation.
 
-        Axis, variable, its unit, its values, the smoothed acceleration less that of ``bare``, the plant without the
-        effect, and the effect's own, smoothed alike.
+        Returned are axis, variable, its unit and its values, the measured acceleration minus that of ``bare``, the
+        plant without the effect, and the acceleration by the effect, both smoothed.
         """
         axis, h = AXES.index("elevation" if effect.axis not in AXES else effect.axis), record.step
         both = self.measured(record, parameters, bare, window=WINDOW)
-        whole, without = (smooth_acceleration(own[:, axis], h) for own in both)
+        whole, without = (smooth_acceleration(of_plant[:, axis], h) for of_plant in both)
         inner = slice(round(1.0 / h), -round(1.0 / h))
         y = local_cubic(record.angles[:, axis], h, WINDOW, 2) - without
         motion = smooth_motion(record, WINDOW)
@@ -334,24 +334,24 @@ class Rig:
     def regressions(
         self, records: Sequence[Record], parameters: PlantParameters
     ) -> tuple[list[Regression], Iterator[Array]]:
-        """Equations of motion for instruments, and their signals (N, 7) of one record after the other.
+        """Equations of motion for instruments, and their signals (N, 7), record after record.
 
-        What effects and tables of the plant add to the model before counts as known. The motors' lag is the one that
-        was given, and what it is off by is one more parameter of every axis: instruments that took it from the
-        likelihood would confirm a gain that is wrong because of it.
+        The accelerations by effects and tables of the plant count as known. The motors' lag is the given one, and its
+        error is one more parameter of every axis: instruments that took the lag from the likelihood would confirm a
+        gain that is wrong because of it.
         """
-        terms = [(*own, late) for own, late in zip(equation_terms(parameters.theta0), LATE, strict=True)]
+        terms = [(*moving, late) for moving, late in zip(equation_terms(parameters.theta0), LATE, strict=True)]
         off = dict.fromkeys((law.field for law in CATALOGUE if law.field not in self.base), 0.0)
         bare = self.assign(parameters, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
-        known = [own - without for own, without in (self.measured(r, parameters, bare) for r in records)]
+        known = [whole - without for whole, without in (self.measured(r, parameters, bare) for r in records)]
         return [
-            Regression(axis, [record.angles[:, i] for record in records], own, [added[:, i] for added in known])
-            for i, (axis, own) in enumerate(zip(AXES, terms, strict=True))
+            Regression(axis, [record.angles[:, i] for record in records], of_axis, [added[:, i] for added in known])
+            for i, (axis, of_axis) in enumerate(zip(AXES, terms, strict=True))
         ], (signals_of(record, self.parameters, late=True) for record in records)
 
 
 def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -> Rig:
-    """Build the rig for logs of one bench helicopter, with what is given of it.
+    """Build the rig for logs of one bench helicopter, with its given values.
 
     The operating point is the median of their voltages' sizes: near hover, however long a log stays at a limit.
     """

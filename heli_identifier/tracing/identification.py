@@ -26,10 +26,11 @@ from heli_identifier.errors import LogError
 from heli_identifier.records import ANGLES, Event, Log, check_excitation, check_moving, read_logs
 
 from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
-from .fit import Fit, covariance, fit, fit_own_spread
+from .fit import Fit, covariance, fit, fit_log_spread
 from .helicopter import helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
+from .outlying_logs import align_zeros, refuse_mirrored, sign_notes
 from .pushes import find_pushes
 from .references import References, find_references
 from .rig import Effect, average_blocks
@@ -37,7 +38,6 @@ from .select import Finding, Selection, fit_delivered, select
 from .settings import KEPT, SETTLING, UNKNOWN, DiagnosisSettings
 from .stability import halves_agree, left_out_gain, open_structure
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
-from .strangers import align_zeros, refuse_mirrored, sign_notes
 from .unknown import search_unknown
 
 Progress = Callable[[str, float], None]
@@ -61,7 +61,7 @@ class Identification:
     unknown: tuple[FoundEffect, ...]
     """Torques that the catalogue cannot name."""
     defects: tuple[Defect, ...]
-    """What is wrong with the logs as they show it of themselves."""
+    """Defects that are seen in the logs without a model."""
     on_time: frozenset[str]
     """Axes that a controller is seen to answer at once: their angles are not late."""
     plant: Fit
@@ -69,8 +69,8 @@ class Identification:
     covariance: NDArray[np.float64]
     """Of the plant's coordinates, shape (P, P)."""
     left_out_gains: Mapping[str, float]
-    """Of every effect that is possible and not established: how much likelier logs become with it that were left out of
-    the fit [nats]. Above zero it is in the plant."""
+    """How much likelier logs that were left out of the fit become with each effect that is possible and not established
+    [nats]. An effect above zero is in the plant."""
     references: References
     outside: InstrumentEstimates | None
     """None where nothing came from outside."""
@@ -84,23 +84,23 @@ class Identification:
 
     @cached_property
     def effects(self) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:
-        """What is established and what is possible, strongest first."""
+        """The established effects and the possible ones, strongest first."""
         after, C, findings = self.plant, self.covariance, self.selection.findings
-        chosen = {own.effect.field for own in findings}
-        beside = [  # in the plant as rigid-body mechanics has it
-            Finding(effect, own := self.selection.scores[effect.field], 0.0, (), exact=min(own.score, KEPT))
+        chosen = {finding.effect.field for finding in findings}
+        mechanics = [  # in the plant as terms of rigid-body mechanics
+            Finding(effect, score := self.selection.scores[effect.field], 0.0, (), refit_score=min(score.score, KEPT))
             for effect in after.likelihood.rig.candidates if effect.field in set(after.fields) - chosen
         ]  # fmt: skip
         named = [
-            found_effect(self._with_rivals(own), after, C, self.left_out_gains.get(own.effect.field))
-            for own in (*findings, *beside) if own.effect.fault is None
+            found_effect(self._with_rivals(finding), after, C, self.left_out_gains.get(finding.effect.field))
+            for finding in (*findings, *mechanics) if finding.effect.fault is None
         ]  # fmt: skip
         late = self.defects or after.likelihood.voltages_shifted
         lag = None if late else lag_effect(self.selection, after, C)  # a lag and voltages that are late trade off
-        stated = sorted((*named, *self.unknown, *((lag,) if lag else ())), key=lambda effect: -effect.score)
+        every = sorted((*named, *self.unknown, *((lag,) if lag else ())), key=lambda effect: -effect.score)
         return (
-            tuple(own for own in stated if own.verdict is not Verdict.POSSIBLE),
-            tuple(own for own in stated if own.verdict is Verdict.POSSIBLE),
+            tuple(effect for effect in every if effect.verdict is not Verdict.POSSIBLE),
+            tuple(effect for effect in every if effect.verdict is Verdict.POSSIBLE),
         )
 
     @cached_property
@@ -109,11 +109,11 @@ class Identification:
         return catalogue_verdicts(self.selection, *self.effects)
 
     def _with_rivals(self, finding: Finding) -> Finding:
-        """Name beside a bending of the arm, or a delay of the rotors, an angle that is late, where a controller flew.
+        """Where a controller flew, name a late angle as a rival of a bending of the arm or of a delay of the rotors.
 
-        Its voltages answer the angle before such a log has it, so every law that reads the voltages tells the log: the
-        likelihood does not decide between the two. The answers themselves do where they are seen, but an encoder with
-        backlash reads late whatever is answered.
+        The controller answers an angle before a late log shows it, so a law that reads the voltages predicts the log
+        and the likelihood does not decide between the two. Prompt answers exclude a late angle where they are seen, but
+        an encoder with backlash reads late in any case.
         """
         axes = {BENDING: ("elevation",), TIMING: ("pitch", "elevation")}.get((finding.effect.family,), ())
         if not axes or not self.references.closed_loop or not finding.established:
@@ -170,81 +170,81 @@ def identify_plant(
     tell("fitting the model and searching the catalogue", 0.1)
     selection, unknown = _search(Likelihood.of(used[:count], rig), candidates, defects)
     tell("looking for passages in which something else acts", 0.3)
-    found, used, shifted = align_zeros(selection.fit, used)
-    pushes = find_pushes(found, mark_events(used, events) if given.keep_events else used)
+    aligned, used, shifted = align_zeros(selection.fit, used)
+    pushes = find_pushes(aligned, mark_events(used, events) if given.keep_events else used)
     used = used if given.keep_events else mark_events(used, pushes)
     training, kept = used[:count], used[count:]
     pushed = {push.log for push in pushes} & {log.name for log in training if log.events}
-    if found is not selection.fit or pushed:
+    if aligned is not selection.fit or pushed:
         tell("searching the catalogue again without these", 0.4)
         selection, unknown = _search(Likelihood.of(training, rig), candidates, defects)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
-    if idle := _idle(plant, selection):
-        acting = tuple(own for own in selection.findings if own.effect.field not in idle)
+    if idle := _find_idle(plant, selection):
+        acting = tuple(finding for finding in selection.findings if finding.effect.field not in idle)
         selection = replace(selection, findings=acting)
         plant = fit_delivered(selection, [*dropped, *idle])
     structure = open_structure(selection, plant)
     C = covariance(plant) + sum(np.outer(moves, moves) for _, moves in structure)
     tell("asking the references", 0.6)
     references = find_references(training)
-    outside = _outside(plant, training, references)
+    outside = _estimate_outside(plant, training, references)
     listed = mark_events(used, (*events, *pushes)) if given.keep_events else used
     return Identification(
         training, kept, selection, unknown, defects, prompt, plant, C, gains, references, outside,
         parameter_reports(plant, C, outside, structure), tuple(event for log in listed for event in log.events),
-        halves_agree(selection.last),
+        halves_agree(selection.form),
         (*slips, *shifted, *sign_notes(estimates(selection.null, covariance(selection.null), rig.gains))),
     )  # fmt: skip
 
 
-def _null(likelihood: Likelihood) -> Fit:
-    """Fit the simplified model; where air under a controller may have turned a sign, the other one is tried as well."""
-    found = fit(likelihood, likelihood.rig.base)
+def _fit_null(likelihood: Likelihood) -> Fit:
+    """Fit the simplified model. Air under a controller may turn a sign: of a negative gain both signs are tried."""
+    null = fit(likelihood, likelihood.rig.base)
     for name in likelihood.rig.lifting:
-        value = likelihood.rig.read(found.parameters, name)
-        if name in found.fields and value < 0.0:
-            found = min(found, fit(likelihood, found.fields, found, {name: -value}), key=lambda own: own.value)
-    return fit_own_spread(found)
+        value = likelihood.rig.read(null.parameters, name)
+        if name in null.fields and value < 0.0:
+            null = min(null, fit(likelihood, null.fields, null, {name: -value}), key=lambda fitted: fitted.value)
+    return fit_log_spread(null)
 
 
 def _search(
     likelihood: Likelihood, candidates: Sequence[Effect], defects: Sequence[Defect]
 ) -> tuple[Selection, tuple[FoundEffect, ...]]:
-    """Fit the simplified model, search the catalogue, and then what it cannot name."""
-    null = _null(likelihood)
+    """Fit the simplified model, search the catalogue, and then search for torques that it cannot name."""
+    null = _fit_null(likelihood)
     refuse_mirrored(null)
     selection = select(null, candidates)
     _refuse_scaled(selection.fit, defects)
-    if any(defect.imitates for defect in defects):  # an error of the voltages that stays bends every curve
+    if any(defect.imitates for defect in defects):  # a lasting error of the voltages bends every curve
         return selection, ()
     undone = {fault.field for fault in selection.fit.likelihood.faults}
     return search_unknown(selection, [e for e in candidates if e.fault is None or e.field in undone])
 
 
-def _refuse_scaled(found: Fit, defects: Sequence[Defect]) -> None:
-    """Refuse logs whose angle is as many times too large as its steps are: gravity and thrust turn with the true one.
+def _refuse_scaled(fitted: Fit, defects: Sequence[Defect]) -> None:
+    """Refuse logs with an angle as many times too large as its steps are: gravity and thrust turn with the true angle.
 
-    ``found`` is the fit with the effects that are found: a torque that the model lacks may look like a scale.
+    ``fitted`` has the effects that were found, because a torque that the model lacks may look like a scale.
 
     Raises
     ------
     LogError
         Divided by that, the logs are likelier by more than :data:`.settings.UNKNOWN` nats, the change of unit allowed.
     """
-    likelihood, axes = found.likelihood, found.likelihood.rig.axes
+    likelihood, axes = fitted.likelihood, fitted.likelihood.rig.axes
     for defect in defects:
         if defect.name != "counts":
             continue
         scale = np.where(np.array(axes) == defect.channel, 1.0 / defect.ratio, 1.0)
-        begin, scaled = likelihood.rig.begin, [own.angles * scale for own in likelihood.records]
+        begin, scaled = likelihood.rig.begin, [record.angles * scale for record in likelihood.records]
         records = tuple(
-            replace(own, angles=angles, start=begin(angles, own.inputs, own.step))
-            for own, angles in zip(likelihood.records, scaled, strict=True)
+            replace(record, angles=angles, start=begin(angles, record.inputs, record.step))
+            for record, angles in zip(likelihood.records, scaled, strict=True)
         )
-        counted = sum(float(own.weights[:, axes.index(defect.channel)].sum()) for own in records)
-        other = fit(replace(likelihood, records=records), found.fields, found)
-        if other.value + counted * np.log(defect.ratio) < found.value - UNKNOWN:
+        counted = sum(float(record.weights[:, axes.index(defect.channel)].sum()) for record in records)
+        other = fit(replace(likelihood, records=records), fitted.fields, fitted)
+        if other.value + counted * np.log(defect.ratio) < fitted.value - UNKNOWN:
             raise LogError(
                 f"the {defect.channel} is {defect.ratio:.3g} times too large: its steps say so, and so do the other "
                 "axes. Mend its unit or its factor."
@@ -252,34 +252,35 @@ def _refuse_scaled(found: Fit, defects: Sequence[Defect]) -> None:
 
 
 def _weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
-    """Gain on left-out logs of every possible effect, and those that the plant does without.
+    """Gain on left-out logs of every possible effect, and the effects that the plant does not take.
 
-    A torque that may step at one instant is among these without a gain, as it repeats in no other flight, and so is a
-    law whose shape lies at the end of its range, as something else is more likely.
+    The plant never takes a torque that steps at one instant, as it repeats in no other flight, or a law whose shape
+    lies at the end of its range, as something else is more likely. These have no gain.
     """
     kept = [f.effect.field for f in selection.findings if f.established or f.effect.fault]
     gains, dropped = dict[str, float](), list[str]()
     for finding in (f for f in selection.findings if not f.established and f.effect.fault is None):
         field = finding.effect.field
-        if not (finding.effect.steps_in_time or finding.at_end):
-            gains[field] = left_out_gain(selection.last, kept, field)
+        if not (finding.effect.steps_in_time or finding.shape_at_bound):
+            gains[field] = left_out_gain(selection.form, kept, field)
         (kept if gains.get(field, 0.0) > 0.0 else dropped).append(field)
     return gains, dropped
 
 
-def _idle(plant: Fit, selection: Selection) -> list[str]:
-    """Effects of the search whose coefficient is zero in the delivered plant: what else is in it explains the same."""
-    found = (own.effect.field for own in selection.findings if own.effect.fault is None)
-    return [field for field in found if field in plant.fields and not plant.estimate(field)]
+def _find_idle(plant: Fit, selection: Selection) -> list[str]:
+    """Effects of the search with a coefficient of zero in the delivered plant, where other effects replace them."""
+    chosen = (finding.effect.field for finding in selection.findings if finding.effect.fault is None)
+    return [field for field in chosen if field in plant.fields and not plant.estimate(field)]
 
 
-def _outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:
-    """Estimate by instruments what came from outside, voltages as they were logged; None where nothing did."""
+def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:
+    """Estimate the parameters by instruments, with the voltages as logged; None where nothing came from outside."""
     if not references.names:
         return None
     rig, faults = plant.likelihood.rig, plant.likelihood.faults
-    records = plant.likelihood.undo_faults({own: x for own, x in faults.items() if own.channel != "voltages"}).records
+    of_angles = {fault: size for fault, size in faults.items() if fault.channel != "voltages"}
+    records = plant.likelihood.undo_faults(of_angles).records
     regressions, signals = rig.regressions(records, plant.parameters)
-    moved = [average_blocks(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
+    averaged = [average_blocks(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
     keep = [(record.weights > 0.0).any(1) | (record.time <= SETTLING) for record in records]
-    return instruments(regressions, signals, moved, [1.0 / record.step for record in records], keep)
+    return instruments(regressions, signals, averaged, [1.0 / record.step for record in records], keep)

@@ -1,7 +1,7 @@
-"""Instrumental variables: parameters and judgements that rest on what came from outside the loop alone.
+"""Instrumental variables: parameters and judgements that rest only on signals from outside the loop.
 
-An axis obeys p^2 y = sum_k theta_k p^(d_k) f_k(s) + torque of the air, s the signals that were measured. A controller
-carries the air into s, so least squares are biased; references b know nothing of the air:
+An axis obeys p^2 y = sum_k theta_k p^(d_k) f_k(s) + torque of the air, s the measured signals. A controller carries the
+air into s, so least squares are biased. References b do not depend on the air:
 
     b(t): 8 Laguerre outputs (pole 3 rad/s) of every reference;      s_hat of a log = mean + (b - mean b) K
     Y = L p^2 y,     Phi_k = L p^(d_k) f_k(s),     Z_k = L p^(d_k) f_k(s_hat),     means of each log removed
@@ -9,9 +9,9 @@ carries the air into s, so least squares are biased; references b know nothing o
     share_k = min_a |P_Z (Phi_k - Phi_others a)|^2 / min_a |Phi_k - Phi_others a|^2     the outside share, 0 to 1
 
 L is a Butterworth filter of third order at 20 rad/s, everything runs at 25 Hz, and an AR(12) model of the residual
-whitens Y, Phi and Z, four times over. K is fitted on the *other* logs: fitted on the same it would carry the log's own
-air into Z. A single log is cut into two halves, each with the K of the other less a gap of 2 s, several times the air's
-correlation time. There are as many Z as regressors whatever the number of references: with more references than
+whitens Y, Phi and Z, four times over. K is fitted on the *other* logs: fitted on the same log it would carry the air of
+that log into Z. A single log is cut into two halves, each with the K of the other less a gap of 2 s, several times the
+air's correlation time. There are as many Z as regressors whatever the number of references: with more references than
 needed this is two-stage least squares, with fewer Z'Phi becomes singular and the intervals say so. There a weak prior
 N(m, P) of the rig's parameters (a damping of elevation is seldom moved from outside) keeps the others determined:
 
@@ -19,10 +19,10 @@ N(m, P) of the rig's parameters (a damping of elevation is seldom moved from out
 
 which is the theta and the V above where P is infinite.
 
-Judge of any plant, its own residual's scores over B blocks giving Omega (the estimate's residual would reject a true
-plant in 14 of 100 sets at 5 %, this one in 5, with less power where blocks are few),
+Any plant is judged with the Omega of its residual's scores over B blocks (with the estimate's residual a true plant
+would be rejected in 14 of 100 sets at 5 %, with this one in 5, with less power if blocks are few),
 
-    g = Z'(Y - L a_plant),  q = g' Omega^-1 g,  (B - k)/k  q/(B - q) ~ F(k, B - k), told as chi2 of the same probability
+    g = Z'(Y - L a_plant),  q = g' Omega^-1 g,  (B - k)/k  q/(B - q) ~ F(k, B - k), stated as chi2 of the same p value
 
 Sources: T. Soderstrom and P. Stoica, Instrumental Variable Methods for System Identification, Springer 1983, eq. (3.1)
 and chapter 6; J. D. Angrist, G. W. Imbens, A. B. Krueger, J. Appl. Econometrics 14 (1999) 57, for cross-fitted Z; J.
@@ -60,7 +60,7 @@ class Term:
     order: int = 0
     """Order of differentiation, 0 or 1."""
     prior: tuple[float, float] = (0.0, inf)
-    """Mean and standard deviation of the parameter known beforehand, in its unit; infinite for nothing known."""
+    """Prior mean and standard deviation of the parameter, in its unit; infinite without a prior."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class Regression:
 
 @dataclass(frozen=True, eq=False)
 class AxisInstruments:
-    """Estimates of an axis, and at 25 Hz what a judge needs of each log."""
+    """Estimates of an axis, and the signals of each log at 25 Hz with which plants are judged."""
 
     name: str
     parameters: tuple[str, ...]
@@ -137,7 +137,7 @@ def instruments(
     rates: Sequence[float],
     keep: Sequence[NDArray[np.bool_]] | None = None,
 ) -> InstrumentEstimates:
-    """Estimate every axis by instrumental variables; one that nothing moved from outside has infinite half-widths.
+    """Estimate every axis by instrumental variables; if nothing moved an axis from outside, half-widths are infinite.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def instruments(
     signals : iterable of NDArray, shape (N, n) each
         s of each log, at its own rate.
     references : sequence of NDArray, shape (N, m) each
-        What came from outside, zeros where a log lacks a column.
+        Signals from outside, zeros where a log lacks a column.
     rates : sequence of float
         Sampling rate of each log [Hz], 25 Hz at least.
     keep : sequence of NDArray of bool, shape (N,) each, optional
@@ -161,22 +161,22 @@ def instruments(
         if rate < SEEN_AT * (1.0 - 1e-6):
             raise LogError(f"log {index + 1}: its rate {rate:g} Hz must be at least {SEEN_AT:g} Hz for instruments.")
 
-    def seen(own: Iterable[Array]) -> list[Array]:
-        return [_reduce(np.reshape(signal, (len(signal), -1)), rate) for signal, rate in zip(own, rates, strict=True)]
+    def reduce_all(every: Iterable[Array]) -> list[Array]:
+        return [_reduce(np.reshape(signal, (len(signal), -1)), rate) for signal, rate in zip(every, rates, strict=True)]
 
-    inputs = seen(signals)
-    hats = _cross_fit(inputs, [_bank(own) for own in seen(references)])
-    kept = seen([np.ones(len(own)) if keep is None else keep[i].astype(float) for i, own in enumerate(references)])
-    blocks, axes = _blocks([own[:, 0] > 0.99 for own in kept]), []
-    for own in regressions:
-        measured = [_filter(y, 2) for y in seen(own.outputs)]
-        known = [_filter(a, 0) for a in seen(own.known)] if own.known else [np.zeros_like(y) for y in measured]
-        phi, z = ([_columns(own.terms, s) for s in source] for source in (inputs, hats))
-        axes.append(_axis(own, measured, known, phi, z, blocks))
+    inputs = reduce_all(signals)
+    hats = _cross_fit(inputs, [_bank(b) for b in reduce_all(references)])
+    kept = reduce_all([np.ones(len(b)) if keep is None else keep[i].astype(float) for i, b in enumerate(references)])
+    blocks, axes = _blocks([share[:, 0] > 0.99 for share in kept]), []
+    for axis in regressions:
+        measured = [_filter(y, 2) for y in reduce_all(axis.outputs)]
+        known = [_filter(a, 0) for a in reduce_all(axis.known)] if axis.known else [np.zeros_like(y) for y in measured]
+        phi, z = ([_columns(axis.terms, s) for s in source] for source in (inputs, hats))
+        axes.append(_estimate_axis(axis, measured, known, phi, z, blocks))
     return InstrumentEstimates(tuple(axes), tuple(rates))
 
 
-def _axis(
+def _estimate_axis(
     regression: Regression, measured: Rows, known: Rows, phi: Rows, hats: Rows, blocks: Rows
 ) -> AxisInstruments:
     """Iterate estimate and whitening of one axis, then its covariance and shares."""
@@ -212,7 +212,7 @@ def _axis(
 
 
 def _judgement(axis: AxisInstruments, plant: Rows) -> Judgement:
-    """Hotelling's statistic of the block scores of what a plant leaves, told as chi-squared."""
+    """Hotelling's statistic of the block scores of a plant's residual, given as chi-squared."""
     k = len(axis.parameters)
     if not np.isfinite(axis.values).all():
         return Judgement(0.0, k, 1.0)
@@ -270,7 +270,7 @@ def _cross_fit(signals: Sequence[Array], banks: Sequence[Array]) -> tuple[Array,
     if len(signals) == 1:
         n, gap = len(signals[0]) // 2, round(BLOCK * SEEN_AT / 2.0)
         ends = [(slice(0, n), slice(n + gap, None)), (slice(n, None), slice(0, max(n - gap, 0)))]
-        halves = [_predict(signals[0][own], banks[0][own], [signals[0][far]], [banks[0][far]]) for own, far in ends]
+        halves = [_predict(signals[0][near], banks[0][near], [signals[0][far]], [banks[0][far]]) for near, far in ends]
         return (np.vstack(halves),)
     others = [[j for j in range(len(signals)) if j != i] for i in range(len(signals))]
     return tuple(
@@ -293,20 +293,20 @@ def _predict(signals: Array, bank: Array, others: Sequence[Array], banks: Sequen
 
 
 def _blocks(kept: Rows) -> tuple[Array, ...]:
-    """Give each sample its block of 4 s; -1 at the start, where left out, and for a whitening filter after that."""
+    """Give each sample the number of its block of 4 s; -1 at the start, where left out, and shortly after that."""
     numbers, first, length = [], 0, round(BLOCK * SEEN_AT)
     for keep in kept:
-        own = first + np.arange(len(keep)) // length
-        gone = np.convolve(~keep, np.ones(AR_ORDER + 12), "full")[: len(keep)] > 0
-        gone[: round(SETTLING * SEEN_AT)] = gone[-AR_ORDER:] = True  # from rest, and resampling
-        first = int(own[-1]) + 1
-        numbers.append(np.where(gone, -1, own))
+        number = first + np.arange(len(keep)) // length
+        left_out = np.convolve(~keep, np.ones(AR_ORDER + 12), "full")[: len(keep)] > 0
+        left_out[: round(SETTLING * SEEN_AT)] = left_out[-AR_ORDER:] = True  # filters start at rest; resampling
+        first = int(number[-1]) + 1
+        numbers.append(np.where(left_out, -1, number))
     return tuple(numbers)
 
 
 def _rows(white: Array, blocks: Rows, *signals: Rows) -> tuple[list[Array], Array]:
     """Whiten signals of each log, keep the samples that have a block, remove means by log; the block numbers."""
-    parts, ends = [], np.cumsum([own[0].shape[1] for own in signals])
+    parts, ends = [], np.cumsum([rows[0].shape[1] for rows in signals])
     for number, *columns in zip(blocks, *signals, strict=True):
         keep = number >= 0
         bank = lfilter(white, [1.0], np.column_stack(columns), axis=0)[keep]
@@ -317,8 +317,8 @@ def _rows(white: Array, blocks: Rows, *signals: Rows) -> tuple[list[Array], Arra
 def _whitening(residuals: Rows, blocks: Rows) -> Array:
     """1 - a_1/z - ... of an AR(12) model by least squares over all logs, from samples whose past was kept.
 
-    The residual counts as standing on white noise 20 dB below it: without encoder noise in a log, whitening would
-    raise what K does not know of high frequencies, and a damping's interval would cover .6, with it .9.
+    White noise 20 dB below the residual is added to it: for a log without encoder noise, whitening would amplify the
+    errors of K at high frequencies, and a damping's interval would cover .6; with the added noise it covers .9.
     """
     rows = []
     for e, number in zip(residuals, blocks, strict=True):
@@ -341,7 +341,7 @@ def _scores(rows: Array, number: Array) -> Array:
 
 
 def _shares(x: Array, z: Array) -> Array:
-    """Shea's partial R2 of every regressor: what P_Z leaves of it beside the others, over what it is beside them."""
+    """Shea's partial R2 of every regressor: its part beside the others after projection on Z, over that part before."""
     projected = z @ np.linalg.lstsq(z, x, rcond=1e-10)[0]
     return np.array([_alone(projected, k) / (_alone(x, k) + 1e-300) for k in range(x.shape[1])])
 

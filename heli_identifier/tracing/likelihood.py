@@ -5,16 +5,16 @@ r"""The criterion: innovations of the plant at a record's rate under an estimate
 
 e are the innovations of the stationary Kalman filter (:mod:`.noise`) around the plant, sigma_a their scale, which
 minimises F for given e and stands for the encoder's noise; rho is Huber's loss, u^2/2 up to :data:`.settings.HUBER`.
-x are the plant's parameters and z those of the air in coordinates with standard normal priors, b_l what each log has of
-its own with standard deviations tau: constant torques, its start, how far the logarithms of its gains lie off those of
-the plant, the zeros of its encoders, and what a hand did to it. A supply that sags between two flights is no curve of
-the thrust, and a pitch that was level by hand when the rig was switched on is no torque of the rotors on the travel. F
-is a negative log posterior in nats; everything that the tracer decides is a difference of F or its quadratic form
-(:mod:`.sensitivity`).
+x are the plant's parameters and z those of the air, in coordinates with standard normal priors. b_l are the per-log
+parameters, random effects with standard deviations tau: constant torques, the start, how far the logarithms of the
+log's gains lie off those of the plant, the zeros of its encoders, and what a hand did to it. Without them a supply that
+sags between two flights looks like a curve of the thrust, and a pitch that was levelled by hand when the rig was
+switched on looks like a torque of the rotors on the travel. F is a negative log posterior in nats. Everything that the
+tracer decides is a difference of F or of its quadratic form (:mod:`.sensitivity`).
 
-The constant torques are integrated over, not only fitted: H_la = N G^2 / sigma^2 is what log l tells of its own, G the
-settled response of the innovations. Air that is fitted to what fitted torques leave is too calm at low frequencies,
-where a controller answers it, and k_z of windy rigs comes out .3 standard errors low.
+F integrates over the constant torques: H_la = N G^2 / sigma^2 is the information of log l about its torque, and G is
+the settled response of the innovations. If the torques were only fitted, the air that is estimated from the rest would
+be too calm at low frequencies, where a controller answers it: k_z of windy rigs comes out .3 standard errors low.
 
 Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 1964; Patterson and Thompson, Biometrika 58
 (1971) 545 (variances from what fitted means leave).
@@ -32,9 +32,9 @@ from heli_identifier.chain import Fault, undo_faults
 from heli_identifier.records import Log
 
 from .helicopter import Rig
-from .noise import SHAPES, AxisFilter, filters, gains, recolour
+from .noise import SHAPES, AxisFilter, filter_gains, filters, recolour
 from .rig import Array, Coordinate, Parameters, Record, records_of
-from .settings import COARSE, FORCE, HUBER, OWN
+from .settings import COARSE, FORCE, HUBER, PER_LOG
 
 NO_HARMONICS = np.empty((0, 4))
 
@@ -46,17 +46,17 @@ class Point:
     parameters: Parameters
     z: Array
     """Coordinates of the air, shape (5, a)."""
-    own: Array
-    """What the logs have of their own, shape (L, 5a + m): constant torques [rad/s^2], how far their starts lie off the
-    lines through their first samples, angles [rad] and rates [rad/s], logarithms of their gains over the plant's, the
-    angles [rad] at which their encoders read zero, and sizes [rad/s^2] of the torques of :attr:`.Record.pushes`.
-    A filter of calm air forgets its start within minutes only."""
+    per_log: Array
+    """Parameters of each log, shape (L, 5a + m): constant torques [rad/s^2], how far the start lies off the lines
+    through the first samples, in angles [rad] and rates [rad/s], logarithms of the log's gains over the plant's, the
+    angles [rad] at which its encoders read zero, and sizes [rad/s^2] of the torques of :attr:`.Record.pushes`. The
+    start is among them because a filter of calm air takes minutes to forget it."""
     harmonics: tuple[Array, ...] = ()
     """Per log sines (m, 4): axis, frequency [rad/s], coefficients of sine and cosine [rad/s^2]."""
 
 
 class Move(NamedTuple):
-    """A coordinate moved: the plant, the difference, whether it acts on the reading alone, faults, torques."""
+    """One coordinate moved: the plant, the step, whether it acts on the reading alone, faults, torques."""
 
     parameters: Parameters
     step: float
@@ -72,7 +72,7 @@ class Likelihood:
     rig: Rig
     records: tuple[Record, ...]
     widths: Array
-    """Standard deviations of what a log has of its own, as in :class:`Point`, but for pushes, shape (5a,)."""
+    """Standard deviations of the per-log parameters of :class:`Point` except the pushes, shape (5a,)."""
     faults: Mapping[Fault, float] = field(default_factory=dict)
     """Sizes of the faults of the logs that are undone in the records."""
     logged: tuple[Record, ...] = ()
@@ -81,24 +81,24 @@ class Likelihood:
     @classmethod
     def of(cls, logs: Sequence[Log], rig: Rig) -> "Likelihood":
         """Give the likelihood of logs."""
-        return cls(rig, records_of(logs, rig), np.repeat(OWN, len(rig.axes)))
+        return cls(rig, records_of(logs, rig), np.repeat(PER_LOG, len(rig.axes)))
 
-    def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
-        """Give the point of a plant in the air of any rig, or in ``z`` (5, a), whose logs have nothing of their own."""
+    def neutral_point(self, parameters: Parameters, z: Array | None = None) -> Point:
+        """Give the point of a plant in usual air, or in ``z`` (5, a), with all per-log parameters zero."""
         calm = np.zeros((SHAPES, len(self.rig.axes)))
         return Point(parameters, calm if z is None else z, np.zeros((len(self.records), len(self.tau))))
 
     @cached_property
     def tau(self) -> Array:
-        """Standard deviations of all that a log has of its own, shape (5a + m,)."""
+        """Standard deviations of all per-log parameters, shape (5a + m,)."""
         m = max((len(record.pushes) for record in self.records), default=0)
         return np.concatenate((self.widths, np.full(m, FORCE)))
 
-    def fill(self, own: Array) -> Array:
-        """Give what other records, of fewer logs or with other pushes, have of their own as that of these records."""
-        found = np.zeros((len(self.records), len(self.tau)))
-        found[: len(own), : own.shape[1]] = own[:, : len(self.tau)]
-        return found
+    def pad_per_log(self, per_log: Array) -> Array:
+        """Bring per-log parameters of fewer logs, or with other pushes, into the shape of these records."""
+        padded = np.zeros((len(self.records), len(self.tau)))
+        padded[: len(per_log), : per_log.shape[1]] = per_log[:, : len(self.tau)]
+        return padded
 
     @lru_cache(maxsize=1)  # noqa: B019 - it is large, and many fits live at a time: they run again when asked
     def run_all(self, point: Point) -> tuple[list[Array], list[Array]]:
@@ -111,12 +111,12 @@ class Likelihood:
 
     @cached_property
     def beginning(self) -> tuple[Record, ...]:
-        """The first records that hold :data:`.settings.COARSE` s of flight; of a longer one its beginning."""
+        """The first records that hold :data:`.settings.COARSE` s of flight, a longer record cut to that."""
         ends = np.cumsum([record.time[-1] for record in self.records])
         first = self.records[: 1 + int(np.searchsorted(ends, COARSE))]
         return tuple(record.until(COARSE) for record in first)
 
-    def of_axes(self, e: Sequence[Array], records: Sequence[Record] | None = None) -> tuple[Array, Array]:
+    def data_terms(self, e: Sequence[Array], records: Sequence[Record] | None = None) -> tuple[Array, Array]:
         """Give the data's part of F (a,) [nats], and the scales sigma (a,) [rad] that minimise it.
 
         Of innovations ``e`` (N_i, a) [rad] of the ``records``, by default of all: N (ln sigma - 1/2) + sum of
@@ -125,7 +125,7 @@ class Likelihood:
         used = self.records if records is None else records
         F, scales = np.zeros(len(self.rig.axes)), np.ones(len(self.rig.axes))
         for axis in range(len(F)):
-            size = np.concatenate([np.abs(own[:, axis]) * r.weights[:, axis] for r, own in zip(used, e, strict=True)])
+            size = np.concatenate([np.abs(e_r[:, axis]) * r.weights[:, axis] for r, e_r in zip(used, e, strict=True)])
             count = float(sum(r.weights[:, axis].sum() for r in used))
             if count == 0.0:
                 continue
@@ -139,43 +139,43 @@ class Likelihood:
             F[axis], scales[axis] = count * (np.log(sigma) - 0.5) + loss, sigma
         return F, scales
 
-    def in_airs(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> Array:
-        """Give what some ``airs`` (5, a) add to F (J, a) [nats] at the beginning: data, volume and prior.
+    def compare_airs(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> Array:
+        """Give the terms (J, a) of F [nats] that depend on the air at the beginning, in each of J ``airs`` (5, a).
 
         ``e`` (N_i, a) [rad] are the innovations in the air of the point.
         """
         few, under = self.beginning, list[Array]()
-        for record, own in zip(few, e[: len(few)], strict=True):
+        for record, e_r in zip(few, e[: len(few)], strict=True):
             old, new = self.filters(record, point), self.filters(record, point, airs)
-            columns = [recolour(own[: record.samples, i], axis, new[i :: len(old)]) for i, axis in enumerate(old)]
+            columns = [recolour(e_r[: record.samples, i], axis, new[i :: len(old)]) for i, axis in enumerate(old)]
             under.append(np.stack(columns, axis=2))
-        F, sigma = map(np.array, zip(*(self.of_axes(own, few) for own in zip(*under, strict=True)), strict=True))
-        return np.asarray(F + self.volume(point, sigma, few, airs) + 0.5 * (np.array(airs) ** 2).sum(1))
+        F, sigma = map(np.array, zip(*(self.data_terms(one, few) for one in zip(*under, strict=True)), strict=True))
+        return np.asarray(F + self.log_determinants(point, sigma, few, airs) + 0.5 * (np.array(airs) ** 2).sum(1))
 
-    def volume(
+    def log_determinants(
         self, point: Point, sigma: Array, records: Sequence[Record] | None = None, airs: Sequence[Array] = ()
     ) -> Array:
-        """Give what integrating over the logs' torques adds to F (a,) [nats], or in other ``airs`` (J, a)."""
-        told = (self.torque_information(own, point, sigma, airs) for own in records or self.records)
-        return np.asarray(0.5 * sum(map(np.log1p, told)))
+        """Give the last sum of F (a,) [nats], or in other ``airs`` (J, a): it integrates over the logs' torques."""
+        information = (self.torque_information(record, point, sigma, airs) for record in records or self.records)
+        return np.asarray(0.5 * sum(map(np.log1p, information)))
 
     def torque_information(self, record: Record, point: Point, sigma: Array, airs: Sequence[Array] = ()) -> Array:
-        """Give tau^2 H (a,) of a record's torques: what it tells of them over what is known before."""
-        responses = np.array([own.settled for own in self.filters(record, point, airs)]).reshape(sigma.shape)
+        """Give tau^2 H (a,) of a record's constant torques: its information over that of their prior."""
+        responses = np.array([axis.settled for axis in self.filters(record, point, airs)]).reshape(sigma.shape)
         return np.asarray(record.weights.sum(0) * (self.widths[: sigma.shape[-1]] * responses / sigma) ** 2)
 
     def filters(self, record: Record, point: Point, airs: Sequence[Array] = ()) -> list[AxisFilter]:
         """Give the axes' filters at a point, or in other ``airs`` (5, a), one air after the other."""
-        some, linear = [self.rig.air(z) for z in airs or (point.z,)], self.rig.linear(point.parameters)
-        return filters(record.step, linear * len(some), np.hstack(some))
+        physical, linear = [self.rig.air(z) for z in airs or (point.z,)], self.rig.linear(point.parameters)
+        return filters(record.step, linear * len(physical), np.hstack(physical))
 
     def priors(self, x: Array, point: Point) -> float:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
-        return float(0.5 * (x @ x + (point.z**2).sum() + ((point.own / self.tau) ** 2).sum()))
+        return float(0.5 * (x @ x + (point.z**2).sum() + ((point.per_log / self.tau) ** 2).sum()))
 
     @property
     def voltages_shifted(self) -> bool:
-        """Whether voltages that were logged late are undone: a lag of the motors trades off against that."""
+        """Whether a delay of the logged voltages is undone: the lag of the motors trades off against it."""
         return any(fault.channel == "voltages" for fault in self.faults)
 
     def undo_faults(self, faults: Mapping[Fault, float]) -> "Likelihood":
@@ -183,7 +183,7 @@ class Likelihood:
         logged = self.logged or self.records
         if not faults:
             return replace(self, records=logged, faults={}, logged=())
-        return replace(self, records=tuple(without(faults, own) for own in logged), faults=faults, logged=logged)
+        return replace(self, records=tuple(undo_in_record(faults, r) for r in logged), faults=faults, logged=logged)
 
     def move(self, point: Point, coordinate: Coordinate, x: float) -> Move:
         """Move one coordinate by its finite difference."""
@@ -198,32 +198,32 @@ class Likelihood:
         values = {**coordinate.beside, **coordinate.assigned(x + step)}
         return Move(self.rig.assign(point.parameters, values), step, coordinate.in_reading)
 
-    def of_log(self, i: int, point: Point, parameters: Parameters) -> Parameters:
+    def plant_of_log(self, i: int, point: Point, parameters: Parameters) -> Parameters:
         """Give the plant with the gains of log ``i``."""
         a = len(self.rig.axes)
-        drift = point.own[i, 3 * a : 4 * a]
+        drift = point.per_log[i, 3 * a : 4 * a]
         return self.rig.scaled(parameters, np.exp(drift).tolist()) if drift.any() else parameters
 
-    def align(self, i: int, point: Point) -> Record:
-        """Give record ``i`` as its encoders would read it from the rig's own zeros, with its own start."""
+    def aligned_record(self, i: int, point: Point) -> Record:
+        """Give record ``i`` as encoders without a zero error would read it, with the start of the point."""
         record, a, start = self.records[i], len(self.rig.axes), self.records[i].start.copy()
-        zero = point.own[i, 4 * a : 5 * a]
-        start[: 2 * a] += point.own[i, a : 3 * a]
+        zero = point.per_log[i, 4 * a : 5 * a]
+        start[: 2 * a] += point.per_log[i, a : 3 * a]
         start[:a] += zero
         return replace(record, start=start, angles=record.angles + zero)
 
     def run(self, i: int, point: Point) -> tuple[Array, Array]:
         """Run the filter over record ``i``; its innovations and motion as of :meth:`run_all`."""
-        record, a, p = self.records[i], len(self.rig.axes), self.of_log(i, point, point.parameters)
+        record, a, p = self.records[i], len(self.rig.axes), self.plant_of_log(i, point, point.parameters)
         e, motion = np.empty_like(record.angles), np.empty((record.samples, 2 * a))
-        K = gains(self.filters(record, point))
+        K = filter_gains(self.filters(record, point))
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
-        torque = record.torque(point.own[i, :a], point.own[i, 5 * a :].tolist())
-        self.rig.filter(self.align(i, point), p, K, torque, harmonics, 0, record.samples, None, e, motion)
+        torque = record.torque(point.per_log[i, :a], point.per_log[i, 5 * a :].tolist())
+        self.rig.filter(self.aligned_record(i, point), p, K, torque, harmonics, 0, record.samples, None, e, motion)
         return e, motion[:: record.held].copy()
 
 
-def without(faults: Mapping[Fault, float], logged: Record) -> Record:
+def undo_in_record(faults: Mapping[Fault, float], logged: Record) -> Record:
     """Give a record with faults undone."""
     if not faults:
         return logged

@@ -1,7 +1,7 @@
 """What the tracer computes of the bench helicopter along a record: signals, equations of motion, variables of torques.
 
-The rig itself, with its parameters and priors, is in :mod:`.helicopter`. Besides that no other module of this room
-imports the plant.
+The rig with its parameters and priors is in :mod:`.helicopter`. These two are the only modules of this room that import
+the plant.
 """
 
 from functools import cache
@@ -23,7 +23,7 @@ from .rig import Array, Record
 from .settings import TIMED, WINDOW
 
 DAMPING = (0.1, 0.1)
-"""Mean and standard deviation that instruments know of every damping [1/s]: sister rigs have .02 to .25."""
+"""Prior mean and standard deviation of every damping for instruments [1/s]: sister rigs have .02 to .25."""
 
 
 def record_start(angles: Array, inputs: Array, step: float) -> Array:
@@ -46,10 +46,10 @@ class Tables:
     """Torques over one variable of the motion, one table an axis, that the plant can take without knowing a law."""
 
     variables = {name: unit for name, unit in VARIABLES.items() if name != "time"}
-    """What a table may run over, with units; a torque in time repeats in no other log."""
+    """Variables of tables with their units; not time, as such a torque repeats in no other log."""
     knots = KNOTS
     turning = frozenset(("travel",))
-    """Those of them that count within one turn."""
+    """Variables that count within one turn."""
     held = frozenset((
         ("pitch", "pitch"), ("pitch", "pitch_rate"), ("pitch", "mu_diff"), ("elevation", "elevation"),
         ("elevation", "elevation_rate"), ("elevation", "mu_sum"), ("travel", "travel_rate"), ("travel", "pitch"),
@@ -76,7 +76,7 @@ class Tables:
 
     @staticmethod
     def fields(axis: str, variable: str) -> tuple[str, ...]:
-        """Torques of a table as parameters of the plant; the last of one that closes is tied to its first."""
+        """Torques of a table as parameters of the plant; if the table closes, its last torque is tied to the first."""
         last = KNOTS if variable == "travel" else KNOTS + 1
         return tuple(f"table_torque_{k}_{axis}" for k in range(1, last))
 
@@ -93,13 +93,13 @@ class Tables:
 
 
 def thrust_slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float]:
-    """Slope of the thrust about ``voltage`` [V], and thrust over voltage there; both are 1 of a linear rotor."""
+    """Slope of the thrust about ``voltage`` [V], and thrust over voltage there; both are 1 for a linear rotor."""
     if not any(getattr(parameters, field) for field in _thrust_fields()):
         return 1.0, 1.0
     near = (voltage - 0.25, voltage, voltage + 0.25)
-    low, there, high = (thrust_voltage(motor_input(own, parameters), 0.0, parameters) for own in near)
+    low, middle, high = (thrust_voltage(motor_input(v, parameters), 0.0, parameters) for v in near)
     slope = max((high - low) / 0.5, 0.05)
-    return slope, max(there / voltage, 0.05) if abs(voltage) > 0.25 else slope
+    return slope, max(middle / voltage, 0.05) if abs(voltage) > 0.25 else slope
 
 
 @cache
@@ -114,7 +114,7 @@ def sum_thrust(record: Record, p: PlantParameters) -> Array:
         return np.asarray(lag_voltages(record.inputs, record.step, p).sum(1))
     late = np.maximum(np.arange(record.samples) - round(input_delay(p) / record.step), 0)
     nu = lag_voltages(np.vectorize(lambda v: motor_input(v, p))(record.inputs[late]), record.step, p)
-    return np.vectorize(lambda own, t: thrust_voltage(own, t, p))(nu, record.time[:, None]).sum(1)
+    return np.vectorize(lambda v, t: thrust_voltage(v, t, p))(nu, record.time[:, None]).sum(1)
 
 
 def signals_of(record: Record, p: PlantParameters, late: bool = False) -> Array:
@@ -131,7 +131,7 @@ def signals_of(record: Record, p: PlantParameters, late: bool = False) -> Array:
 
 
 def equation_terms(theta0: float) -> tuple[tuple[Term, ...], ...]:
-    """Equations of motion of the axes in these signals, but for constants and for the slopes of the lag."""
+    """Equations of motion of the axes in these signals, without constants and without the slopes of the lag."""
     return (
         (Term("a_wx", lambda s: -s[:, 2], 1, DAMPING), Term("a_th", lambda s: -np.sin(s[:, 2] - theta0)),
          Term("k_x", lambda s: s[:, 1])),
@@ -145,10 +145,10 @@ LATE = (
     Term("k_x late", lambda s: s[:, 6]), Term("k_z late", lambda s: s[:, 5] * np.cos(s[:, 2])),
     Term("k_y late", lambda s: s[:, 5] * np.sin(s[:, 2])),
 )  # fmt: skip
-"""What a longer lag adds to each axis, with minus the gain times what it is longer by."""
+"""Term of each axis for a longer lag; its parameter is minus the gain times the additional lag."""
 
 CONSTANTS = ((Term("theta0", lambda s: np.cos(s[:, 2])),), (Term("a_1", lambda s: -np.ones(len(s))),), ())
-"""What the first estimate has beside them: a_th sin theta_0 cos theta, and a_1."""
+"""Further terms of the first estimate: a_th sin theta_0 cos theta, and a_1."""
 
 
 def smooth_motion(record: Record, window: float) -> Array:
@@ -172,7 +172,7 @@ def drawn_variable(
         return (kind, "V/s", np.gradient(total, record.step)) if kind == "mu_rate" else (kind, "V", total)
     if kind == "time":
         return "time", "s", record.time
-    own, other = (f"{AXES[i]}_rate" for i in (axis, (1, 0, 1)[axis]))
-    name, _, rate = {"rate": own, "other_rate": other}.get(kind, kind).partition("_")
+    this, other = (f"{AXES[i]}_rate" for i in (axis, (1, 0, 1)[axis]))
+    name, _, rate = {"rate": this, "other_rate": other}.get(kind, kind).partition("_")
     column = motion[:, AXES.index(name) + (3 if rate else 0)]
     return (f"{name} rate", "rad/s", column) if rate else (name, "rad", column)

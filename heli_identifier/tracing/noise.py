@@ -72,13 +72,13 @@ class AxisFilter:
 
     def encoder_error(self, count: int, random: np.random.Generator) -> Array:
         """Draw the encoder's error over r, shape (count,), stationary from its first sample."""
-        stay, w = self.A[4, 4], random.standard_normal((count, 2)) * np.sqrt((COLOURED, 1.0 - COLOURED))
-        w[1:, 0] *= np.sqrt(1.0 - stay * stay)
-        return np.asarray(lfilter([1.0], [1.0, -stay], w[:, 0]) + w[:, 1])
+        decay, w = self.A[4, 4], random.standard_normal((count, 2)) * np.sqrt((COLOURED, 1.0 - COLOURED))
+        w[1:, 0] *= np.sqrt(1.0 - decay * decay)
+        return np.asarray(lfilter([1.0], [1.0, -decay], w[:, 0]) + w[:, 1])
 
 
 C = np.array([1.0, 0.0, 0.0, 0.0, 1.0])
-"""Angle and error of the encoder are measured together."""
+"""The encoder measures the sum of angle and error."""
 
 
 def physical(z: Array, usual: Array) -> Array:
@@ -86,12 +86,12 @@ def physical(z: Array, usual: Array) -> Array:
 
     ``usual`` (a,) [1/s^2] is the level rho that the axes' air mostly has.
     """
-    found = NOISE_CENTRE[:, None] + NOISE_WIDTH[:, None] * z
-    found[[0, 1, 2, 4]] = np.exp(found[[0, 1, 2, 4]])
-    found[0] *= usual
-    found[2] += 4.0 * LEAST_DAMPING**2 * found[1]
-    found[3] = np.arcsin(np.sqrt(np.tanh(np.maximum(found[3], 0.0))))
-    return np.asarray(found)
+    air = NOISE_CENTRE[:, None] + NOISE_WIDTH[:, None] * z
+    air[[0, 1, 2, 4]] = np.exp(air[[0, 1, 2, 4]])
+    air[0] *= usual
+    air[2] += 4.0 * LEAST_DAMPING**2 * air[1]
+    air[3] = np.arcsin(np.sqrt(np.tanh(np.maximum(air[3], 0.0))))
+    return np.asarray(air)
 
 
 def coordinates_of(rho: Array, c: Array, usual: Array) -> Array:
@@ -107,12 +107,14 @@ def filters(h: float, linear: Sequence[tuple[float, float]], air: Array) -> list
 
     ``linear`` are their dampings [1/s] and stiffnesses [1/s^2], ``air`` (5, n) what :func:`physical` gives.
     """
-    return _solved(h, tuple(linear), tuple(map(tuple, air.T.tolist())))
+    return _cached_filters(h, tuple(linear), tuple(map(tuple, air.T.tolist())))
 
 
 @lru_cache(maxsize=256)
-def _solved(h: float, linear: tuple[tuple[float, float], ...], air: tuple[tuple[float, ...], ...]) -> list[AxisFilter]:
-    return axis_filters(np.array([(h, *own, *of_axis) for own, of_axis in zip(linear, air, strict=True)]))
+def _cached_filters(
+    h: float, linear: tuple[tuple[float, float], ...], air: tuple[tuple[float, ...], ...]
+) -> list[AxisFilter]:
+    return axis_filters(np.array([(h, *plant, *torque) for plant, torque in zip(linear, air, strict=True)]))
 
 
 def axis_filters(rows: Array) -> list[AxisFilter]:
@@ -126,16 +128,16 @@ def axis_filters(rows: Array) -> list[AxisFilter]:
     flow[:, 2:, 2:] = R @ np.moveaxis(np.array([[0.0 * w, w], [-w, -f]]), 2, 0) @ R.transpose(0, 2, 1)
     drive[:, 2:, 2:] = (2.0 * f * rho * rho)[:, None, None] * R[:, :, 1:] * R[:, None, :, 1]
     A, Q = np.tile(np.eye(5), (2, len(rows), 1, 1))
-    A[:, :4, :4], Q[:, :4, :4] = _sampled(flow, drive, h)
+    A[:, :4, :4], Q[:, :4, :4] = _sample(flow, drive, h)
     A[:, 4, 4], Q[:, 4, 4] = np.exp(-k * h), COLOURED * (1.0 - np.exp(-2.0 * k * h))
     Q[:, 0, 0] += 1e-10
     Q[:, 1, 1] += 1e-9  # keeps the equation regular where the air hardly moves the axis
     P = _riccati(A, Q)
-    seen = P @ C
-    S = seen @ C + 1.0 - COLOURED
-    K = seen / S[:, None]
+    PC = P @ C
+    S = PC @ C + 1.0 - COLOURED
+    K = PC / S[:, None]
     M = A - (A @ K[:, :, None]) * C
-    settled = -np.linalg.solve(np.eye(5) - M, np.moveaxis(_push(h)[:, None], 2, 0))[:, :, 0] @ C
+    settled = -np.linalg.solve(np.eye(5) - M, np.moveaxis(_add_acceleration(h)[:, None], 2, 0))[:, :, 0] @ C
     parts = zip(
         h.tolist(), K, A, S.tolist(), settled.tolist(), polynomial(M), polynomial(A[:, 2:, 2:]), strict=True
     )  # fmt: skip
@@ -152,10 +154,10 @@ def polynomial(M: Array) -> Array:
     return np.stack(c, axis=-1)
 
 
-def _sampled(flow: Array, drive: Array, h: Array) -> tuple[Array, Array]:
+def _sample(flow: Array, drive: Array, h: Array) -> tuple[Array, Array]:
     """Give exp(D h) and the integral of exp(D t) W exp(D t)' over a step (Van Loan 1978) for ``flow`` D, ``drive`` W.
 
-    By doubling a step over which D moves the state by less than a sixty-fourth.
+    A step over which D moves the state by less than a sixty-fourth is doubled until it is h long.
     """
     doublings = max(6, 6 + int(np.ceil(np.log2((np.abs(flow).sum(2).max(1) * h).max()))))
     D, unit = flow * (h * 0.5**doublings)[:, None, None], np.eye(flow.shape[-1])
@@ -182,9 +184,9 @@ def _riccati(A: Array, Q: Array) -> Array:
     return np.asarray(0.5 * (P + P.transpose(0, 2, 1)))
 
 
-def gains(own: Sequence[AxisFilter]) -> Array:
+def filter_gains(axes: Sequence[AxisFilter]) -> Array:
     """Gains and noise of all axes as :func:`heli_plant.simulation.run_filter` takes them, shape (a, 14)."""
-    rows = [(axis.K[:4], axis.F.ravel(), axis.K[4:], axis.A[4, 4:], axis.A[:2, 2:4].ravel()) for axis in own]
+    rows = [(axis.K[:4], axis.F.ravel(), axis.K[4:], axis.A[4, 4:], axis.A[:2, 2:4].ravel()) for axis in axes]
     return np.array([np.concatenate(row) for row in rows])
 
 
@@ -200,94 +202,94 @@ def recolour(e: Array, old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
     linear filter in place of a run of the plant.
     """
     shared = lfilter(old.errors, old.noise, e)
-    around = zip(new, _errors_around(old, new), strict=True)
-    return np.array([lfilter(other.noise, poles, shared) for other, poles in around])
+    pairs = zip(new, _error_polynomials(old, new), strict=True)
+    return np.array([lfilter(other.noise, poles, shared) for other, poles in pairs])
 
 
-def _errors_around(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
-    """Give det(zI - M') of filters ``new`` around the plant of ``old``, shape (n, 6)."""
+def _error_polynomials(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
+    """Give det(zI - M') of filters ``new`` with the plant of ``old``, shape (n, 6)."""
     A, K = np.array([axis.A for axis in new]), np.array([axis.K for axis in new])
     A[:, :2, :2] = old.A[:2, :2]
     return polynomial(A - (A @ K[:, :, None]) * C)
 
 
-def slope_of_colour(own: AxisFilter, others: Sequence[tuple[AxisFilter, float]]) -> Array:
-    """Give the derivatives of the innovations to what moves a filter, as combinations of their past.
+def slope_of_colour(axis: AxisFilter, others: Sequence[tuple[AxisFilter, float]]) -> Array:
+    """Give the derivatives of the innovations by parameters of a filter, as combinations of past innovations.
 
     With g = e / det(zI - M) and m = e / det(zI - N), :func:`recolour` has the differential
 
         de' = d det(zI - N') m - d det(zI - M') g.
 
-    ``others`` are J filters beside it with the differences of a parameter that they stand for; the weights (8, J) are
-    those of g 1 to 5 samples ago and of m 1 to 3 samples ago, as in :func:`past`.
+    ``others`` are J filters, each with one parameter moved, and by how much it was moved. The weights (8, J) are those
+    of g 1 to 5 samples ago and of m 1 to 3 samples ago, as in :func:`lagged`.
     """
     new, steps = [other for other, _ in others], np.array([step for _, step in others])
-    of_g = (own.errors - _errors_around(own, new)).T / steps
-    of_m = (np.array([other.noise for other in new]) - own.noise).T / steps
+    of_g = (axis.errors - _error_polynomials(axis, new)).T / steps
+    of_m = (np.array([other.noise for other in new]) - axis.noise).T / steps
     return np.concatenate((of_g[1:], of_m[1:]))
 
 
-def behind(own: AxisFilter, e: Array) -> tuple[Array, Array]:
-    """Give g and m of innovations ``e`` (n,)."""
-    g, m = (lfilter([1.0], poles, e) for poles in (own.errors, own.noise))
+def filter_innovations(axis: AxisFilter, e: Array) -> tuple[Array, Array]:
+    """Give the g and m of :func:`slope_of_colour` of innovations ``e`` (n,)."""
+    g, m = (lfilter([1.0], poles, e) for poles in (axis.errors, axis.noise))
     return g, m
 
 
-def past(g: Array, m: Array, rows: slice) -> Array:
+def lagged(g: Array, m: Array, rows: slice) -> Array:
     """Give what g was 1 to 5 and m 1 to 3 samples ago, at the ``rows`` of a record, shape (8, rows)."""
-    found = np.zeros((8, rows.stop - rows.start))
+    table = np.zeros((8, rows.stop - rows.start))
     lags = [(g, lag) for lag in range(1, 6)] + [(m, lag) for lag in range(1, 4)]
-    for row, (values, lag) in zip(found, lags, strict=True):
+    for row, (values, lag) in zip(table, lags, strict=True):
         known = values[max(rows.start - lag, 0) : max(rows.stop - lag, 0)]
         row[len(row) - len(known) :] = known
-    return found
+    return table
 
 
-def start_memory(own: AxisFilter, held: int = 1) -> Array:
-    """Give what a filter of :func:`error_dynamics` remembers (2, 5) of a start one larger in angle or rate.
+def start_memory(axis: AxisFilter, held: int = 1) -> Array:
+    """Give lfilter's state (2, 5) of :func:`error_dynamics` after a start one larger in angle, and one in rate.
 
-    Begun with that and driven by nothing, scipy's lfilter gives the change of the innovations.
+    With this state and no input, scipy's lfilter gives the change of the innovations.
     """
-    return _answers(own, held)[0][1:, 1:]
+    return _transfer_functions(axis, held)[0][1:, 1:]
 
 
-def error_dynamics(own: AxisFilter, held: int = 1) -> tuple[Array, Array]:
+def error_dynamics(axis: AxisFilter, held: int = 1) -> tuple[Array, Array]:
     """Transfer function from a further acceleration of one axis [rad/s^2] to its innovation [rad].
 
-    The filter's error obeys x+ = A (I - K C) x + (h^2/2, h, 0, 0, 0) a, and the innovation changes by -C x. With
-    accelerations that are ``held`` over several samples it is that to the first innovation of each such block.
-    Numerator and denominator (6,) are in powers of z^-1.
+    The filter's error obeys x+ = A (I - K C) x + (h^2/2, h, 0, 0, 0) a, and the innovation changes by -C x. If
+    accelerations are ``held`` over several samples, the output is the first innovation of each such block. Numerator
+    and denominator (6,) are in powers of z^-1.
     """
-    numerators, a = _answers(own, held)
+    numerators, a = _transfer_functions(axis, held)
     return numerators[0], a
 
 
-def match_steps(own: AxisFilter, e: Array) -> Array:
+def match_steps(axis: AxisFilter, e: Array) -> Array:
     """Match innovations ``e`` (N,) of one axis with a step of torque: u(t) = sum_k e_k s_(k - t), shape (N,).
 
     s is the response of the innovations to a step of 1 rad/s^2 (Willsky and Jones 1976).
     """
-    b, a = error_dynamics(own)
+    b, a = error_dynamics(axis)
     return np.asarray(lfilter(b, np.convolve(a, [1.0, -1.0]), e[::-1])[::-1])
 
 
-def _push(h: float | Array) -> Array:
+def _add_acceleration(h: float | Array) -> Array:
     """Change of the state (5, ...) by an acceleration of 1 rad/s^2 over steps ``h`` [s]."""
     return np.array([0.5 * h * h, h, 0.0 * h, 0.0 * h, 0.0 * h])
 
 
-def reading_dynamics(own: AxisFilter) -> tuple[Array, Array]:
-    """Transfer function from a further angle that is read [rad] to the innovation [rad]: det(zI - A)/det(zI - M)."""
-    return polynomial(own.A), own.errors
+def reading_dynamics(axis: AxisFilter) -> tuple[Array, Array]:
+    """Transfer function from a change of the reading [rad] to the innovation [rad]: det(zI - A)/det(zI - M)."""
+    return polynomial(axis.A), axis.errors
 
 
 @lru_cache(maxsize=64)
-def _answers(own: AxisFilter, held: int) -> tuple[Array, Array]:
+def _transfer_functions(axis: AxisFilter, held: int) -> tuple[Array, Array]:
     """Transfer functions -C (zI - M^held)^-1 B of held accelerations, and of starts in angle and rate, by Leverrier.
 
-    Their numerators (3, 6), det(zI - M^held + B C) less det(zI - M^held), which is the denominator.
+    Their numerators (3, 6) are det(zI - M^held + B C) - det(zI - M^held), their denominator (6,) is det(zI - M^held).
     """
-    one, push = own.M, _push(own.h)
+    one, push = axis.M, _add_acceleration(axis.h)
     M, B = one, np.vstack((push, np.eye(5)[:2]))
     for _ in range(held - 1):
         M, B[0] = one @ M, one @ B[0] + push

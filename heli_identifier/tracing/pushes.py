@@ -1,20 +1,19 @@
-r"""Pushes: passages of logs in which something else than the plant turns the rig, found in the innovations of a fit.
+r"""Pushes: passages of logs in which something other than the plant turns the rig, found in the innovations of a fit.
 
 A hand, an obstacle or a stop adds a torque g from t to t + w. The innovations e of its axis change by g s, with s the
 response of the filter's error dynamics, so the generalised likelihood ratio of a push is
 
     S(t, w) = u^2 / (2 I phi) [nats],    u = sum_k e_k s_k / sigma,    I = sum_k s_k^2.
 
-A pulse is the difference of two steps, so one run of a filter in reverse gives u for all t and w. phi is what u^2/I
-shows beyond 1 in these logs, as the air is not quite what the filter takes it for. It grows with the fastest change
-v' [V/s] of the voltages during the pulse, phi = phi_0 + tau^2 v'^2: what a law misses of one step of the voltages is
-compared with what it misses of others.
+A pulse is the difference of two steps, so one run of a filter in reverse gives u for all t and w. phi is the mean of
+u^2/I in these logs, which exceeds 1 because the filter's model of the air is not exact. It grows with the fastest
+change v' [V/s] of the voltages during the pulse, phi = phi_0 + tau^2 v'^2: the error of a law at one step of the
+voltages is compared with its errors at other steps.
 
-A push is a pulse of :data:`.settings.UNKNOWN` nats. The largest one of every log is taken out and the fit goes on
-without that passage: a controller answers a push, so what is estimated of its log may be wrong by both. Then the push
-is placed again, as the fit before took it for air and so gave it a wrong size and wrong edges, and the next one is
-looked for. The fit has to know the effects of the plant first, since a dead zone that no law describes looks like
-pushes.
+A push is a pulse of :data:`.settings.UNKNOWN` nats. The largest one of every log is left out and the fit is repeated
+without that passage: a controller answers a push, so both disturb the estimates. Then the push is placed again, because
+the fit before took it for air and so gave it a wrong size and wrong edges, and the next one is searched. The fit has to
+have the effects of the plant first, since a dead zone that no law describes looks like pushes.
 
 Source: Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108.
 """
@@ -32,39 +31,40 @@ from scipy.special import ndtri
 from heli_identifier.chain import MARGIN
 from heli_identifier.records import Event, Log
 
-from .fit import Fit, fit, fit_own
-from .likelihood import without
+from .fit import Fit, fit, fit_per_log
+from .likelihood import undo_in_record
 from .noise import error_dynamics, match_steps, start_memory
+from .outlying_logs import subtract_offsets
 from .rig import Array, Record, records_of
 from .settings import PUSHED, SEEN_AT, SETTLING, UNKNOWN
-from .strangers import without_own
 
 LAG = round(MARGIN * SEEN_AT)
 WIDTHS = range(LAG, int(SETTLING * SEEN_AT) + 1)
-"""Widths of the pulses, in periods of :data:`.settings.SEEN_AT`. What is shorter is left to Huber's loss, what lasts
-longer is air to the filter. For a time LAG a step of the voltages acts through the motors."""
+"""Widths of the pulses, in periods of :data:`.settings.SEEN_AT`. Huber's loss bounds the harm of shorter ones, and the
+filter takes longer ones for air. For a time LAG a step of the voltages acts through the motors."""
 
 
 def find_pushes(fitted: Fit, logs: Sequence[Log]) -> tuple[Event, ...]:
-    """Find the pushes in logs, the first of which are those of the fit, whatever was left out of it.
+    """Find the pushes in logs, the first of which are those of the fit; passages that it left out are searched as well.
 
-    The events of the logs do not count. A log may begin with a push: a rig takes off, or a hand lets go of it.
+    Passages of the logs' events are not searched. A log may begin with a push: a rig takes off, or a hand lets it go.
     """
     logged, axes = records_of(logs, fitted.likelihood.rig, settled=True), range(len(fitted.likelihood.rig.axes))
-    found = [_Found(log.events) for log in logs]
+    known = [_KnownEvents(log.events) for log in logs]
     while True:
-        fitted, told = _tell(fitted, logs, found, logged)
-        searched = zip(*(_search_axis(fitted, i, told) for i in axes), strict=True)
-        for i, of_log in enumerate(searched):
-            placed = [push for push, _ in of_log if push]
-            S, new = max((further for _, further in of_log), key=lambda further: further[0])
-            found[i] = _Found((*found[i].events, *placed), new if S > UNKNOWN else None)
-        if not any(own.newest for own in found):
-            return tuple(push for log, own in zip(logs, found, strict=True) for push in own.events[len(log.events) :])
+        fitted, filtered = _fit_beside_events(fitted, logs, known, logged)
+        searched = zip(*(_search_axis(fitted, i, filtered) for i in axes), strict=True)
+        for i, by_axis in enumerate(searched):
+            placed = [push for push, _ in by_axis if push]
+            S, new = max((further for _, further in by_axis), key=lambda further: further[0])
+            known[i] = _KnownEvents((*known[i].events, *placed), new if S > UNKNOWN else None)
+        if not any(of_log.newest for of_log in known):
+            found = (of_log.events[len(log.events) :] for log, of_log in zip(logs, known, strict=True))
+            return tuple(push for pushes in found for push in pushes)
 
 
-class _Found(NamedTuple):
-    """What acts on a log beside the plant, as far as it is known."""
+class _KnownEvents(NamedTuple):
+    """The events of one log that are known so far."""
 
     events: tuple[Event, ...]
     newest: Event | None = None
@@ -72,72 +72,73 @@ class _Found(NamedTuple):
 
     @property
     def everything(self) -> tuple[Event, ...]:
-        """All that is left out of the log."""
+        """All events, the newest one last."""
         return (*self.events, self.newest) if self.newest else self.events
 
 
-class _Told(NamedTuple):
-    """A log, its whole record, and the innovations e (N, a) [rad] of a filter that was told of what was found."""
+class _FilteredLog(NamedTuple):
+    """A log, its whole record, and the innovations e (N, a) [rad] of a filter that knows its events."""
 
     log: Log
-    found: _Found
+    known: _KnownEvents
     record: Record
     e: Array
     sizes: Array
     """Of the torques of the pushes [rad/s^2], as :attr:`.Record.pushes` has them."""
 
 
-def _tell(
-    fitted: Fit, logs: Sequence[Log], found: Sequence[_Found], logged: Sequence[Record]
-) -> tuple[Fit, list[_Told]]:
-    """Let a fit go on without pushes, and run it along all logs."""
-    likelihood, axes, count = fitted.likelihood, fitted.likelihood.rig.axes, len(fitted.point.own)
-    whole = [without(likelihood.faults, own) for own in logged]
-    marked = tuple(own.mark(of_log.everything, axes) for own, of_log in zip(logged, found, strict=True))
-    if any(of_log.newest for of_log in found[:count]):
+def _fit_beside_events(
+    fitted: Fit, logs: Sequence[Log], known: Sequence[_KnownEvents], logged: Sequence[Record]
+) -> tuple[Fit, list[_FilteredLog]]:
+    """Repeat a fit without the passages of new pushes, and run its filter along all logs."""
+    likelihood, axes, count = fitted.likelihood, fitted.likelihood.rig.axes, len(fitted.point.per_log)
+    undone = [undo_in_record(likelihood.faults, record) for record in logged]
+    marked = tuple(record.mark(of_log.everything, axes) for record, of_log in zip(logged, known, strict=True))
+    if any(of_log.newest for of_log in known[:count]):
         again = replace(likelihood, records=marked[:count], faults={}, logged=()).undo_faults(likelihood.faults)
         fitted = fit(again, fitted.names, fitted)
-    errors, own = list(fitted.e), list(fitted.point.own)
-    if beside := tuple(without(likelihood.faults, record) for record in marked[count:]):
-        others = replace(likelihood, records=beside, faults={}, logged=())
-        kept = fit_own(others, others.resting(fitted.parameters, fitted.point.z), fitted.sigma)
-        errors += [without_own(fitted, record, e)[1] for record, e in zip(beside, kept.e, strict=True)]
-        own += list(kept.point.own)
+    errors, per_log = list(fitted.e), list(fitted.point.per_log)
+    if held_out := tuple(undo_in_record(likelihood.faults, record) for record in marked[count:]):
+        others = replace(likelihood, records=held_out, faults={}, logged=())
+        filtered = fit_per_log(others, others.neutral_point(fitted.parameters, fitted.point.z), fitted.sigma)
+        errors += [subtract_offsets(fitted, record, e)[1] for record, e in zip(held_out, filtered.e, strict=True)]
+        per_log += list(filtered.point.per_log)
     return fitted, [
-        _Told(log, of_log, record, np.where(record.weights > 0.0, e, 0.0), b[5 * len(axes) :])
-        for log, of_log, record, e, b in zip(logs, found, whole, errors, own, strict=True)
+        _FilteredLog(log, of_log, record, np.where(record.weights > 0.0, e, 0.0), b[5 * len(axes) :])
+        for log, of_log, record, e, b in zip(logs, known, undone, errors, per_log, strict=True)
     ]
 
 
-def _search_axis(fitted: Fit, i: int, logs: Sequence[_Told]) -> list[tuple[Event | None, tuple[float, Event]]]:
+def _search_axis(fitted: Fit, i: int, logs: Sequence[_FilteredLog]) -> list[tuple[Event | None, tuple[float, Event]]]:
     """Place the newest push of every log again, if it is on this axis, and find the largest further one with its S."""
-    axis, on_axis = fitted.likelihood.rig.axes[i], [_Axis.of(fitted, own, i) for own in logs]
+    axis, on_axis = fitted.likelihood.rig.axes[i], [_Pulses.of(fitted, log, i) for log in logs]
     least, tau_squared = _dispersion(on_axis)
 
-    def largest(log: Log, own: _Axis, merit: Array, S: Array) -> tuple[float, Event]:
+    def largest(log: Log, pulses: _Pulses, merit: Array, S: Array) -> tuple[float, Event]:
         k, first = map(int, np.unravel_index(merit.argmax(), merit.shape))
-        start, end = float(own.starts[first]), float(own.ends[k, first])
-        size = -float(own.u[k, first] / own.root[k])  # e is what was measured less what was predicted
+        start, end = float(pulses.starts[first]), float(pulses.ends[k, first])
+        size = -float(pulses.u[k, first] / pulses.root[k])  # e is measured minus predicted
         push = Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
         return float(S[k, first] * (merit[k, first] > 0.0)), push
 
     found = list[tuple[Event | None, tuple[float, Event]]]()
-    for told, own in zip(logs, on_axis, strict=True):
-        S = np.array([0.5 * u**2 / (least[w] + tau_squared[w] * own.change(w) ** 2) for w, u in enumerate(own.u)])
-        placed, newest = None, told.found.newest
+    for filtered, pulses in zip(logs, on_axis, strict=True):
+        changes = [pulses.change(w) for w in range(len(WIDTHS))]
+        S = np.array([0.5 * u**2 / (least[w] + tau_squared[w] * changes[w] ** 2) for w, u in enumerate(pulses.u)])
+        placed, newest = None, filtered.known.newest
         if newest and newest.axis == axis:
-            there = _Axis.of(fitted, told, i, untold=True)
-            # where the voltages change fast tells whether it is a push, and not where it is
-            near = np.asarray(there.u**2 * there.overlap(newest), dtype=float)
-            S_there, push = largest(told.log, there, near, 0.5 * near / least)
-            placed = push if S_there > UNKNOWN else newest
-            S[own.overlap(placed)] = 0.0
-        found.append((placed, largest(told.log, own, S, S)))
+            unknown = _Pulses.of(fitted, filtered, i, newest_known=False)
+            # the change of the voltages decides whether it is a push, and not where it is
+            near = np.asarray(unknown.u**2 * unknown.overlap(newest), dtype=float)
+            S_near, push = largest(filtered.log, unknown, near, 0.5 * near / least)
+            placed = push if S_near > UNKNOWN else newest
+            S[pulses.overlap(placed)] = 0.0
+        found.append((placed, largest(filtered.log, pulses, S, S)))
     return found
 
 
 @dataclass(frozen=True, eq=False)
-class _Axis:
+class _Pulses:
     """Pulses of one axis of one log."""
 
     period: float
@@ -170,45 +171,45 @@ class _Axis:
         return np.asarray((self.starts < push.end) & (self.ends > push.start))
 
     @classmethod
-    def of(cls, fitted: Fit, told: _Told, axis: int, untold: bool = False) -> "_Axis":
-        """Match innovations of one axis with pulses, beside the log's start and the pushes that the filter knows of.
+    def of(cls, fitted: Fit, log: _FilteredLog, axis: int, newest_known: bool = True) -> "_Pulses":
+        """Match innovations of one axis with pulses, beside the log's start and the pushes that the filter knows.
 
-        The newest one may be ``untold``: it is as if the filter had not been told of it.
+        Without ``newest_known`` the innovations are those of a filter that does not know the newest push.
         """
-        own, sigma = fitted.likelihood.filters(told.record, fitted.point)[axis], fitted.sigma[axis]
+        dynamics, sigma = fitted.likelihood.filters(log.record, fitted.point)[axis], fitted.sigma[axis]
         names = fitted.likelihood.rig.axes
-        known, everything = told.found.events, told.found.everything
-        record = told.record.mark(known if untold else everything, names, settled=True)
-        held, period, e, w = record.held, record.held * record.step, told.e[:, axis], record.weights[:, axis]
+        earlier, everything = log.known.events, log.known.everything
+        record = log.record.mark(everything if newest_known else earlier, names, settled=True)
+        held, period, e, w = record.held, record.held * record.step, log.e[:, axis], record.weights[:, axis]
         inputs = record.slower.inputs
         rate = np.abs(np.diff(inputs, axis=0, prepend=inputs[:1])).sum(1) / period
-        if untold:
-            courses = [course for _, course in told.record.mark(everything[len(known) :], names).pushes]
-            sizes = told.sizes[len(record.pushes) : len(record.pushes) + 2]
-            e = e - lfilter(*error_dynamics(own), sizes @ courses) * (e != 0.0)
-        courses = [course for of_axis, course in record.pushes if of_axis == axis]
-        torques, begun = np.zeros((2 + len(courses), record.samples)), np.zeros((2 + len(courses), 5))
-        begun[:2] = start_memory(own)
+        if not newest_known:
+            courses = [course for _, course in log.record.mark(everything[len(earlier) :], names).pushes]
+            sizes = log.sizes[len(record.pushes) : len(record.pushes) + 2]
+            e = e - lfilter(*error_dynamics(dynamics), sizes @ courses) * (e != 0.0)
+        courses = [course for push_axis, course in record.pushes if push_axis == axis]
+        torques, memory = np.zeros((2 + len(courses), record.samples)), np.zeros((2 + len(courses), 5))
+        memory[:2] = start_memory(dynamics)
         for torque, course in zip(torques[2:], courses, strict=True):
             torque[:] = course
-        s = lfilter(*error_dynamics(own), torques, axis=1, zi=begun)[0].T * (e[:, None] != 0.0)
-        left = e - s @ np.linalg.lstsq(s, e, rcond=None)[0]
-        step = lfilter(*error_dynamics(own), np.ones(round(4.0 * SETTLING / record.step))) / sigma
+        s = lfilter(*error_dynamics(dynamics), torques, axis=1, zi=memory)[0].T * (e[:, None] != 0.0)
+        rest = e - s @ np.linalg.lstsq(s, e, rcond=None)[0]
+        step = lfilter(*error_dynamics(dynamics), np.ones(round(4.0 * SETTLING / record.step))) / sigma
         root = [np.linalg.norm(step - np.pad(step, (width * held, 0))[: len(step)]) for width in WIDTHS]
         counts, n = w[::held] > 0.0, len(rate)
-        sums = np.pad(match_steps(own, w * left)[::held] / sigma**2, (0, WIDTHS[-1]))
-        u = np.empty((len(WIDTHS), n), dtype=np.float32)  # of long logs it is large
+        sums = np.pad(match_steps(dynamics, w * rest)[::held] / sigma**2, (0, WIDTHS[-1]))
+        u = np.empty((len(WIDTHS), n), dtype=np.float32)  # it is large for long logs
         for k, width in enumerate(WIDTHS):
             u[k] = counts * (sums[:n] - sums[width : width + n]) / root[k]
         return cls(period, u, np.array(root), counts, rate.astype(np.float32))
 
 
-def _dispersion(logs: Sequence[_Axis]) -> tuple[Array, Array]:
+def _dispersion(logs: Sequence[_Pulses]) -> tuple[Array, Array]:
     """Give phi_0 and tau^2 (W, 1) of one axis in all logs; a tenth of the samples may lie in pushes."""
     least, tau_squared = np.ones((len(WIDTHS), 1)), np.zeros((len(WIDTHS), 1))
     for w in range(len(WIDTHS)):
-        u = np.concatenate([own.u[w, own.counts] for own in logs])
-        rate = np.concatenate([own.change(w)[own.counts] for own in logs])
+        u = np.concatenate([pulses.u[w, pulses.counts] for pulses in logs])
+        rate = np.concatenate([pulses.change(w)[pulses.counts] for pulses in logs])
         if not len(u):
             break
         least[w] = max(1.0, float(np.quantile(u**2, 1.0 - PUSHED)) / ndtri(1.0 - 0.5 * PUSHED) ** 2)

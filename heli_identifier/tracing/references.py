@@ -1,7 +1,7 @@
 """Which signals moved the rig from outside: references that are logged, rebuilt from the voltages, or the voltages.
 
-A reference r is what a pilot or a plan asked for. It moves the rig and knows nothing of the air, so it can serve as an
-instrument. Where a controller flies,
+A reference r is the command of a pilot or a plan. It moves the rig and does not depend on the air, so it can serve as
+an instrument. Where a controller flies,
 
     F v = r - C(y),     C(y) = F (k y + k' y'_q) + k'' y,     y'_q = p q/(p + q) y,     F = p/(p + beta)
 
@@ -14,7 +14,7 @@ rate c, are sparse under D = (1 - a/z)(1 - 1/z), a = exp(-c h), so the L1 regres
 is exact however large the steps are. Symbols: h sampling interval [s], z shift by h, p = d/dt [1/s], y angles [rad],
 v voltages [V], q, c, beta rates [1/s].
 
-Sources: C. W. J. Granger, Econometrica 37 (1969) 424, for "the past of y adds nothing to the own past"; E. J. Candes
+Sources: C. W. J. Granger, Econometrica 37 (1969) 424, for "the past of y adds nothing to the past of r"; E. J. Candes
 and T. Tao, IEEE Trans. Inf. Theory 51 (2005) 4203, for exact recovery by L1 under sparse gross errors.
 """
 
@@ -46,9 +46,10 @@ class Controller:
     channel: str
     """Sum or difference of the voltages."""
     gains: Array
-    """Those of the regression, -(k, k') and with an integral term -k'', n angles each [V/rad, V s/rad, V/rad]."""
+    """Coefficients of the regression: -(k, k'), and -k'' with an integral term, n angles each [V/rad, V s/rad,
+    V/rad]."""
     rates: Array
-    """Ln of (q of each of n angles, c), and with an integral term beta behind them."""
+    """Ln of (q of each of n angles, c), and of beta last with an integral term."""
     delay: float
     """From reading the angles to their voltages [s]: 0, or one period of the controller."""
 
@@ -65,7 +66,7 @@ class Controller:
 
 @dataclass(frozen=True, eq=False)
 class References:
-    """What moved the rig from outside, log by log."""
+    """The signals that moved the rig from outside, log by log."""
 
     names: tuple[str, ...]
     """The m signals: an axis [rad] where logged, a channel of the voltages [V] where rebuilt or in open loop."""
@@ -76,7 +77,7 @@ class References:
     closed_loop: bool
     """Whether a controller flew in any of the logs."""
     notes: tuple[str, ...] = ()
-    """What was refused and why, one sentence each."""
+    """Which signals were refused and why, one sentence each."""
 
 
 def find_references(logs: Sequence[Log]) -> References:
@@ -136,10 +137,10 @@ def controllers_of(logs: Sequence[Log]) -> list[tuple[Controller, ...]]:
 
 
 def feedback(log: Log) -> bool:
-    """Recognise a controller: the angles' innovations tell more of the voltages than the voltages' own past does.
+    """Recognise a controller: the angles' innovations predict the voltages better than the past of the voltages does.
 
-    The innovations are what the past of angles and voltages does not tell of the angles, the air and the encoders. In
-    open loop they know nothing of the voltages, however long the rig's memory is.
+    The innovations are the part of the angles that the past of angles and voltages does not predict: air and encoder
+    errors. In open loop the voltages do not depend on them, however long the rig's memory is.
     """
     every, lags = max(1, round(log.rate_hz / 25.0)), 6  # 25 Hz: below a controller's rate, above the rig's motion
     angles = log.angles[::every]
@@ -147,16 +148,16 @@ def feedback(log: Log) -> bool:
     if len(angles) < 100:
         return False
     innovations = _residual(angles[lags:], _past(np.hstack([angles, voltages]), lags))
-    told = np.hstack([innovations[lags:], _past(innovations, lags)])
-    own, now = _past(voltages, lags)[lags:], voltages[2 * lags :]
-    found = [_added_r2(now[:, i], own, told) for i in range(2)]
-    return any(added > ADDED_R2 and chance < 1e-4 for added, chance in found)
+    answered = np.hstack([innovations[lags:], _past(innovations, lags)])
+    past, now = _past(voltages, lags)[lags:], voltages[2 * lags :]
+    tests = [_added_r2(now[:, i], past, answered) for i in range(2)]
+    return any(added > ADDED_R2 and p_value < 1e-4 for added, p_value in tests)
 
 
 def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True) -> str | None:
     """Say why a signal (N,) beside angles (N, 3) is no reference; None if it is one.
 
-    It has to be still in at least half of the samples (``steps``), and the outputs' past must not tell it.
+    It has to be still in at least half of the samples (``steps``), and past outputs must not predict it.
     """
     every, lags = max(1, round(rate_hz / 10.0)), 5  # 10 Hz and five samples: the loop's last half second
     slow, outputs = np.asarray(signal, dtype=float)[::every], _past(angles[::every], lags + 1)
@@ -166,20 +167,20 @@ def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True)
     still = float(np.mean(np.abs(np.diff(slow)) * rate_hz / every < STILL_RATE * span))
     if steps and still < 0.5:
         return f"it is still in {100.0 * still:.0f} % of the samples, a reference in at least 50 %"
-    own, target = np.column_stack([_past(np.diff(slow)[:, None], lags), slow[lags:-1]]), np.diff(slow)[lags:]
-    added, chance = _added_r2(target, own, outputs)
-    if added <= ADDED_R2 or chance > 1e-3:
+    past, target = np.column_stack([_past(np.diff(slow)[:, None], lags), slow[lags:-1]]), np.diff(slow)[lags:]
+    added, p_value = _added_r2(target, past, outputs)
+    if added <= ADDED_R2 or p_value > 1e-3:
         return None
-    # a few steps are no normal noise: the scale is what outputs of other times, 2 s off and more, add by chance
+    # a few steps are no normal noise, so outputs shifted by 2 s and more say how much is added by chance
     shifts = np.linspace(20, max(20, len(outputs) - 20), 99).astype(int)
-    if added < max(_added_r2(target, own, np.roll(outputs, shift, axis=0))[0] for shift in shifts):
+    if added < max(_added_r2(target, past, np.roll(outputs, shift, axis=0))[0] for shift in shifts):
         return None
     return f"it is feedback (past angles explain {100.0 * added:.0f} % of it, {100.0 * ADDED_R2:g} % is allowed)"
 
 
 _Shape = tuple[int, Array]
-"""What a law is not linear in: the voltages answer the angles of so many periods ago, 0 or 1; ln of the rates (q of
-each of n angles, c), and with an integral term beta behind them."""
+"""The nonlinear part of a law: delay of the voltages in periods, 0 or 1; ln of the rates (q of each of n angles, c),
+and of beta last with an integral term."""
 
 
 class _Law:
@@ -194,8 +195,8 @@ class _Law:
         prompt = signals - signals[:, :1]
         late = np.vstack([prompt[:1], np.pad(prompt[1:, :-1], ((0, 0), (1, 0)))])
         self.signals = (prompt, late)
-        """By the periods of a shape: voltage and angles (1 + n, N) less their first values."""
-        self.steps = tuple(np.diff(own) for own in self.signals)
+        """For a delay of 0 and of 1 period: voltage and angles (1 + n, N) less their first values."""
+        self.steps = tuple(np.diff(rows) for rows in self.signals)
         self.limit = float(np.abs(log.voltages).max())
         self.clipped = np.asarray((np.abs(voltages) > 0.999 * self.limit).any(axis=1))
         self.clipped &= self.clipped.sum() > 5  # a largest value is no limit
@@ -209,7 +210,7 @@ class _Law:
         self.least = np.inf
 
     def gains(self, shape: _Shape, rounds: int = 15) -> tuple[float, Array]:
-        """Ln of the mean absolute innovation but for the largest tenth, and L1 gains by iteratively reweighted LS."""
+        """Ln of the mean absolute innovation without the largest tenth, and L1 gains by iteratively reweighted LS."""
         periods, rates = shape
         low, high = self.bounds[:, : len(rates)]
         if np.any(rates < low) or np.any(rates > high):
@@ -218,7 +219,7 @@ class _Law:
         rows = rows[:, self.usable + 1] - np.exp(-np.exp(rates[self.n]) * self.h) * rows[:, self.usable]
         scale = np.abs(rows[1:]).mean(axis=1) + 1e-12
         target, bank = rows[0], rows[1:] / scale[:, None]
-        weight, most = np.ones(len(target)), int(0.9 * len(target))  # steps are few: the rest shows if a law is exact
+        weight, most = np.ones(len(target)), int(0.9 * len(target))  # the tenth holds the steps of the reference
         for _ in range(rounds):
             weighted = bank * weight
             normal = weighted @ bank.T
@@ -230,15 +231,15 @@ class _Law:
         return float(np.log(size + 1e-12)), gains / scale
 
     def loss(self, shape: _Shape, rounds: int = 15) -> float:
-        """Give the first of :meth:`gains`; few rounds are enough to compare starts."""
+        """Give the first value of :meth:`gains`; few rounds are enough to compare starts."""
         return self.gains(shape, rounds)[0]
 
     def search(self, laws: Sequence["_Law"], again: bool = False) -> None:
-        """Find the rates on a grid, or from what is known of the ``laws`` of other logs, and polish them."""
+        """Find the rates on a grid, or from the ``laws`` of other logs, and polish them."""
         if len(self.usable) < 100 or self.clipped.mean() > SATURATED_SHARE:
             return
         known = [(self.loss(law.shape), law.shape, law) for law in laws if law.shape is not None]
-        loss, shape, other = min(known, key=lambda own: own[0], default=(np.inf, None, None))
+        loss, shape, other = min(known, key=lambda candidate: candidate[0], default=(np.inf, None, None))
         if again and (other is None or other is self or loss > self.least - 0.05):
             return
         enough = np.log(EXACT) if other is None else max(np.log(EXACT), other.least - other.size + np.log(AS_GOOD))
@@ -252,25 +253,25 @@ class _Law:
             self.shape, self.least = best, self.loss(best)
 
     def scan(self) -> _Shape:
-        """Polish the best shape of a grid, with an integral term where that tells more."""
+        """Polish the best shape of a grid, with an integral term if that lowers the loss."""
         n, fast = self.n, 5.0 / self.h
         grid = [(periods, np.log([q] * n + [c]))
                 for periods in (0, 1) for q in (*POLES, fast) for c in (0.1, 1.0, 3.0, fast)]  # fmt: skip
-        plain = min(grid, key=lambda own: self.loss(own, 4))
+        plain = min(grid, key=lambda shape: self.loss(shape, 4))
         for i in range(1, n):  # each angle may have a derivative filter of its own
             others = [_with_rate(plain, i, q) for q in (*POLES, fast)]
-            plain = min([*others, plain], key=lambda own: self.loss(own, 4))
+            plain = min([*others, plain], key=lambda shape: self.loss(shape, 4))
         plain = self.polish(self.polish(plain))
         if self.loss(plain) - self.size <= np.log(EXACT):
             return plain
         starts = [*(_with_rate(plain, n, c) for c in (1.0, 3.0, fast)), plain]
-        integral = [(own[0], np.append(own[1], np.log(beta))) for beta in (0.1, 0.3, 1.0) for own in starts]
-        whole = self.polish(self.polish(min(integral, key=self.loss)))
-        # an integral term that is not there gains some by chance
-        return whole if self.loss(plain) - self.loss(whole) > 0.25 else plain
+        integral = [(start[0], np.append(start[1], np.log(beta))) for beta in (0.1, 0.3, 1.0) for start in starts]
+        with_integral = self.polish(self.polish(min(integral, key=self.loss)))
+        # an integral term that is not there lowers the loss a little by chance
+        return with_integral if self.loss(plain) - self.loss(with_integral) > 0.25 else plain
 
     def polish(self, start: _Shape) -> _Shape:
-        """Nelder and Mead from a start, since the loss has kinks where it is least."""
+        """Nelder and Mead's method from a start, since the loss has kinks near its minimum."""
         periods, rates = start
         corners = np.vstack([rates, rates + 0.15 * np.eye(len(rates))])
         options = {"maxfev": 40 * len(rates), "xatol": 1e-4, "fatol": 1e-3, "initial_simplex": corners}
@@ -311,23 +312,23 @@ def _with_rate(shape: _Shape, index: int, rate: float) -> _Shape:
 
 
 def _past(signals: Array, lags: int) -> Array:
-    """Lay the samples 1 to ``lags`` before each side by side, shape (N - lags, lags m)."""
+    """Put the ``lags`` samples before each sample side by side, shape (N - lags, lags m)."""
     return np.hstack([signals[lags - i : len(signals) - i] for i in range(1, lags + 1)])
 
 
 def _residual(target: Array, columns: Array) -> Array:
-    """Return what a regression on columns and a constant leaves."""
+    """Return the residual of a regression on columns and a constant."""
     bank = np.column_stack([columns, np.ones(len(columns))])
     bank = bank / (np.linalg.norm(bank, axis=0) + 1e-30)
     return target - bank @ np.linalg.lstsq(bank, target, rcond=1e-9)[0]
 
 
-def _added_r2(target: Array, own: Array, others: Array) -> tuple[float, float]:
-    """Share of what ``own`` leaves that ``others`` tell, adjusted for their number, and its p value by an F test."""
-    left = float(np.sum(_residual(target, own) ** 2))
-    rest = float(np.sum(_residual(target, np.hstack([own, others])) ** 2))
-    number, free = others.shape[1], len(target) - own.shape[1] - others.shape[1] - 1
-    if free < 10 or left <= 1e-12 * float(np.sum(target**2)):
+def _added_r2(target: Array, past: Array, others: Array) -> tuple[float, float]:
+    """Give the adjusted R2 of ``others`` for the residual of a regression on ``past``, and the p value of an F test."""
+    without = float(np.sum(_residual(target, past) ** 2))
+    beside = float(np.sum(_residual(target, np.hstack([past, others])) ** 2))
+    number, free = others.shape[1], len(target) - past.shape[1] - others.shape[1] - 1
+    if free < 10 or without <= 1e-12 * float(np.sum(target**2)):
         return 0.0, 1.0
-    chance = float(fdtrc(number, free, max((left - rest) / number / (rest / free + 1e-300), 0.0)))
-    return 1.0 - (rest / free) / (left / (free + number)), chance
+    p_value = float(fdtrc(number, free, max((without - beside) / number / (beside / free + 1e-300), 0.0)))
+    return 1.0 - (beside / free) / (without / (free + number)), p_value

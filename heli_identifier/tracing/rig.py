@@ -131,7 +131,7 @@ class Effect:
     upper: float
     """lower, upper: Bounds of the coefficient: a sign that physics forbids lies outside."""
     family: str
-    """Effects of one family cannot be told apart by ordinary logs; they are one finding."""
+    """Ordinary logs cannot tell effects of one family apart: they are one finding."""
     shapes: tuple[str, ...] = ()
     """Further parameters of its law that are estimated with the coefficient."""
     starts: tuple[Mapping[str, float], ...] = ({},)
@@ -210,10 +210,10 @@ class Record:
         """Give a ``constant`` torque (a,) [rad/s^2], and where there are pushes with these ``sizes``, (N, a)."""
         if not self.pushes:
             return constant
-        found = np.tile(constant, (self.samples, 1))
+        torque = np.tile(constant, (self.samples, 1))
         for (axis, course), size in zip(self.pushes, sizes, strict=False):
-            found[:, axis] += size * course
-        return found
+            torque[:, axis] += size * course
+        return torque
 
     def mark(self, events: Sequence[Event], axes: Sequence[str], settled: bool = False) -> "Record":
         """Leave events out of what counts, with torques of free size for the forces among them.
@@ -225,7 +225,7 @@ class Record:
             if event.kind == "force":
                 course = 2.0 * (self.time - start) / (end - start) - 1.0  # from -1 to 1
                 inside = np.abs(course) <= 1.0
-                pushes += [(axes.index(event.axis), np.where(inside, own, 0.0)) for own in (1.0, course)]
+                pushes += [(axes.index(event.axis), np.where(inside, shape, 0.0)) for shape in (1.0, course)]
         weights = self.weights * is_counted(self.time, events, settled)[:, None]
         return replace(self, weights=weights, left_out=left_out, pushes=pushes)
 

@@ -1,15 +1,16 @@
 r"""Efficient scores: what every effect of the catalogue would add to the likelihood, without fitting it.
 
-With H and g of F for base, air and all candidates as columns, and i what is in the model, candidate j adds
+H and g are those of F with base, air and all candidates as columns, and i are the columns in the model. Candidate j
+adds
 
     u = -(g_j - a.g_i),    I = H_jj - H_ji a,    a = H_ii^-1 H_ij,    S = u^2/(2 I phi)   [nats]
 
 at the minimum over i; u/I is its coefficient. phi >= 1 is the dispersion of the axis on which j acts: the mean square
-of the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right;
-what is in a fit is judged by its own dispersion (:attr:`.Fit.dispersion`), across whole logs as well. Of an effect in
-the model S is what the quadratic form loses without it, where other parameters may stop at a bound. An effect whose
-coefficient would have a sign that physics forbids has the score 0. Where a law is tried with several shapes, the
-logarithm of their number is taken off (Bonferroni).
+of the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right. A
+coordinate of the fit has a dispersion of its own, over whole logs as well (:attr:`.Fit.dispersion`). The S of an effect
+in the model is the loss of the quadratic form without it, where other parameters may stop at a bound. An effect whose
+coefficient would have a sign that physics forbids has the score 0. If a law is tried with several shapes, the logarithm
+of their number is subtracted (Bonferroni).
 
 Sources: Cox and Hinkley, Theoretical Statistics, section 9.3 (efficient scores); McCullagh and Nelder, Generalized
 Linear Models, 2nd ed., section 4.5 (dispersion).
@@ -43,9 +44,9 @@ class Score:
     standard_error: float
     """value, standard_error: Coefficient and its standard error, in its unit."""
     visibility: float
-    """I/H_jj, the share of its signature that what is in the model cannot imitate."""
+    """I/H_jj, the share of its signature that the columns in the model cannot imitate."""
     shapes: Mapping[str, float]
-    """Shapes of its law that explain most."""
+    """The shapes of its law with the highest score."""
     column: int
 
 
@@ -65,7 +66,7 @@ def columns_of(effect: Effect, fitted: Fit) -> list[Coordinate]:
 def step_times(fitted: Fit, axis: int) -> list[float]:
     """Instants [s] since the records began at which a step of an axis's torque would explain most.
 
-    The logs are added up, since the step would repeat in all of them.
+    The logs are added up, because such a step would repeat in all of them.
     """
     likelihood, sums = fitted.likelihood, np.zeros(0)
     step = likelihood.records[0].step
@@ -74,8 +75,8 @@ def step_times(fitted: Fit, axis: int) -> list[float]:
         u = np.interp(np.arange(0.0, record.time[-1], step), record.time, u) * record.step
         length = max(len(sums), len(u))
         sums = np.pad(sums, (0, length - len(sums))) + np.pad(u, (0, length - len(u)))
-    own = likelihood.filters(likelihood.records[0], fitted.point)[axis]
-    response = np.cumsum(lfilter(*error_dynamics(own), np.ones(len(sums))) ** 2)[::-1]
+    first = likelihood.filters(likelihood.records[0], fitted.point)[axis]
+    response = np.cumsum(lfilter(*error_dynamics(first), np.ones(len(sums))) ** 2)[::-1]
     merit = sums**2 / np.maximum(response, 1e-3 * response[0])
     merit[: round(2 * SETTLING / step)] = 0.0
     merit[-round(SETTLING / step) :] = 0.0
@@ -100,11 +101,10 @@ class Scores:
         self.effects = {effect.field: effect for effect in candidates}
         instants = max(record.time[-1] for record in fitted.likelihood.records) / STEP_APART
         trials = {e.field: len(e.starts) * (instants if e.steps_in_time else 1.0) for e in candidates}
-        self.price = {name: float(np.log(count)) for name, count in trials.items()}  # what the best scores by chance
-        inside = list(fitted.coordinates)
-        further = [c for e in candidates if e.field not in fitted.names for c in columns_of(e, fitted)]
-        self.coordinates = [*inside, *further]
-        self.x = np.array([*fitted.x, *(c.coordinate(0.0) for c in further)])
+        self.penalty = {name: float(np.log(count)) for name, count in trials.items()}  # the best of many by chance
+        new = [c for e in candidates if e.field not in fitted.names for c in columns_of(e, fitted)]
+        self.coordinates = [*fitted.coordinates, *new]
+        self.x = np.array([*fitted.x, *(c.coordinate(0.0) for c in new)])
         self.quadratic = linearise(fitted.likelihood, fitted.point, self.coordinates, self.x, fitted.sigma)
         self.H, self.g = self.quadratic.total
         P = self.P = len(self.x)
@@ -115,7 +115,7 @@ class Scores:
         for j, coordinate in enumerate(self.coordinates):
             self.of_field.setdefault(coordinate.field, []).append(j)
         catalogue = {name for effect in candidates for name in effect.parameters}
-        self.nuisance = [j for j, c in enumerate(inside) if c.field not in catalogue]
+        self.nuisance = [j for j, c in enumerate(fitted.coordinates) if c.field not in catalogue]
         self.nuisance += range(P, len(self.g))
         self.off: frozenset[str] = frozenset()
         """Parameters of the fit that are held at zero."""
@@ -126,7 +126,7 @@ class Scores:
         return [name for name in self.fitted.names if name in self.effects]
 
     def _with(self, **changed: Any) -> "Scores":
-        """Give a copy with other attributes, which chooses columns of its own."""
+        """Give a copy with other attributes, which chooses its columns again."""
         part = copy(self)
         vars(part).pop("chosen", None)
         vars(part).update(changed)
@@ -146,7 +146,7 @@ class Scores:
         return self._with(off=frozenset(fields))
 
     def redraw(self, truth: Array, rng: np.random.Generator) -> "Scores":
-        """Give the same with gradients drawn around a step ``truth`` (n,), as other flights of that plant have them."""
+        """Give the same with random gradients around a step ``truth`` (n,): further flights of that plant."""
         spread = np.sqrt(np.outer(self.dispersion, self.dispersion))
         g = np.array([rng.multivariate_normal(-H @ truth, spread * H, check_valid="ignore", method="eigh")
                       for H in self.quadratic.H])  # fmt: skip
@@ -156,52 +156,52 @@ class Scores:
     def dispersion(self) -> Array:
         """Phi of every column, shape (n,): that of the axis it acts on most."""
         information, blocks = self.quadratic.information, np.concatenate(self.quadratic.blocks)
-        own = information.argmax(0)
+        axis_of = information.argmax(0)
         phi = np.ones(len(information))
         for axis in range(len(information)):
-            J = (own == axis) & (information[axis] > 1.0)
+            J = (axis_of == axis) & (information[axis] > 1.0)
             if J.any():
                 squares = (blocks[:, axis, J] ** 2).sum(0)
                 phi[axis] = max(1.0, float(np.median(squares / np.diag(self.quadratic.H.sum(0))[J])))
-        return np.asarray(phi[own])
+        return np.asarray(phi[axis_of])
 
     @cached_property
     def units(self) -> dict[str, float]:
-        """Give by coordinate what the plant has where it acts as 1 at the operating point; sizes of faults are 1."""
+        """Give for each effect the plant's value that acts as 1 at the operating point; 1 for sizes of faults."""
         rig, p = self.fitted.likelihood.rig, self.fitted.parameters
         fields = {c.field for c in self.coordinates if c.fault is None}
-        own = {name: float(getattr(rig.assign(p, {name: 1.0}), name)) for name in self.effects.keys() & fields}
-        return dict.fromkeys(self.effects, 1.0) | own
+        of_plant = {name: float(getattr(rig.assign(p, {name: 1.0}), name)) for name in self.effects.keys() & fields}
+        return dict.fromkeys(self.effects, 1.0) | of_plant
 
     def entry_score(self, name: str) -> float:
-        """Score at which an effect enters the model [nats]: a fault of the log is named or is none."""
+        """Score at which an effect enters the model [nats]; a fault enters only where it is established."""
         return NAMED if self.effects[name].fault else KEPT
 
-    def inside(self, selected: Collection[str]) -> list[int]:
-        """Columns of a model: the nuisance, the selected effects and their shapes where these were fitted."""
-        inside = [j for j in self.nuisance if j >= self.P or self.coordinates[j].field not in self.off]
+    def model_columns(self, selected: Collection[str]) -> list[int]:
+        """Columns of a model: the nuisance, the selected effects, and their shapes where these were fitted."""
+        columns = [j for j in self.nuisance if j >= self.P or self.coordinates[j].field not in self.off]
         for name in selected:
             fitted = self.effects[name].parameters if name in self.fitted.names else ()
-            inside += [self.of_field[field][0] for field in fitted] or [self.chosen[name]]
-        return sorted(set(inside))
+            columns += [self.of_field[field][0] for field in fitted] or [self.chosen[name]]
+        return sorted(set(columns))
 
     def signatures(self, columns: Sequence[int], selected: Collection[str]) -> Array:
-        """Information (n, n) of some columns beside what is in a model."""
-        i = [j for j in self.inside(selected) if j not in columns]
+        """Information (n, n) of some columns beside the other columns of a model."""
+        i = [j for j in self.model_columns(selected) if j not in columns]
         across = self.H[np.ix_(i, columns)]
         return np.asarray(self.H[np.ix_(columns, columns)] - across.T @ np.linalg.solve(self.H[np.ix_(i, i)], across))
 
     @cached_property
     def chosen(self) -> dict[str, int]:
-        """Column of every effect: of several shapes the one that explains most beside what the fit has."""
+        """Column of every effect: of several shapes the one that adds most to the effects of the fit."""
         columns = {name: self.of_field[name] for name in self.effects}
-        several = {name: own for name, own in columns.items() if len(own) > 1}
-        best = {name: own.column for name, own in self._added(self.minimum(self.selected), several).items()}
-        return {name: own[0] for name, own in columns.items()} | best
+        several = {name: js for name, js in columns.items() if len(js) > 1}
+        best = {name: score.column for name, score in self._score_outside(self.minimum(self.selected), several).items()}
+        return {name: js[0] for name, js in columns.items()} | best
 
     def minimum(self, selected: Collection[str]) -> tuple[Array, list[int]]:
         """Step to the minimum of the quadratic form with the selected effects alone, and its columns."""
-        i, d = self.inside(selected), np.zeros(len(self.g))
+        i, d = self.model_columns(selected), np.zeros(len(self.g))
         for name in self.fitted.names:
             if (name in self.effects and name not in selected) or name in self.off:
                 j = self.of_field[name][0]
@@ -220,30 +220,30 @@ class Scores:
             if j < self.P:
                 values |= {**self.coordinates[j].beside, **self.coordinates[j].assigned(float(self.x[j] + d[j]))}
         parameters, z = fitted.likelihood.rig.assign(fitted.parameters, values), fitted.point.z
-        own = fitted.point.own + np.array([c - D @ d for c, D in self.quadratic.back])
-        return replace(fitted.point, parameters=parameters, z=z + d[self.P :].reshape(z.shape), own=own)
+        per_log = fitted.point.per_log + np.array([c - D @ d for c, D in self.quadratic.per_log_steps])
+        return replace(fitted.point, parameters=parameters, z=z + d[self.P :].reshape(z.shape), per_log=per_log)
 
     def scores(self, selected: Collection[str], among: Collection[str] | None = None) -> dict[str, Score]:
-        """Score every candidate: outside of ``selected`` what it would add, inside what would be lost without it."""
+        """Score candidates: their gain beside the ``selected`` ones, and for one of these the loss without it."""
         wanted = [name for name in self.effects if among is None or name in among]
         whole = self.minimum(selected)
-        found = self._added(whole, {name: [self.chosen[name]] for name in wanted if name not in selected})
+        found = self._score_outside(whole, {name: [self.chosen[name]] for name in wanted if name not in selected})
         fall = fall_by(self.H, self.g, whole[0])
         for name in selected:
             if name in wanted:
                 j, least = self.chosen[name], self.minimum([other for other in selected if other != name])
-                lost = (fall - fall_by(self.H, self.g, least[0])) / float(self.dispersion[j]) - self.price[name]
+                lost = (fall - fall_by(self.H, self.g, least[0])) / float(self.dispersion[j]) - self.penalty[name]
                 value = self.units[name] * self.coordinates[j].value(float(self.x[j] + whole[0][j]))
-                own = self._added(least, {name: [j]})[name]  # without it others may stop at a bound
-                found[name] = replace(own, score=max(lost, 0.0), value=value)
+                outside = self._score_outside(least, {name: [j]})[name]  # without it others may stop at a bound
+                found[name] = replace(outside, score=max(lost, 0.0), value=value)
         return found
 
-    def _added(self, least: tuple[Array, list[int]], tried: Mapping[str, Sequence[int]]) -> dict[str, Score]:
-        """Score candidates outside of a model from its minimum, ``least``, by the best of the ``tried`` columns."""
+    def _score_outside(self, least: tuple[Array, list[int]], tried: Mapping[str, Sequence[int]]) -> dict[str, Score]:
+        """Score candidates outside of a model at its minimum ``least``, each by the best of its ``tried`` columns."""
         if not tried:
             return {}
         d, i = least
-        columns = np.array([j for own in tried.values() for j in own])
+        columns = np.array([j for js in tried.values() for j in js])
         inside = np.array([j for j in i if self.low[j] < d[j] < self.high[j]])  # at a bound nothing moves
         a = np.linalg.solve(self.H[np.ix_(inside, inside)], self.H[np.ix_(inside, columns)])
         g = self.g + self.H @ d
@@ -257,7 +257,7 @@ class Scores:
             x = self.x[j] + d[j] + u[k] / information[k]
             zero = c.coordinate(0.0)
             allowed = (x > zero and c.bounds[1] > zero) or (x < zero and c.bounds[0] < zero)
-            S = max(0.5 * u[k] ** 2 / information[k] / phi[k] - self.price[c.field], 0.0) if allowed else 0.0
+            S = max(0.5 * u[k] ** 2 / information[k] / phi[k] - self.penalty[c.field], 0.0) if allowed else 0.0
             if c.field not in found or S > found[c.field].score:
                 unit = self.units[c.field]
                 at = float(np.clip(x, *c.bounds) if c.bend else x)  # a bent one has a pole beyond its bound

@@ -1,18 +1,18 @@
-r"""The quadratic form of the criterion: how what moves a point changes the innovations, and the normal equations.
+r"""The quadratic form of the criterion: derivatives of the innovations, and the normal equations.
 
-A further acceleration a_k of an axis along the filter's own motion changes its innovations through the error dynamics
-of the filter, a linear filter. No torque of a bench changes much within 40 ms, so these sensitivities are taken at
-:data:`.settings.SEEN_AT` and held over a block of samples. They have to be those at the block's beginning: a later one
-knows the controller's answer to the innovations that it is multiplied by, and the gradient would be biased. Those to
-the air's parameters are finite differences of the filter at the record's rate. A fault of an encoder passes the same
-linear filter as the reading, and so does the bending of the arm; a fault of the voltages acts within 40 ms, and its
-torques are taken at the record's rate as well. Records are read in chunks, so memory grows with the log alone. With J
-the derivatives of e and Huber's weights w, every axis of every log adds
+An additional acceleration a_k of an axis along the filter's motion changes its innovations through the error dynamics
+of the filter, which are linear. No torque of a bench changes much within 40 ms, so these derivatives are computed at
+:data:`.settings.SEEN_AT` and held over a block of samples. They are those at the beginning of the block: a later one
+would depend on the controller's answer to the innovations that it is multiplied by, which biases the gradient. The
+derivatives by the air's parameters are finite differences of the filter at the record's rate. A fault of an encoder
+passes the same linear filter as the reading, and so does the bending of the arm. A fault of the voltages acts within
+40 ms, so its torques are computed at the record's rate as well. Records are read in chunks, so memory grows with the
+log alone. With J the derivatives of e and Huber's weights w, every axis of every log adds
 
     H += sum_k w_k J_k J_k' / sigma^2,    g += sum_k w_k J_k e_k / sigma^2,
 
-and what a log has of its own, b, is eliminated: H_pp - H_pb (H_bb + tau^-2)^-1 H_bp, and g alike. The integral over its
-torques adds its slope to g alone: it bends by less than a nat.
+and the per-log parameters b are eliminated: H_pp - H_pb (H_bb + tau^-2)^-1 H_bp, and g in the same way. The integral
+over the torques adds its derivative to g. Its second derivative is left out: it changes F by less than a nat.
 
 Sources: Ljung, System Identification, 2nd ed., section 10.2 (Gauss-Newton); Huber 1964.
 """
@@ -26,23 +26,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from .likelihood import Likelihood, Point, without
+from .likelihood import Likelihood, Point, undo_in_record
 from .noise import (
     SHAPES,
     AxisFilter,
-    behind,
     error_dynamics,
+    filter_innovations,
     filters,
-    past,
+    lagged,
     reading_dynamics,
     slope_of_colour,
     start_memory,
 )
 from .rig import Array, Coordinate, Parameters, Record, means
-from .settings import DIFFERENCE, HUBER, OWN
+from .settings import DIFFERENCE, HUBER, PER_LOG
 
 Rows = tuple[NDArray[np.intp], Array]
-"""Coordinates (k,), and derivatives by them (k, n)."""
+"""Numbers of coordinates (k,), and the derivatives by them (k, n)."""
 
 CHUNK = 8000
 """Samples that are read at a time."""
@@ -50,7 +50,7 @@ CHUNK = 8000
 
 @dataclass(frozen=True, eq=False)
 class Quadratic:
-    """Gradient and Gauss-Newton Hessian of F at a point, log by log, what the logs have of their own eliminated.
+    """Gradient and Gauss-Newton Hessian of F at a point, log by log, with the per-log parameters eliminated.
 
     The n = P + 5a parameters are the plant's coordinates, then those of the air.
     """
@@ -62,15 +62,15 @@ class Quadratic:
     blocks: list[Array]
     """Scores (negative gradients) of blocks of :data:`.settings.BLOCK` s by the axis they come from, (B_l, a, n)."""
     information: Array
-    """Information of each axis alone, before anything is eliminated, shape (a, n)."""
-    back: list[tuple[Array, Array]]
-    """Per log what gives its own from a step of the parameters: b+ - b = c - D s."""
+    """Information of each axis before the per-log parameters are eliminated, shape (a, n)."""
+    per_log_steps: list[tuple[Array, Array]]
+    """Of each log (c, D): with a step s of the parameters its per-log parameters move by c - D s."""
     covariance: Array
-    """Covariance of what each log has of its own, beside given parameters, shape (L, 5a + m, 5a + m)."""
-    by_own: float
-    """Fall of F [nats] that these alone still promise."""
+    """Covariance of the per-log parameters for given other parameters, shape (L, 5a + m, 5a + m)."""
+    per_log_fall: float
+    """Predicted fall of F [nats] by a step of the per-log parameters alone."""
     prior: Array
-    """Gradient of the priors, x and z themselves, shape (n,); their Hessian is the unit matrix."""
+    """Gradient of the priors, which is (x, z), shape (n,); their Hessian is the unit matrix."""
 
     @cached_property
     def total(self) -> tuple[Array, Array]:
@@ -88,31 +88,33 @@ def linearise(
     rig, names = likelihood.rig, [c.field for c in coordinates]
     a, P = len(rig.axes), len(x)
     n, logs = P + SHAPES * a, len(likelihood.records)
-    further = [rig.coordinate(name, point.parameters) for name in rig.gains if name not in names]
-    moved, at = (*coordinates, *further), [c.coordinate(rig.read(point.parameters, c.field)) for c in further]
+    fixed_gains = [rig.coordinate(name, point.parameters) for name in rig.gains if name not in names]
+    moved = (*coordinates, *fixed_gains)
+    at = [c.coordinate(rig.read(point.parameters, c.field)) for c in fixed_gains]
     sensitivities = Sensitivities(likelihood, point, moved, np.append(x, at))
     kept, T = np.r_[:P, len(moved) : sensitivities.count], np.zeros((sensitivities.count, n + len(likelihood.tau)))
     T[kept, np.r_[: n + 3 * a, n + 4 * a : T.shape[1]]] = 1.0
-    for j, c in enumerate(moved):  # a log's own gains move the same coordinates as the plant's
+    for j, c in enumerate(moved):  # the gains of a log move the same coordinates as the plant's
         if c.field in rig.gains:
             T[j, n + 3 * a + rig.gains.index(c.field)] = 1.0 / c.width
     H, g, information = np.zeros((logs, n, n)), np.zeros((logs, n)), np.zeros((a, n))
-    covariance, blocks, back, promised = list[Array](), list[Array](), list[tuple[Array, Array]](), 0.0
+    covariance, blocks, steps, fall = list[Array](), list[Array](), list[tuple[Array, Array]](), 0.0
     for i, (e, motion) in enumerate(zip(*likelihood.run_all(point), strict=True)):
-        of_axes, scores = _normal_equations(sensitivities, i, sigma, e, motion)
-        information += np.diagonal(of_axes, axis1=1, axis2=2)[:, kept[:n]]
+        H_axes, scores = _normal_equations(sensitivities, i, sigma, e, motion)
+        information += np.diagonal(H_axes, axis1=1, axis2=2)[:, kept[:n]]
         scores = scores @ T
-        full, gradient = T.T @ of_axes.sum(0) @ T, sensitivities.volume(i, sigma) @ T - scores.sum((0, 1))
+        full = T.T @ H_axes.sum(0) @ T
+        gradient = sensitivities.log_determinant_slopes(i, sigma) @ T - scores.sum((0, 1))
         inner = np.linalg.inv(full[n:, n:] + np.diag(likelihood.tau**-2.0))
-        g_b = gradient[n:] + point.own[i] * likelihood.tau**-2.0
+        g_b = gradient[n:] + point.per_log[i] * likelihood.tau**-2.0
         D = inner @ full[n:, :n]
         H[i], g[i] = full[:n, :n] - full[:n, n:] @ D, gradient[:n] - g_b @ D
         covariance.append(inner)
         blocks.append(scores[:, :, :n] - scores[:, :, n:] @ D)
-        back.append((-inner @ g_b, D))
-        promised += 0.5 * float(g_b @ inner @ g_b)
+        steps.append((-inner @ g_b, D))
+        fall += 0.5 * float(g_b @ inner @ g_b)
     prior = np.concatenate((x, point.z.ravel()))
-    return Quadratic(H, g, blocks, information, back, np.array(covariance), promised, prior)
+    return Quadratic(H, g, blocks, information, steps, np.array(covariance), fall, prior)
 
 
 def _normal_equations(
@@ -125,8 +127,8 @@ def _normal_equations(
     for rows, fast, slow in sensitivities.of_record(i, e, motion):
         block = rows.start // length
         for axis in range(len(sigma)):
-            (f, F), (s, S), own = fast[axis], slow[axis], e[rows, axis]
-            w = np.minimum(1.0, HUBER * sigma[axis] / np.maximum(np.abs(own), 1e-12 * sigma[axis]))
+            (f, F), (s, S), e_a = fast[axis], slow[axis], e[rows, axis]
+            w = np.minimum(1.0, HUBER * sigma[axis] / np.maximum(np.abs(e_a), 1e-12 * sigma[axis]))
             w *= record.weights[rows, axis] / sigma[axis] ** 2
             wF, wS = F * w, S * _sums(w, held)
             cross = _sums(wF, held) @ S.T
@@ -134,22 +136,22 @@ def _normal_equations(
             H[axis][f[:, None], s] += cross
             H[axis][s[:, None], f] += cross.T
             H[axis][s[:, None], s] += wS @ S.T
-            for j, values in ((f, _sums(wF * own, length)), (s, _sums(S * _sums(w * own, held), length // held))):
+            for j, values in ((f, _sums(wF * e_a, length)), (s, _sums(S * _sums(w * e_a, held), length // held))):
                 scores[block : block + values.shape[1], axis, j] -= values.T
     return H, scores
 
 
 class _Axis(NamedTuple):
-    """What the sensitivities of one axis need of its filter at one rate."""
+    """The filter of one axis at one rate, and its derivatives."""
 
-    own: AxisFilter
+    filter: AxisFilter
     transfer: tuple[Array, Array]
     moving: NDArray[np.intp]
     """Coordinates that move the filter itself."""
     slopes: Array
-    """Of the colour, by these (:func:`.noise.slope_of_colour`), shape (8, k)."""
+    """What :func:`.noise.slope_of_colour` gives for these, shape (8, k)."""
     settled: Array
-    """Relative slope of the response to a constant torque, by these, shape (k,)."""
+    """Relative derivatives of the response to a constant torque by these, shape (k,)."""
 
 
 class Sensitivities:
@@ -161,9 +163,9 @@ class Sensitivities:
 
     def __init__(self, likelihood: Likelihood, point: Point, coordinates: Sequence[Coordinate], x: Array):
         self.likelihood, self.point = likelihood, point
-        self.moves = [likelihood.move(point, c, float(own)) for c, own in zip(coordinates, x, strict=True)]
-        self.own = len(self.moves) + SHAPES * len(likelihood.rig.axes)
-        self.count = self.own + len(likelihood.tau) - len(likelihood.rig.axes)
+        self.moves = [likelihood.move(point, c, float(x_c)) for c, x_c in zip(coordinates, x, strict=True)]
+        self.first_per_log = len(self.moves) + SHAPES * len(likelihood.rig.axes)
+        self.count = self.first_per_log + len(likelihood.tau) - len(likelihood.rig.axes)
         self._at_rate: dict[float, list[_Axis]] = {}
 
     def of_record(self, i: int, e: Array, motion: Array) -> Iterator[tuple[slice, list[Rows], list[Rows]]]:
@@ -175,45 +177,46 @@ class Sensitivities:
         L, point, moves, rig = self.likelihood, self.point, self.moves, self.likelihood.rig
         record, a, P, held = L.records[i], len(rig.axes), len(moves), L.records[i].held
         axes = self._of_rate(record)
-        pushing = [j for j, m in enumerate(moves) if not m.in_reading and m.faults is None and m.torque is None]
-        acting = [L.of_log(i, point, p) for p in (point.parameters, *(moves[j].parameters for j in pushing))]
+        of_plant = [j for j, m in enumerate(moves) if not m.in_reading and m.faults is None and m.torque is None]
+        plants = [L.plant_of_log(i, point, p) for p in (point.parameters, *(moves[j].parameters for j in of_plant))]
         widths = np.array([move.step for move in moves])[:, None]
-        read = self._of_reading(i, motion, acting[0])
-        gone = [behind(axis.own, e[:, k]) for k, axis in enumerate(axes)]
-        lagging = None
-        turn, zeroed = DIFFERENCE * OWN[4], np.array(rig.zeroed, dtype=int)
-        always = P + 3 + len(zeroed)
-        memory = np.zeros((a, always + len(record.pushes), 5))
-        memory[:, P + 1 : P + 3] = [start_memory(axis.own, held) for axis in axes]
-        pushes, sizes = [(axis, means(course[:, None], held)[:, 0]) for axis, course in record.pushes], self.own + 4 * a
+        read = self._of_reading(i, motion, plants[0])
+        filtered = [filter_innovations(axis.filter, e[:, k]) for k, axis in enumerate(axes)]
+        motors = None
+        turn, zeroed = DIFFERENCE * PER_LOG[4], np.array(rig.zeroed, dtype=int)
+        first_push = P + 3 + len(zeroed)
+        memory = np.zeros((a, first_push + len(record.pushes), 5))
+        memory[:, P + 1 : P + 3] = [start_memory(axis.filter, held) for axis in axes]
+        pushes = [(axis, means(course[:, None], held)[:, 0]) for axis, course in record.pushes]
+        b = self.first_per_log
         chunk = record.block * max(1, CHUNK // record.block)
         for first in range(0, record.samples, chunk):
             rows = slice(first, min(first + chunk, record.samples))
             blocks = slice(first // held, -(-rows.stop // held))
-            seen, torques = motion[blocks], np.zeros((*memory.shape[:2], blocks.stop - blocks.start))
-            turned = [seen + turn * (np.arange(seen.shape[1]) == column) for column in rig.zeroed]
-            carries = [lagging if lagging is None else lagging[:1].copy() for _ in turned]  # changed in place
-            own, lagging = rig.accelerations(record.slower, acting, seen, blocks.start, lagging)
+            here, torques = motion[blocks], np.zeros((*memory.shape[:2], blocks.stop - blocks.start))
+            turned = [here + turn * (np.arange(here.shape[1]) == column) for column in rig.zeroed]
+            carries = [motors if motors is None else motors[:1].copy() for _ in turned]  # changed in place
+            acting, motors = rig.accelerations(record.slower, plants, here, blocks.start, motors)
             for z, (along, carry) in enumerate(zip(turned, carries, strict=True)):
-                there, _ = rig.accelerations(record.slower, acting[:1], along, blocks.start, carry)
-                torques[:, P + 3 + z] = (there[:, 0] - own[:, 0]) / turn
-            torques[:, pushing] = (own[:, 1:] - own[:, :1]) / widths[pushing]
+                moved, _ = rig.accelerations(record.slower, plants[:1], along, blocks.start, carry)
+                torques[:, P + 3 + z] = (moved[:, 0] - acting[:, 0]) / turn
+            torques[:, of_plant] = (acting[:, 1:] - acting[:, :1]) / widths[of_plant]
             torques[:, P] = 1.0
-            for j, (axis_of, course) in enumerate(pushes):
-                torques[axis_of, always + j] = course[blocks]
+            for j, (push_axis, course) in enumerate(pushes):
+                torques[push_axis, first_push + j] = course[blocks]
             for j, move in enumerate(moves):
                 if move.torque is not None:
-                    axis_of, values, which = move.torque
-                    torques[axis_of, j] = values[which[i][blocks]]
+                    torque_axis, values, which = move.torque
+                    torques[torque_axis, j] = values[which[i][blocks]]
             fast, slow = [], []
             for k, axis in enumerate(axes):
                 passed = torques[k].any(1) | memory[k].any(1)
                 through, memory[k][passed] = lfilter(*axis.transfer, torques[k][passed], axis=1, zi=memory[k][passed])
-                of_log = (self.own + k + a * np.arange(3), self.own + 3 * a + zeroed, sizes + np.arange(len(pushes)))
-                slow.append((np.concatenate((np.arange(P), *of_log))[passed], through))
-                named = np.concatenate((axis.moving, np.array(list(read[k]), dtype=int)))
-                coloured = axis.slopes.T @ past(*gone[k], rows)
-                fast.append((named, np.vstack((coloured, *(change[rows] for change in read[k].values())))))
+                per_log = (b + k + a * np.arange(3), b + 3 * a + zeroed, b + 4 * a + np.arange(len(pushes)))
+                slow.append((np.concatenate((np.arange(P), *per_log))[passed], through))
+                numbers = np.concatenate((axis.moving, np.array(list(read[k]), dtype=int)))
+                by_filter = axis.slopes.T @ lagged(*filtered[k], rows)
+                fast.append((numbers, np.vstack((by_filter, *(change[rows] for change in read[k].values())))))
             yield rows, fast, slow
 
     def _of_reading(self, i: int, motion: Array, plant: Parameters) -> list[dict[int, Array]]:
@@ -224,57 +227,58 @@ class Sensitivities:
 
         def pass_on(j: int, change: Array, dynamics: Callable[[AxisFilter], tuple[Array, Array]]) -> None:
             for k in np.flatnonzero(change.any(0)).tolist():
-                found[k][j] = lfilter(*dynamics(axes[k].own), change[:, k] / moves[j].step)
+                found[k][j] = lfilter(*dynamics(axes[k].filter), change[:, k] / moves[j].step)
 
-        if bent := [j for j, move in enumerate(moves) if move.in_reading]:
-            plants = [self.point.parameters, *(moves[j].parameters for j in bent)]
-            first = next(others := L.rig.readings(record, plants))
-            for j, own in zip(bent, others, strict=True):
-                pass_on(j, first - own, reading_dynamics)
+        if bending := [j for j, move in enumerate(moves) if move.in_reading]:
+            plants = [self.point.parameters, *(moves[j].parameters for j in bending)]
+            here = next(readings := L.rig.readings(record, plants))
+            for j, moved in zip(bending, readings, strict=True):
+                pass_on(j, here - moved, reading_dynamics)
         for j, faults in ((j, move.faults) for j, move in enumerate(moves) if move.faults is not None):
-            other = without(faults, L.logged[i] if L.faults else record)
+            other = undo_in_record(faults, L.logged[i] if L.faults else record)
             pass_on(j, other.angles - record.angles, reading_dynamics)
             if (other.inputs != record.inputs).any():
                 along = np.repeat(motion, record.held, axis=0)[: record.samples]
-                there, here = (L.rig.accelerations(own, [plant], along)[0][:, 0].T for own in (other, record))
-                pass_on(j, there - here, error_dynamics)
+                moved, here = (L.rig.accelerations(r, [plant], along)[0][:, 0].T for r in (other, record))
+                pass_on(j, moved - here, error_dynamics)
         return found
 
-    def volume(self, i: int, sigma: Array) -> Array:
-        """Give the derivatives (count,) of what integrating over the torques of record ``i`` adds to F."""
-        record, found = self.likelihood.records[i], np.zeros(self.count)
+    def log_determinant_slopes(self, i: int, sigma: Array) -> Array:
+        """Give the derivatives (count,) of record ``i``'s part of :meth:`.Likelihood.log_determinants`."""
+        record, slopes = self.likelihood.records[i], np.zeros(self.count)
         information = self.likelihood.torque_information(record, self.point, sigma)
-        for axis, told in zip(self._of_rate(record), information, strict=True):
-            found[axis.moving] += told / (1.0 + told) * axis.settled
-        return found
+        for axis, H in zip(self._of_rate(record), information, strict=True):
+            slopes[axis.moving] += H / (1.0 + H) * axis.settled
+        return slopes
 
     def _of_rate(self, record: Record) -> list[_Axis]:
-        """Give the filters of the axes at the rate of a record, and how the coordinates move them."""
+        """Give the filters of the axes at the rate of a record, and their derivatives by the coordinates."""
         if record.step in self._at_rate:
             return self._at_rate[record.step]
-        found = self._at_rate[record.step] = list[_Axis]()
-        for own, by in zip(self.likelihood.filters(record, self.point), self._other_filters(record.step), strict=True):
-            slopes = slope_of_colour(own, list(by.values()))
-            responses = np.array([(other.settled / own.settled - 1.0) / step for other, step in by.values()])
-            found.append(_Axis(own, error_dynamics(own, record.held), np.array(list(by)), slopes, responses))
-        return found
+        axes = self._at_rate[record.step] = list[_Axis]()
+        filters_here, others = self.likelihood.filters(record, self.point), self._other_filters(record.step)
+        for here, by_number in zip(filters_here, others, strict=True):
+            slopes = slope_of_colour(here, list(by_number.values()))
+            settled = np.array([(other.settled / here.settled - 1.0) / step for other, step in by_number.values()])
+            axes.append(_Axis(here, error_dynamics(here, record.held), np.array(list(by_number)), slopes, settled))
+        return axes
 
     def _other_filters(self, h: float) -> list[dict[int, tuple[AxisFilter, float]]]:
-        """Give by axis and coordinate the filters beside those of the point, and the differences they stand for.
+        """Give by axis and number of a coordinate the filter with that coordinate moved, and by how much it was moved.
 
-        Moves of the air's parameters change them, and moves of plant parameters that the gains follow.
+        Parameters of the air move the filters, and so do damping and stiffness of the plant.
         """
         rig, point, moves = self.likelihood.rig, self.point, self.moves
         a, linear, air = len(rig.axes), rig.linear(point.parameters), rig.air(point.z)
         changed = [
-            (i, j, own, air[:, i], move.step)
+            (i, j, pair, air[:, i], move.step)
             for j, move in enumerate(moves) if not move.in_reading
-            for i, own in enumerate(rig.linear(move.parameters)) if own != linear[i]
+            for i, pair in enumerate(rig.linear(move.parameters)) if pair != linear[i]
         ]  # fmt: skip
         for k in range(SHAPES):
             moved = rig.air(point.z + DIFFERENCE * (np.arange(SHAPES) == k)[:, None])
             changed += [(i, len(moves) + a * k + i, linear[i], moved[:, i], DIFFERENCE) for i in range(a)]
-        solved = filters(h, [own[2] for own in changed], np.column_stack([own[3] for own in changed]))
+        solved = filters(h, [row[2] for row in changed], np.column_stack([row[3] for row in changed]))
         found: list[dict[int, tuple[AxisFilter, float]]] = [{} for _ in linear]
         for (i, j, _, _, width), other in zip(changed, solved, strict=True):
             found[i][j] = other, width

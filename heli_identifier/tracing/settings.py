@@ -13,8 +13,8 @@ from heli_identifier.records import GivenRig, RigConfiguration
 
 NOISE_CENTRE = np.array([0.0, log(2.5), log(300.0), 0.0, log(300.0)])
 """Centres of ln rho over what is usual on an axis, ln c, ln f [1/s], artanh(sin(psi)^2), ln k [1/s]: measured rigs have
-torques that are correlated over .4 s, and no edge that logs resolve; an encoder that turns by ten counts in .1 s errs
-almost like white noise."""
+torques that are correlated over .4 s, without an edge that logs resolve; the error of an encoder that turns by ten
+counts in .1 s is almost white noise."""
 
 NOISE_WIDTH = np.array([1.5, 0.7, 2.5, 0.8, 1.0])
 """Their widths: a factor of 4.5 in level, of 2 in rate, of 12 in smoothness; all shares sin(psi)^2 are about as
@@ -25,28 +25,28 @@ COLOURED = 0.9
 
 FARTHEST = 4.0
 """Widths from their centres that the air's coordinates may reach, rates of .15 to 40 1/s, and at which the logarithm of
-a gain may begin, a factor of sixteen. What lies farther is no air but something else that the model lacks, such as an
-encoder that rests between its counts."""
+a gain may begin, a factor of sixteen. A torque beyond them is not the air but something else that the model lacks, such
+as an encoder that rests between its counts."""
 
 LEAST_DAMPING = 0.2
 """Least damping ratio of air that swirls, which has died out after two turns: with less, a torque that is periodic in
 time would pass for air."""
 
-OWN = (0.1, 0.003, 0.05, 0.03, 0.01)
-"""Standard deviations of what a log has of its own before any log is seen: its constant torque [rad/s^2] (tape, cables,
-a day's zero), as far as the torques of an unknown curve reach, too; angle [rad] and rate [rad/s] at its start off the
-lines through its first .3 s, in the roughest air; the logarithm of its gains over the plant's (supply, warm motors, a
-new belt: 1.5 to 6 % on measured rigs); the zero of its encoders [rad]: a rig that is switched on again comes to rest
+PER_LOG = (0.1, 0.003, 0.05, 0.03, 0.01)
+"""Standard deviations of the parameters of one log before any log is seen: its constant torque [rad/s^2] (tape, cables,
+a day's zero), which is also that of an unknown curve; the angle [rad] and the rate [rad/s] at its start off the lines
+through its first .3 s, in the roughest air; the logarithm of its gains over the plant's (supply, warm motors, a new
+belt: 1.5 to 6 % on measured rigs); the zero of its encoders [rad], as a rig that is switched on again comes to rest
 within half a degree."""
 
-FORCE = 10.0 * OWN[0]
-"""Standard deviation [rad/s^2] of a torque that is none of the rig's, a hand's or a periodic one, before any log is
-seen."""
+FORCE = 10.0 * PER_LOG[0]
+"""Standard deviation [rad/s^2], before any log is seen, of a torque from outside the rig: of a hand, or a periodic
+one."""
 
-OWN_PRIOR = (2.0, 0.007, 0.007, 0.002)
-"""Degrees of freedom, and sizes of what is known beforehand of the spread of the logs' torques [rad/s^2], gains and
-zeros [rad]: a good supply repeats itself to half of the least spread on measured rigs, an encoder that stays switched
-on to a count."""
+PER_LOG_PRIOR = (2.0, 0.007, 0.007, 0.002)
+"""Prior of the spread from log to log: degrees of freedom, and sizes for torques [rad/s^2], gains and zeros [rad]. A
+good supply repeats itself to half of the least spread on measured rigs, an encoder that stays switched on to a
+count."""
 
 REST_COUNTS, REST_TIME = 1.5, 0.5
 """An axis that stays within so many encoder counts for so long [s] says nothing about torques: it rests or sticks."""
@@ -82,13 +82,13 @@ CONVERGED, ROUGHLY = 0.01, 0.5
 and one of which the value alone is asked for."""
 
 ITERATIONS, ROUNDS = 30, 8
-"""Most Gauss-Newton steps of a fit; halvings of one step, and steps of what a held-out log has of its own: twice what
-was ever needed."""
+"""Most Gauss-Newton steps of a fit; halvings of one step, and steps of the per-log parameters of a held-out log: twice
+what was ever needed."""
 
 AIRS = ((0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.5, -2.2, FARTHEST, 0.0))
 """Coordinates of the air from which a first fit begins: calm air, and air that swirls without torque at rest. Every
 axis goes on from the likelier. Begun in calm air alone, three of four fits in swirling air stop 35 to 180 nats too
-high: a gain is wrong as if the voltages made the swirl, and no other air at that gain is better."""
+high: a wrong gain makes the voltages explain the swirl, and no other air at that gain is likelier."""
 
 AIR_SCAN = tuple(
     (level / 1.5, rate / 0.7, 0.0, 0.0, 0.0)
@@ -123,16 +123,16 @@ WINDOW, MOTION_WINDOW = 0.6, 0.2
 # --- names (score.py, select.py) ---
 
 KEPT = 3.0
-"""Score [nats] at which an effect enters the model and below which it leaves: worth having, not established. What
-differs by less is not told apart: odds of 20 to 1."""
+"""Score [nats] at which an effect enters the model and below which it leaves: worth having, not established. Scores
+that differ by less do not decide between two effects: the odds are below 20 to 1."""
 
 NAMED = 8.0
 """Score [nats] that establishes an effect, a standard score of 4: chance reaches it on one of 30 000 entries, so on one
 in 500 rigs over the whole catalogue."""
 
 REFITTED = 6.0
-"""Score [nats] that a refit has to leave of what the quadratic form establishes, and that establishes an effect that
-every rig has, of which only the size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
+"""Score [nats] that an established effect needs in a refit as well, and that establishes an effect that every rig has,
+where only the size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
 
 HALVES_SPLITS, HALVES_DRAWS = 3, 5
 """Splits of the logs into halves, and draws of the bootstrap that says what sampling allows them to agree on: the index
@@ -150,8 +150,8 @@ above an encoder's counts under steady motion look like one."""
 
 UNKNOWN = 22.0
 """Nats of an unknown torque, as of one degree of freedom: the search looks at some 24 curves and, on every axis, 600
-frequencies. Chance reaches it on one of 100 000 rigs; what is less is a ripple. By as much a log has to be likelier
-that is read otherwise, as a mirror image or in another unit."""
+frequencies. Chance reaches it on one of 100 000 rigs, and less is a ripple. A log that is read otherwise, as a mirror
+image or in another unit, has to be likelier by as much."""
 
 UNKNOWN_SHARE = 0.25
 """Share of what the named effects of an axis carry that an unknown torque beside them must carry: laws are
@@ -160,8 +160,8 @@ idealisations, none is exact."""
 # --- what something else does to the rig (pushes.py) ---
 
 PUSHED = 0.1
-"""Share of the samples that may lie in pushes, which phi must not know of, and of those in which the voltages change
-fastest, from which tau is estimated."""
+"""Share of the samples that may lie in pushes and must not change phi; and share of the samples, those with the fastest
+voltages, from which tau is estimated."""
 
 # --- what moved the rig from outside (references.py) ---
 
@@ -169,8 +169,8 @@ STILL_RATE = 0.05
 """A reference is still while it moves by less than this share of its range in a second: a smoothed step's tail."""
 
 ADDED_R2 = 0.01
-"""What the outputs' past may add to a reference's own past: feedback in disguise adds .1 to 1. And what the angles'
-innovations tell of the voltages where a controller flies."""
+"""R2 that past outputs may add to the past of a reference itself: feedback in disguise adds .1 to 1. And the R2 that
+the angles' innovations add for the voltages where a controller flies."""
 
 OUTSIDE_SHARE = 0.2
 """Least share of the outside in a channel: below it a small error of the gains is a large one of r."""
@@ -185,8 +185,8 @@ POLES = (2.0, 6.0, 12.0, 25.0, 50.0)
 """Rates of derivative filters [1/s] from which a law is searched."""
 
 EXACT, AS_GOOD = 0.0001, 3.0
-"""Innovation, but for the largest tenth, over the voltages' steps below which a law is the controller's own; how many
-times larger than in its own log it may be in another one that the same controller flew."""
+"""Innovation over the voltages' steps, without the largest tenth, below which a law is exact; how many times larger it
+may be in another log that the same controller flew."""
 
 # --- instruments (instruments.py) ---
 
@@ -219,7 +219,7 @@ MATTERS = 0.1
 """Share of a gain below which instruments contradict nothing: in air that swirls theirs of the travel come out 6 % low,
 and .8 dB matter to no controller."""
 
-# --- logs that do not fit the others (strangers.py) ---
+# --- logs that do not fit the others (outlying_logs.py) ---
 
 ALIEN = 2.5
 """Ratio of a log's innovations to the others' beyond which it is of another rig: the air of one room hardly makes a

@@ -1,4 +1,4 @@
-"""What identification says of a plant, as frozen values; diagnosis.json has them by the names of their fields."""
+"""The statements of an identification as frozen values; diagnosis.json has them under the names of their fields."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

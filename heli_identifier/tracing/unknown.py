@@ -1,19 +1,19 @@
-r"""What the catalogue cannot name: on each axis a torque over one variable of the motion, or periodic in time.
+r"""Torques that the catalogue cannot name: on each axis a curve over one variable of the motion, or periodic in time.
 
-Both are searched in the same likelihood: its quadratic form takes the torques as further coordinates x, with standard
-normal priors, and beside the plant i that is fitted, in the air as it is, they explain
+Both are searched in the same likelihood. Its quadratic form takes the torques as further coordinates x with standard
+normal priors. Beside the fitted plant i, in the air of the fit, they explain
 
     S = u' (D + 1)^-1 u / 2  [nats],   k = tr D (D + 1)^-1,   u = H_xi H_ii^-1 g_i - g_x,   D = H_xx - H_xi H_ii^-1 H_ix
 
 with D and H_xx without the prior; k are their degrees of freedom beside the fitted parameters. The torques of a curve
-are those of the plant's own table; of a period sine and cosine in every log apart, at the frequency where the
-periodogram of the innovations stands out.
+are those of the plant's table. A periodic torque has a sine and a cosine in each log, at the frequency with the highest
+periodogram of the innovations.
 
-The best are fitted, with the air, and the catalogue is searched again beside them: what stood for them leaves. One
-stays if the likelihood of named effects and rigid-body mechanics alone lacks :data:`.settings.UNKNOWN`, and more than
-comes from no law being exact; a curve only if logs that are left out get likelier with it, as a manoeuvre that every
-log repeats bends any curve, and if no single log makes it. It is then part of the plant; a period is not, as every log
-has its own phase.
+The best ones are fitted, with the air, and the catalogue is searched again beside them: effects that took their place
+leave. One stays if the likelihood without it, but with named effects and rigid-body mechanics, is lower by
+:data:`.settings.UNKNOWN`, and by more than results from inexact laws. A curve has to make logs likelier that are left
+out, as a manoeuvre that every log repeats bends any curve, and it must not come from a single log. It is then part of
+the plant. A periodic torque is not, as its phase differs from log to log.
 
 Sources: Cox and Hinkley, Theoretical Statistics, section 9.3; Hastie and Tibshirani, Generalized Additive Models,
 section 3.5 (degrees of freedom); Quinn and Hannan, The Estimation and Tracking of Frequency, chapter 2.
@@ -32,7 +32,7 @@ from .motion import Tables
 from .rig import Array, Coordinate, Effect, means
 from .select import Selection, select
 from .sensitivity import linearise
-from .settings import FORCE, NAMED, OWN, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
+from .settings import FORCE, NAMED, PER_LOG, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
 from .stability import left_out_gain
 from .statements import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 
@@ -68,12 +68,12 @@ class Unknown:
 
 
 Torques = tuple[str, float, float, float, Array, Sequence[NDArray[np.intp]]]
-"""Variable, ``first`` and ``spacing`` as of :class:`Unknown`, width of the prior [rad/s^2], torques (m, k) [rad/s^2]
-for weights of that width, and of every record which of the m acts at every :attr:`~.rig.Record.held`-th sample."""
+"""Variable, ``first`` and ``spacing`` as in :class:`Unknown`, width of the prior [rad/s^2], torques (m, k) [rad/s^2]
+for weights of that width, and for each record which of the m acts at every :attr:`~.rig.Record.held`-th sample."""
 
 
 def _weigh_torques(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unknown]:
-    """Weigh groups of torques of axis ``a``, each apart, beside the plant that is fitted."""
+    """Weigh groups of torques of axis ``a``, each alone, beside the fitted plant."""
     columns = [Coordinate("", 0.0, width, step=1.0, torque=(a, torque, which))
                for *_, width, torques, which in groups for torque in torques.T]  # fmt: skip
     P, all_x = len(fitted.x), np.concatenate((fitted.x, np.zeros(len(columns))))
@@ -93,7 +93,7 @@ def _weigh_torques(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unkno
 def _variables(fitted: Fit) -> list[Array]:
     """Give the variables of the tables along each record's motion, shape (n_i, V)."""
     L, motion = fitted.likelihood, fitted.likelihood.run_all(fitted.point)[1]
-    return [L.rig.tables.values(record, fitted.parameters, own) for record, own in zip(L.records, motion, strict=True)]
+    return [L.rig.tables.values(r, fitted.parameters, m) for r, m in zip(L.records, motion, strict=True)]
 
 
 def _values_visited(fitted: Fit, a: int, variables: Sequence[Array]) -> Array:
@@ -110,12 +110,12 @@ def _curves(fitted: Fit, a: int) -> Iterator[Torques]:
         if variable in tables.turning:
             low, high = 0.0, 2.0 * np.pi
         spacing = max(high - low, 1e-6) / (tables.knots - 1)
-        basis, which = _basis(tables, variable, low, spacing, [own[:, column] for own in x])
-        yield variable, low, spacing, OWN[0], OWN[0] * basis, which
+        basis, which = _basis(tables, variable, low, spacing, [values[:, column] for values in x])
+        yield variable, low, spacing, PER_LOG[0], PER_LOG[0] * basis, which
 
 
 def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
-    """Torque of one period, its phase and amplitude free in every log, where the periodogram stands out most.
+    """Torque of one period at the peak of the periodogram, with a phase and an amplitude for every log.
 
     The periodogram is that of the innovations, summed over the logs; with ``near`` [Hz] within a bin of it.
     """
@@ -126,8 +126,8 @@ def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
     f, power = np.fft.rfftfreq(size, step), np.zeros(size // 2 + 1)
     for record, e in zip(records, fitted.e, strict=True):
         white = means((record.weights * e)[:, [a]], record.held)[:, 0]
-        own = np.abs(np.fft.rfft(white, size)) ** 2 / len(white)
-        power += np.interp(f, np.fft.rfftfreq(size, record.held * record.step), own)
+        spectrum = np.abs(np.fft.rfft(white, size)) ** 2 / len(white)
+        power += np.interp(f, np.fft.rfftfreq(size, record.held * record.step), spectrum)
     low, high = max(PERIODIC_BAND[0], PERIODS / longest), PERIODIC_BAND[1]
     if near is not None:
         low, high = max(low, near - 1.0 / longest), min(high, near + 1.0 / longest)
@@ -142,16 +142,16 @@ def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
 def _basis(
     tables: type[Tables], variable: str, first: float, spacing: float, x: Sequence[Array]
 ) -> tuple[Array, list[NDArray[np.intp]]]:
-    """Weights (m, k) of a curve's torques at the points of its table, and which of these are nearest to some ``x``."""
+    """Weights (m, k) of a curve's torques at the points of its table, and the nearest of these points to ``x``."""
     basis = tables.basis()
     if variable not in tables.turning:
-        return basis, [tables.points((own - first) / spacing) for own in x]
+        return basis, [tables.points((values - first) / spacing) for values in x]
     closed = np.column_stack((basis[:, 0] + basis[:, -1], basis[:, 1:-1]))
-    return closed, [tables.points(np.mod(own - first, 2.0 * np.pi) / spacing) for own in x]
+    return closed, [tables.points(np.mod(values - first, 2.0 * np.pi) / spacing) for values in x]
 
 
 def scan(fitted: Fit) -> list[Unknown]:
-    """Score what a fit and its catalogue lack: of every axis curves, if it has none, and the strongest period."""
+    """Score the curves of every axis that has no table, and its strongest periodic torque, beside a fit."""
     rig, found = fitted.likelihood.rig, list[Unknown]()
     for a in np.flatnonzero(fitted.counts).tolist():
         has_table = set(rig.tables.fields(rig.axes[a], "")) & set(fitted.fields)
@@ -160,21 +160,22 @@ def scan(fitted: Fit) -> list[Unknown]:
 
 
 def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[Selection, tuple[FoundEffect, ...]]:
-    """Search what the ``candidates`` of the catalogue cannot name beside what a ``selection`` of them does.
+    """Search torques beside a ``selection`` of the ``candidates`` of the catalogue.
 
-    Give the selection with curves as tables of the plant and periods as harmonics of the fit, and the unknown torques.
+    Returns the selection, with curves as tables of the plant and periodic torques as harmonics of the fit, and the
+    unknown torques.
     """
     found: list[Unknown] = []
     tried = scan(selection.fit)[:2]
     # beside air that follows it a torque looks smaller than it is
     while tried and tried[0].score > 0.5 * UNKNOWN and len(found) < len(selection.fit.likelihood.rig.axes):
         start, u = _fit_torque(selection.fit, tried.pop(0), found)
-        if _weighed(selection, selection.fit.value - start.value, u).score < UNKNOWN:
+        if _weigh_fall(selection, selection.fit.value - start.value, u).score < UNKNOWN:
             continue
         after = select(selection.null, candidates, start)
         more = len(after.findings) - len(selection.findings)
-        fall = selection.whole.value - after.whole.value
-        weighed = _weighed(after, fall, replace(u, freedom=max(u.freedom + more, 1.0)))
+        fall = selection.plant.value - after.plant.value
+        weighed = _weigh_fall(after, fall, replace(u, freedom=max(u.freedom + more, 1.0)))
         named = sum(f.score.score for f in after.findings if f.effect.axis in (u.axis, "rotors"))
         if weighed.score > max(UNKNOWN, UNKNOWN_SHARE * named) and _helps_others(after, u):
             selection, found = after, [*found, weighed]
@@ -183,28 +184,28 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
 
 
 def _helps_others(after: Selection, u: Unknown) -> bool:
-    """Whether training logs that are left out get likelier with a curve, and the others show it without any of them.
+    """Whether logs that are left out get likelier with a curve, and all logs but any one show it.
 
-    What a hand does to a single log bends a curve where that log alone has been, and takes it from the other
-    parameters, so that all the others get likelier. A period and a single log cannot tell.
+    A hand that turns the rig in one log bends a curve where that log alone has been, and frees the other parameters, so
+    that all other logs get likelier. A periodic torque, or a single log, is not judged.
     """
-    likelihood, around, count = after.fit.likelihood, after.last, len(after.fit.likelihood.records)
+    likelihood, form, count = after.fit.likelihood, after.form, len(after.fit.likelihood.records)
     if u.variable == TIME or count == 1:
         return True
     table = likelihood.rig.tables.fields(u.axis, u.variable)
     for log in range(count):
-        others = around.all_but(log)
-        fall = others.fall(around.selected) - others.without(table).fall(around.selected)
-        if _weighed(after, fall, u).score < NAMED:
+        others = form.all_but(log)
+        fall = others.fall(form.selected) - others.without(table).fall(form.selected)
+        if _weigh_fall(after, fall, u).score < NAMED:
             return False
-    return left_out_gain(around, around.selected, table=table) > 0.0
+    return left_out_gain(form, form.selected, table=table) > 0.0
 
 
 def _fit_torque(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit, Unknown]:
     """Fit with an unknown torque, its period refined."""
     tables = fitted.likelihood.rig.tables
     if u.variable == TIME:
-        alone = fit(fitted.likelihood, fitted.names, _set_harmonics(fitted, [*found, u]))  # air that does not follow it
+        alone = fit(fitted.likelihood, fitted.names, _set_harmonics(fitted, [*found, u]))  # its air does not follow u
         bare, a = _set_harmonics(alone, found), fitted.likelihood.rig.axes.index(u.axis)
         (u,) = _weigh_torques(bare, a, [_period(bare, a, near=u.spacing)])
         return fit(fitted.likelihood, fitted.names, _set_harmonics(alone, [*found, u])), u
@@ -214,23 +215,23 @@ def _fit_torque(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit,
 
 
 def _set_harmonics(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
-    """Let those of some unknown torques that are periods act in the logs of a fit, and no others."""
+    """Let the periodic ones of some unknown torques act in the logs of a fit, and no others."""
     axes, count = fitted.likelihood.rig.axes, len(fitted.likelihood.records)
     heads = [((axes.index(u.axis), 2.0 * np.pi * u.spacing), u.weights) for u in unknowns if u.variable == TIME]
     rows = [[[*head, *x[2 * i : 2 * i + 2]] for head, x in heads] for i in range(count)]
-    harmonics = tuple(np.array(own, dtype=float).reshape(-1, 4) for own in rows)
+    harmonics = tuple(np.array(sines, dtype=float).reshape(-1, 4) for sines in rows)
     return replace(fitted, point=replace(fitted.point, harmonics=harmonics))
 
 
-def _weighed(around: Selection, fall: float, u: Unknown) -> Unknown:
-    """Give the unknown torque what the likelihood gains by it, a ``fall`` of F, over the dispersion of its axis."""
-    quadratic, axis = around.last.quadratic, around.fit.likelihood.rig.axes.index(u.axis)
-    phi = np.median(around.last.dispersion[quadratic.information.argmax(0) == axis])
+def _weigh_fall(selection: Selection, fall: float, u: Unknown) -> Unknown:
+    """Give an unknown torque the nats of its ``fall`` of F, over the dispersion of its axis."""
+    form, axis = selection.form, selection.fit.likelihood.rig.axes.index(u.axis)
+    phi = np.median(form.dispersion[form.quadratic.information.argmax(0) == axis])
     return replace(u, nats=fall / float(phi))
 
 
 def _describe(fitted: Fit, u: Unknown) -> FoundEffect:
-    """State an unknown torque; of a period the mean amplitude over the logs."""
+    """State an unknown torque; a periodic one by its mean amplitude over the logs."""
     family, periodic = f"unknown torque of the {u.axis}", u.variable == TIME
     if periodic:
         amplitudes = np.hypot(u.weights[0::2], u.weights[1::2])
@@ -247,7 +248,7 @@ def _describe(fitted: Fit, u: Unknown) -> FoundEffect:
 
 
 def _curve(fitted: Fit, u: Unknown) -> CurveShape:
-    """Draw a table's torque where the logs were, less a constant and a line that the model before has itself."""
+    """Draw a table's torque where the logs were, without the constant and the line that the simplified model has."""
     tables = fitted.likelihood.rig.tables
     turning, first = u.variable in tables.turning, fitted.estimate(tables.first(u.axis))
     x = first + u.spacing * np.linspace(0.0, tables.knots - 1.0, POINTS)
@@ -261,8 +262,8 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     trend = np.column_stack((np.ones(POINTS), x - x.mean())[: 1 + ((u.axis, u.variable) in tables.held)])
     B = B - trend @ np.linalg.lstsq(trend * visits[:, None], B * visits[:, None], rcond=None)[0]
     at = [fitted.fields.index(name) for name in tables.fields(u.axis, u.variable)]
-    y = OWN[0] * (B @ fitted.x[at])
-    half = 1.96 * OWN[0] * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
+    y = PER_LOG[0] * (B @ fitted.x[at])
+    half = 1.96 * PER_LOG[0] * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
     there = visits > 0.0
     x, y, half, unit = x[there], y[there], half[there], tables.variables[u.variable]
     said = _words(turning and bool(there.all()), unit, x, y, half)
@@ -271,7 +272,7 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
 
 
 def _words(closed: bool, unit: str, x: Array, y: Array, half: Array) -> str:
-    """Describe what of a curve is determined: where its band is narrow beside its range."""
+    """Describe the determined part of a curve, where its band is narrow beside its range."""
     known = np.ones(len(y), dtype=bool)
     while (less := known & (half < 0.25 * np.ptp(y[known]))).sum() > max(10, 0.1 * len(y)) and (less != known).any():
         known = less
@@ -287,6 +288,6 @@ def _words(closed: bool, unit: str, x: Array, y: Array, half: Array) -> str:
         return words
     away = np.abs(Y - np.median(Y))
     wide = X[away > 0.5 * away.max()]
-    if wide[0] > X[0] and wide[-1] < X[-1] and len(wide) < 0.35 * len(X):  # large at an end, it may go on there
+    if wide[0] > X[0] and wide[-1] < X[-1] and len(wide) < 0.35 * len(X):  # at an end it may be no notch
         return f"{words}, a notch near {0.5 * (wide[0] + wide[-1]):.3g} {unit}, {np.ptp(wide):.2g} {unit} wide"
     return words

@@ -1,25 +1,25 @@
-"""Logs that do not fit the others: zeroed elsewhere, wired otherwise, of another rig; and signs that none can have.
+"""Logs that do not fit the others: zeroed elsewhere, wired differently, or of another rig; and impossible signs.
 
-A constant torque b on an axis of log l changes its innovations by c b, c the answer of the filter's error dynamics to
-one, so that b_l follows from one run of the filter by a robust regression of e on c, whatever the prior of the offsets.
+A constant torque b on an axis of log l changes its innovations by c b, where c is the response of the filter's error
+dynamics to 1 rad/s^2. So b_l follows from one run of the filter, by a robust regression of e on c without a prior.
 
-**Zeros.** The encoder counts from where the arm was when the rig was switched on: on the table, or held by hand. A log
-that reads z less than the others needs the voltages of another height:
+**Zeros.** The encoder counts from the position of the arm when the rig was switched on: on the table, or held by hand.
+A log that reads z less than the others has the voltages of another height:
 
     eps'' = -a_e (eps + z) - a_1 + ...,    z_l = -(b_l - median over l of b_l) / a_e.
 
-Up to three standard deviations of b_l a zero is an offset of its log, which the fits allow for. The plant that is found
-decides, fitted to the logs that do not lie apart: the simplified model takes a curve of the thrust for zeros of logs
-that hover elsewhere. An arm that was balanced otherwise needs other voltages as well; sines of the elevation tell the
-two apart, and a log is not shifted where that makes it less likely.
+Up to three standard deviations of b_l a zero is an offset of its log, which every fit estimates. Beyond that the plant
+with its effects decides, fitted to the logs that agree: the simplified model takes a curve of the thrust for zeros of
+logs that hover elsewhere. An arm that was balanced differently has other voltages as well; sines of the elevation tell
+the two apart, and a log is not shifted if that makes it less likely.
 
 **Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.UNKNOWN` nats with
-the sign of an axis changed or the rotors swapped, its own offsets and scale of the noise allowed. No plant fits logs of
-which some are mirror images: training logs are refused, the fewer of them by name, where one plant for all of them gets
-likelier by as much.
+the sign of an axis changed or the rotors swapped; offsets and noise of the log are free. No plant fits logs of which
+some are mirror images. Training logs are refused if one plant for all of them gets likelier by as much when some are
+mended; the message names the smaller part.
 
-**Gains.** A log of another rig has gains of its own, which the likelihood estimates beside those that the logs share;
-they lie apart by more than three standard deviations of what a supply drifts from log to log.
+**Gains.** The likelihood estimates how far the gains of each log lie off those of the plant. A log of another rig lies
+apart from the others by more than three standard deviations of the drift from log to log.
 
 **Signs.** A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). The
 sign of k_y is a convention, the sense of the travel; where k_x < 0 it tells the two causes apart:
@@ -46,12 +46,12 @@ from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 
-from .fit import Fit, around, fit
+from .fit import Fit, fit, known_fit
 from .helicopter import Rig
-from .likelihood import Likelihood, without
+from .likelihood import Likelihood, undo_in_record
 from .noise import error_dynamics
 from .rig import Array, Record, record_of
-from .settings import ALIEN, FEWEST, HUBER, KEPT, OUTLYING, OWN, SURE, UNKNOWN
+from .settings import ALIEN, FEWEST, HUBER, KEPT, OUTLYING, PER_LOG, SURE, UNKNOWN
 
 ELEVATION = 1
 
@@ -59,11 +59,11 @@ ELEVATION = 1
 def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...], tuple[str, ...]]:
     """Read the elevation of logs that were zeroed elsewhere as the others have it.
 
-    The first of the ``logs`` are those of the fit, which goes on with them if one of these is shifted. Given are the
-    fit, the logs, and a sentence for each log that lies apart.
+    The first of the ``logs`` are those of the fit, which is repeated if one of them is shifted. Returns the fit, the
+    logs, and a sentence for each log that lies apart.
     """
-    likelihood, count = fitted.likelihood, len(fitted.point.own)
-    records = [without(likelihood.faults, record_of(log, likelihood.rig)) for log in logs]
+    likelihood, count = fitted.likelihood, len(fitted.point.per_log)
+    records = [undo_in_record(likelihood.faults, record_of(log, likelihood.rig)) for log in logs]
     zeros, judge = _find_zeros(fitted, records)
     moved, notes = list(logs), list[str]()
     for i in np.flatnonzero(zeros).tolist():
@@ -84,8 +84,8 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
 
 
 def _find_zeros(fitted: Fit, records: Sequence[Record]) -> tuple[Array, Fit]:
-    """Angles (L,) [rad] by which the elevation of each log reads less than that of the others, or zero; their fit."""
-    count = len(fitted.point.own)
+    """Angles (L,) [rad] by which each elevation reads less than the others, or zero; and the fit that says so."""
+    count = len(fitted.point.per_log)
     zeros, least = _zeros_under(fitted, records)
     if not (apart := _lie_apart(zeros, least)).any():
         return np.zeros(len(records)), fitted
@@ -97,27 +97,27 @@ def _find_zeros(fitted: Fit, records: Sequence[Record]) -> tuple[Array, Fit]:
 
 
 def _zeros_under(fitted: Fit, records: Sequence[Record]) -> tuple[Array, float]:
-    """Zeros (L,) [rad] of the elevations of logs, none where too few are known, and the least that is no offset."""
+    """Zeros (L,) [rad] of the logs' elevations, 0 where too few are known, and the least that is no offset."""
     stiffness = fitted.likelihood.rig.linear(fitted.parameters)[ELEVATION][1]
-    b = np.array([own_offsets(fitted, record)[0][ELEVATION] for record in records])
+    b = np.array([log_offsets(fitted, record)[0][ELEVATION] for record in records])
     if stiffness <= 0.0 or np.isfinite(b).sum() < FEWEST:
         return np.zeros(len(b)), np.inf
-    return np.nan_to_num(np.nanmedian(b) - b) / stiffness, SURE * OWN[0] / stiffness
+    return np.nan_to_num(np.nanmedian(b) - b) / stiffness, SURE * PER_LOG[0] / stiffness
 
 
 def _fit_some(fitted: Fit, logs: NDArray[np.intp]) -> Fit:
-    """Fit the same to some of its logs."""
+    """Repeat a fit with some of its logs."""
     likelihood, point = fitted.likelihood, fitted.point
-    records, logged, harmonics = (tuple(own[i] for i in logs) if own else ()
-                                  for own in (likelihood.records, likelihood.logged, point.harmonics))  # fmt: skip
-    start = replace(fitted, point=replace(point, own=point.own[logs], harmonics=harmonics))
+    records, logged, harmonics = (tuple(every[i] for i in logs) if every else ()
+                                  for every in (likelihood.records, likelihood.logged, point.harmonics))  # fmt: skip
+    start = replace(fitted, point=replace(point, per_log=point.per_log[logs], harmonics=harmonics))
     return fit(replace(likelihood, records=records, logged=logged), fitted.names, start)
 
 
 def refuse_mirrored(null: Fit) -> None:
     """Refuse training logs of which some are mirror images: a fit to all of them may lie between the two parts.
 
-    The plant of the log that counts most says how others would be mended, and one plant for all whether they are.
+    The plant of the log with most samples says how others would be mended. One plant for all says whether that helps.
 
     Raises
     ------
@@ -125,18 +125,18 @@ def refuse_mirrored(null: Fit) -> None:
         Some of the training logs are mirror images of the others.
     """
     likelihood, rig, names = null.likelihood, null.likelihood.rig, null.names
-    one = replace(likelihood, records=(max(likelihood.records, key=lambda own: own.weights.sum()),))
-    begun = one.resting(rig.estimate(one.records), null.point.z)
-    alone = fit(one, names, around(one, names, begun, null.sigma))
-    found = {own.name: _mirrored(alone, own, _misfit(alone, own)[0]) for own in likelihood.records}
-    mended = {name: better for name, better in found.items() if better}
+    one = replace(likelihood, records=(max(likelihood.records, key=lambda record: record.weights.sum()),))
+    start = one.neutral_point(rig.estimate(one.records), null.point.z)
+    alone = fit(one, names, known_fit(one, names, start, null.sigma))
+    better = {record.name: _mirrored(alone, record, _misfit(alone, record)[0]) for record in likelihood.records}
+    mended = {name: mirror for name, mirror in better.items() if mirror}
     if not 0 < len(mended) < len(likelihood.records):
         return
-    records = tuple(mended[own.name][1] if own.name in mended else own for own in likelihood.records)
-    start = replace(alone, point=replace(alone.point, own=0.0 * null.point.own))
-    if fit(replace(likelihood, records=records), names, start).value > null.value - UNKNOWN:
+    records = tuple(mended[r.name][1] if r.name in mended else r for r in likelihood.records)
+    from_one = replace(alone, point=replace(alone.point, per_log=0.0 * null.point.per_log))
+    if fit(replace(likelihood, records=records), names, from_one).value > null.value - UNKNOWN:
         return
-    fewer = min(list(mended), [own.name for own in records if own.name not in mended], key=len)
+    fewer = min(list(mended), [r.name for r in records if r.name not in mended], key=len)
     single = len(fewer) == 1
     raise LogError(
         f"the training log{'s' * (not single)} {', '.join(fewer)} fit{'s' * single} the rest with "
@@ -150,38 +150,40 @@ def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
     return np.asarray(apart > np.maximum(least, OUTLYING * np.median(apart, axis=0) / 0.6745), dtype=bool)
 
 
-def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
-    """Constant torques (a,) [rad/s^2] of one log under a plant, whatever their prior, and its innovations (N, a) [rad].
+def log_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
+    """Constant torques (a,) [rad/s^2] of one log under a plant, without a prior, and its innovations (N, a) [rad].
 
     An axis on which nothing counts has nan.
     """
     likelihood = replace(fitted.likelihood, records=(record,))
-    return without_own(fitted, record, likelihood.run_all(likelihood.resting(fitted.parameters, fitted.point.z))[0][0])
+    point = likelihood.neutral_point(fitted.parameters, fitted.point.z)
+    return subtract_offsets(fitted, record, likelihood.run_all(point)[0][0])
 
 
-def without_own(fitted: Fit, record: Record, e: Array) -> tuple[Array, Array]:
-    """Take constant torques out of the innovations ``e`` (N, a) of one log, and the periodic ones of the fit.
+def subtract_offsets(fitted: Fit, record: Record, e: Array) -> tuple[Array, Array]:
+    """Take constant torques out of the innovations ``e`` (N, a) of one log, and the periodic torques of the fit.
 
-    Their phases are other ones in every log. Given are the constant torques (a,) [rad/s^2], and what is left.
+    The phase of a periodic torque differs from log to log. Returns the constant torques (a,) [rad/s^2] and the rest of
+    e.
     """
-    b, own, left = np.full(e.shape[1], np.nan), fitted.likelihood.filters(record, fitted.point), e.copy()
+    b, axes, rest = np.full(e.shape[1], np.nan), fitted.likelihood.filters(record, fitted.point), e.copy()
     for axis in range(len(b)):
         w = huber = record.weights[:, axis]
         if not w.any():
             continue
-        phases = [u[1] * record.time for u in (fitted.point.harmonics or [[]])[0] if u[0] == axis]
+        phases = [sine[1] * record.time for sine in (fitted.point.harmonics or [[]])[0] if sine[0] == axis]
         torques = [np.ones(record.samples), *(wave(phase) for phase in phases for wave in (np.cos, np.sin))]
-        c = np.column_stack([lfilter(*error_dynamics(own[axis]), torque) for torque in torques])
+        c = np.column_stack([lfilter(*error_dynamics(axes[axis]), torque) for torque in torques])
         for _ in range(4):  # from least squares on
             x = np.linalg.solve((c.T * huber) @ c, -(c.T * huber) @ e[:, axis])
-            left[:, axis] = e[:, axis] + c @ x
-            size = np.abs(left[:, axis])
+            rest[:, axis] = e[:, axis] + c @ x
+            size = np.abs(rest[:, axis])
             huber = w * np.minimum(1.0, HUBER * np.median(size[w > 0]) / 0.6745 / np.maximum(size, 1e-12))
         b[axis] = x[0]
-    return b, left
+    return b, rest
 
 
-def stranger_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
+def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
     """Name the logs that do not belong to the rig of the others: mirror images first, then logs that fit far worse."""
     rig, notes = fitted.likelihood.rig, []
     records = [record_of(log, rig) for log in logs]
@@ -189,8 +191,8 @@ def stranger_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
     scales = np.array([np.nanmedian(sigma / fitted.sigma) for _, sigma in as_read])
     usual = float(np.median(scales))
     for log, record, (F, _), scale in zip(logs, records, as_read, scales, strict=True):
-        if better := _mirrored(fitted, record, F):
-            notes.append(f"the log {log.name} does not belong to the others: it fits with {better[0]}")
+        if mirror := _mirrored(fitted, record, F):
+            notes.append(f"the log {log.name} does not belong to the others: it fits with {mirror[0]}")
         elif scale > ALIEN * usual:
             notes.append(
                 f"the log {log.name} does not belong to the others: "
@@ -205,11 +207,11 @@ def _other_gains(fitted: Fit) -> list[str]:
     axes, records, notes = fitted.likelihood.rig.axes, fitted.likelihood.records, list[str]()
     if len(records) < FEWEST:
         return notes
-    gains = fitted.point.own[:, 3 * len(axes) : 4 * len(axes)]
-    apart, outlying = gains - np.median(gains, axis=0), _lie_apart(gains, SURE * OWN[3])
-    for record, own, others in zip(records, apart, outlying, strict=True):
-        if others.any():
-            said = [f"{100.0 * np.expm1(own[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(others)]
+    gains = fitted.point.per_log[:, 3 * len(axes) : 4 * len(axes)]
+    offsets, outlying = gains - np.median(gains, axis=0), _lie_apart(gains, SURE * PER_LOG[3])
+    for record, offset, lies_apart in zip(records, offsets, outlying, strict=True):
+        if lies_apart.any():
+            said = [f"{100.0 * np.expm1(offset[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(lies_apart)]
             notes.append(
                 f"the log {record.name} does not belong to the others: its gains differ from theirs by "
                 f"{', '.join(said)}, as those of another rig or another supply"
@@ -218,20 +220,20 @@ def _other_gains(fitted: Fit) -> list[str]:
 
 
 def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
-    """Data's part of F [nats] of one log with its own offsets and scales, and these scales (a,) [rad].
+    """Data's part of F [nats] of one log with free offsets and scales, and these scales (a,) [rad].
 
-    The plant may run away from a mirror image: its F is infinite then.
+    The filter may diverge on a mirror image: F is infinite then.
     """
     with np.errstate(invalid="ignore", over="ignore"):
-        F, sigma = fitted.likelihood.of_axes([own_offsets(fitted, record)[1]], [record])
+        F, sigma = fitted.likelihood.data_terms([log_offsets(fitted, record)[1]], [record])
     total = float(F.sum())
     return total if np.isfinite(total) else np.inf, np.where(record.weights.any(0), sigma, np.nan)
 
 
 def _mirrored(fitted: Fit, record: Record, as_read: float) -> tuple[str, Record] | None:
-    """Say with what a log fits far better than ``as_read`` [nats], and give it with that mended; None otherwise."""
+    """Name and mend the mistake without which a log fits far better than ``as_read`` [nats]; None without one."""
     mended = [(_misfit(fitted, other)[0], what, other) for what, other in _mirrors(fitted.likelihood.rig, record)]
-    least, what, other = min(mended, key=lambda own: own[0])
+    least, what, other = min(mended, key=lambda candidate: candidate[0])
     return (what, other) if as_read - least > UNKNOWN else None
 
 
@@ -245,7 +247,7 @@ def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
 
 
 def _restart(record: Record, rig: Rig) -> Record:
-    """Begin a record whose angles or inputs were changed as these say."""
+    """Give a changed record the initial state that its angles and inputs imply."""
     return replace(record, start=rig.begin(record.angles, record.inputs, record.step))
 
 
@@ -264,11 +266,11 @@ def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
     negative = [name for name, sign in (("k_x", pitch), ("k_z", elevation)) if sign < 0]
     if not negative:
         return ()
-    found = [_PITCH[travel]] if pitch < 0 else []
+    causes = [_PITCH[travel]] if pitch < 0 else []
     if elevation < 0:
-        found.append(("the elevation counts the other way", "elevation = -1 under [log.signs]"))
-    cause = " and ".join(cause for cause, _ in found)
-    advice = f"set {' and '.join(remedy for _, remedy in found)} of heli.toml (`heli init` writes one)"
+        causes.append(("the elevation counts the other way", "elevation = -1 under [log.signs]"))
+    cause = " and ".join(cause for cause, _ in causes)
+    advice = f"set {' and '.join(remedy for _, remedy in causes)} of heli.toml (`heli init` writes one)"
     if pitch < 0 and elevation < 0 and travel >= 0:
         cause += ", or both voltages do"
         advice += " (for the voltages v_front = -1 and v_rear = -1)"
