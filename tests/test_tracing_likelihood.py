@@ -15,7 +15,7 @@ from heli_identifier.tracing import helicopter, sensitivity
 from heli_identifier.tracing import noise as filters
 from heli_identifier.tracing.fit import Fit, bounded_step, covariance, fit, fit_log_spread, known_fit
 from heli_identifier.tracing.rig import block_samples, record_of, records_of
-from heli_identifier.tracing.settings import COLOURED, HUBER, PER_LOG_PRIOR
+from heli_identifier.tracing.settings import COLOURED, OUTLIER, PER_LOG_PRIOR
 from heli_plant.laws import thrust_voltage
 from tests.blind.generator import Case
 from tests.blind.windy import windy_rig
@@ -44,7 +44,7 @@ def test_the_scale_minimises_the_criterion(clean):
 
     def F(log_sigma):
         u = counted / np.exp(log_sigma)
-        return len(u) * log_sigma + np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2).sum()
+        return len(u) * log_sigma + np.where(u < OUTLIER, 0.5 * u * u, OUTLIER * u - 0.5 * OUTLIER**2).sum()
 
     found = minimize_scalar(F, bracket=(-10.0, -5.0), tol=1e-12)
     value, sigma = fitted.likelihood.data_terms([e], [record])

@@ -32,7 +32,7 @@ from heli_identifier.tracing.helicopter import LAG_FIELD
 from heli_identifier.tracing.identification import Identification, Progress, identify_plant
 from heli_identifier.tracing.outlying_logs import outlying_log_notes
 from heli_identifier.tracing.rig import Array, Parameters
-from heli_identifier.tracing.settings import NAMED, REFITTED, SETTLING, SURE, DiagnosisSettings
+from heli_identifier.tracing.settings import NAMED, OUTLIER, REFITTED, SETTLING, DiagnosisSettings
 from heli_identifier.tracing.statements import Determination, FoundEffect, Verdict
 
 
@@ -228,7 +228,7 @@ def _plant_notes(found: Identification, expected: Mapping[str, Estimate]) -> Ite
     for field, given in expected.items():
         value = float(getattr(plant.parameters, field))
         distance = abs(value - given.value) / (given.standard_error or inf)
-        if distance > SURE:
+        if distance > OUTLIER:
             yield (
                 f"rig.effects of heli.toml expects {field} = {given.value:.3g} ± {given.standard_error:.2g}, but the "
                 f"logs give {value:.3g}, {distance:.2g} standard deviations away. Check the entry; if it is right, the "
@@ -258,7 +258,7 @@ def _geometry_notes(geometry: Geometry, after: Fit, joint: Array) -> Iterator[st
         spread = joint[i, i] / one**2 + joint[j, j] / other**2 - 2.0 * joint[i, j] / (one * other)
         ratio = abs(getattr(after.parameters, field) / after.parameters.k_y)
         beyond = geometry.deviations(field, ratio, sqrt(max(spread, 0.0)))
-        if beyond > SURE:
+        if beyond > OUTLIER:
             yield (
                 f"the masses and lengths of heli.toml say that {field} is {low:.3g} to {high:.3g} times |k_y|; "
                 f"the logs say {ratio:.3g} times, {beyond:.2g} standard deviations beyond. Weigh and measure "

@@ -42,7 +42,7 @@ from heli_identifier.tracing.likelihood import Likelihood, undo_in_record
 from heli_identifier.tracing.noise import filters, recolour
 from heli_identifier.tracing.references import CHANNELS, controllers_of
 from heli_identifier.tracing.rig import Array, Parameters, Record, records_of
-from heli_identifier.tracing.settings import HUBER
+from heli_identifier.tracing.settings import OUTLIER
 from heli_identifier.tracing.statements import Determination, ParameterReport
 
 WHITE_TIME = 1.0
@@ -60,7 +60,7 @@ def likelihood_of(model: Model, record: Record) -> tuple[Run, Array]:
     left = fitted.quadratic.covariance[0] / np.outer(tau, tau)  # of the prior's variance: (1 + tau H tau)^-1
     of_log = 0.5 * (float(((b / tau) ** 2).sum()) - np.linalg.slogdet(left)[1])
     u = np.abs(fitted.e[0]) / sigma
-    loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
+    loss = np.where(u < OUTLIER, 0.5 * u * u, OUTLIER * u - 0.5 * OUTLIER**2)
     density = -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - of_log / record.samples
     aligned, pushes = likelihood.aligned_record(0, fitted.point), b[len(model.widths) :].tolist()
     return Run.along(model, record, b[: len(sigma)], aligned, pushes), density

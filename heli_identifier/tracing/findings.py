@@ -29,7 +29,7 @@ from .instruments import InstrumentEstimates
 from .rig import Array, Effect
 from .score import Score
 from .select import Finding, Selection
-from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, NAMED, SURE, TIMED
+from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, NAMED, OUTLIER, TIMED
 from .statements import (
     CatalogueVerdict,
     CurveShape,
@@ -268,7 +268,7 @@ def _judge_parameter(
         return Determination.NOT_DETERMINED, f"its interval is wide, {interval}", False
     if confirmed:
         return Determination.OUTSIDE, said, False
-    if is_gain and (share or 0.0) < CONFIRMED and SURE * half > allowed:
+    if is_gain and (share or 0.0) < CONFIRMED and OUTLIER * half > allowed:
         why = "no reference moves it, and what the air moves alone misleads a fit"
         return Determination.NOT_DETERMINED, why, False
     why = "no reference confirms it; it holds if the air's torque is as modelled"

@@ -221,14 +221,14 @@ def bounded_step(H: Array, g: Array, low: Array, high: Array) -> Array:
 
 def fit(
     likelihood: Likelihood, fields: Sequence[str], start: Fit | None = None,
-    shapes: Mapping[str, float] | None = None, value_only: bool = False, others: Sequence[Point] = (),
+    shapes: Mapping[str, float] | None = None, value_only: bool = False, other: Point | None = None,
 ) -> Fit:  # fmt: skip
     """Fit a plant to the records of a rig.
 
     The parameters and faults ``fields`` are estimated. Other parameters keep the values of ``start``, or those that are
     given of the rig; other faults of the likelihood stay undone as they are. The fit begins at ``start`` with the
-    values ``shapes`` of some parameters, or at one of ``others`` where F is lower. With ``value_only`` the caller wants
-    F alone: the fit stops early and does not scan the air.
+    values ``shapes`` of some parameters, or at the ``other`` point where F is lower. With ``value_only`` the caller
+    wants F alone: the fit stops early and does not scan the air.
     """
     rig, new = likelihood.rig, start is None or not set(fields) <= set(start.names)
     if start is None:
@@ -240,7 +240,8 @@ def fit(
         begin = (beginning.neutral_point(first, z) for z in airs)
         start = _join_airs([_descend(beginning, fields, [point], ROUGHLY, False) for point in begin])
         start = replace(start, point=replace(start.point, per_log=likelihood.pad_per_log(start.point.per_log)))
-    points = [replace(p, parameters=rig.assign(p.parameters, shapes or {})) for p in (start.point, *others)]
+    points = [start.point] if other is None else [start.point, other]
+    points = [replace(p, parameters=rig.assign(p.parameters, shapes or {})) for p in points]
     return _descend(likelihood, fields, points, ROUGHLY if value_only else CONVERGED, new and not value_only)
 
 

@@ -4,7 +4,7 @@ r"""The criterion: innovations of the plant at a record's rate under an estimate
         + sum_l |b_l / tau|^2/2 + sum_la ln(1 + tau_a^2 H_la)/2
 
 e are the innovations of the stationary Kalman filter (:mod:`.noise`) around the plant, sigma_a their scale, which
-minimises F for given e and stands for the encoder's noise; rho is Huber's loss, u^2/2 up to :data:`.settings.HUBER`.
+minimises F for given e and stands for the encoder's noise; rho is Huber's loss, u^2/2 up to :data:`.settings.OUTLIER`.
 x are the plant's parameters and z those of the air, in coordinates with standard normal priors. b_l are the per-log
 parameters, random effects with standard deviations tau: constant torques, the start, how far the logarithms of the
 log's gains lie off those of the plant, the zeros of its encoders, and what a hand did to it. Without them a supply that
@@ -34,7 +34,7 @@ from heli_identifier.records import Log
 from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filter_gains, filters, recolour
 from .rig import Array, Coordinate, Parameters, Record, records_of
-from .settings import COARSE, FORCE, HUBER, PER_LOG
+from .settings import COARSE, FORCE, OUTLIER, PER_LOG
 
 NO_HARMONICS = np.empty((0, 4))
 
@@ -131,7 +131,7 @@ class Likelihood:
                 continue
             sigma = np.sqrt(size @ size / count)
             for _ in range(30):
-                near = np.minimum(size, HUBER * sigma)
+                near = np.minimum(size, OUTLIER * sigma)
                 last, sigma = sigma, max(float(np.sqrt(size @ near / count)), 1e-12)
                 if abs(sigma - last) <= 1e-6 * last:
                     break

@@ -51,7 +51,7 @@ from .helicopter import Rig
 from .likelihood import Likelihood, undo_in_record
 from .noise import error_dynamics
 from .rig import Array, Record, record_of
-from .settings import ALIEN, FEWEST, HUBER, KEPT, OUTLYING, PER_LOG, SURE, UNKNOWN
+from .settings import ALIEN, FEWEST, KEPT, OUTLIER, PER_LOG, UNKNOWN
 
 ELEVATION = 1
 
@@ -102,7 +102,7 @@ def _zeros_under(fitted: Fit, records: Sequence[Record]) -> tuple[Array, float]:
     b = np.array([log_offsets(fitted, record)[0][ELEVATION] for record in records])
     if stiffness <= 0.0 or np.isfinite(b).sum() < FEWEST:
         return np.zeros(len(b)), np.inf
-    return np.nan_to_num(np.nanmedian(b) - b) / stiffness, SURE * PER_LOG[0] / stiffness
+    return np.nan_to_num(np.nanmedian(b) - b) / stiffness, OUTLIER * PER_LOG[0] / stiffness
 
 
 def _fit_some(fitted: Fit, logs: NDArray[np.intp]) -> Fit:
@@ -147,7 +147,7 @@ def refuse_mirrored(null: Fit) -> None:
 def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
     """Which of the logs' values (L, ...) lie apart from those of the others, by more than ``least``."""
     apart = np.abs(values - np.median(values, axis=0))
-    return np.asarray(apart > np.maximum(least, OUTLYING * np.median(apart, axis=0) / 0.6745), dtype=bool)
+    return np.asarray(apart > np.maximum(least, OUTLIER * np.median(apart, axis=0) / 0.6745), dtype=bool)
 
 
 def log_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
@@ -178,7 +178,7 @@ def subtract_offsets(fitted: Fit, record: Record, e: Array) -> tuple[Array, Arra
             x = np.linalg.solve((c.T * huber) @ c, -(c.T * huber) @ e[:, axis])
             rest[:, axis] = e[:, axis] + c @ x
             size = np.abs(rest[:, axis])
-            huber = w * np.minimum(1.0, HUBER * np.median(size[w > 0]) / 0.6745 / np.maximum(size, 1e-12))
+            huber = w * np.minimum(1.0, OUTLIER * np.median(size[w > 0]) / 0.6745 / np.maximum(size, 1e-12))
         b[axis] = x[0]
     return b, rest
 
@@ -208,7 +208,7 @@ def _other_gains(fitted: Fit) -> list[str]:
     if len(records) < FEWEST:
         return notes
     gains = fitted.point.per_log[:, 3 * len(axes) : 4 * len(axes)]
-    offsets, outlying = gains - np.median(gains, axis=0), _lie_apart(gains, SURE * PER_LOG[3])
+    offsets, outlying = gains - np.median(gains, axis=0), _lie_apart(gains, OUTLIER * PER_LOG[3])
     for record, offset, lies_apart in zip(records, offsets, outlying, strict=True):
         if lies_apart.any():
             said = [f"{100.0 * np.expm1(offset[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(lies_apart)]
@@ -284,6 +284,6 @@ def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
 
 def _sign(estimate: Estimate) -> int:
     """Give -1 or 1 where a sign is beyond chance, else 0."""
-    if abs(estimate.value) <= SURE * (estimate.standard_error or 0.0):
+    if abs(estimate.value) <= OUTLIER * (estimate.standard_error or 0.0):
         return 0
     return 1 if estimate.value > 0.0 else -1

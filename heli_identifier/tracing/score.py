@@ -26,11 +26,10 @@ import numpy as np
 from scipy.signal import lfilter
 
 from .fit import Fit, bounded_step
-from .likelihood import Point
 from .noise import LOWEST, error_dynamics, match_steps
 from .rig import Array, Coordinate, Effect
 from .sensitivity import linearise
-from .settings import KEPT, NAMED, SETTLING, STEP_APART, STEPS_TRIED
+from .settings import FARTHEST, KEPT, NAMED, SETTLING, STEP_APART
 
 
 @dataclass(frozen=True)
@@ -57,14 +56,14 @@ def columns_of(effect: Effect, fitted: Fit) -> list[Coordinate]:
         return [Coordinate.of_fault(effect.fault)]
     starts: Sequence[Mapping[str, float]] = effect.starts
     if effect.steps_in_time:
-        starts = [{effect.steps_in_time: t} for t in step_times(fitted, rig.axes.index(effect.axis))]
+        starts = [{effect.steps_in_time: step_time(fitted, rig.axes.index(effect.axis))}]
     return [
         replace(rig.coordinate(effect.field, rig.assign(parameters, start)), beside=dict(start)) for start in starts
     ]
 
 
-def step_times(fitted: Fit, axis: int) -> list[float]:
-    """Instants [s] since the records began at which a step of an axis's torque would explain most.
+def step_time(fitted: Fit, axis: int) -> float:
+    """Instant [s] since the records began at which a step of an axis's torque would explain most.
 
     The logs are added up, because such a step would repeat in all of them.
     """
@@ -80,12 +79,7 @@ def step_times(fitted: Fit, axis: int) -> list[float]:
     merit = sums**2 / np.maximum(response, 1e-3 * response[0])
     merit[: round(2 * SETTLING / step)] = 0.0
     merit[-round(SETTLING / step) :] = 0.0
-    found, apart = [], round(STEP_APART / step)
-    for _ in range(STEPS_TRIED):
-        k = int(merit.argmax())
-        found.append(k * step)
-        merit[max(0, k - apart) : k + apart] = -1.0
-    return found
+    return int(merit.argmax()) * step
 
 
 def fall_by(H: Array, g: Array, step: Array) -> float:
@@ -110,7 +104,7 @@ class Scores:
         P = self.P = len(self.x)
         z = fitted.point.z
         self.low = np.append([c.bounds[0] for c in self.coordinates] - self.x, LOWEST - z)
-        self.high = np.append([c.bounds[1] for c in self.coordinates] - self.x, np.full(z.shape, np.inf))
+        self.high = np.append([c.bounds[1] for c in self.coordinates] - self.x, FARTHEST - z)
         self.of_field: dict[str, list[int]] = {}
         for j, coordinate in enumerate(self.coordinates):
             self.of_field.setdefault(coordinate.field, []).append(j)
@@ -212,16 +206,6 @@ class Scores:
     def fall(self, selected: Collection[str]) -> float:
         """Give how far F falls [nats] to that minimum."""
         return fall_by(self.H, self.g, self.minimum(selected)[0])
-
-    def point(self, selected: Collection[str]) -> Point:
-        """Give the point at which the quadratic form has that minimum."""
-        (d, i), fitted, values = self.minimum(selected), self.fitted, dict[str, float]()
-        for j in i:
-            if j < self.P:
-                values |= {**self.coordinates[j].beside, **self.coordinates[j].assigned(float(self.x[j] + d[j]))}
-        parameters, z = fitted.likelihood.rig.assign(fitted.parameters, values), fitted.point.z
-        per_log = fitted.point.per_log + np.array([c - D @ d for c, D in self.quadratic.per_log_steps])
-        return replace(fitted.point, parameters=parameters, z=z + d[self.P :].reshape(z.shape), per_log=per_log)
 
     def scores(self, selected: Collection[str], among: Collection[str] | None = None) -> dict[str, Score]:
         """Score candidates: their gain beside the ``selected`` ones, and for one of these the loss without it."""

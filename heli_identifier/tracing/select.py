@@ -118,14 +118,14 @@ def _fit_entered(form: Scores, chosen: Sequence[str]) -> Fit:
         shapes |= dict(form.coordinates[form.chosen[name]].beside)
     kept = [name for name in chosen if name in form.selected]
     chosen = [*kept, *new]
-    return refit(form.fitted, list(form.effects.values()), chosen, shapes, others=[form.point(chosen)])
+    return refit(form.fitted, list(form.effects.values()), chosen, shapes)
 
 
 def refit(
     fitted: Fit, candidates: Sequence[Effect], chosen: Sequence[str], values: Mapping[str, float] = _NOT,
-    value_only: bool = False, others: Sequence[Point] = (),
+    value_only: bool = False, other: Point | None = None,
 ) -> Fit:  # fmt: skip
-    """Fit with other effects and faults of the candidates, from ``values`` of parameters or from one of ``others``."""
+    """Fit with other effects and faults of the candidates, from ``values`` of parameters or the ``other`` point."""
     by_field, likelihood = {effect.field: effect for effect in candidates}, fitted.likelihood
     gone = by_field.keys() - set(chosen)
     kept = {fault: size for fault, size in likelihood.faults.items() if fault.field not in gone}
@@ -135,7 +135,7 @@ def refit(
     off = {name: 0.0 for name in fitted.fields if name in gone}
     return fit(
         likelihood if kept == likelihood.faults else likelihood.undo_faults(kept), list(dict.fromkeys(names)), fitted,
-        {**values, **off}, value_only, others,
+        {**values, **off}, value_only, other,
     )  # fmt: skip
 
 
@@ -198,7 +198,7 @@ def _weigh_effects(form: Scores, null: Fit) -> list[Finding]:
     def least(kept: tuple[str, ...], mechanics: bool) -> float:
         plain = fitted
         if kept != selected:
-            plain = refit(fitted, effects, kept, value_only=True, others=(bare, form.point(kept)))
+            plain = refit(fitted, effects, kept, value_only=True, other=bare)
         if not mechanics or _lack_mechanics(form, kept):
             return plain.value
         of_plant = [name for name in kept if form.effects[name].fault is None]

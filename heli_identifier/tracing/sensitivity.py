@@ -39,7 +39,7 @@ from .noise import (
     start_memory,
 )
 from .rig import Array, Coordinate, Parameters, Record, means
-from .settings import DIFFERENCE, HUBER, PER_LOG
+from .settings import DIFFERENCE, OUTLIER, PER_LOG
 
 Rows = tuple[NDArray[np.intp], Array]
 """Numbers of coordinates (k,), and the derivatives by them (k, n)."""
@@ -128,7 +128,7 @@ def _normal_equations(
         block = rows.start // length
         for axis in range(len(sigma)):
             (f, F), (s, S), e_a = fast[axis], slow[axis], e[rows, axis]
-            w = np.minimum(1.0, HUBER * sigma[axis] / np.maximum(np.abs(e_a), 1e-12 * sigma[axis]))
+            w = np.minimum(1.0, OUTLIER * sigma[axis] / np.maximum(np.abs(e_a), 1e-12 * sigma[axis]))
             w *= record.weights[rows, axis] / sigma[axis] ** 2
             wF, wS = F * w, S * _sums(w, held)
             cross = _sums(wF, held) @ S.T

@@ -55,9 +55,10 @@ RECORD_STEP = 0.01
 """Time [s] over which faster logs are averaged: a tenth of the motors' lag, so that nothing of the plant is lost, and
 as long as encoders of benches need for a count."""
 
-HUBER = 3.0
-"""Innovation in standard deviations beyond which its loss is linear: one touch of a hand must not decide. It costs
-.3 % of a Gaussian sample's information."""
+OUTLIER = 3.0
+"""Standard deviations beyond which a value is not where it is expected: one in four hundred is by chance. The loss of
+an innovation is linear beyond, so that one touch of a hand does not decide; .3 % of a Gaussian sample's information is
+lost."""
 
 # --- sensitivities (sensitivity.py) ---
 
@@ -138,9 +139,8 @@ HALVES_SPLITS, HALVES_DRAWS = 3, 5
 """Splits of the logs into halves, and draws of the bootstrap that says what sampling allows them to agree on: the index
 to .1."""
 
-STEPS_TRIED, STEP_APART = 5, 0.5
-"""Instants at which a step in time is tried, the best of a matched filter, and the least distance [s] between them:
-what the filter needs to tell two steps apart."""
+STEP_APART = 0.5
+"""Least distance [s] of two steps in time that the filter tells apart: a log offers so many instants by chance."""
 
 # --- what the catalogue cannot name (unknown.py) ---
 
@@ -204,9 +204,6 @@ WHITE_FLOOR = 1e-2
 
 # --- what a parameter rests on (findings.py) ---
 
-SURE = 3.0
-"""Standard errors beyond which a value is not where it is expected: one in four hundred is by chance."""
-
 DETERMINED = 0.35
 """Half-width of a 95 % interval over the gain above which a gain is not determined: a controller's margin of 3 dB. Of
 another parameter, over half of its plausible interval."""
@@ -225,9 +222,8 @@ ALIEN = 2.5
 """Ratio of a log's innovations to the others' beyond which it is of another rig: the air of one room hardly makes a
 ratio of two."""
 
-OUTLYING, FEWEST = 3.5, 3
-"""Robust standard deviations from the median that make an outlier, the bound of Iglewicz and Hoaglin; logs of which one
-can be told to differ from the others."""
+FEWEST = 3
+"""Least number of logs of which one can be told to differ from the others."""
 
 @dataclass(frozen=True, kw_only=True)
 class DiagnosisSettings(GivenRig):
