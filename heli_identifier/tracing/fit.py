@@ -29,7 +29,6 @@ from .settings import (
     FARTHEST,
     ITERATIONS,
     LARGEST_STEP,
-    NOISE_WIDTH,
     PER_LOG_PRIOR,
     ROUGHLY,
     ROUNDS,
@@ -74,15 +73,6 @@ class Fit:
     def quadratic(self) -> Quadratic:
         """Quadratic form of F."""
         return linearise(self.likelihood, self.point, self.coordinates, self.x, self.sigma)
-
-    @property
-    def hessian(self) -> Array:
-        """Hessian of F (n, n) for a step: innovations are nearly linear in exp(-k h) of an encoder, but not in ln k."""
-        H, g = self.quadratic.total[0].copy(), self.quadratic.g.sum(0)
-        k = np.arange(len(H))[-len(self.sigma) :]
-        kh = self.likelihood.rig.air(self.point.z)[-1] * self.likelihood.records[0].step
-        H[k, k] += np.maximum(0.0, NOISE_WIDTH[-1] * (1.0 - kh) * g[k])
-        return H
 
     @cached_property
     def inverse(self) -> Array:
@@ -288,7 +278,7 @@ def _descend(
     (low, high), lowest = now.bounds, np.repeat(LOWEST, now.point.z.shape[1])
     reach, moved = np.ones(now.point.z.size), np.zeros(now.point.z.size)  # longest steps of the air
     for _ in range(ITERATIONS):
-        z, H, g = now.point.z.ravel(), now.hessian, now.quadratic.total[1]
+        z, (H, g) = now.point.z.ravel(), now.quadratic.total
         s = bounded_step(
             H, g, np.concatenate((low - now.x, np.maximum(-reach, lowest - z))),
             np.concatenate((high - now.x, np.minimum(reach, FARTHEST - z))),

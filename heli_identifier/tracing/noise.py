@@ -32,12 +32,12 @@ import numpy as np
 from scipy.signal import lfilter
 
 from .rig import Array
-from .settings import COLOURED, FARTHEST, LEAST_DAMPING, NOISE_CENTRE, NOISE_WIDTH
+from .settings import COLOURED, FARTHEST, LEAST_DAMPING, NOISE_CENTRE, NOISE_WIDTH, RECORD_STEP
 
 SHAPES = len(NOISE_WIDTH)
 """Parameters of the noise of one axis: rho [1/s^2], c and f [1/s], psi [rad], k [1/s]; :func:`physical`."""
 
-LOWEST = np.array([[-FARTHEST], [-FARTHEST], [-FARTHEST], [0.0], [-FARTHEST]])
+LOWEST = np.array([[-FARTHEST], [-FARTHEST], [-FARTHEST], [0.0], [0.0]])
 """Lower bounds of their coordinates, shape (5, 1); upper ones are :data:`.settings.FARTHEST`."""
 
 
@@ -87,10 +87,11 @@ def physical(z: Array, usual: Array) -> Array:
     ``usual`` (a,) [1/s^2] is the level rho that the axes' air mostly has.
     """
     air = NOISE_CENTRE[:, None] + NOISE_WIDTH[:, None] * z
-    air[[0, 1, 2, 4]] = np.exp(air[[0, 1, 2, 4]])
+    air[:3] = np.exp(air[:3])
     air[0] *= usual
     air[2] += 4.0 * LEAST_DAMPING**2 * air[1]
     air[3] = np.arcsin(np.sqrt(np.tanh(np.maximum(air[3], 0.0))))
+    air[4] = -np.log(np.tanh(np.maximum(air[4], 1e-9))) / RECORD_STEP
     return np.asarray(air)
 
 

@@ -11,14 +11,14 @@ from heli_identifier.records import GivenRig, RigConfiguration
 
 # --- the noise of the likelihood (noise.py) ---
 
-NOISE_CENTRE = np.array([0.0, log(2.5), log(300.0), 0.0, log(300.0)])
-"""Centres of ln rho over what is usual on an axis, ln c, ln f [1/s], artanh(sin(psi)^2), ln k [1/s]: measured rigs have
-torques that are correlated over .4 s, without an edge that logs resolve; the error of an encoder that turns by ten
-counts in .1 s is almost white noise."""
+NOISE_CENTRE = np.array([0.0, log(2.5), log(300.0), 0.0, 0.0])
+"""Centres of ln rho over the usual level of an axis, ln c, ln f [1/s], artanh(sin(psi)^2), artanh(exp(-k h)): measured
+rigs have torques that are correlated over .4 s, without an edge that logs resolve. The correlation exp(-k h) of an
+encoder's error is over h = :data:`RECORD_STEP`; the error of an encoder that turns fast is white."""
 
-NOISE_WIDTH = np.array([1.5, 0.7, 2.5, 0.8, 1.0])
+NOISE_WIDTH = np.array([1.5, 0.7, 2.5, 0.8, 0.4])
 """Their widths: a factor of 4.5 in level, of 2 in rate, of 12 in smoothness; all shares sin(psi)^2 are about as
-likely; a factor of 3 in how fast an encoder turns."""
+likely; an encoder that needs five records for a count, with a correlation of .8, lies three widths away."""
 
 COLOURED = 0.9
 """Share of the encoder's variance that has the colour of k; a remainder of white noise keeps the filter regular."""
@@ -96,9 +96,9 @@ AIR_SCAN = tuple(
     for level in (-2.2, -1.1, 0.0, 1.1)
     for rate in (-1.2, 0.0, 1.2)
     if (level, rate) != (0.0, 0.0)
-) + tuple((level / 1.5, 0.0, 0.0, 0.0, 4.0) for level in (0.0, 1.1, 2.2))
+) + tuple((level / 1.5, 0.0, 0.0, 0.0, -FARTHEST) for level in (0.0, 1.1, 2.2))
 """Moves of the air's coordinates that a fit tries from where it stopped: factors of 3 in level and rate; and a rougher
-air whose encoder errs faster, since a fine encoder can be taken for one that turns slowly. Gauss-Newton alone stays in
+air whose encoder's error is white, since a fine encoder can be taken for one that turns slowly. Gauss-Newton alone stays in
 local optima of the air on two thirds of the rigs in calm air, and on all with encoders of 16 bits and more."""
 
 COARSE = 60.0
