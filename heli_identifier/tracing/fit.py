@@ -1,10 +1,10 @@
 """The fit: Gauss-Newton on the criterion between bounds, from calm and swirling air against local optima.
 
-The plant's coordinates x, the air's z and the per-log parameters b move together. A step is at most
-:data:`.settings.LARGEST_STEP` widths of a prior and is halved while F grows. A first fit begins with the first
-:data:`.settings.COARSE` s of flight in each of the airs :data:`.settings.AIRS`, and every axis continues from the
-better one. When F falls no further, the fit tries a coarse grid of airs around the present one on every axis, and
-continues from there if F is lower.
+The plant's coordinates x, the air's z and the per-log parameters b move together. No coordinate moves by more than
+:data:`.settings.LARGEST_STEP` widths of its prior in a step, and the step is halved while F grows. A first fit begins
+with the first :data:`.settings.COARSE` s of flight in each of the airs :data:`.settings.AIRS`, and every axis continues
+from the better one. When F falls no further, the fit tries a coarse grid of airs around the present one on every axis,
+and continues from there if F is lower.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -172,8 +172,7 @@ class Fit:
         (share slope)^2 / (4 bend) below the start.
         """
         P, shape = len(self.x), self.point.z.shape
-        share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
-        slope = float(self.quadratic.total[1] @ s) - 2.0 * self.quadratic.per_log_fall
+        share, slope = 1.0, float(self.quadratic.total[1] @ s) - 2.0 * self.quadratic.per_log_fall
         for _ in range(ROUNDS):
             taken = share * s
             moved = np.array([share * c - D @ taken for c, D in self.quadratic.per_log_steps])
@@ -275,20 +274,17 @@ def _descend(
     points = [replace(p, z=np.clip(p.z, LOWEST, FARTHEST), per_log=likelihood.pad_per_log(p.per_log)) for p in points]
     starts = [Fit.at(likelihood, *_coordinates_of(likelihood, fields, p.parameters), p) for p in points]
     now = min(starts, key=lambda start: start.value)
-    (low, high), lowest = now.bounds, np.repeat(LOWEST, now.point.z.shape[1])
-    reach, moved = np.ones(now.point.z.size), np.zeros(now.point.z.size)  # longest steps of the air
+    lowest = np.repeat(LOWEST, now.point.z.shape[1])
     for _ in range(ITERATIONS):
         z, (H, g) = now.point.z.ravel(), now.quadratic.total
-        s = bounded_step(
-            H, g, np.concatenate((low - now.x, np.maximum(-reach, lowest - z))),
-            np.concatenate((high - now.x, np.minimum(reach, FARTHEST - z))),
-        )  # fmt: skip
+        low, high = now.bounds
+        low, high = np.concatenate((low - now.x, lowest - z)), np.concatenate((high - now.x, FARTHEST - z))
+        s = bounded_step(H, g, np.maximum(low, -LARGEST_STEP), np.minimum(high, LARGEST_STEP))
         predicted = -(g @ s + 0.5 * s @ H @ s) + now.quadratic.per_log_fall
         step = now.take_step(s) if predicted >= least else None
         if step is not None:
             fall, far = now.value - step[0].value, predicted > 1.0 or step[1] < 1.0
-            now, last, moved = step[0], moved, step[0].point.z.ravel() - z
-            reach = np.where(moved * last < 0.0, 0.5 * reach, np.minimum(1.5 * reach, 1.0))  # shorter where it swings
+            now = step[0]
             if fall > least and (far or abs(predicted - fall) > CONVERGED):  # else F is as quadratic as predicted
                 continue
         better = now.scan_air() if scan else None

@@ -76,7 +76,7 @@ DIFFERENCE = 0.02
 # --- the fit (fit.py) ---
 
 LARGEST_STEP = 1.5
-"""Largest step of a parameter in widths of its prior: the model is trusted no farther."""
+"""Largest step of a coordinate in widths of its prior: the quadratic form is trusted no farther."""
 
 CONVERGED, ROUGHLY = 0.01, 0.5
 """Fall of the objective [nats] below which a fit has converged, a seventh of a standard error; and its beginning,
@@ -98,8 +98,8 @@ AIR_SCAN = tuple(
     if (level, rate) != (0.0, 0.0)
 ) + tuple((level / 1.5, 0.0, 0.0, 0.0, -FARTHEST) for level in (0.0, 1.1, 2.2))
 """Moves of the air's coordinates that a fit tries from where it stopped: factors of 3 in level and rate; and a rougher
-air whose encoder's error is white, since a fine encoder can be taken for one that turns slowly. Gauss-Newton alone stays in
-local optima of the air on two thirds of the rigs in calm air, and on all with encoders of 16 bits and more."""
+air whose encoder's error is white, since a fine encoder can be taken for one that turns slowly. Gauss-Newton alone
+stays in local optima of the air on two thirds of the rigs in calm air, and on all with encoders of 16 bits and more."""
 
 COARSE = 60.0
 """Length of flight [s] that a scan and the beginnings of a first fit look at: the air is the same in all logs."""
