@@ -122,7 +122,7 @@ def test_a_block_as_the_tests_see_it_has_the_likelihood_of_a_twin_whose_values_e
     r, b = psi.T @ psi, rng.standard_normal(4)
     a = rng.standard_normal((4, 4))
     p, m, d = a @ a.T, rng.standard_normal(4), rng.standard_normal(4)
-    found = np.array(Coefficients(tuple(m), rows_of(p)).discount(rows_of(np.column_stack((r, b)))))
+    found = np.array(Coefficients(tuple(m), rows_of(p)).marginalise(rows_of(np.column_stack((r, b)))))
     w, u = found[:, :4], found[:, 4]
     inverse = np.linalg.inv(r + r @ p @ r)
     rest, moved = b - r @ m, b - r @ (m + 0.3 * d)
@@ -140,7 +140,7 @@ def test_the_baseline_is_bayes_estimate_and_wanders_within_its_prior():
     for _ in range(3):
         psi = rng.standard_normal((20, 3))
         r, b = psi.T @ psi, psi.T @ (psi @ theta + rng.standard_normal(20))
-        own = own.learn(own.discount(rows_of(np.column_stack((r, b)))), deviation)
+        own = own.learn(own.marginalise(rows_of(np.column_stack((r, b)))), deviation)
         after = np.linalg.inv(np.linalg.inv(p) + r)
         m = kept * after @ (np.linalg.solve(p, m) + b)
         p = kept**2 * after + (1.0 - kept**2) * prior
@@ -348,7 +348,7 @@ def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settl
         encoder = encoder.read(0.0, 0.0, PLAN)
     for k in range(PLAN.settling + 1):
         encoder = encoder.read(COUNT * (1 + k % 2), 0.0, PLAN)
-        counted.append(not encoder.is_discounted(PLAN))
+        counted.append(not encoder.is_ignored(PLAN))
     assert counted == [False] * PLAN.settling + [True]
     # an alarm waits while one stands from which the rig has gone: .1 rad/s in 20 ms are 2 mrad, 3.3 deviations
     encoder, doubtful = Encoder(0.0), []
