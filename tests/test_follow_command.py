@@ -63,7 +63,7 @@ CONCLUDED = {*FLOWN, "following.json", "parameters.json", f"{PLANT}.fmu"}
 UNPLUGGED = f"""
 from heli_identifier.live import Port
 opened = Port._open
-Port._open = lambda port, host, number: opened(port, "192.0.2.1" if port._heard else host, number)
+Port._open = lambda port, host, number: opened(port, "192.0.2.1" if port._heard_at else host, number)
 {HELI}"""
 """The address on which a rig was heard is gone, as that of a network adapter, when the port is to be opened again."""
 

@@ -184,7 +184,7 @@ def test_what_comes_in_before_clock_and_rate_are_known_is_recorded(count, rate):
 
 
 def test_a_stray_datagram_before_the_rigs_first_does_not_lock_the_rig_out(monkeypatch):
-    monkeypatch.setattr("heli_identifier.live.datagrams.FORSAKEN", 0.2)
+    monkeypatch.setattr("heli_identifier.live.datagrams.SENDER_TIMEOUT", 0.2)
     others = [encode(Datagram(7, 99.0, (0.0,) * 5), LAYOUT)]
     contents = [datagram(k) for k in range(220)]
     # what the rig sends before the stray one has been silent for long is lost: a connected socket does not hear it

@@ -1,7 +1,7 @@
-"""A rig in flight. This door offers the link to it: its datagrams, their order, the time by which they are shown.
+"""A rig in flight. This door offers the link to it: datagrams, their order, and the clock of a co-simulation.
 
-The unit RigLink contains it, so that it needs the standard library alone. Commands enter the other modules by name:
-``listening`` (a rig), ``sources`` (a log in its place), ``session`` (a twin and its files), ``screen`` and ``page``.
+The unit RigLink contains the link, so that it needs only the standard library. Commands import the other modules by
+name: ``listening`` (a rig), ``sources`` (a log in its place), ``session`` (a twin and its files), ``screen``, ``page``.
 """
 
 from .align import Clock as Clock
