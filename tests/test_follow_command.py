@@ -18,8 +18,8 @@ from heli_identifier.records import ControllerConfiguration, demo_files, read_lo
 from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters, plant_values
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
-from tests.commands import HELI, python
-from tests.diagnosis_example import AFTER, example, made_log, stated
+from tests.commands import HELI, run_python
+from tests.diagnosis_example import AFTER, example_diagnosis, parameter_set, simulated_log
 from tests.test_live import LONGEST, H, datagram
 
 
@@ -28,7 +28,7 @@ def flight(tmp_path_factory):
     """A folder with a log of 12 s, too short for a diagnosis, and the parameters of a twin of this rig."""
     folder = tmp_path_factory.mktemp("flight")
     write_log(read_log(demo_files("rig-c")[1][0], end=12.0), folder / "log.csv")
-    stated(0.003, ["k_x"]).write(folder / "parameters.json")
+    parameter_set(0.003, ["k_x"]).write(folder / "parameters.json")
     return folder
 
 
@@ -97,7 +97,7 @@ def waited_for(path, rows):
 def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight, tmp_path, started):
     parameters = flight / "parameters.json"
     process, port = started("-p", parameters, "-o", "out")
-    sent = python(HELI, "stream", flight / "log.csv", "--to", f"127.0.0.1:{port}", "--speed", 12)
+    sent = run_python(HELI, "stream", flight / "log.csv", "--to", f"127.0.0.1:{port}", "--speed", 12)
     assert "1201 samples" in sent.stdout
     waited_for(tmp_path / "out/recorded.csv", 1201)
     process.send_signal(signal.SIGINT)
@@ -134,11 +134,11 @@ def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, s
 
 
 def test_a_diagnosis_that_predicts_worse_or_does_not_determine_a_gain_does_not_replace_the_twin():
-    diagnosis, good = example(), ParameterSet(PLANT, plant_values(AFTER, {}))
+    diagnosis, good = example_diagnosis(), ParameterSet(PLANT, plant_values(AFTER, {}))
     expected = corrected_parameters(diagnosis).expected
     worse = ParameterSet(PLANT, plant_values(AFTER._replace(a_wx=AFTER.a_wx + 1.0), {}), expected)
-    said = [*_drawbacks(diagnosis, worse, good, [made_log()])]
+    said = [*_drawbacks(diagnosis, worse, good, [simulated_log()])]
     assert said[0].startswith("it does not determine k_y (")
     assert any("1 s ahead on the pitch is" in text for text in said)
     same = replace(worse, values=good.values)
-    assert [*_drawbacks(replace(diagnosis, parameters={}), same, good, [made_log()])] == []
+    assert [*_drawbacks(replace(diagnosis, parameters={}), same, good, [simulated_log()])] == []

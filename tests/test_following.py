@@ -20,7 +20,7 @@ from heli_identifier.following.observer import Encoder
 from heli_identifier.following.prediction import compare_errors
 from heli_plant.observer import CORRECTED, observer_gains
 from heli_plant.parameters import TABLE_2
-from tests.simulated import COUNT, H, changing
+from tests.simulated import COUNT, H, changing_rig
 
 PLAN = following.FollowPlan(following.FollowSettings())
 CHANGES = {
@@ -34,12 +34,12 @@ CHANGES = {
 @lru_cache(maxsize=8)
 def changed_rows(name, seconds=70.0):
     """Rows of a flight in which the rig changes after 30 s."""
-    return changing(seconds, CHANGES[name][0], 30.0, seed=5)
+    return changing_rig(seconds, CHANGES[name][0], 30.0, seed=5)
 
 
 @lru_cache(maxsize=2)
 def quiet_rows(seed):
-    return changing(50.0, seed=seed)
+    return changing_rig(50.0, seed=seed)
 
 
 def followed(rows, fresh=lambda k: 1.0, **settings):
@@ -150,7 +150,7 @@ def test_the_baseline_is_bayes_estimate_and_wanders_within_its_prior():
 
 def test_a_rig_that_does_not_change_gives_no_alarm_although_a_stiffness_errs():
     """1.5 % of it are .027 rad/s^2 in a swing of .7 rad, beyond half of the smallest change that matters."""
-    state, events, _, _ = followed(changing(60.0, before=TABLE_2._replace(a_e=1.015 * TABLE_2.a_e), lift=5.0))
+    state, events, _, _ = followed(changing_rig(60.0, before=TABLE_2._replace(a_e=1.015 * TABLE_2.a_e), lift=5.0))
     assert events == [] and state.mode == "following"
 
 
@@ -177,7 +177,7 @@ def test_a_change_is_noticed_named_measured_and_adopted(name):
 
 
 def test_a_rotor_that_lost_thrust_is_told_from_a_gain():
-    state, events, _, plan = followed(changing(60.0, change=30.0, seed=5, front=0.8))
+    state, events, _, plan = followed(changing_rig(60.0, change=30.0, seed=5, front=0.8))
     assert [event.name for event in events if event.what == "adopted"][:1] == ["rotor.front"]
     front, rear = state.twin.values[-2:]
     assert front == pytest.approx(0.8, abs=0.03) and rear == 1.0  # three standard errors

@@ -18,7 +18,7 @@ from heli_identifier.live import JSON, USUAL_LAYOUT, Clock, Datagram, encode, re
 from heli_identifier.live.align import Order
 from heli_identifier.live.datagrams import decode
 from heli_identifier.live.listening import find_unit
-from tests.units import got, initialised
+from tests.units import get_values, initialise
 
 H = 0.01
 USUAL = read_layout(USUAL_LAYOUT)
@@ -154,7 +154,7 @@ def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_ins
 
 
 def created(**parameters):
-    return initialised(RigLink, {f"link.{name}": value for name, value in {"port": 0, **parameters}.items()})
+    return initialise(RigLink, {f"link.{name}": value for name, value in {"port": 0, **parameters}.items()})
 
 
 @pytest.fixture
@@ -166,7 +166,7 @@ def linked():
         unit = created(**parameters)
         assert unit.log_queue == []
         rig = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        rig.connect(("127.0.0.1", int(got(unit, "port")[0])))
+        rig.connect(("127.0.0.1", int(get_values(unit, "port")[0])))
         opened.extend((unit, rig))
         return unit, rig
 
@@ -190,26 +190,26 @@ def test_it_shows_what_the_rig_sends_with_the_delay(linked, layout):
         rig.send(sample(k, read_layout(layout)))
         stepped(unit, k)
     # sample 99 came in during the last step; what is shown is .05 s older
-    assert got(unit, "v_front", "v_rear", "pitch", "elevation", "travel") == [1.0, 2.0, 0.094, -0.1, 0.5]
-    assert got(unit, "fresh", "watchdog", "received", "lost", "waiting") == [1.0, 0.0, 100.0, 0.0, 5.0]
+    assert get_values(unit, "v_front", "v_rear", "pitch", "elevation", "travel") == [1.0, 2.0, 0.094, -0.1, 0.5]
+    assert get_values(unit, "fresh", "watchdog", "received", "lost", "waiting") == [1.0, 0.0, 100.0, 0.0, 5.0]
 
 
 def test_a_stopped_stream_trips_the_watchdog_and_no_step_waits(linked):
     unit, rig = linked()
-    assert got(unit, "watchdog", "fresh") == [1.0, 0.0]  # nothing has come in yet
+    assert get_values(unit, "watchdog", "fresh") == [1.0, 0.0]  # nothing has come in yet
     for k in range(50):
         rig.send(sample(k))
         stepped(unit, k)
-    assert got(unit, "watchdog") == [0.0]
+    assert get_values(unit, "watchdog") == [0.0]
     for k in range(50, 550):  # a step that waited for the rig would never come back
         stepped(unit, k)
-    assert got(unit, "watchdog", "fresh", "pitch") == [1.0, 0.0, 0.049]
+    assert get_values(unit, "watchdog", "fresh", "pitch") == [1.0, 0.0, 0.049]
     # all that waited has been shown, .05 s after it came in; the co-simulation is 5 s ahead of the newest
-    assert got(unit, "age", "lead") == pytest.approx([4.95, 5.0])
+    assert get_values(unit, "age", "lead") == pytest.approx([4.95, 5.0])
     for k in range(550, 600):
         rig.send(sample(k))
         stepped(unit, k)
-    assert got(unit, "watchdog", "fresh", "lost", "resynchronised") == [0.0, 1.0, 500.0, 0.0]
+    assert get_values(unit, "watchdog", "fresh", "lost", "resynchronised") == [0.0, 1.0, 500.0, 0.0]
     # a rig that does not send is said where it is waited for, and no state is saved
     unit = created(wait=0.05)
     assert unit.log_queue[0].msg.endswith("no sample of the rig came in within link.wait = 0.05 s")
@@ -233,8 +233,8 @@ def test_the_first_good_sender_is_the_rig_and_nobody_else(linked):
             except ConnectionRefusedError:  # the system says that nobody hears it there
                 pass
             stepped(unit, k + 1)
-    assert got(unit, "v_front", "pitch") == [1.0, 0.055 - 0.001]
-    assert got(unit, "received", "duplicated") == [60.0, 0.0]
+    assert get_values(unit, "v_front", "pitch") == [1.0, 0.055 - 0.001]
+    assert get_values(unit, "received", "duplicated") == [60.0, 0.0]
 
 
 def test_a_sender_that_is_named_is_the_only_one_and_may_come_back_from_another_port(linked):
@@ -248,20 +248,20 @@ def test_a_sender_that_is_named_is_the_only_one_and_may_come_back_from_another_p
         for k in range(20, 40):
             again.send(sample(k))
             stepped(unit, k)
-        again.connect(("127.0.0.1", int(got(strange, "port")[0])))
+        again.connect(("127.0.0.1", int(get_values(strange, "port")[0])))
         again.send(sample(0))
         stepped(strange, 0)
-    assert got(unit, "received", "foreign") == [40.0, 0.0]
-    assert got(strange, "received", "foreign") == [0.0, 1.0]
+    assert get_values(unit, "received", "foreign") == [40.0, 0.0]
+    assert get_values(strange, "received", "foreign") == [0.0, 1.0]
     for k in range(40, 140):
         rig.send(sample(k))
     stepped(unit, 40)
-    assert got(unit, "received") == [50.0]  # a flood takes no more of a step than the look-ahead
+    assert get_values(unit, "received") == [50.0]  # a flood takes no more of a step than the look-ahead
 
 
 def test_a_port_that_is_taken_is_refused_and_free_again_after_the_end_which_leaves_no_socket(linked):
     unit, _ = linked()
-    port = int(got(unit, "port")[0])
+    port = int(get_values(unit, "port")[0])
     second = created(port=port)
     assert "cannot be listened on: Address already in use" in second.log_queue[0].msg
     unit.terminate()
@@ -274,7 +274,7 @@ def test_a_port_that_is_taken_is_refused_and_free_again_after_the_end_which_leav
 
 def test_the_initialisation_waits_for_the_first_sample_and_shows_it_until_one_is_due(linked):
     early, rig = linked()  # finds a free port
-    port = int(got(early, "port")[0])
+    port = int(get_values(early, "port")[0])
     early.terminate()
     listening = threading.Event()
 
@@ -288,7 +288,7 @@ def test_the_initialisation_waits_for_the_first_sample_and_shows_it_until_one_is
     unit, _ = linked(port=port, wait=60.0)
     listening.set()
     sender.join()
-    assert got(unit, "pitch", "received", "fresh", "watchdog") == [0.04, 1.0, 0.0, 1.0]
+    assert get_values(unit, "pitch", "received", "fresh", "watchdog") == [0.04, 1.0, 0.0, 1.0]
     for k in range(5):
         stepped(unit, k)
-    assert got(unit, "pitch", "fresh", "watchdog") == [0.04, 1.0, 0.0]
+    assert get_values(unit, "pitch", "fresh", "watchdog") == [0.04, 1.0, 0.0]

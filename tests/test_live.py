@@ -24,7 +24,7 @@ from heli_identifier.live.screen import draw_screen
 from heli_identifier.live.session import Journal, Session
 from heli_identifier.live.sources import Player, send
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_files, read_log
-from tests.diagnosis_example import stated
+from tests.diagnosis_example import parameter_set
 from tests.test_files import files_of_at_most
 
 H = 0.01
@@ -224,7 +224,7 @@ def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):
 def followed(tmp_path_factory):
     """A session that has followed a log as fast as it goes, with the views that it showed."""
     folder = tmp_path_factory.mktemp("session")
-    session = Session(folder, stated(0.003, ["k_x"]))
+    session = Session(folder, parameter_set(0.003, ["k_x"]))
     log, views = read_log(demo_files("rig-c")[1][0], end=12.0), []
     session.run(Player(log, 0.0), lambda: False, views.append)
     session.close()

@@ -5,7 +5,7 @@ import zipfile
 from fmu_src import build
 from tests.faults.case import Fault
 from tests.faults.material import nothing, write
-from tests.units import entries
+from tests.units import read_archive
 
 RUN = "heli simulate open_loop -d 1 --fmu plant=it.fmu"
 
@@ -24,7 +24,7 @@ def archive(**contents):
 def rewritten(change):
     def make(folder):
         path = build("HelicopterPlant", folder)
-        found = entries(path)
+        found = read_archive(path)
         path.unlink()
         change(found)
         archive(**found)(folder)
