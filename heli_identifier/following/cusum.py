@@ -1,4 +1,4 @@
-"""Has something changed? A two-sided CUSUM of every change. By how much, and how surely? By likelihood.
+"""A two-sided CUSUM of every change says whether something has changed; the likelihood says by how much.
 
 With R and b of the blocks (:mod:`.evidence`) and D the direction of a change (:mod:`.changes`), a change of size delta
 has in each block the log-likelihood ratio against no change
@@ -9,14 +9,13 @@ Page's CUSUM adds it up for delta = +-nu, nu the smallest change that matters, a
 
     S_k = max(0, S_(k-1) + s_k(+-nu)),    alarm as soon as one S exceeds b = ln(M T / 1 s) + ln(s/2) - 1.166 sqrt(s)
 
-for M tests and a mean time T between false alarms. The first term is Lorden's bound. The others follow from Siegmund's
-mean time of one test, 2 exp(b + 1.166 sqrt(s))/s, where a block holds the information s = nu^2 D^T R D. Where the
-innovations are not white, D^T b and D^T R D are divided by the variance inflation factor: with u_k = D^T b of block k
+for M tests, a mean time T between false alarms, and s = nu^2 D^T R D in a block. Where the innovations are not white,
+D^T b and D^T R D are divided by the variance inflation factor: with u_k = D^T b of block k
 
     kappa = sum (u_k^2 + 2 u_k u_(k-1) + 2 u_k u_(k-2)) / sum D^T R D,    at least 1
 
-It is learned from blocks that are PROVED_AFTER blocks old, without an alarm since. After an alarm the size of every
-change is estimated, delta = D^T b / D^T R D, and judged by its Bayes factor for a size with the prior N(0, (3 nu)^2):
+After an alarm the size of every change is estimated, delta = D^T b / D^T R D, and judged by its Bayes factor for a size
+with the prior N(0, (3 nu)^2):
 
     ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
 """

@@ -9,21 +9,15 @@ innovations' variance lambda, a mean over two minutes. The value of one block is
 hide itself in the noise.
 
 **Baseline.** The values of a twin are never exact, even while nothing changes. Their error theta is N(m, P), with the
-prior N(0, P_0). It is learned in flight, and every test allows for it. Given all blocks before,
-
-    b ~ N(R m, R + R P R)   without a change,     b ~ N(R (m + delta D), R + R P R)   with one.
-
-The prequential log-likelihood ratio of the two is that of a block with
+prior N(0, P_0). Every test allows for it by
 
     W = (I + R P)^-1 R   in place of R,           u = (I + R P)^-1 (b - R m)   in place of b
 
-Afterwards
+While the twin follows, each block teaches theta:
 
     m <- m + P u,   P <- P - P W P     (Kalman filter),    then   m <- a m,   P <- a^2 P + (1 - a^2) P_0,
 
-where a = exp(-1/_WANDERING): values wander within P_0, so that a baseline never becomes certain. It is learned while
-the twin follows, and begins again at an alarm. A change is far larger than P_0 allows, so that little of it is learned
-before the alarm.
+where a = exp(-1/_WANDERING): values wander within P_0, so that a baseline never becomes certain.
 """
 
 from math import exp

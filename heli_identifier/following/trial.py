@@ -4,16 +4,13 @@
                             |                  |                    |
                             +-----held---------+--------held--------+--worse: rolled back--> following
 
-A named change goes on trial if it is significant (z of at least 4), excited (its standard error is at most the smallest
-change that matters) and physically possible; else it is held. On trial a rival twin that has the change runs beside the
-twin in use for a window, which begins after the change was estimated: its errors 1 s ahead are out of sample for both.
-Name and size are then estimated again from all blocks since the change. After an adoption the values before are the
-rival.
+On trial a rival twin that has the change runs beside the twin in use for a window, which begins after the change was
+estimated: its errors 1 s ahead are out of sample for both. After an adoption the values before are the rival.
 
-**Names.** psi is the sensitivity to a change that has always acted; right after a change the innovations still swing.
-Size and name are therefore estimated from the blocks that begin two after the change, the same ones for all changes.
-Their sums along the direction of a change are divided by its variance inflation factor, or by one mean factor where
-changes are compared.
+Right after a change the innovations still swing, because psi is the sensitivity to a change that has always acted. Size
+and name are therefore estimated from the blocks that begin two after the change, the same ones for all changes. Their
+sums along the direction of a change are divided by its variance inflation factor, or by one mean factor where changes
+are compared.
 """
 
 from math import sqrt
