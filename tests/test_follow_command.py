@@ -20,7 +20,7 @@ from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
 from tests.commands import HELI, run_python
 from tests.diagnosis_example import AFTER, example_diagnosis, parameter_set, simulated_log
-from tests.test_live import LONGEST, H, datagram
+from tests.test_live import LONGEST, H, make_datagram
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +69,7 @@ Port._open = lambda port, host, number: opened(port, "192.0.2.1" if port._heard_
 
 
 @pytest.fixture
-def started(interruptible, tmp_path):
+def start_follow(interruptible, tmp_path):
     """Start ``heli follow --listen`` on a free port; returns the process and the port. No process is left."""
     with ExitStack() as processes:
 
@@ -86,7 +86,7 @@ def started(interruptible, tmp_path):
         yield start
 
 
-def waited_for(path, rows):
+def wait_for_rows(path, rows):
     """Wait until a file has this many rows below its header."""
     began = monotonic()
     while not path.exists() or path.read_bytes().count(b"\n") < rows + 1:
@@ -94,12 +94,12 @@ def waited_for(path, rows):
         sleep(0.02)
 
 
-def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight, tmp_path, started):
+def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight, tmp_path, start_follow):
     parameters = flight / "parameters.json"
-    process, port = started("-p", parameters, "-o", "out")
+    process, port = start_follow("-p", parameters, "-o", "out")
     sent = run_python(HELI, "stream", flight / "log.csv", "--to", f"127.0.0.1:{port}", "--speed", 12)
     assert "1201 samples" in sent.stdout
-    waited_for(tmp_path / "out/recorded.csv", 1201)
+    wait_for_rows(tmp_path / "out/recorded.csv", 1201)
     process.send_signal(signal.SIGINT)
     out, said = process.communicate(timeout=LONGEST)
     assert process.returncode == 130, said
@@ -116,14 +116,14 @@ def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight,
     pytest.param("terminate", 143, FLOWN, "", marks=pytest.mark.slow),
     ("poll", 2, CONCLUDED, "the flight ended because 192.0.2.1:"),  # ends by itself
 ])  # fmt: skip
-def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, started, end, code, names, words):
+def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, start_follow, end, code, names, words):
     """Fewer samples than the rate is found from; each is recorded as soon as it is in order."""
-    process, port = started("-p", flight / "parameters.json", "-o", "out", code=UNPLUGGED if words else HELI)
+    process, port = start_follow("-p", flight / "parameters.json", "-o", "out", code=UNPLUGGED if words else HELI)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
         for k in range(40):
-            rig.sendto(datagram(k), ("127.0.0.1", port))
+            rig.sendto(make_datagram(k), ("127.0.0.1", port))
             sleep(0.001)
-    waited_for(tmp_path / "out/recorded.csv", 40)
+    wait_for_rows(tmp_path / "out/recorded.csv", 40)
     getattr(process, end)()
     _, said = process.communicate(timeout=LONGEST)
     assert code in (None, process.returncode) and words in said and "Traceback" not in said

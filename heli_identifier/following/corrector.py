@@ -57,14 +57,13 @@ def correct(state: CorrectorState, sample: Sample, plan: FollowPlan) -> tuple[Co
 def _pass_instant(state: CorrectorState, sample: Sample, stopped: bool, plan: FollowPlan) -> CorrectorState:
     """Return the state after instant k = ``state.samples`` + 1; ``stopped``: the stream has stopped."""
     k, suspended, voltages, angles = state.samples + 1, state.mode == "suspended", sample[:2], sample[2:5]
-    noise, has_sample = state.noise, sample.fresh > 0.5
-    time = (k - 1) * plan.settings.sample_time
+    time, has_sample = (k - 1) * plan.settings.sample_time, sample.fresh > 0.5
     observer, arrived = state.observer.advance(voltages, time, has_sample or suspended, state.twin, plan)
     deviations, encoders, broken = observer.deviations(plan), state.encoders, suspended or stopped
     if has_sample:
         readings = zip(encoders, angles, observer.memory.state[3:6], strict=True)
         encoders = tuple([encoder.read(angle, rate, plan) for encoder, angle, rate in readings])
-        scatter = zip(encoders, deviations, noise, strict=True)
+        scatter = zip(encoders, deviations, state.noise, strict=True)
         broken = any([encoder.is_at_fault(a * b, plan) for encoder, a, b in scatter])
     fresh = has_sample and not broken
     front, rear = state.predictions.arrived
@@ -74,7 +73,7 @@ def _pass_instant(state: CorrectorState, sample: Sample, stopped: bool, plan: Fo
         state = _suspend(state, "frozen" if has_sample else "stopped", plan)
     elif suspended and fresh:
         state = _resume(state, angles, plan)
-    sums = _add_innovations(state, angles, fresh, deviations, noise, plan)
+    sums = _add_innovations(state, angles, fresh, deviations, plan)
     observer = state.observer.correct(angles, plan) if fresh else state.observer._replace(in_a_row=0)
     state = state._replace(sums=sums, observer=observer)
     if k % plan.coarse == 0:
@@ -111,10 +110,10 @@ def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> Correcto
 
 
 def _add_innovations(
-    state: CorrectorState, angles: Angles, fresh: bool, deviations: Vector, noise: Vector, plan: FollowPlan
+    state: CorrectorState, angles: Angles, fresh: bool, deviations: Vector, plan: FollowPlan
 ) -> tuple[Sums, ...]:
     """Return the sums of each axis with the innovation of a sample, or marked as spoiled."""
-    k, predicted = state.samples, measured_angles(state.observer.memory.state)
+    k, noise, predicted = state.samples, state.noise, measured_angles(state.observer.memory.state)
     resting = k < max(state.settled_at, state.changed_at + SWINGING * plan.block) or state.mode == "suspended"
     result: list[Sums] = []
     for axis, sums in enumerate(state.sums):
