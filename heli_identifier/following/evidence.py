@@ -132,7 +132,7 @@ class Coefficients(NamedTuple):
         """Return a block that allows for theta: W and u in place of R and b."""
         m, p, n = self.mean, self.covariance, len(self.mean)
         # [I + R P | R | b - R m], solved by Gauss and Jordan; I + R P has eigenvalues of 1 and more, no pivot is zero.
-        # An inner product with a row of [R | b] ends with the shorter vector, so that it is one with R.
+        # dot() ends with the shorter vector, so that the last entry of a row of [R | b] takes no part in it.
         table = [
             [*[(i == j) + dot(row, p[j]) for j in range(n)], *row[:n], row[n] - dot(row, m)]
             for i, row in enumerate(block)

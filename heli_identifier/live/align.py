@@ -26,10 +26,11 @@ started again, then continues at the next instant.
 
 from __future__ import annotations
 
-from bisect import bisect
+from bisect import bisect, insort
 from collections import Counter, deque
 from collections.abc import Iterable
 from math import isnan
+from operator import attrgetter
 
 from .datagrams import Datagram
 
@@ -112,15 +113,14 @@ class Order:
         else:
             counts["reordered"] += 1
         counts["received"] += 1
-        self.waiting.append(sample)
-        self.waiting.sort(key=lambda waiting: waiting.time)
+        insort(self.waiting, sample, key=attrgetter("time"))
 
     def release(self, until: float) -> list[Datagram]:
         """Return the samples up to the time ``until`` of the rig's clock [s]; they wait no longer.
 
         Without sequence numbers lost samples are counted by the sampling interval.
         """
-        count = bisect([sample.time for sample in self.waiting], until)
+        count = bisect(self.waiting, until, key=attrgetter("time"))
         released, self.waiting = self.waiting[:count], self.waiting[count:]
         for sample in released:
             if self.last is not None:
