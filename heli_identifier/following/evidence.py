@@ -13,7 +13,7 @@ prior N(0, P_0). Every test allows for it by
 
     W = (I + R P)^-1 R   in place of R,           u = (I + R P)^-1 (b - R m)   in place of b
 
-While the twin follows, each block teaches theta:
+While the twin follows, each block updates theta:
 
     m <- m + P u,   P <- P - P W P     (Kalman filter),    then   m <- a m,   P <- a^2 P + (1 - a^2) P_0,
 
