@@ -83,7 +83,7 @@ def determinations(parameters):
     """What the gains rest on: two from outside, one not determined."""
     sure, rest = (tracing.Determination.OUTSIDE, 0.8), ((0.1, 1.0), "references alone give the same")
     found = {name: estimate(parameters, name) for name in ("k_x", "k_z", "k_y")}
-    reports = {name: tracing.ParameterReport(own, *sure, own, False, *rest) for name, own in found.items()}
+    reports = {name: tracing.ParameterReport(value, *sure, value, False, *rest) for name, value in found.items()}
     reports["k_y"] = tracing.ParameterReport(
         found["k_y"], tracing.Determination.NOT_DETERMINED, 0.0, None, False, (0.1, 1.0), "its interval is ± .1",
         "Lean the pitch by 10 degrees for 5 s either way.",
@@ -212,9 +212,9 @@ def example_diagnosis(logs=None):
 
 def adequate_diagnosis():
     """The same rig, found adequate."""
-    whole = example_diagnosis()
-    shown = tuple(replace(v, verdict=Verdict.NOT_SHOWN) if v.verdict == Verdict.SHOWN else v for v in whole.catalogue)
+    base = example_diagnosis()
+    shown = tuple(replace(v, verdict=Verdict.NOT_SHOWN) if v.verdict == Verdict.SHOWN else v for v in base.catalogue)
     return replace(
-        whole, verdict=results.RigVerdict.MODEL_ADEQUATE, effects=(), curves=(), catalogue=shown,
-        parameters_after=whole.parameters_before, effects_after={}, possible=(),
+        base, verdict=results.RigVerdict.MODEL_ADEQUATE, effects=(), curves=(), catalogue=shown,
+        parameters_after=base.parameters_before, effects_after={}, possible=(),
     )  # fmt: skip

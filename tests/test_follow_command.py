@@ -53,9 +53,9 @@ def test_the_longest_stretch_after_the_last_change_is_diagnosed_and_a_controller
     assert late[:2] == pytest.approx((0.0, 69.99)) and "may have changed" in late[2]
     assert choose_part(times[:1], []) == (0.0, 0.0, "")
     gains = ParameterSet("PidController", {"pitch.integral": Estimate(1.25, None, "V/(rad s)")})
-    own = ControllerConfiguration(period=0.02, pid=PidSettings(voltage_limit=4.0))
-    found = Adviser(tmp_path, gains.write(tmp_path / "controller.json"), own).aim
-    assert found == replace(own, pid=own.pid._replace(pitch=own.pid.pitch._replace(integral=1.25)))
+    aim = ControllerConfiguration(period=0.02, pid=PidSettings(voltage_limit=4.0))
+    found = Adviser(tmp_path, gains.write(tmp_path / "controller.json"), aim).aim
+    assert found == replace(aim, pid=aim.pid._replace(pitch=aim.pid.pitch._replace(integral=1.25)))
 
 
 FLOWN = {"events.json", "recorded.csv", "predictions.csv"}
@@ -101,14 +101,14 @@ def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight,
     assert "1201 samples" in sent.stdout
     wait_for_rows(tmp_path / "out/recorded.csv", 1201)
     process.send_signal(signal.SIGINT)
-    out, said = process.communicate(timeout=LONGEST)
-    assert process.returncode == 130, said
+    out, errors = process.communicate(timeout=LONGEST)
+    assert process.returncode == 130, errors
     folder = tmp_path / "out"
     assert {path.name for path in folder.iterdir()} == CONCLUDED
     log, recorded = read_log(flight / "log.csv"), read_log(folder / "recorded.csv")
     assert (recorded.voltages == log.voltages).all() and (recorded.angles == log.angles).all()
     assert recorded.time == pytest.approx(log.time, abs=1e-9)
-    assert "too short for a diagnosis" in said and "1201 samples" in out
+    assert "too short for a diagnosis" in errors and "1201 samples" in out
 
 
 @pytest.mark.parametrize("end, code, names, words", [
@@ -125,8 +125,8 @@ def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, s
             sleep(0.001)
     wait_for_rows(tmp_path / "out/recorded.csv", 40)
     getattr(process, end)()
-    _, said = process.communicate(timeout=LONGEST)
-    assert code in (None, process.returncode) and words in said and "Traceback" not in said
+    _, errors = process.communicate(timeout=LONGEST)
+    assert code in (None, process.returncode) and words in errors and "Traceback" not in errors
     rows = np.loadtxt(tmp_path / "out/recorded.csv", delimiter=",", skiprows=1)
     assert (1000 * rows[:, 3]).round().tolist() == list(range(40))
     assert {path.name for path in (tmp_path / "out").iterdir()} == names
@@ -137,8 +137,8 @@ def test_a_diagnosis_that_predicts_worse_or_does_not_determine_a_gain_does_not_r
     diagnosis, good = example_diagnosis(), ParameterSet(PLANT, plant_values(AFTER, {}))
     expected = corrected_parameters(diagnosis).expected
     worse = ParameterSet(PLANT, plant_values(AFTER._replace(a_wx=AFTER.a_wx + 1.0), {}), expected)
-    said = [*_drawbacks(diagnosis, worse, good, [simulated_log()])]
-    assert said[0].startswith("it does not determine k_y (")
-    assert any("1 s ahead on the pitch is" in text for text in said)
+    drawbacks = [*_drawbacks(diagnosis, worse, good, [simulated_log()])]
+    assert drawbacks[0].startswith("it does not determine k_y (")
+    assert any("1 s ahead on the pitch is" in text for text in drawbacks)
     same = replace(worse, values=good.values)
     assert [*_drawbacks(replace(diagnosis, parameters={}), same, good, [simulated_log()])] == []

@@ -47,9 +47,9 @@ def follow(rows, fresh=lambda k: 1.0, **settings):
     plan = following.FollowPlan(following.FollowSettings(**settings))
     states, events = [following.start_correcting(plan, Sample(*rows[0]))], []
     for k, row in enumerate(rows[1:], 1):
-        state, said = following.correct(states[-1], Sample(*row, float(fresh(k))), plan)
+        state, new_events = following.correct(states[-1], Sample(*row, float(fresh(k))), plan)
         states.append(state)
-        events.extend(said)
+        events.extend(new_events)
     return states[-1], events, states, plan
 
 
@@ -87,17 +87,17 @@ def test_the_mean_time_between_false_alarms_is_the_stated_one(information):
     The simulation's own error is some 4 % of the mean. Siegmund's approximation is one for small steps; it errs to the
     safe side, the more the larger they are.
     """
-    rng, asked, longest = np.random.default_rng(2), 1000.0, 20000
-    limit = siegmund_threshold(math.log(2.0 * asked), information)
+    rng, mean_time, longest = np.random.default_rng(2), 1000.0, 20000
+    limit = siegmund_threshold(math.log(2.0 * mean_time), information)
     up, down, times = np.zeros(600), np.zeros(600), np.full(600, longest)
     for k in range(longest):
         response = math.sqrt(information) * rng.standard_normal(600)
         up = np.maximum(0.0, up + response - 0.5 * information)
         down = np.maximum(0.0, down - response - 0.5 * information)
         times = np.where((times == longest) & (np.maximum(up, down) > limit), k + 1, times)
-    assert times.mean() > 0.9 * asked
+    assert times.mean() > 0.9 * mean_time
     if information <= 3.0:
-        assert times.mean() < 1.3 * asked
+        assert times.mean() < 1.3 * mean_time
     assert 10.0 - 3.4 < siegmund_threshold(10.0, information) < 10.0 - 1.6
 
 
@@ -135,17 +135,17 @@ def test_the_baseline_is_bayes_estimate_and_wanders_within_its_prior():
     rng = np.random.default_rng(6)
     theta, deviation = np.array([0.5, -1.0, 0.2]), (1.0, 2.0, 0.5)
     prior, kept = np.diag(np.square(deviation)), math.exp(-1.0 / 1800.0)
-    own = Coefficients((0.0,) * 3, rows_of(prior))
+    theta_estimate = Coefficients((0.0,) * 3, rows_of(prior))
     m, p = np.zeros(3), prior
     for _ in range(3):
         psi = rng.standard_normal((20, 3))
         r, b = psi.T @ psi, psi.T @ (psi @ theta + rng.standard_normal(20))
-        own = own.learn(own.marginalise(rows_of(np.column_stack((r, b)))), deviation)
+        theta_estimate = theta_estimate.learn(theta_estimate.marginalise(rows_of(np.column_stack((r, b)))), deviation)
         after = np.linalg.inv(np.linalg.inv(p) + r)
         m = kept * after @ (np.linalg.solve(p, m) + b)
         p = kept**2 * after + (1.0 - kept**2) * prior
-    assert np.allclose(own.mean, m, rtol=1e-9)
-    assert np.allclose(own.covariance, p, rtol=1e-8, atol=1e-12)
+    assert np.allclose(theta_estimate.mean, m, rtol=1e-9)
+    assert np.allclose(theta_estimate.covariance, p, rtol=1e-8, atol=1e-12)
 
 
 def test_a_rig_that_does_not_change_gives_no_alarm_although_a_stiffness_errs():
@@ -200,18 +200,18 @@ def first_state(mode, after=0):
 def continue_flight(state, first):
     """Return the state in which the flight goes on from sample ``first`` until something is said, and what is said."""
     for row in changed_rows("elevation.gain")[first:]:
-        state, said = following.correct(state, Sample(*row), PLAN)
-        if said:
+        state, new_events = following.correct(state, Sample(*row), PLAN)
+        if new_events:
             break
-    return state, said
+    return state, new_events
 
 
 def test_a_change_that_went_on_trial_under_a_wrong_name_is_held_and_the_right_one_tried():
     k, damping = first_state("on trial"), [change.name for change in PLAN.changes].index("elevation.damping")
     state = adopted_flight()[k]
-    state, said = continue_flight(state._replace(finding=state.finding._replace(change=damping, size=0.2)), k + 1)
-    assert [(one.what, one.name) for one in said] == [("held", "elevation.damping"), ("alarm", "elevation.gain")]
-    assert said[0].why == REASONS["outdone"][1]
+    state, new_events = continue_flight(state._replace(finding=state.finding._replace(change=damping, size=0.2)), k + 1)
+    assert [(one.what, one.name) for one in new_events] == [("held", "elevation.damping"), ("alarm", "elevation.gain")]
+    assert new_events[0].why == REASONS["outdone"][1]
     assert (state.mode, PLAN.changes[state.finding.change].name) == ("on trial", "elevation.gain")
 
 
@@ -220,8 +220,8 @@ def test_values_that_predict_worse_than_those_before_are_taken_back():
     k = first_state("adopted")
     state = adopted_flight()[k]
     (before,) = state.rival
-    after, said = continue_flight(state._replace(twin=before, rival=(state.twin,)), k + 1)
-    assert [(one.what, one.why) for one in said] == [REASONS["worse"]]
+    after, new_events = continue_flight(state._replace(twin=before, rival=(state.twin,)), k + 1)
+    assert [(one.what, one.why) for one in new_events] == [REASONS["worse"]]
     assert (after.mode, after.twin) == ("following", state.twin)
 
 
@@ -308,13 +308,13 @@ def test_voltages_on_a_straight_line_are_put_back_over_a_gap(delay):
     front, rear, *angles = rows[600]
     line = [(front + 0.05 * j, rear - 0.02 * j) for j in range(8)]
     state, _ = following.correct(state, Sample(*line[0], *angles), plan)
-    whole = state.observer
+    observer = state.observer
     for j in range(7):
-        whole, _ = whole._replace(voltages=line[j]).advance(line[j], (600 + j) * H, True, plan.alone, plan)
+        observer, _ = observer._replace(voltages=line[j]).advance(line[j], (600 + j) * H, True, plan.alone, plan)
         now = Sample(*line[0], *angles, 0.0) if j < 6 else Sample(*line[7], *angles)
         state, _ = following.correct(state, now, plan)
         assert state.instants == 601 + j
-    assert state.observer.memory.state[6:8] == pytest.approx(whole.memory.state[6:8], abs=1e-12)
+    assert state.observer.memory.state[6:8] == pytest.approx(observer.memory.state[6:8], abs=1e-12)
 
 
 STOPPED, FROZEN, BACK = (REASONS[why][1] for why in ("stopped", "frozen", "back"))
