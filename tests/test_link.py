@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmu_src.units.rig_link import RigLink
-from heli_identifier.live import JSON, USUAL_LAYOUT, Clock, Datagram, encode, read_address, read_layout
+from heli_identifier.live import USUAL_LAYOUT, Clock, Datagram, read_address, read_layout
 from heli_identifier.live.align import Order
-from heli_identifier.live.datagrams import decode
+from heli_identifier.live.datagrams import JSON, decode, encode
 from heli_identifier.live.listening import find_unit
 from tests.units import get_values, initialise
 

@@ -17,7 +17,8 @@ import pytest
 from rich.console import Console
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, encode, read_layout
+from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, read_layout
+from heli_identifier.live.datagrams import encode
 from heli_identifier.live.listening import Listening
 from heli_identifier.live.page import serve_page
 from heli_identifier.live.screen import draw_screen
